@@ -1,0 +1,256 @@
+"""Contacts: pairs of points of two buildings that may pound, and the law of the contact force."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StrictBool, ValidationInfo, field_validator
+
+from impactfem.case.base import Section, known_of, present
+from impactfem.case.leaf import (
+    Area,
+    BuildingName,
+    Depth,
+    LawName,
+    Length,
+    Number,
+    Ratio,
+    Stiffness,
+    Wholes,
+    refuse,
+)
+
+FloorNumbers = Annotated[tuple[int, ...], Wholes()]
+Vector = tuple[float, float, float]
+
+
+class KelvinVoigtLaw(Section):
+    """A spring and a dashpot in parallel, acting while the gap is closed.
+
+    Either ``restitution`` or ``damping_ratio``: the paper's equation 4 leads from one to the other.
+    """
+
+    type: Literal["kelvin-voigt"] = Field(description="Spring and dashpot in parallel.")
+    stiffness: Stiffness = Field(description="Stiffness K_C of the contact.")
+    restitution: Annotated[float, Ratio(above=0, at_most=1)] | None = Field(
+        default=None,
+        description="Coefficient of restitution asked: velocity after over velocity before.",
+    )
+    damping_ratio: Annotated[float, Ratio(at_least=0, below=1)] | None = Field(
+        default=None,
+        validate_default=True,
+        description="Damping ratio ξ_C of the contact, with the reduced mass of the two floors.",
+    )
+    tension: StrictBool = Field(
+        default=True,
+        description="true keeps the tensile force at the end of an impact, as the paper does; "
+        "false clips the force at zero.",
+    )
+
+    @field_validator("damping_ratio")
+    @classmethod
+    def _either(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if not present(info, ["restitution"]):
+            return value
+        if value is None and info.data["restitution"] is None:
+            raise refuse("missing; expected either restitution or damping_ratio")
+        if value is not None and info.data["restitution"] is not None:
+            raise refuse("expected either restitution or damping_ratio, not both")
+        return value
+
+
+ContactLaw = KelvinVoigtLaw
+
+
+class ContactEnd(Section):
+    """A point of a building, or one point a floor: on floors, or inside storeys."""
+
+    building: BuildingName = Field(description="Name of the building.")
+    floor: FloorNumbers | None = Field(
+        default=None, description="Floor the point is on; a list makes one pair of points each."
+    )
+    storey: FloorNumbers | None = Field(
+        default=None,
+        validate_default=True,
+        description="In place of floor: the storey below this floor, between its rigid zones.",
+    )
+    relative_height: Annotated[float, Ratio(at_least=0, at_most=1)] | None = Field(
+        default=None,
+        validate_default=True,
+        description="With storey: height of the point in the flexible part, 0 its lower end, "
+        "1 its upper end.",
+    )
+    offset: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0),
+        description="Vector (x, y, z) from the stick's axis, at the floor's mass centre or the "
+        "height in the storey, to the point.",
+    )
+
+    @field_validator("floor", "storey")
+    @classmethod
+    def _existing(
+        cls, value: tuple[int, ...] | None, info: ValidationInfo
+    ) -> tuple[int, ...] | None:
+        known = known_of(info)
+        building = info.data.get("building")
+        if value is None or known is None or building is None:
+            return value
+        floors = known.building_floors(building)
+        if floors is None:
+            return value
+        numbers = [floor.floor for floor in floors]
+        absent = [str(number) for number in value if number not in numbers]
+        if absent:
+            raise refuse(
+                f"{building} has no floor {', '.join(absent)}; "
+                f"its floors are {', '.join(map(str, numbers))}"
+            )
+        return value
+
+    @field_validator("storey")
+    @classmethod
+    def _floor_or_storey(
+        cls, value: tuple[int, ...] | None, info: ValidationInfo
+    ) -> tuple[int, ...] | None:
+        if not present(info, ["floor"]):
+            return value
+        if value is None and info.data["floor"] is None:
+            raise refuse("missing; expected either floor, or storey with relative_height")
+        if value is not None and info.data["floor"] is not None:
+            raise refuse("expected either floor, or storey with relative_height, not both")
+        return value
+
+    @field_validator("relative_height")
+    @classmethod
+    def _of_storey(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if not present(info, ["storey"]):
+            return value
+        if value is None and info.data["storey"] is not None:
+            raise refuse("missing; expected a number from 0 to 1 beside storey")
+        if value is not None and info.data["storey"] is None:
+            raise refuse("expected no relative_height beside floor, only beside storey")
+        return value
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(self.floor or self.storey or ())
+
+
+class ContactEntry(Section):
+    """One pair of points that may touch, or one pair a floor when the ends list floors."""
+
+    a: ContactEnd = Field(description="The point on the first building.")
+    b: ContactEnd = Field(description="The point on the second building.")
+    normal: tuple[Number, Number, Number] = Field(
+        description="Direction (x, y, z) from a to b, of any length."
+    )
+    gap: Depth = Field(description="Distance of the points along the normal at rest.")
+    law: LawName = Field(description="Name of the contact law.")
+    bearing_area: Area | None = Field(
+        default=None,
+        description="Area the force is spread over, for the mean bearing pressure.",
+    )
+
+    @field_validator("b")
+    @classmethod
+    def _pairs(cls, value: ContactEnd, info: ValidationInfo) -> ContactEnd:
+        if not present(info, ["a"]):
+            return value
+        a: ContactEnd = info.data["a"]
+        if a.building == value.building:
+            raise refuse(f"expected another building than '{a.building}', the one of a")
+        if a.count != value.count:
+            raise refuse(
+                f"expected lists of the same length in a and b, found {a.count} and {value.count}"
+            )
+        return value
+
+    @field_validator("normal")
+    @classmethod
+    def _unit_vector(cls, value: Vector) -> Vector:
+        largest = max(abs(component) for component in value)
+        if largest == 0.0:
+            raise refuse("expected a vector that is not zero")
+        # Scaled first, so that the squares neither overflow nor vanish.
+        x, y, z = (component / largest for component in value)
+        length = math.hypot(x, y, z)
+        return x / length, y / length, z / length
+
+
+class ContactPoint(Section):
+    """One point of a building: on a floor, or inside the storey below a floor.
+
+    Args:
+        building: Name of the building.
+        floor: Number of the floor, or None.
+        storey: Number of the floor above the storey, when ``floor`` is None.
+        relative_height: Height in the flexible part of the storey, 0 to 1, with ``storey``.
+        offset: Vector (x, y, z) from the stick's axis to the point [m].
+    """
+
+    building: str
+    floor: int | None
+    storey: int | None
+    relative_height: float | None
+    offset: Vector
+
+    @property
+    def label(self) -> str:
+        """Name of the point in results: ``B1.floor_8`` or ``B1.storey_8_at_0.5``."""
+        if self.floor is not None:
+            return f"{self.building}.floor_{self.floor}"
+        return f"{self.building}.storey_{self.storey}_at_{self.relative_height:g}"
+
+
+class Contact(Section):
+    """One pair of points that may touch.
+
+    Args:
+        name: Name in results, unique: ``B1.floor_8-B2.floor_8``.
+        a: The point on the first building.
+        b: The point on the second building.
+        normal: Unit vector from a to b.
+        gap: Distance along the normal at rest [m].
+        law: Name of the contact law.
+        bearing_area: Area the force is spread over [m2], or None.
+    """
+
+    name: str
+    a: ContactPoint
+    b: ContactPoint
+    normal: Vector
+    gap: float
+    law: str
+    bearing_area: float | None
+
+
+def expand(entries: tuple[ContactEntry, ...]) -> tuple[Contact, ...]:
+    """One contact for each pair of points, with names that are unique.
+
+    Points on the same two floors, at two corners for instance, get ``#2``, ``#3`` behind the name.
+    """
+    contacts: list[Contact] = []
+    uses: dict[str, int] = {}
+    for entry in entries:
+        shared: dict[str, Any] = entry.model_dump(include={"normal", "gap", "law", "bearing_area"})
+        for a, b in zip(_points(entry.a), _points(entry.b), strict=True):
+            name = f"{a.label}-{b.label}"
+            uses[name] = uses.get(name, 0) + 1
+            suffix = f"#{uses[name]}" if uses[name] > 1 else ""
+            contacts.append(Contact(name=name + suffix, a=a, b=b, **shared))
+    return tuple(contacts)
+
+
+def _points(end: ContactEnd) -> Iterator[ContactPoint]:
+    place: dict[str, Any] = {
+        "building": end.building,
+        "offset": end.offset,
+        "relative_height": end.relative_height,
+    }
+    for number in end.floor or ():
+        yield ContactPoint(floor=number, storey=None, **place)
+    for number in end.storey or ():
+        yield ContactPoint(floor=None, storey=number, **place)

@@ -1,0 +1,109 @@
+"""The case: as written in its file, and as the stages use it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import Field, field_validator
+
+from impactfem.case.analysis import Pounding, Spectra
+from impactfem.case.base import Section
+from impactfem.case.buildings import Building, BuildingEntry
+from impactfem.case.calibration import Calibration, CalibrationEntry
+from impactfem.case.contacts import Contact, ContactEntry, ContactLaw, expand
+from impactfem.case.damping import Damping
+from impactfem.case.leaf import File, Text, refuse
+from impactfem.case.materials import Material
+from impactfem.case.motions import Motion, MotionEntry
+from impactfem.case.published import Published
+
+
+class CaseFile(Section):
+    """A case of impactfem: buildings side by side, a ground motion, and what is computed."""
+
+    title: Text = Field(description="Title of the case, for the report and the figures.")
+    published: File | None = Field(
+        default=None,
+        description="Table of published values (CSV), put beside the results in summary.json.",
+    )
+    materials: dict[str, Material] = Field(description="Materials by name.")
+    damping: Damping = Field(description="Rayleigh damping of all buildings without their own.")
+    buildings: tuple[BuildingEntry, ...] = Field(min_length=1, description="The buildings.")
+    calibration: CalibrationEntry | None = Field(
+        default=None, description="Calibration of the sticks; left out, they are taken as given."
+    )
+    motions: tuple[MotionEntry, ...] = Field(
+        min_length=1, description="The ground motions, one a direction."
+    )
+    contact_laws: dict[str, ContactLaw] = Field(
+        default={}, description="Laws of the contact force by name."
+    )
+    contacts: tuple[ContactEntry, ...] = Field(
+        default=(), description="Pairs of points that may touch; none: the buildings never pound."
+    )
+    pounding: Pounding = Field(description="Time integration of the sticks.")
+    spectra: Spectra = Field(description="Response spectra of the floors.")
+
+    @field_validator("contacts")
+    @classmethod
+    def _each_pair_once(cls, value: tuple[ContactEntry, ...]) -> tuple[ContactEntry, ...]:
+        """The same two points twice would double the stiffness of their contact unseen."""
+        seen = set()
+        for contact in expand(value):
+            points = (contact.a, contact.b)
+            if points in seen:
+                raise refuse(
+                    f"expected each pair of points once, found {contact.a.label} and "
+                    f"{contact.b.label} twice"
+                )
+            seen.add(points)
+        return value
+
+
+class Case(Section):
+    """A case that was read and found free of faults: SI values, names resolved, tables read.
+
+    Args:
+        path: The case file.
+        title: Title of the case.
+        materials: Materials by name.
+        damping: Damping of the case; each building carries the one that holds for it.
+        buildings: The buildings with their material, floors and damping.
+        calibration: The calibration with its targets, or None.
+        motions: The ground motions; a record's file is relative to the working folder.
+        contact_laws: Contact laws by name.
+        contacts: One contact for each pair of points.
+        pounding: Time integration.
+        spectra: Response spectra.
+        published: Published values in SI by the name of the result.
+        digest: SHA-256 of the case text and of all files it names, as hexadecimal digits.
+    """
+
+    path: Path
+    title: str
+    materials: dict[str, Material]
+    damping: Damping
+    buildings: tuple[Building, ...]
+    calibration: Calibration | None
+    motions: tuple[Motion, ...]
+    contact_laws: dict[str, ContactLaw]
+    contacts: tuple[Contact, ...]
+    pounding: Pounding
+    spectra: Spectra
+    published: dict[str, Published]
+    digest: str
+
+    def content_hash(self) -> str:
+        """SHA-256 of the case text and of every file it names, as they were when it was read."""
+        return self.digest
+
+    def building(self, name: str) -> Building:
+        """The building of a name.
+
+        Raises:
+            KeyError: There is no such building.
+        """
+        for building in self.buildings:
+            if building.name == name:
+                return building
+        raise KeyError(name)

@@ -1,0 +1,236 @@
+"""The reference page of the case file, made from its schema.
+
+``python -m impactfem.case.reference docs`` writes ``docs/case-file.md`` and
+``docs/case.schema.json``.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from impactfem.case.base import Section
+from impactfem.case.floors import Floor
+from impactfem.case.leaf import Quantity, Ratio
+from impactfem.case.published import PublishedRow
+from impactfem.case.schema import json_schema
+from impactfem.case.table import leaf_of
+from impactfem.case.targets import Target
+
+__all__ = ["reference_page", "schema_text", "write_reference"]
+
+_INTRODUCTION = """\
+<!-- Written by `python -m impactfem.case.reference docs`; edit the models, not this page. -->
+
+# The case file
+
+A case is one TOML file and the tables it names. `impactfem new NAME` writes one to start from,
+`impactfem check CASE.toml` reports everything that is wrong with one, and editors that know JSON
+schemas complete and check it as you type with this first line (the path is relative to the file):
+
+    #:schema ../docs/case.schema.json
+
+**Quantities** are texts with a unit: `"1 cm"`, `"33 GPa"`, `"2.3 m/s2"`, `"6.3e7 kg m2"`,
+`"0.838 1/s"`. Exponents are written `m2`, `m^2`, `m**2` or `m²`, products with a space, `*` or
+`·`. Any unit of the right dimension will do; bare numbers are refused. `t` is the tonne, and `g` is
+the standard gravity where an acceleration is expected and the gram elsewhere. A frequency is in Hz
+or a multiple of it, never in rad/s. The column "SI" below is the unit in which the
+program computes and reports.
+
+**Ratios** are bare numbers or percentages: `0.05` or `"5 %"`.
+
+**Files** are relative to the folder of the case file. All names, of keys too, are case sensitive;
+a key that is not listed here is an error.
+
+"""
+
+_TABLES = """\
+## Tables
+
+Tables are CSV files. Lines that begin with `#` and empty lines are skipped; the first other line is
+the header. It names the columns, in any order, each quantity with its unit in brackets:
+`mass [t]`. Any unit of the right dimension will do. One row stands on one line.
+
+"""
+
+_TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
+    ("Floor table", "`floors` of `[[buildings]]`: one row a floor, bottom to top.", Floor),
+    ("Target table", "`targets` of `[calibration]`: one row a mode of a building.", Target),
+    ("Published values", "`published`: one row a result that was published.", PublishedRow),
+)
+
+
+def reference_page() -> str:
+    """The reference page of the case file and its tables, in Markdown."""
+    writer = _Writer(json_schema())
+    parts = [_INTRODUCTION, *writer.sections(), _TABLES]
+    parts.extend(_csv_section(*entry) for entry in _TABLE_MODELS)
+    return "".join(parts).rstrip() + "\n"
+
+
+def schema_text() -> str:
+    """The JSON schema as the text of a file."""
+    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def write_reference(folder: Path) -> list[Path]:
+    """Write the reference page and the schema into a folder; gives the files."""
+    texts = {"case-file.md": reference_page(), "case.schema.json": schema_text()}
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return [folder / name for name in texts]
+
+
+@dataclass
+class _Writer:
+    """Walks the schema from its root; a table that occurs twice is written once.
+
+    Args:
+        schema: The JSON schema.
+        headings: The heading under which each table was written, by the name of its definition.
+    """
+
+    schema: dict[str, Any]
+    headings: dict[str, str] = field(default_factory=dict)
+
+    def sections(self) -> Iterator[str]:
+        """The sections of all tables, outer ones first."""
+        yield from self._section("Top of the file", "", self.schema)
+
+    def _section(self, heading: str, path: str, table: dict[str, Any]) -> Iterator[str]:
+        inner: list[tuple[str, str, str]] = []
+        rows = []
+        required = table.get("required", [])
+        for key, entry in table["properties"].items():
+            inner.extend(self._tables_in(key, path, entry))
+            default = "required" if key in required else _default(entry)
+            accepts, unit = self._accepts(key, path, entry)
+            rows.append((f"`{key}`", accepts, unit, default, entry["description"]))
+        title = f"`{heading}`" if heading.startswith("[") else heading
+        yield f"## {title}\n\n{table['description']}\n\n"
+        yield _markdown(("Key", "Value", "SI", "Default", "Meaning"), rows)
+        for inner_heading, inner_path, name in inner:
+            if self.headings[name] == inner_heading:
+                yield from self._section(inner_heading, inner_path, self.schema["$defs"][name])
+
+    def _tables_in(
+        self, key: str, path: str, entry: dict[str, Any]
+    ) -> Iterator[tuple[str, str, str]]:
+        """Heading, path and definition of the tables a key holds."""
+        inner = f"{path}.{key}" if path else key
+        names = _references(entry)
+        if "items" in entry:
+            heading = f"[[{inner}]]"
+        elif "additionalProperties" in entry:
+            heading = f"[{inner}.NAME]"
+        else:
+            heading = f"[{inner}]"
+        for name in names:
+            tag = self.schema["$defs"][name]["properties"].get("type", {}).get("const")
+            full = f'{heading} type = "{tag}"' if tag else heading
+            self.headings.setdefault(name, full)
+            yield full, inner, name
+
+    def _accepts(self, key: str, path: str, entry: dict[str, Any]) -> tuple[str, str]:
+        """What a key accepts in words, and its SI unit."""
+        words: list[str] = []
+        for _, _, name in self._tables_in(key, path, entry):
+            words.append(f"table `{self.headings[name]}`")
+        alternatives = [item for item in entry.get("oneOf", []) if "$ref" not in item]
+        if words and not alternatives:
+            return " or ".join(words), ""
+        for item in alternatives or [entry]:
+            text, unit = _plain(item)
+            words.append(text)
+        return " or ".join(words), unit
+
+
+def _references(entry: dict[str, Any]) -> list[str]:
+    """Names of the definitions a property refers to, itself or by its items."""
+    if "$ref" in entry:
+        return [str(entry["$ref"]).rsplit("/", 1)[-1]]
+    names = []
+    for item in (*entry.get("oneOf", []), *entry.get("anyOf", [])):
+        names.extend(_references(item))
+    for key in ("items", "additionalProperties"):
+        if isinstance(entry.get(key), dict):
+            names.extend(_references(entry[key]))
+    return names
+
+
+def _plain(entry: dict[str, Any]) -> tuple[str, str]:
+    """What a value without tables accepts, and its SI unit."""
+    if "prefixItems" in entry:
+        words, unit = _plain(entry["prefixItems"][0])
+        return f"list of {len(entry['prefixItems'])}, each {words}", unit
+    if "items" in entry and "x-accepts" not in entry:
+        words, unit = _plain(entry["items"])
+        return f"list, each {words}", unit
+    if "enum" in entry:
+        return " or ".join(f'`"{value}"`' for value in entry["enum"]), ""
+    if "const" in entry:
+        return f'`"{entry["const"]}"`', ""
+    if entry.get("type") == "boolean":
+        return "`true` or `false`", ""
+    words, unit = entry["x-accepts"], entry.get("x-unit", "")
+    examples = entry.get("examples")
+    return (f'{words}, as `"{examples[0]}"`' if examples else words), unit
+
+
+def _default(entry: dict[str, Any]) -> str:
+    if "default" not in entry or entry["default"] in ({}, []):
+        return "none"
+    return f"`{json.dumps(entry['default'], ensure_ascii=False)}`"
+
+
+def _csv_section(title: str, about: str, model: type[Section]) -> str:
+    rows = [
+        (f"`{name}`", *_column(info), info.description or "")
+        for name, info in model.model_fields.items()
+    ]
+    return f"### {title}\n\n{about}\n\n" + _markdown(
+        ("Column", "Value", "SI", "Default", "Meaning"), rows
+    )
+
+
+def _column(info: FieldInfo) -> tuple[str, str, str]:
+    leaf = leaf_of(info)
+    if isinstance(leaf, Quantity):
+        words, unit = f"{leaf.kind.name} {leaf.bound}".strip(), leaf.kind.unit
+    elif isinstance(leaf, Ratio):
+        words, unit = f"a number {leaf.bound}".strip(), "-"
+    else:
+        words, unit = leaf.phrase.replace(" in quotes", ""), ""
+    if info.is_required():
+        return words, unit, "required"
+    # A default that is not a number stands for another column: the description says which.
+    return words, unit, "see meaning" if info.default != info.default else f"`{info.default:g}`"
+
+
+def _markdown(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    lines = [head, tuple("---" for _ in head), *rows]
+    return "".join(f"| {' | '.join(_cell(c) for c in row)} |\n" for row in lines) + "\n"
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+def main(arguments: list[str]) -> int:
+    """Write the two files into the folder that is the only argument."""
+    if len(arguments) != 1 or not Path(arguments[0]).is_dir():
+        sys.stderr.write("usage: python -m impactfem.case.reference FOLDER\n")
+        return 2
+    for path in write_reference(Path(arguments[0])):
+        sys.stdout.write(f"{path}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,66 @@
+"""A new case file to start from: complete, commented, and accepted as it is."""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+from pathlib import Path
+
+from impactfem.errors import Fault, InputError
+
+__all__ = ["write_new_case"]
+
+_PLACEHOLDER = "@NAME@"
+
+
+def write_new_case(target: str | Path) -> list[Path]:
+    """Write a commented case file and the floor table beside it.
+
+    Args:
+        target: The name of the case, with or without ``.toml``, in a folder that exists; or an
+            existing folder, which gets ``case.toml``.
+
+    Returns:
+        The files written, the case file first.
+
+    Raises:
+        InputError: A file is there already (nothing is overwritten), the name cannot be used, or
+            the folder cannot be written to. Nothing is left behind then.
+    """
+    target = Path(target)
+    if target.is_dir():
+        target = target / "case.toml"
+    name = target.name.removesuffix(".toml")
+    if re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", name) is None:
+        expected = "expected a name of letters, digits, '_', '-' and '.', for example 'my_case'"
+        raise InputError([Fault(target, "", None, expected)])
+    folder = target.parent
+    if not folder.is_dir():
+        raise InputError([Fault(folder, "", None, "no such folder; make it first")])
+    templates = {"case.toml": f"{name}.toml", "floors.csv": f"{name}_floors.csv"}
+    paths = [folder / file for file in templates.values()]
+    existing = [path for path in paths if path.exists() or path.is_symlink()]
+    if existing:
+        expected = "this file exists already and is not overwritten; choose another name"
+        raise InputError([Fault(path, "", None, expected) for path in existing])
+    _write(paths, [_text(template).replace(_PLACEHOLDER, name) for template in templates])
+    return paths
+
+
+def _text(template: str) -> str:
+    return (files("impactfem.case") / "templates" / template).read_text(encoding="utf-8")
+
+
+def _write(paths: list[Path], texts: list[str]) -> None:
+    """Write all files or none."""
+    written: list[Path] = []
+    for path, text in zip(paths, texts, strict=True):
+        try:
+            with path.open("x", encoding="utf-8") as stream:
+                written.append(path)
+                stream.write(text)
+        except OSError as error:
+            for half in written:
+                half.unlink(missing_ok=True)
+            reason = error.strerror or str(error)
+            raise InputError([Fault(path, "", None, f"cannot be written ({reason})")]) from error

@@ -1,0 +1,52 @@
+"""Reading a text file of the user, with a fault instead of an exception when it is none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from impactfem.errors import Fault
+
+
+def read_bytes(path: Path, what: str) -> bytes | Fault:
+    """The content of a file, or the fault that says why there is none.
+
+    Args:
+        path: The file.
+        what: What it is to be, for the message: ``a case file (TOML)``.
+    """
+    try:
+        if path.is_dir():
+            return Fault(path, "", None, f"this is a directory; expected {what}")
+        if not path.exists():
+            return Fault(path, "", None, f"no such file; expected {what}")
+        if not path.is_file():
+            return Fault(path, "", None, f"this is not an ordinary file; expected {what}")
+        content = path.read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        return Fault(path, "", None, f"cannot be read ({reason}); expected {what}")
+    if not content.strip():
+        return Fault(path, "", None, f"the file is empty; expected {what}")
+    return content
+
+
+def read_text(path: Path, what: str) -> str | Fault:
+    """The text of a UTF-8 file, or the fault that says why there is none.
+
+    A byte order mark at the beginning is dropped: spreadsheets write one.
+    """
+    content = read_bytes(path, what)
+    if isinstance(content, Fault):
+        return content
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        byte = content[error.start]
+        where = f"byte {byte:#04x} at position {error.start} is not UTF-8"
+        return Fault(path, "", None, f"not a text file ({where}); expected {what}")
+    position = text.find("\0")
+    if position >= 0:
+        return Fault(
+            path, "", None, f"not a text file (NUL at position {position}); expected {what}"
+        )
+    return text

@@ -1,0 +1,204 @@
+"""Units as people write them (``m/s2``, ``kg m2``, ``N/m``, ``1/s``) and the kinds of quantity."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pint
+
+__all__ = ["KINDS", "Kind", "UnitError", "identify", "si_factor", "to_si"]
+
+
+class UnitError(ValueError):
+    """A unit that cannot be used here; the message says why, for the user."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of physical quantity.
+
+    Args:
+        name: What it is called in a message, with its article: ``a length``.
+        unit: Its SI unit, which all values have inside the program.
+        example: A value as it may be written in a case file.
+        symbols: The only units it may be built of, by pint's names; None when the dimension alone
+            decides. A frequency in rad/s has the dimension of one in Hz and is 2π off, so
+            frequencies are asked for in hertz.
+    """
+
+    name: str
+    unit: str
+    example: str
+    symbols: frozenset[str] | None = None
+
+    @property
+    def phrase(self) -> str:
+        """What is expected of a value, in words."""
+        return f"{self.name} with its unit, for example '{self.example}'"
+
+
+LENGTH = Kind("a length", "m", "1 cm")
+AREA = Kind("an area", "m2", "13.86 m2")
+SECOND_MOMENT = Kind("a second moment of area", "m4", "6.4e3 m4")
+MASS = Kind("a mass", "kg", "2502 t")
+INERTIA = Kind("a moment of inertia", "kg m2", "6.3e7 kg m2")
+DENSITY = Kind("a density", "kg/m3", "2400 kg/m3")
+TIME = Kind("a time", "s", "5 ms")
+FREQUENCY = Kind("a frequency", "Hz", "20 Hz", frozenset({"hertz"}))
+RATE = Kind("a rate", "1/s", "0.838 1/s", frozenset({"second", "minute", "hour"}))
+VELOCITY = Kind("a velocity", "m/s", "0.36 m/s")
+ACCELERATION = Kind("an acceleration", "m/s2", "2.3 m/s2")
+FORCE = Kind("a force", "N", "121 MN")
+STRESS = Kind("a stress", "Pa", "33 GPa")
+STIFFNESS = Kind("a stiffness", "N/m", "1e11 N/m")
+IMPULSE = Kind("an impulse", "N s", "829 kN s")
+ENERGY = Kind("an energy", "J", "4 kJ")
+
+KINDS = (
+    *(LENGTH, AREA, SECOND_MOMENT, MASS, INERTIA, DENSITY, TIME, FREQUENCY, RATE),
+    *(VELOCITY, ACCELERATION, FORCE, STRESS, STIFFNESS, IMPULSE, ENERGY),
+)
+
+_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_FACTOR = re.compile(r"([^\W\d_]+(?:_[^\W\d_]+)*)(?:(?:\^|\*\*)?([+-]?\d{1,2}))?")
+_UNNAMED = "a quantity of another dimension"
+_OPERATOR = re.compile(r"\s*[*·⋅./]\s*|\s+")
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """A unit taken apart: factor to SI base units, exponents of the dimensions, names in it."""
+
+    factor: float
+    dimension: tuple[tuple[str, str], ...]
+    symbols: frozenset[str]
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    """The registry of units, made on first use: importing pint takes longer than all the rest."""
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def _factors(text: str) -> list[tuple[str, int]]:
+    """Take a unit apart into names and exponents; a factor after ``/`` has its exponent negated."""
+    plain = text.translate(_SUPERSCRIPTS).strip()
+    sign, position = 1, 0
+    inverse = re.match(r"1\s*/\s*", plain)
+    if inverse:
+        sign, position = -1, inverse.end()
+    factors = []
+    while True:
+        match = _FACTOR.match(plain, position)
+        if match is None:
+            raise UnitError(f"'{text}' cannot be read as a unit")
+        factors.append((match[1], sign * int(match[2] or 1)))
+        if match.end() == len(plain):
+            return factors
+        operator = _OPERATOR.match(plain, match.end())
+        if operator is None:
+            raise UnitError(f"'{text}' cannot be read as a unit")
+        sign = -1 if "/" in operator[0] else 1
+        position = operator.end()
+
+
+@lru_cache(maxsize=512)
+def _measure(text: str) -> _Measured:
+    import pint
+
+    registry = _registry()
+    symbols = set()
+    total = registry.Quantity(1.0)
+    for name, exponent in _factors(text):
+        try:
+            parsed = registry.parse_unit_name(name)
+            if not parsed:
+                raise UnitError(f"'{name}' is not a unit known here")
+            symbols.add(parsed[0][1])
+            total = total * registry.Quantity(1.0, name) ** exponent
+        except (pint.PintError, OverflowError) as error:
+            raise UnitError(f"'{text}' cannot be used as a unit here") from error
+    base = total.to_base_units()
+    dimension = tuple(sorted((str(k), f"{v:g}") for k, v in base.dimensionality.items()))
+    return _Measured(base.magnitude, dimension, frozenset(symbols))
+
+
+def _is_of(measured: _Measured, kind: Kind) -> bool:
+    same = measured.dimension == _measure(kind.unit).dimension
+    return same and (kind.symbols is None or measured.symbols <= kind.symbols)
+
+
+def identify(text: str) -> str:
+    """Say in words what a unit measures: ``a stress`` for ``GPa``.
+
+    Raises:
+        UnitError: The text is not a unit.
+    """
+    measured = _measure(text)
+    for kind in KINDS:
+        if _is_of(measured, kind):
+            return kind.name
+    if not measured.dimension:
+        return "a number without dimension"
+    return _UNNAMED
+
+
+def si_factor(text: str, kind: Kind) -> float:
+    """Factor from a unit to the SI unit of a kind of quantity.
+
+    Args:
+        text: The unit, for example ``cm``, ``m/s2``, ``m/s^2``, ``kg·m²``. Where an acceleration
+            is expected ``g`` is the standard gravity, elsewhere the gram; ``t`` is the tonne.
+        kind: What the unit must measure.
+
+    Raises:
+        UnitError: The text is not a unit, or measures something else.
+    """
+    if kind is ACCELERATION and text.strip() == "g":
+        text = "standard_gravity"
+    measured = _measure(text)
+    if not _is_of(measured, kind):
+        given = identify(text)
+        if measured.dimension == _measure(kind.unit).dimension and given == _UNNAMED:
+            given = f"no unit for {kind.name}"  # rad/s where hertz is asked for
+        raise UnitError(f"'{text}' is {given}")
+    return measured.factor / _measure(kind.unit).factor
+
+
+def scale(value: float, factor: float) -> float:
+    """Product of a value and a unit's factor, correctly rounded for decimal submultiples.
+
+    1 cm becomes the float nearest to 0.01 although 0.01 itself is no float: the division by the
+    inverse, a whole number, rounds only once.
+    """
+    inverse = round(1.0 / factor) if 0.0 < factor < 1.0 else 0
+    if inverse and abs(inverse * factor - 1.0) < 4e-16:
+        return value / inverse
+    return value * factor
+
+
+def to_si(value: float, text: str) -> tuple[float, str]:
+    """Convert a value to SI and name the SI unit, whatever the kind of quantity.
+
+    Args:
+        value: The number before the unit.
+        text: The unit; empty, ``-`` or ``%`` for a number without dimension.
+
+    Raises:
+        UnitError: The text is not a unit, or no kind of quantity known here has it.
+    """
+    if text.strip() in {"", "-"}:
+        return value, "-"
+    if text.strip() == "%":
+        return value / 100.0, "-"
+    measured = _measure(text)
+    for kind in KINDS:
+        if _is_of(measured, kind):
+            return scale(value, si_factor(text, kind)), kind.unit
+    raise UnitError(f"'{text}' measures no kind of quantity known here")

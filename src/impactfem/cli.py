@@ -1,0 +1,145 @@
+"""The command line; no logic of its own."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from impactfem import __version__, log
+from impactfem.errors import ImpactfemError, InputError
+
+app = typer.Typer(
+    help="Earthquake pounding of adjacent buildings, and what it does to the equipment inside.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"impactfem {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Show details.")] = False,
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    del version
+    log.set_up(verbose)
+
+
+@app.command()
+def run(
+    case: CaseFile,
+    stage: Annotated[
+        str | None, typer.Option(help="Last stage to run; all stages when left out.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the run; runs/<case name> when left out.")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the run that the folder holds.")
+    ] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Compute finished stages again, too.")
+    ] = False,
+) -> None:
+    """Run a case: finished stages with the same inputs are reused."""
+    from impactfem import study
+
+    result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh)
+    table = Table("result", "value", "paper", "unit", title=str(result.folder / "summary.json"))
+    for scalar in result.scalars:
+        if scalar.name in result.published:
+            value = "-" if scalar.value is None else f"{scalar.value:.5g}"
+            table.add_row(scalar.name, value, f"{result.published[scalar.name]:.5g}", scalar.unit)
+    if table.row_count:
+        Console().print(table)
+    typer.echo(f"results: {result.folder}")
+
+
+@app.command()
+def check(case: CaseFile) -> None:
+    """Check a case file and all files it names; nothing is computed."""
+    from impactfem import study
+
+    found = study.check(case)
+    typer.echo(
+        f"{case}: good. {len(found.buildings)} buildings, {len(found.contacts)} contact pairs, "
+        f"{len(found.motions)} ground motions"
+    )
+
+
+@app.command()
+def new(
+    name: Annotated[Path, typer.Argument(metavar="NAME", help="Name of the new case.")],
+) -> None:
+    """Write a commented case file to start from."""
+    from impactfem.case.template import write_new_case
+
+    for path in write_new_case(name):
+        typer.echo(f"wrote {path}")
+
+
+@app.command()
+def verify(
+    only: Annotated[
+        str | None, typer.Option(help="Only the benchmarks with this in their name.")
+    ] = None,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the rows to this file.")
+    ] = None,
+) -> None:
+    """Compute the verification manual again on this machine."""
+    from impactfem.verify import manual
+
+    rows = manual.verify(only, json_file)
+    Console().print(manual.as_table(rows))
+    failed = [row for row in rows if not row.passed]
+    typer.echo(f"{len(rows) - len(failed)} of {len(rows)} within tolerance")
+    if failed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def bench(
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the figures to this file.")
+    ] = None,
+) -> None:
+    """Measure speed on this machine, as ratios in one run."""
+    from impactfem.bench import figures
+
+    Console().print(figures.as_table(figures.measure(json_file)))
+
+
+def main() -> None:
+    """Entry point: errors become one clear message each and an exit code, never a traceback.
+
+    Exit codes: 0 done, 1 a computation or check failed, 2 the input is not usable.
+    """
+    try:
+        app()
+    except InputError as error:
+        for fault in error.faults:
+            print(f"error: {fault}", file=sys.stderr)
+        raise SystemExit(2) from None
+    except ImpactfemError as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise SystemExit(1) from None
+    except KeyboardInterrupt:
+        print("interrupted; run again with --resume to go on", file=sys.stderr)
+        raise SystemExit(130) from None

@@ -1,0 +1,51 @@
+"""The errors of impactfem: one base, and the list of faults of an input."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+
+class ImpactfemError(Exception):
+    """Base of every error that impactfem raises on purpose. The message is for the user."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault of an input.
+
+    Args:
+        file: The file that holds the fault.
+        key: Where in the file: a dotted key (``buildings[0].floors``) or ``line 12``; may be empty
+            when the fault is the file's as a whole.
+        value: What stands there, as written; None when nothing does.
+        expected: What was expected, in words that say how to mend it.
+    """
+
+    file: Path | str
+    key: str
+    value: object | None
+    expected: str
+
+    def __str__(self) -> str:
+        where = f"{self.file}: {self.key}" if self.key else f"{self.file}"
+        found = "" if self.value is None else f" = {_short(self.value)}"
+        return f"{where}{found}: {self.expected}"
+
+
+class InputError(ImpactfemError):
+    """The input is not usable; carries every fault that was found, not only the first."""
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("\n".join(str(fault) for fault in self.faults))
+
+
+class SolutionError(ImpactfemError):
+    """A computation did not reach a result that may be used; says which and why."""
+
+
+def _short(value: object, limit: int = 80) -> str:
+    text = repr(value)
+    return text if len(text) <= limit else f"{text[: limit - 3]}..."

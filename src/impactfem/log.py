@@ -1,0 +1,97 @@
+"""Logging and progress: on a terminal, in a pipe, and in the run's own file."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+LOGGER = logging.getLogger("impactfem")
+
+
+def set_up(verbose: bool, rank: int = 0) -> None:
+    """Send the log to standard error: everything with `verbose`, else warnings and what matters.
+
+    Args:
+        verbose: Whether details are shown.
+        rank: Rank of this process; only rank 0 speaks.
+    """
+    LOGGER.setLevel(logging.DEBUG)
+    LOGGER.propagate = False
+    for handler in [h for h in LOGGER.handlers if not isinstance(h, logging.FileHandler)]:
+        LOGGER.removeHandler(handler)
+    if rank != 0:
+        LOGGER.addHandler(logging.NullHandler())
+        return
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    handler.setLevel(logging.DEBUG if verbose else logging.INFO)
+    LOGGER.addHandler(handler)
+
+
+@contextmanager
+def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
+    """Mirror the log to a file while the block runs, details included.
+
+    Args:
+        path: The file; appended to.
+        rank: Rank of this process; only rank 0 writes.
+    """
+    if rank != 0:
+        yield
+        return
+    handler = logging.FileHandler(path, encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
+    LOGGER.addHandler(handler)
+    try:
+        yield
+    finally:
+        LOGGER.removeHandler(handler)
+        handler.close()
+
+
+class Steps:
+    """The named steps of a run, with a bar and the remaining time on a terminal.
+
+    Args:
+        names: The steps in order, with their expected share of the time.
+    """
+
+    def __init__(self, names: dict[str, float]) -> None:
+        self._shares = names
+        self._console = Console(stderr=True)
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TimeElapsedColumn(),
+            TextColumn("remaining"),
+            TimeRemainingColumn(),
+            console=self._console,
+            transient=True,
+            disable=not self._console.is_terminal,
+        )
+        self._task = self._progress.add_task("", total=sum(names.values()))
+        self.times: dict[str, float] = {}
+
+    def __enter__(self) -> Steps:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._progress.stop()
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        """One step: shown while it runs, its wall time [s] kept in `times`."""
+        self._progress.update(self._task, description=name)
+        start = time.perf_counter()
+        yield
+        self.times[name] = time.perf_counter() - start
+        LOGGER.debug("%s: %.2f s", name, self.times[name])
+        self._progress.advance(self._task, self._shares[name])

@@ -1,0 +1,230 @@
+"""Synthetic ground motions whose response spectrum meets a design spectrum.
+
+A sum of harmonics with random phases ϕ_k under an envelope e(t),
+
+    a(t) = e(t) Σ_k A_k cos(2π f_k t + ϕ_k)                                              (1)
+
+after Gasparini and Vanmarcke (1976), SIMQKE, MIT R76-4. The amplitudes start as those of a
+stationary motion with the target as its spectrum, A_k ~ S_target(f_k) / √f_k, and are corrected
+by the ratio of the target to the response spectrum that the motion has,
+
+    A_k <- A_k S_target(f_k) / S(f_k)                                                    (2)
+
+The phases and the envelope stay. Every time (1) is evaluated, two things are done before its
+spectrum is taken, so that (2) sees and mends what they change:
+
+* the peaks are brought to the peak ground acceleration asked. With k = 0.8 of it, a sample of
+  size s = |a|/PGA > k becomes k + (1-k) u / (1 + (U-1) u/U), u = (s-k)/(1-k), U = u at the
+  largest peak: smooth at k, ascending, and 1 at the largest. Smaller samples stay as they are;
+  scaling the whole motion instead would move the whole spectrum;
+* the end velocity and displacement are taken out (:mod:`impactfem.motion.baseline`).
+
+Of all the motions visited the one with the least root mean square misfit is the result: (2) is
+no descent method, and may leave a good motion again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import fft
+
+from impactfem.errors import ImpactfemError, SolutionError
+from impactfem.motion.accelerogram import Accelerogram
+from impactfem.motion.baseline import BaselineCorrection
+from impactfem.motion.design_spectrum import DesignSpectrum
+from impactfem.motion.envelope import Envelope
+from impactfem.motion.misfit import Misfit, spectral_misfit
+from impactfem.spectra import logarithmic_frequencies
+from impactfem.spectra.peaks import displacement_peaks
+from impactfem.spectra.recurrence import step_coefficients
+from impactfem.spectra.upsampling import upsample, upsampling_factor
+
+FloatArray = npt.NDArray[np.float64]
+
+_KNEE = 0.8
+_PER_DECADE = 40  # of the iteration; the misfit is reported on a denser list
+_PEAK_PASSES = 100
+_PEAK_TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class SyntheticMotion:
+    """A synthetic motion and how well it meets its target.
+
+    Args:
+        accelerogram: The motion.
+        target: The design spectrum it was made for.
+        misfit: Of its response spectrum, over the matched frequencies.
+        iterations: Corrections (2) that the motion went through; those after it did worse.
+    """
+
+    accelerogram: Accelerogram
+    target: DesignSpectrum
+    misfit: Misfit
+    iterations: int
+
+
+def synthesise(
+    target: DesignSpectrum,
+    *,
+    duration: float,
+    time_step: float,
+    strong_phase: tuple[float, float],
+    seed: int,
+    pga: float | None = None,
+    iterations: int = 30,
+    matched: tuple[float, float] | None = None,
+    points_per_cycle: float = 20.0,
+    name: str = "",
+) -> SyntheticMotion:
+    """Make a motion whose response spectrum meets a design spectrum.
+
+    The same arguments give the same motion, on any machine and number of cores, to round-off.
+
+    Args:
+        target: Design spectrum, with its damping.
+        duration: Of the motion, a whole number of time steps [s].
+        time_step: Of the motion [s].
+        strong_phase: Begin and end of the strong phase, inside the duration [s].
+        seed: Of the random phases (numpy's PCG64), >= 0.
+        pga: Peak ground acceleration that the motion must have [m/s2]; None leaves it as it
+            comes, near the zero-period acceleration of the target.
+        iterations: Corrections of the amplitudes, >= 0.
+        matched: Lowest and highest frequency at which the target is to be met [Hz]: at least one
+            cycle in the duration, and not above the Nyquist frequency of the time step. Below
+            half the lowest and above twice the highest the harmonics hold nothing. None means
+            0.2 Hz to 50 Hz, or what the duration and 0.8 of the Nyquist frequency leave of it;
+            the misfit of the result says which.
+        points_per_cycle: Of the oscillators at the highest matched frequency [-].
+        name: Of the accelerogram.
+
+    Returns:
+        The motion, its target and its misfit.
+
+    Raises:
+        ImpactfemError: An argument is out of range.
+        SolutionError: The peak acceleration and the rest at the end cannot be had together.
+    """
+    n = _number_of_samples(duration, time_step)
+    if matched is None:
+        matched = (max(0.2, 1.0 / duration), min(50.0, 0.4 / time_step))
+    _check(seed, pga, iterations, matched, duration, time_step)
+    f_k, carrier = _carrier(target, n, time_step, matched, seed)
+    envelope = Envelope(duration, strong_phase).at(np.arange(n) * time_step)
+    at_rest = BaselineCorrection(n, time_step)
+    frequency = logarithmic_frequencies(*matched, _PER_DECADE)
+    wanted = target.pseudo_acceleration(frequency)
+    factor = upsampling_factor(time_step, matched[1], points_per_cycle)
+    oscillators = step_coefficients(time_step / factor, frequency, [target.damping])
+
+    def spectrum(acceleration: FloatArray) -> FloatArray:
+        fine = upsample(acceleration[None, :], factor)
+        return np.asarray(displacement_peaks(fine, oscillators)[0] * oscillators.omega**2)
+
+    def harmonics() -> FloatArray:
+        return np.asarray(envelope * fft.irfft(carrier, 2 * (f_k.size - 1))[:n])
+
+    carrier *= np.exp(np.mean(np.log(wanted / spectrum(harmonics()))))
+    best, best_rms, best_iteration = np.zeros(n), math.inf, 0
+    for iteration in range(iterations + 1):
+        motion = _finished(harmonics(), pga, at_rest)
+        ratio = wanted / spectrum(motion)
+        rms = float(np.sqrt(np.mean((1.0 / ratio - 1.0) ** 2)))
+        if rms < best_rms:
+            best, best_rms, best_iteration = motion, rms, iteration
+        # Below the matched range, where no ratio is known, nothing may be added: a drift could be.
+        carrier *= np.interp(f_k, frequency, ratio, left=min(1.0, float(ratio[0])))
+
+    origin = f"synthetic, seed {seed}, {best_iteration} iterations"
+    accelerogram = Accelerogram(time_step, best, name, origin)
+    misfit = spectral_misfit(accelerogram, target, *matched, points_per_cycle=points_per_cycle)
+    return SyntheticMotion(accelerogram, target, misfit, best_iteration)
+
+
+def _carrier(
+    target: DesignSpectrum, n: int, time_step: float, matched: tuple[float, float], seed: int
+) -> tuple[FloatArray, npt.NDArray[np.complex128]]:
+    """Frequencies f_k and starting values A_k exp(iϕ_k) of (1), up to a common factor."""
+    period = fft.next_fast_len(n, real=True)
+    period += period % 2
+    f_k = np.arange(period // 2 + 1) / (period * time_step)
+    low, high = matched
+    edge = min(2.0 * high, float(f_k[-1]))
+    band = np.clip(f_k / (0.5 * low) - 1.0, 0.0, 1.0) * np.clip(
+        (edge - f_k) / max(edge - high, f_k[1]), 0.0, 1.0
+    )
+    amplitude = np.zeros(f_k.size)
+    amplitude[1:] = target.pseudo_acceleration(f_k[1:]) / np.sqrt(f_k[1:]) * band[1:]
+    phase = 2.0 * np.pi * np.random.Generator(np.random.PCG64(seed)).random(f_k.size)
+    return f_k, amplitude * np.exp(1j * phase)
+
+
+def _finished(
+    acceleration: FloatArray, pga: float | None, at_rest: BaselineCorrection
+) -> FloatArray:
+    """Bring a motion to rest at its end, and to its peak where one is asked.
+
+    Each spoils the other a little, by a part that shrinks from pass to pass.
+    """
+    a = at_rest(acceleration)
+    if pga is None:
+        return a
+    for _ in range(_PEAK_PASSES):
+        a = at_rest(_to_peak(a, pga))
+        if abs(np.abs(a).max() / pga - 1.0) <= _PEAK_TOLERANCE:
+            return a
+    raise SolutionError(
+        f"no motion was found that has its peak at {pga!r} m/s2 and is at rest at its end"
+    )
+
+
+def _to_peak(acceleration: FloatArray, pga: float) -> FloatArray:
+    """Bring the largest sample to the PGA, smoothly and without touching the small ones."""
+    s = np.abs(acceleration) / pga
+    top = float(s.max())
+    knee = min(_KNEE, 0.5 * top)
+    u = np.maximum(s - knee, 0.0) / (1.0 - knee)
+    U = (top - knee) / (1.0 - knee)
+    bent = u / (1.0 + (U - 1.0) * u / U)
+    size = np.where(u > 0.0, knee + (1.0 - knee) * bent, s)
+    return np.asarray(pga * np.copysign(size, acceleration))
+
+
+def _number_of_samples(duration: float, time_step: float) -> int:
+    if not (math.isfinite(time_step) and time_step > 0.0):
+        raise ImpactfemError(f"the time step must be positive, got {time_step!r} s")
+    if not (math.isfinite(duration) and duration > 0.0):
+        raise ImpactfemError(f"the duration must be positive, got {duration!r} s")
+    steps = duration / time_step
+    if abs(steps - round(steps)) > 1e-6 * max(steps, 1.0) or round(steps) < 16:
+        raise ImpactfemError(
+            "the duration must be a whole number of time steps, at least 16:"
+            f" {duration!r} s are {steps:.6g} steps of {time_step!r} s"
+        )
+    return round(steps) + 1
+
+
+def _check(
+    seed: int,
+    pga: float | None,
+    iterations: int,
+    matched: tuple[float, float],
+    duration: float,
+    time_step: float,
+) -> None:
+    if seed < 0 or iterations < 0:
+        raise ImpactfemError(
+            f"seed and iterations must not be negative, got {seed!r} and {iterations!r}"
+        )
+    if pga is not None and not (math.isfinite(pga) and pga > 0.0):
+        raise ImpactfemError(f"the peak ground acceleration must be positive, got {pga!r} m/s2")
+    lowest, nyquist = 1.0 / duration, 0.5 / time_step
+    if not lowest <= matched[0] < matched[1] <= nyquist:
+        raise ImpactfemError(
+            f"the matched frequencies must lie between {lowest:.4g} Hz (one cycle in the"
+            f" duration) and {nyquist:.4g} Hz (Nyquist), got {matched[0]!r} and {matched[1]!r} Hz"
+        )

@@ -1,0 +1,1 @@
+"""What a person gets: the summary, tables and figures, made from the stores."""

@@ -1,0 +1,66 @@
+"""How figures look: one size, one palette, captions below, panels lettered as in the paper."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from impactfem.files import atomic
+
+SETTINGS: dict[str, Any] = {
+    "font.size": 9.0,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "lines.linewidth": 1.0,
+    "legend.fontsize": 8.0,
+    "legend.framealpha": 0.9,
+    "figure.dpi": 150.0,
+    "savefig.dpi": 150.0,
+}
+# Okabe and Ito's colours: told apart with any colour vision, and in print.
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+BUILDINGS = (BLUE, RED, GREEN, ORANGE)
+
+
+def floor_colours(count: int) -> list[Any]:
+    """A colour for each floor, dark at the bottom, so that order can be read off."""
+    return [mpl.colormaps["viridis"](0.92 * k / max(count - 1, 1)) for k in range(count)]
+
+
+@contextmanager
+def figure(
+    path: Path, panels: tuple[int, int], size: tuple[float, float], caption: str
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """A figure with panels; it is written to `path` with its caption when the block ends.
+
+    Args:
+        path: The PNG file.
+        panels: Rows and columns.
+        size: Width and height without the caption [inch].
+        caption: Text below the figure.
+    """
+    lines = textwrap.wrap(caption, int(size[0] * 15))
+    below = 0.16 * len(lines) + 0.12
+    with mpl.rc_context(SETTINGS):  # type: ignore[arg-type]
+        # No pyplot: no global state, no display, nothing to close.
+        drawn = Figure(figsize=(size[0], size[1] + below), layout="constrained")
+        axes = drawn.subplots(*panels, squeeze=False).ravel().tolist()
+        yield drawn, axes
+        share = below / (size[1] + below)
+        drawn.get_layout_engine().set(rect=(0.0, share, 1.0, 1.0 - share))  # type: ignore[union-attr, call-arg]
+        drawn.text(0.02, 0.07 / (size[1] + below), "\n".join(lines), va="bottom", fontsize=8.5)
+        with atomic(path) as temporary:
+            drawn.savefig(temporary, format="png")
+
+
+def letter(axes: Sequence[Axes]) -> None:
+    """Letter the panels (a), (b), ... at their upper left."""
+    for index, panel in enumerate(axes):
+        panel.set_title(f"({chr(ord('a') + index)})", loc="left", fontsize=9.0)

@@ -1,0 +1,161 @@
+"""Response spectra of many records at once, with a bound of the sampling error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from impactfem.errors import ImpactfemError
+from impactfem.spectra.in_step import in_step_peak_responses
+from impactfem.spectra.peaks import peak_responses
+from impactfem.spectra.recurrence import FloatArray, step_coefficients
+from impactfem.spectra.upsampling import upsample, upsampling_factor
+
+Method = Literal["upsampled", "in-step"]
+
+_SAMPLES_AT_ONCE = 2**24  # of upsampled records, 128 MiB
+
+
+@dataclass(frozen=True)
+class ResponseSpectra:
+    """Spectra of n_r records at n_d dampings and n_f frequencies, and how well they are sampled.
+
+    Args:
+        frequency: Shape (n_f,) [Hz].
+        damping: Shape (n_d,) [-].
+        sd: Relative displacement max |x|, shape (n_d, n_r, n_f) [m].
+        psv: Pseudo-velocity ω Sd, shape (n_d, n_r, n_f) [m/s].
+        psa: Pseudo-acceleration ω² Sd, shape (n_d, n_r, n_f) [m/s2].
+        sa: Absolute acceleration max |x'' + a|, shape (n_d, n_r, n_f) [m/s2].
+        zpa: Zero-period acceleration, the largest |a| of the samples given, shape (n_r,) [m/s2].
+        zpa_interpolated: The same of the series that the oscillators saw, shape (n_r,) [m/s2]:
+            the limit of ``sa`` and ``psa`` at high frequency. Equal to ``zpa`` when nothing was
+            upsampled.
+        method: "upsampled" or "in-step".
+        upsampling_factor: How many new steps an old one was cut into; 1 when none was needed [-].
+        points_per_cycle: Samples in one cycle of the highest frequency, after upsampling [-].
+        peak_error_bound: Bound of the relative loss of a sinusoidal peak between two samples at
+            the highest frequency, 1 - cos(π / points_per_cycle) and at most 1; 0 for "in-step",
+            where the maximum is exact [-].
+        interpolation_factor: sinc²(1 / points_per_cycle): the amplitude that the straight lines
+            between the samples leave of input at the highest frequency [-].
+        nyquist_frequency: Of the records as given [Hz]. Above it the records hold nothing; an
+            oscillator above it is legitimate and its peak tends to the zero-period acceleration.
+    """
+
+    frequency: FloatArray
+    damping: FloatArray
+    sd: FloatArray
+    psv: FloatArray
+    psa: FloatArray
+    sa: FloatArray
+    zpa: FloatArray
+    zpa_interpolated: FloatArray
+    method: Method
+    upsampling_factor: int
+    points_per_cycle: float
+    peak_error_bound: float
+    interpolation_factor: float
+    nyquist_frequency: float
+
+    @property
+    def above_nyquist(self) -> npt.NDArray[np.bool_]:
+        """Which frequencies lie above the records' Nyquist frequency, shape (n_f,)."""
+        return np.asarray(self.frequency > self.nyquist_frequency)
+
+
+def response_spectra(
+    acceleration: npt.ArrayLike,
+    time_step: float,
+    frequencies: npt.ArrayLike,
+    dampings: npt.ArrayLike,
+    *,
+    points_per_cycle: float = 20.0,
+    method: Method = "upsampled",
+    threads: int = 1,
+) -> ResponseSpectra:
+    """Compute Sd, PSv, PSa, absolute Sa and ZPA for all records, dampings and frequencies.
+
+    Oscillators start at rest; after the last sample the base stands still and the free vibration
+    is followed to its exact maximum, so that a peak behind the end of a record is not lost.
+
+    With "upsampled" every record is refined once by band-limited interpolation
+    (:mod:`impactfem.spectra.upsampling`), so that the highest frequency gets at least
+    ``points_per_cycle`` samples a cycle; the peaks are then those at the samples. With "in-step"
+    the records are taken as straight lines between their samples, and the maximum of the exact
+    response inside each step is found; right where the input truly is piecewise linear.
+
+    Args:
+        acceleration: Records in rows, shape (n_r, n), or one record, shape (n,) [m/s2]; n >= 2.
+        time_step: Step of the records [s].
+        frequencies: Natural frequencies, shape (n_f,) [Hz], positive, in any order.
+        dampings: Damping ratios, shape (n_d,) [-], 0 <= ratio < 1.
+        points_per_cycle: Samples wanted in a cycle of the highest frequency, at least 2 [-]; not
+            used by "in-step".
+        method: See above.
+        threads: Records are shared out to so many threads ("upsampled" only) [-].
+
+    Returns:
+        The spectra, with the points per cycle reached and the bound of the loss between samples.
+
+    Raises:
+        ImpactfemError: A record is too short or not finite, or a parameter is out of range.
+    """
+    a = np.ascontiguousarray(np.atleast_2d(np.asarray(acceleration, dtype=np.float64)))
+    if a.ndim != 2 or a.shape[0] < 1 or a.shape[1] < 2:
+        raise ImpactfemError(
+            f"records must have shape (records, samples) with at least 2 samples, got {a.shape}"
+        )
+    if not np.all(np.isfinite(a)):
+        first = int(np.argmin(np.isfinite(a).all(axis=1)))
+        raise ImpactfemError(f"record {first} holds a value that is not a finite number")
+    if not points_per_cycle >= 2.0:
+        raise ImpactfemError(f"points per cycle must be at least 2, got {points_per_cycle!r}")
+    if method not in get_args(Method):
+        raise ImpactfemError(f"the method is one of {get_args(Method)}, got {method!r}")
+
+    coarse = step_coefficients(time_step, frequencies, dampings)  # also validates the arguments
+    f = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
+    d = np.atleast_1d(np.asarray(dampings, dtype=np.float64))
+    h = coarse.time_step
+    highest = float(f.max())
+    zpa = np.abs(a).max(axis=1)
+    if method == "in-step":
+        factor, zpa_interpolated = 1, zpa
+        sd, sa = in_step_peak_responses(a, coarse)
+    else:
+        factor = upsampling_factor(h, highest, points_per_cycle)
+        fine_step = step_coefficients(h / factor, f, d)
+        sd, sa = np.empty((2, a.shape[0], f.size * d.size))
+        zpa_interpolated = np.empty(a.shape[0])
+        chunk = max(1, _SAMPLES_AT_ONCE // (a.shape[1] * factor))
+        for first in range(0, a.shape[0], chunk):
+            part = slice(first, first + chunk)
+            fine = upsample(a[part], factor)
+            sd[part], sa[part] = peak_responses(fine, fine_step, threads=threads)
+            zpa_interpolated[part] = np.abs(fine).max(axis=1)
+
+    points = factor / (highest * h)
+    shape = (a.shape[0], d.size, f.size)
+    omega = 2.0 * np.pi * f
+    displacement = np.ascontiguousarray(np.moveaxis(sd.reshape(shape), 1, 0))
+    sampled = method == "upsampled"
+    return ResponseSpectra(
+        frequency=f,
+        damping=d,
+        sd=displacement,
+        psv=displacement * omega,
+        psa=displacement * omega**2,
+        sa=np.ascontiguousarray(np.moveaxis(sa.reshape(shape), 1, 0)),
+        zpa=zpa,
+        zpa_interpolated=zpa_interpolated,
+        method=method,
+        upsampling_factor=factor,
+        points_per_cycle=points,
+        peak_error_bound=float(1.0 - np.cos(np.pi / max(points, 2.0))) if sampled else 0.0,
+        interpolation_factor=float(np.sinc(1.0 / points) ** 2),
+        nyquist_frequency=0.5 / h,
+    )

@@ -1,0 +1,1 @@
+"""Stick models of buildings, and what happens when they pound."""

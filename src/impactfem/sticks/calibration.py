@@ -1,0 +1,221 @@
+"""Calibration of sticks on target frequencies and effective masses (paper, section 3.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+from numpy.typing import NDArray
+
+from impactfem.errors import ImpactfemError, SolutionError
+from impactfem.sticks.modes import FAMILIES
+from impactfem.sticks.stick import Stick
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Target:
+    """What one mode of one building should be.
+
+    Args:
+        building: Name of the building.
+        mode: Number of the mode in its family, from 1, in natural order.
+        frequency: Natural frequency [Hz].
+        effective_mass: Effective modal mass [kg]; None where it is not a target.
+        frequency_weight: Weight of the relative error of the frequency [-].
+        mass_weight: Weight of the relative error of the effective mass [-].
+    """
+
+    building: str
+    mode: int
+    frequency: float
+    effective_mass: float | None
+    frequency_weight: float = 1.0
+    mass_weight: float = 1.0
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What the calibration may change, and how far.
+
+    Args:
+        factor: Least and largest storey stiffness factor [-].
+        height_min: Least height of each storey, shape (n_storeys,) [m].
+        height_max: Largest height of each storey, shape (n_storeys,) [m].
+        height: Height of the top mass centre above the base, kept [m].
+        rigid_depth: Rigid depth of a floor, lower plus upper part, kept [m].
+    """
+
+    factor: tuple[float, float]
+    height_min: Array
+    height_max: Array
+    height: float
+    rigid_depth: float
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The calibrated values, shared by all buildings of the targets.
+
+    Args:
+        factor: Storey stiffness factor [-].
+        heights: Storey heights, mass centre to mass centre, shape (n_storeys,) [m].
+        below: Rigid depth below the mass centre [m].
+        above: Rigid depth above it [m].
+    """
+
+    factor: float
+    heights: Array
+    below: float
+    above: float
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The result of a calibration.
+
+    Args:
+        parameters: The calibrated values.
+        targets: The targets.
+        frequency: The frequency of each target's mode [Hz].
+        effective_mass: Its effective mass [kg].
+    """
+
+    parameters: Parameters
+    targets: tuple[Target, ...]
+    frequency: Array
+    effective_mass: Array
+
+    @property
+    def frequency_error(self) -> Array:
+        """Relative error of each target's frequency [-]."""
+        return np.asarray(self.frequency / [t.frequency for t in self.targets] - 1.0)
+
+    @property
+    def mass_error(self) -> Array:
+        """Relative error of each target's effective mass [-]; nan where it is none."""
+        asked = [np.nan if t.effective_mass is None else t.effective_mass for t in self.targets]
+        return np.asarray(self.effective_mass / asked - 1.0)
+
+
+def family_modes(stick: Stick, direction: str) -> tuple[Array, Array]:
+    """Frequencies [Hz] and effective masses [kg] of one family, in natural order.
+
+    A straight stick moves along y without moving along x, z or about z, so the family's own
+    degrees of freedom are enough.
+    """
+    components = FAMILIES[direction]
+    dofs = np.array([6 * i + c for i in range(stick.n // 6) for c in components])
+    values, shapes = scipy.linalg.eigh(stick.K[np.ix_(dofs, dofs)], stick.M[np.ix_(dofs, dofs)])
+    r = stick.rigid_body()[dofs, components[0]]
+    participation = r @ stick.M[np.ix_(dofs, dofs)] @ shapes
+    return np.sqrt(values) / (2.0 * np.pi), participation**2
+
+
+def assess(
+    make: Callable[[str, Parameters], Stick],
+    targets: Sequence[Target],
+    parameters: Parameters,
+    *,
+    direction: str,
+) -> Calibration:
+    """What given parameters make of the targets; nothing is fitted. Arguments as `calibrate`."""
+    names = sorted({t.building for t in targets})
+    found = {name: family_modes(make(name, parameters), direction) for name in names}
+    frequency = np.array([found[t.building][0][t.mode - 1] for t in targets])
+    mass = np.array([found[t.building][1][t.mode - 1] for t in targets])
+    return Calibration(parameters, tuple(targets), frequency, mass)
+
+
+def calibrate(
+    make: Callable[[str, Parameters], Stick],
+    targets: Sequence[Target],
+    bounds: Bounds,
+    *,
+    direction: str,
+    start: Parameters,
+    starts: int,
+    seed: int,
+) -> Calibration:
+    """Fit storey stiffness factor, storey heights and the split of the rigid depth.
+
+    Minimises ½ Σ (w_f (f/f_target - 1))² + (w_m (m/m_target - 1))² under the bounds and the given
+    total height. All frequencies go with the square root of the factor and the masses do not
+    depend on it, so the best factor follows in closed form for any heights and split; the rest is
+    found by SLSQP (Kraft 1988) from several starts, of which the best result counts.
+
+    Args:
+        make: Makes the stick of a building from parameters; massless points are not allowed.
+        targets: What to reach.
+        bounds: What may change.
+        direction: Direction of the family, "x" or "y".
+        start: First start.
+        starts: Number of starts; the others are drawn at random inside the bounds.
+        seed: Seed of the draw.
+
+    Raises:
+        ImpactfemError: The bounds of the heights leave no room for the total height.
+        SolutionError: No start led to a result.
+    """
+    low, high = bounds.height_min, bounds.height_max
+    if not low.sum() <= bounds.height <= high.sum():
+        raise ImpactfemError(
+            f"storey heights between {low.sum():.4g} m and {high.sum():.4g} m in all cannot add up "
+            f"to calibration.height = {bounds.height:.4g} m"
+        )
+    f_target = np.array([t.frequency for t in targets])
+    w_f = np.array([t.frequency_weight for t in targets])
+    m_target = np.array([t.effective_mass or 1.0 for t in targets])
+    w_m = np.array([t.mass_weight if t.effective_mass is not None else 0.0 for t in targets])
+    free = high > low
+
+    def parameters(x: Array, factor: float = 1.0) -> Parameters:
+        heights = low.copy()
+        heights[free] = x[:-1]
+        below = float(np.clip(x[-1], 0.0, 1.0)) * bounds.rigid_depth
+        return Parameters(factor, heights, below, bounds.rigid_depth - below)
+
+    def evaluate(x: Array) -> tuple[Array, Array, float]:
+        unit = assess(make, targets, parameters(x), direction=direction)
+        ratio = w_f * unit.frequency / f_target
+        root = float(np.clip(w_f @ ratio / (ratio @ ratio), *np.sqrt(bounds.factor)))
+        return root * unit.frequency, unit.effective_mass, root**2
+
+    def cost(x: Array) -> float:
+        frequency, mass, _ = evaluate(x)
+        errors = np.concatenate([w_f * (frequency / f_target - 1), w_m * (mass / m_target - 1)])
+        return 0.5 * float(errors @ errors)
+
+    rng = np.random.default_rng(seed)
+    split = start.below / bounds.rigid_depth if bounds.rigid_depth > 0.0 else 0.5
+    first = np.append(np.clip(start.heights, low, high)[free], split)
+    limits = [*zip(low[free], high[free], strict=True), (0.0, 1.0)]
+    span = np.array(limits)
+    candidates = [first] + [rng.uniform(span[:, 0], span[:, 1]) for _ in range(starts - 1)]
+    rest = bounds.height - float(low[~free].sum())
+    height_kept = {
+        "type": "eq",
+        "fun": lambda x: np.sum(x[:-1]) - rest,
+        "jac": lambda x: np.append(np.ones(x.size - 1), 0.0),
+    }
+    best: scipy.optimize.OptimizeResult | None = None
+    for x0 in candidates:
+        result = scipy.optimize.minimize(
+            cost,
+            x0,
+            method="SLSQP",
+            bounds=limits,
+            constraints=[height_kept] if free.any() else [],
+            options={"ftol": 1e-10, "maxiter": 200},
+        )
+        kept = not free.any() or abs(height_kept["fun"](result.x)) < 1e-6  # type: ignore[operator]
+        if kept and np.isfinite(result.fun) and (best is None or result.fun < best.fun):
+            best = result
+    if best is None:
+        raise SolutionError(f"the calibration of the sticks found no result from {starts} starts")
+    frequency, mass, factor = evaluate(best.x)
+    return Calibration(parameters(best.x, factor), tuple(targets), frequency, mass)

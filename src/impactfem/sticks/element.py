@@ -1,0 +1,110 @@
+"""The Timoshenko beam element of a storey: a vertical member with six degrees of freedom a node."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+DOFS = ("ux", "uy", "uz", "rx", "ry", "rz")
+
+
+@dataclass(frozen=True)
+class Section:
+    """Cross-section and material of a vertical member, in the building's axes.
+
+    Args:
+        E: Young's modulus [Pa].
+        G: Shear modulus [Pa].
+        A: Area [m2].
+        Avx: Shear area along x [m2].
+        Avy: Shear area along y [m2].
+        Ix: Second moment of area about x, for bending that moves the member along y [m4].
+        Iy: Second moment of area about y, for bending that moves the member along x [m4].
+        Iz: Torsion constant about the member's axis [m4].
+    """
+
+    E: float
+    G: float
+    A: float
+    Avx: float
+    Avy: float
+    Ix: float
+    Iy: float
+    Iz: float
+
+
+def bending_stiffness(L: float, EI: float, GAv: float) -> Array:
+    """Stiffness of a Timoshenko member bending in one plane.
+
+    With Φ = 12 EI / (G A_v L²) the matrix is exact for end loads (Przemieniecki 1968, Theory of
+    Matrix Structural Analysis, equation 5.116).
+
+    Args:
+        L: Length [m].
+        EI: Bending stiffness [N m2].
+        GAv: Shear stiffness [N].
+
+    Returns:
+        Matrix of shape (4, 4) for (v₁, φ₁, v₂, φ₂), where φ = dv/dz for a member without shear
+        strain [N, m].
+    """
+    Phi = 12.0 * EI / (GAv * L**2)
+    k = EI / (L**3 * (1.0 + Phi))
+    return k * np.array(
+        [
+            [12.0, 6.0 * L, -12.0, 6.0 * L],
+            [6.0 * L, (4.0 + Phi) * L**2, -6.0 * L, (2.0 - Phi) * L**2],
+            [-12.0, -6.0 * L, 12.0, -6.0 * L],
+            [6.0 * L, (2.0 - Phi) * L**2, -6.0 * L, (4.0 + Phi) * L**2],
+        ]
+    )
+
+
+def storey_stiffness(L: float, section: Section) -> Array:
+    """Stiffness of a vertical member between a lower and an upper node.
+
+    Axial, torsional and bending parts do not couple: the section's axes are the building's.
+    A rotation about x tilts the member so that dv/dz = -r_x along y; one about y so that
+    du/dz = +r_y along x.
+
+    Args:
+        L: Length [m].
+        section: The section.
+
+    Returns:
+        Matrix of shape (12, 12), the lower node's six components (ux, uy, uz, rx, ry, rz) first.
+    """
+    k = np.zeros((12, 12))
+    for dof, rigidity in ((2, section.E * section.A), (5, section.G * section.Iz)):
+        k[np.ix_([dof, dof + 6], [dof, dof + 6])] += (
+            rigidity / L * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        )
+    for u, r, sign, EI, GAv in (
+        (0, 4, 1.0, section.E * section.Iy, section.G * section.Avx),
+        (1, 3, -1.0, section.E * section.Ix, section.G * section.Avy),
+    ):
+        signs = np.array([1.0, sign, 1.0, sign])
+        dofs = [u, r, u + 6, r + 6]
+        k[np.ix_(dofs, dofs)] += bending_stiffness(L, EI, GAv) * np.outer(signs, signs)
+    return k
+
+
+def rigid_link(offset: Array) -> Array:
+    """Motion of a point that a rigid link ties to a node: u + θ × r, and the same θ.
+
+    Args:
+        offset: Vector r from the node to the point, shape (3,) [m].
+
+    Returns:
+        Matrix of shape (6, 6) that takes the node's components to the point's.
+    """
+    x, y, z = offset
+    T = np.eye(6)
+    T[0, 4], T[0, 5] = z, -y
+    T[1, 3], T[1, 5] = -z, x
+    T[2, 3], T[2, 4] = y, -x
+    return T

@@ -1,0 +1,128 @@
+"""Impact events: when each pair touched, how hard, and what the law made of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.sticks.contact import law_force
+from impactfem.sticks.pounding import Pair, Response
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One impact of one pair: a run of steps with a contact force.
+
+    Args:
+        pair: The pair.
+        index: Its index in the system.
+        first: Index of the first time with a force.
+        last: Index of the last time with a force.
+        start: Time when the gap closed, interpolated [s].
+        end: Time when the force ended, interpolated [s].
+        peak_time: Time of the largest force [s].
+        peak_force: Largest force [N].
+        impulse: Time integral of the force [N s].
+        penetration: Largest penetration [m].
+        approach: Speed of approach at the last time before the force, positive [m/s].
+        separation: Speed of separation at the first time after it, positive when they part [m/s].
+        dissipated: Energy that the contact law took over the impact, by the work of the force [J].
+        defect: Energy that the time stepping added to it: minus the work of the force on the
+            buildings, less what the law's dashpot took [J]; positive when energy was lost.
+    """
+
+    pair: Pair
+    index: int
+    first: int
+    last: int
+    start: float
+    end: float
+    peak_time: float
+    peak_force: float
+    impulse: float
+    penetration: float
+    approach: float
+    separation: float
+    dissipated: float
+    defect: float
+
+    @property
+    def duration(self) -> float:
+        """Duration of the impact [s]."""
+        return self.end - self.start
+
+    @property
+    def steps(self) -> int:
+        """Number of computed times with a force."""
+        return self.last - self.first + 1
+
+    @property
+    def restitution(self) -> float:
+        """Speed of separation over speed of approach [-]."""
+        return self.separation / self.approach
+
+
+def impacts(response: Response) -> list[Impact]:
+    """All impacts of a response in order of their start.
+
+    An impact that is still going on when the response ends is left out of no sum: it is listed
+    with the last time as its end.
+    """
+    found = []
+    for index, pair in enumerate(response.system.pairs):
+        force = response.force[:, index]
+        touching = np.concatenate([[False], force != 0.0, [False]])
+        edges = np.flatnonzero(np.diff(touching.astype(np.int8)))
+        for first, after in edges.reshape(-1, 2):
+            found.append(_impact(response, pair, index, int(first), int(after) - 1))
+    return sorted(found, key=lambda impact: impact.start)
+
+
+def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -> Impact:
+    dt = response.time_step
+    n_t = response.time.size
+    F = response.force[:, index]
+    gap = response.gap[:, index]
+    rate = response.gap_rate[:, index]
+    # The step before the first force and the one after the last belong to the impact as well:
+    # the gap crosses zero inside them.
+    low, high = max(first - 1, 0), min(last + 1, n_t - 1)
+    window = slice(low, high + 1)
+    start = _crossing(dt, low, first, gap)
+    end = _crossing(dt, last, high, gap)
+    f, g, r = F[window], gap[window], rate[window]
+    work = 0.5 * float(np.sum(np.diff(g) * (f[:-1] + f[1:])))
+    law = pair.law
+    elastic = np.array([law_force(law.code, law.parameters, -x, 0.0)[0] for x in g])
+    dashpot = ((f - elastic) * -r)[first - low : last - low + 1]
+    # Over the time of contact only, not over the whole of the steps in which it begins and ends.
+    taken = float(np.sum(0.5 * dt * (dashpot[:-1] + dashpot[1:])))
+    taken += dashpot[0] * (dt * first - start) + dashpot[-1] * (end - dt * last)
+    peak = int(np.argmax(F[first : last + 1])) + first
+    return Impact(
+        pair=pair,
+        index=index,
+        first=first,
+        last=last,
+        start=start,
+        end=end,
+        peak_time=float(dt * peak),
+        peak_force=float(F[peak]),
+        impulse=float(np.sum(0.5 * dt * (f[:-1] + f[1:]))),
+        penetration=float(np.max(-g)),
+        approach=float(-rate[low]),
+        separation=float(rate[high]),
+        dissipated=-work,
+        defect=-work - taken,
+    )
+
+
+def _crossing(dt: float, i: int, j: int, gap: Array) -> float:
+    """Time where the gap crosses zero between two times, or the later one where it does not."""
+    if i == j or gap[i] * gap[j] > 0.0 or gap[i] == gap[j]:
+        return float(dt * j)
+    return float(dt * (i + (j - i) * gap[i] / (gap[i] - gap[j])))

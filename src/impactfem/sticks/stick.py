@@ -1,0 +1,261 @@
+"""The stick model of one building: floors as rigid bodies on Timoshenko storeys."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.errors import ImpactfemError
+from impactfem.sticks.damping import Rayleigh
+from impactfem.sticks.element import Section, rigid_link, storey_stiffness
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Floor:
+    """A floor as a rigid body, and the storey below it.
+
+    Args:
+        number: The floor's number, unique in its building.
+        mass: Mass M [kg].
+        inertia: Moments of inertia (J_x, J_y, J_z) about the mass centre [kg m2].
+        height: From the mass centre below (or the base) to this mass centre [m].
+        section: Section of the storey below the floor, stiffness factors included.
+        damping: Rayleigh coefficients of the storey (β) and of the floor's mass (α).
+        below: From the mass centre down to the lower edge of the rigid zone [m].
+        above: From the mass centre up to its upper edge [m].
+    """
+
+    number: int
+    mass: float
+    inertia: tuple[float, float, float]
+    height: float
+    section: Section
+    damping: Rayleigh
+    below: float = 0.0
+    above: float = 0.0
+
+
+@dataclass(frozen=True)
+class StoreyElement:
+    """One beam element: its master nodes, its links to them, and its stiffness.
+
+    Args:
+        storey: Index of the storey, from 0 at the base.
+        dofs: Degrees of freedom of the two masters, shape (12,); -1 where clamped.
+        T: From the masters' components to the element's ends, shape (12, 12).
+        k: Stiffness between the element's ends, shape (12, 12).
+        beta: Stiffness-proportional damping coefficient [s].
+    """
+
+    storey: int
+    dofs: NDArray[np.int64]
+    T: Array
+    k: Array
+    beta: float
+
+
+@dataclass(frozen=True)
+class Stick:
+    """Assembled matrices of a stick and the positions of its masters.
+
+    Masters are the floors' mass centres, bottom to top, then the points that contact adds inside
+    storeys. Each has the components (ux, uy, uz, rx, ry, rz), so n = 6 n_masters.
+
+    Args:
+        name: The building's name.
+        floors: The floors, bottom to top.
+        axis: Plan position (x, y) of the stick [m].
+        base: Elevation of the clamped base [m].
+        positions: Position of each master, shape (n_masters, 3) [m].
+        M: Mass matrix, shape (n, n) [kg, kg m2].
+        C: Damping matrix, shape (n, n) [N s/m, N m s].
+        K: Stiffness matrix, shape (n, n) [N/m, N m].
+        elements: The beam elements, for the forces in the storeys.
+        storey_points: Master of each (storey number, relative height) added for contact.
+    """
+
+    name: str
+    floors: tuple[Floor, ...]
+    axis: tuple[float, float]
+    base: float
+    positions: Array
+    M: Array
+    C: Array
+    K: Array
+    elements: tuple[StoreyElement, ...]
+    storey_points: Mapping[tuple[int, float], int] = field(default_factory=dict)
+
+    @property
+    def n(self) -> int:
+        """Number of degrees of freedom."""
+        return int(self.M.shape[0])
+
+    def floor_master(self, number: int) -> int:
+        """Index of the master that is the mass centre of the floor with this number.
+
+        Raises:
+            ImpactfemError: The stick has no such floor.
+        """
+        for index, floor in enumerate(self.floors):
+            if floor.number == number:
+                return index
+        known = ", ".join(str(floor.number) for floor in self.floors)
+        raise ImpactfemError(f"building {self.name} has no floor {number}; its floors: {known}")
+
+    def translation(self, master: int, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
+        """Operator from the displacements to the translation of a point tied to a master.
+
+        Args:
+            master: Index of the master.
+            offset: From the master to the point [m].
+
+        Returns:
+            Matrix of shape (3, n).
+        """
+        B = np.zeros((3, self.n))
+        B[:, 6 * master : 6 * master + 6] = rigid_link(np.asarray(offset, dtype=float))[:3]
+        return B
+
+    def rigid_body(self) -> Array:
+        """Displacements of unit rigid-body motions about the base point of the axis.
+
+        Returns:
+            Matrix of shape (n, 6): translations along x, y, z, then rotations about them.
+        """
+        origin = np.array([*self.axis, self.base])
+        return np.vstack([rigid_link(position - origin) for position in self.positions])
+
+    def point_mass(self, master: int, offset: Sequence[float], normal: Array) -> float:
+        """Effective mass of a point of the stick along a direction.
+
+        m = 1 / (j M⁻¹ jᵀ), j the point's translation along the direction: the floor's mass for a
+        point on a line through its mass centre, less for an eccentric one. A point inside a storey
+        has no mass of its own; it gets the interpolation of the floors beside it.
+
+        Args:
+            master: Index of the point's master.
+            offset: From the master to the point [m].
+            normal: Unit vector, shape (3,).
+
+        Returns:
+            The effective mass [kg].
+        """
+        weights = [(master, 1.0)]
+        n_floors = len(self.floors)
+        if master >= n_floors:
+            storey, s = next(k for k, m in self.storey_points.items() if m == master)
+            upper = self.floor_master(storey)
+            weights = [(upper, s)] + ([(upper - 1, 1.0 - s)] if upper else [])
+        inverse = 0.0
+        for node, weight in weights:
+            block = slice(6 * node, 6 * node + 6)
+            j = weight * normal @ rigid_link(np.asarray(offset, dtype=float))[:3]
+            inverse += float(j @ np.linalg.solve(self.M[block, block], j))
+        return 1.0 / inverse
+
+    def storey_forces(self, u: Array) -> Array:
+        """Elastic forces in each storey, at its upper end, acting on the part above.
+
+        Args:
+            u: Displacements, shape (..., n) [m, rad].
+
+        Returns:
+            Shape (..., n_storeys, 6): forces (x, y, z) [N] and moments [N m].
+        """
+        result = np.zeros((*u.shape[:-1], len(self.floors), 6))
+        padded = np.concatenate([u, np.zeros((*u.shape[:-1], 1))], axis=-1)
+        for element in self.elements:
+            # Only the topmost element of a storey is kept: later ones overwrite.
+            ends = padded[..., element.dofs] @ (element.k @ element.T).T
+            result[..., element.storey, :] = -ends[..., 6:]
+        return result
+
+
+def build_stick(
+    name: str,
+    floors: Sequence[Floor],
+    *,
+    axis: tuple[float, float] = (0.0, 0.0),
+    base: float = 0.0,
+    storey_points: Sequence[tuple[int, float]] = (),
+) -> Stick:
+    """Assemble a stick from its floors.
+
+    Each floor has three nodes (lower edge of the cross beams, mass centre, upper edge); rigid
+    links tie the edges to the mass centre by transformation, so that no large stiffness enters.
+    The storeys between the edges are massless; all mass is the floors'. Damping is by part:
+    α M on floors, β K on storeys (paper, section 3.2.2).
+
+    Args:
+        name: The building's name.
+        floors: The floors, bottom to top.
+        axis: Plan position (x, y) of the axis [m].
+        base: Elevation of the clamped base [m].
+        storey_points: Points (floor number above, relative height of the flexible part, 0 to 1)
+            where contact needs a node of its own inside a storey.
+
+    Raises:
+        ImpactfemError: A storey has no flexible length left between its rigid zones.
+    """
+    n_floors = len(floors)
+    z = base + np.cumsum([floor.height for floor in floors])
+    positions = [np.array([*axis, height]) for height in z]
+    masters: dict[tuple[int, float], int] = {}
+    elements: list[StoreyElement] = []
+    for index, floor in enumerate(floors):
+        # An end of a beam: (master, or -1 for the clamped base; offset along z from the master).
+        low = (index - 1, floors[index - 1].above) if index else (-1, 0.0)
+        z_low = z[index - 1] + floors[index - 1].above if index else base
+        z_high = z[index] - floor.below
+        if not z_high > z_low:
+            raise ImpactfemError(
+                f"building {name}: the storey below floor {floor.number} has no flexible length: "
+                f"its rigid zones leave {z_high - z_low:.3g} m"
+            )
+        ends = [(low, z_low)]
+        for s in sorted({s for number, s in storey_points if number == floor.number}):
+            masters[floor.number, s] = len(positions)
+            positions.append(np.array([*axis, z_low + s * (z_high - z_low)]))
+            ends.append(((len(positions) - 1, 0.0), positions[-1][2]))
+        ends.append(((index, -floor.below), z_high))
+        for ((m1, offset1), z1), ((m2, offset2), z2) in pairwise(ends):
+            T = np.zeros((12, 12))
+            T[:6, :6] = rigid_link(np.array([0.0, 0.0, offset1]))
+            T[6:, 6:] = rigid_link(np.array([0.0, 0.0, offset2]))
+            dofs = np.array(
+                [6 * m + c if m >= 0 else -1 for m in (m1, m2) for c in range(6)], dtype=np.int64
+            )
+            k = storey_stiffness(float(z2 - z1), floor.section)
+            elements.append(StoreyElement(index, dofs, T, k, floor.damping.beta))
+    n = 6 * len(positions)
+    M = np.zeros((n, n))
+    C = np.zeros((n, n))
+    for index, floor in enumerate(floors):
+        block = np.arange(6 * index, 6 * index + 6)
+        M[block, block] = [floor.mass] * 3 + list(floor.inertia)
+        C[block, block] = floor.damping.alpha * M[block, block]
+    K = np.zeros((n, n))
+    for element in elements:
+        k = element.T.T @ element.k @ element.T
+        free = element.dofs >= 0
+        where = np.ix_(element.dofs[free], element.dofs[free])
+        K[where] += k[np.ix_(free, free)]
+        C[where] += element.beta * k[np.ix_(free, free)]
+    return Stick(
+        name=name,
+        floors=tuple(floors[:n_floors]),
+        axis=axis,
+        base=base,
+        positions=np.array(positions),
+        M=M,
+        C=C,
+        K=(K + K.T) / 2.0,
+        elements=tuple(elements),
+        storey_points=masters,
+    )

@@ -1,0 +1,68 @@
+"""All benchmarks of the manual, run and shown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.table import Table
+
+from impactfem.errors import Fault, InputError
+from impactfem.files import write_json
+from impactfem.log import LOGGER
+from impactfem.verify import contact, integrator, oscillator, sticks
+from impactfem.verify.row import Row
+
+BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
+    "shock_on_wall": contact.shock_on_wall,
+    "kelvin_voigt": contact.kelvin_voigt_closed_forms,
+    "restitution": contact.restitution_obtained,
+    "contact_energy": contact.contact_energy_order,
+    "newmark_order": integrator.order,
+    "energy_identity": integrator.energy_identity,
+    "oscillator_sdll06": oscillator.triangular_pulse,
+    "oscillator_exact": oscillator.piecewise_linear,
+    "cantilever": sticks.cantilever,
+    "paper_tables": sticks.paper_tables,
+}
+
+
+def verify(only: str | None = None, json_file: Path | None = None) -> list[Row]:
+    """Run the benchmarks.
+
+    Args:
+        only: Only those with this in their name; all when None.
+        json_file: Where to write the rows as JSON.
+
+    Raises:
+        InputError: No benchmark has `only` in its name.
+        ImpactfemError: The file cannot be written.
+    """
+    chosen = {name: run for name, run in BENCHMARKS.items() if only is None or only in name}
+    if not chosen:
+        expected = f"a part of one of the names {', '.join(BENCHMARKS)}"
+        raise InputError([Fault("command line", "--only", only, expected)])
+    rows: list[Row] = []
+    for name, run in chosen.items():
+        LOGGER.debug("benchmark %s", name)
+        rows += run()
+    if json_file is not None:
+        write_json(json_file, [row.as_dict() for row in rows])
+    return rows
+
+
+def as_table(rows: list[Row]) -> Table:
+    """The rows for a terminal."""
+    table = Table("benchmark", "quantity", "reference", "computed", "unit", "error", "allowed", "")
+    for row in rows:
+        table.add_row(
+            row.name,
+            row.quantity,
+            f"{row.reference:.6g}",
+            f"{row.computed:.6g}",
+            row.unit,
+            f"{row.error:.1e}",
+            f"{row.tolerance:.0e}",
+            "pass" if row.passed else "FAIL",
+        )
+    return table

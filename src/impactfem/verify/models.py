@@ -1,0 +1,91 @@
+"""Small models that benchmarks share."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.sticks.contact import Law
+from impactfem.sticks.damping import Rayleigh
+from impactfem.sticks.element import Section
+from impactfem.sticks.pounding import End, Pair, Response, System, Update, simulate
+from impactfem.sticks.stick import Floor, Stick
+
+Y = np.array([0.0, 1.0, 0.0])
+RIGID = Section(E=1.0, G=1.0, A=1.0, Avx=1.0, Avy=1.0, Ix=1.0, Iy=1.0, Iz=1.0)
+
+
+def mass_on_spring(name: str, m: float, k: float, c: float = 0.0) -> Stick:
+    """A mass [kg] that moves along y on a spring [N/m] and a dashpot [N s/m] to the ground.
+
+    Its other components carry the same values, so that nothing is singular; k = 0 leaves it free.
+    """
+    floor = Floor(1, m, (m, m, m), 1.0, RIGID, Rayleigh(0.0, 0.0))
+    return Stick(
+        name=name,
+        floors=(floor,),
+        axis=(0.0, 0.0),
+        base=0.0,
+        positions=np.array([[0.0, 0.0, 1.0]]),
+        M=m * np.eye(6),
+        C=c * np.eye(6),
+        K=k * np.eye(6),
+        elements=(),
+    )
+
+
+def collision(
+    law: Law,
+    m1: float,
+    m2: float,
+    speed: float,
+    dt: float,
+    *,
+    phase: float = 0.0,
+    update: Update = "implicit",
+) -> Response:
+    """Two free masses, 1 towards 2 at rest, followed until the law has let them go.
+
+    Args:
+        law: The contact law.
+        m1: First mass [kg].
+        m2: Second mass [kg].
+        speed: Speed of approach [m/s].
+        dt: Time step [s].
+        phase: Part of a step after which the gap closes, 0 to 1 [-].
+        update: How the contact force is taken.
+    """
+    system = System(
+        (mass_on_spring("1", m1, 0.0), mass_on_spring("2", m2, 0.0)),
+        (Pair("1-2", _point("1"), _point("2"), Y, speed * dt * phase, law),),
+    )
+    v0 = np.zeros(12)
+    v0[1] = speed
+    n_t = int(np.ceil(1.5 * law.duration / dt)) + 3
+    return simulate(system, np.zeros((n_t, 3)), dt, update=update, v0=v0)
+
+
+def against_wall(mass: Stick, law: Law, gap: float, speed: float, dt: float, n_t: int) -> Response:
+    """One mass of `mass_on_spring` that moves towards a rigid wall.
+
+    Args:
+        mass: The mass.
+        law: The contact law.
+        gap: Gap at rest [m].
+        speed: Initial speed towards the wall [m/s].
+        dt: Time step [s].
+        n_t: Number of times.
+    """
+    system = System((mass,), (Pair("wall", _point(mass.name), None, Y, gap, law),))
+    v0 = np.zeros(6)
+    v0[1] = speed
+    return simulate(system, np.zeros((n_t, 3)), dt, v0=v0)
+
+
+def fitted_order(steps: NDArray[np.float64], errors: NDArray[np.float64]) -> float:
+    """Slope of log(error) over log(step)."""
+    return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def _point(building: str) -> End:
+    return End(building, 0, (0.0, 0.0, 0.0), 1)

@@ -1,0 +1,57 @@
+"""One row of the verification manual."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Row:
+    """A computed value against its reference.
+
+    Args:
+        name: The benchmark.
+        quantity: What is compared.
+        reference: The reference.
+        computed: What the program computes.
+        unit: Unit of both; "-" when they have none.
+        tolerance: Largest error allowed: relative to the reference, or as it is with `absolute`.
+        source: Where the reference comes from.
+        absolute: Whether the error is the plain difference, for references that are zero or
+            bounds.
+    """
+
+    name: str
+    quantity: str
+    reference: float
+    computed: float
+    unit: str
+    tolerance: float
+    source: str
+    absolute: bool = False
+
+    @property
+    def error(self) -> float:
+        """Error as the tolerance counts it [-, or the row's unit when absolute]."""
+        difference = abs(self.computed - self.reference)
+        return difference if self.absolute else difference / abs(self.reference)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error is within the tolerance; never for a value that is not finite."""
+        return math.isfinite(self.computed) and self.error <= self.tolerance
+
+    def as_dict(self) -> dict[str, str | float | bool]:
+        """The row as `impactfem verify --json` writes it."""
+        return {
+            "name": self.name,
+            "quantity": self.quantity,
+            "reference": self.reference,
+            "computed": self.computed,
+            "unit": self.unit,
+            "error": self.error,
+            "tolerance": self.tolerance,
+            "passed": self.passed,
+            "source": self.source,
+        }

@@ -1,0 +1,191 @@
+import math
+import re
+from pathlib import Path
+from typing import Annotated, Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
+
+from impactfem.case import leaf, unit
+from impactfem.case.base import Known
+
+FILE = Known()  # the context of a case file, in which units must be stated
+
+
+def read(kind: Any, value: Any) -> Any:
+    return TypeAdapter(kind).validate_python(value, context=FILE)
+
+
+def refusal(kind: Any, value: Any) -> str:
+    with pytest.raises(ValidationError) as caught:
+        read(kind, value)
+    (error,) = caught.value.errors()
+    return str(error["msg"])
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "value"),
+    [
+        (leaf.Length, "1 cm", 0.01),
+        (leaf.Length, " -1.5e1mm ", -0.015),
+        (leaf.Length, "+.5 m", 0.5),
+        (leaf.Length, "0 m", 0.0),
+        (leaf.Stress, "33 GPa", 33e9),
+        (leaf.Acceleration, "0.2 g", 1.96133),
+        (leaf.Rate, "0.838 1/s", 0.838),
+        (leaf.Density, "2400 kg/m3", 2400.0),
+        (leaf.Frequency, "0.5 kHz", 500.0),
+    ],
+)
+def test_quantity(kind: Any, text: str, value: float) -> None:
+    assert read(kind, text) == pytest.approx(value, rel=1e-15)
+
+
+def test_exact_decimal_of_a_step() -> None:
+    assert read(leaf.Time, "0.3358 ms") == 0.3358e-3
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "message"),
+    [
+        (leaf.Length, 1, "the unit is missing; expected a length with its unit, for example"),
+        (leaf.Length, 0.5, "for example '1 cm'"),
+        (leaf.Length, "1", "the unit is missing"),
+        (leaf.Length, "1 s", "'s' is a time; expected a length with its unit"),
+        (leaf.Length, "one cm", "expected a length with its unit"),
+        (leaf.Length, "1,5 cm", "expected a length"),
+        (leaf.Length, "nan m", "expected a length"),
+        (leaf.Length, "inf m", "expected a length"),
+        (leaf.Length, "1e999 m", "expected a finite value"),
+        (leaf.Length, "", "expected a length"),
+        (leaf.Length, True, "expected a length"),
+        (leaf.Length, None, "expected a length"),
+        (leaf.Length, ["1 m"], "expected a length"),
+        (leaf.Length, {"value": 1}, "expected a length"),
+        (leaf.PositiveLength, "0 m", "expected a length above 0"),
+        (leaf.Depth, "-1 mm", "expected a length of at least 0"),
+        (leaf.Frequency, "6.28 rad/s", "is no unit for a frequency; expected a frequency"),
+    ],
+)
+def test_quantity_refused(kind: Any, value: Any, message: str) -> None:
+    assert message in refusal(kind, value)
+
+
+def test_from_python_floats_are_si() -> None:
+    adapter = TypeAdapter(leaf.PositiveLength)
+    assert adapter.validate_python(2.5) == 2.5
+    assert adapter.validate_python("2.5 cm") == 0.025
+    for value in (math.nan, math.inf, 0.0, 10**400):
+        with pytest.raises(ValidationError, match="expected"):
+            adapter.validate_python(value)
+
+
+@given(
+    st.floats(min_value=-1e30, max_value=1e30),
+    st.sampled_from([("m", 1.0), ("km", 1e3), ("ft", 0.3048)]),
+)
+def test_round_trip(value: float, symbol: tuple[str, float]) -> None:
+    name, factor = symbol
+    assert read(leaf.Length, f"{value!r} {name}") == pytest.approx(value * factor, rel=1e-15)
+
+
+@settings(max_examples=50)
+@given(st.text(max_size=30) | st.text("0123456789.eE+- /*^²kgmsNPat", max_size=12))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    try:
+        value = read(leaf.Length, text)
+    except ValidationError as error:
+        assert all(item["type"] == "fault" for item in error.errors())
+    else:
+        assert math.isfinite(value)
+
+
+@pytest.mark.parametrize(("value", "expected"), [(0.05, 0.05), ("5 %", 0.05), ("5%", 0.05), (0, 0)])
+def test_ratio(value: Any, expected: float) -> None:
+    assert read(leaf.DampingRatio, value) == expected
+
+
+@pytest.mark.parametrize(
+    "value", ["0.05", "5 m", "x %", math.nan, math.inf, True, None, 1, "100 %"]
+)
+def test_ratio_refused(value: Any) -> None:
+    message = "expected a number of at least 0 and below 1, bare or as a percentage"
+    assert message in refusal(leaf.DampingRatio, value)
+
+
+def test_plain_number_takes_no_percentage() -> None:
+    assert read(leaf.Number, -3) == -3.0
+    assert refusal(leaf.Number, "5 %") == "expected a number"
+
+
+@pytest.mark.parametrize("value", [0, -1, 1.5, 1.0, "1", True, None])
+def test_whole_refused(value: Any) -> None:
+    assert refusal(Annotated[int, leaf.Whole(1)], value) == (
+        "expected a whole number of at least 1"
+    )
+
+
+def test_whole_fits_a_machine_word() -> None:
+    assert "at most 2147483647" in refusal(Annotated[int, leaf.Whole(0)], 2**31)
+
+
+@pytest.mark.parametrize(("value", "expected"), [(8, (8,)), ([1, 2], (1, 2))])
+def test_wholes(value: Any, expected: tuple[int, ...]) -> None:
+    assert read(Annotated[tuple[int, ...], leaf.Wholes()], value) == expected
+
+
+@pytest.mark.parametrize("value", [[], [0], [1.5], "1", True, [True], None])
+def test_wholes_refused(value: Any) -> None:
+    assert "or a list of such numbers" in refusal(Annotated[tuple[int, ...], leaf.Wholes()], value)
+
+
+@pytest.mark.parametrize("value", ["", "8th", "a b", "a/b", 3, None])
+def test_name_refused(value: Any) -> None:
+    assert "expected a name of letters" in refusal(leaf.Name, value)
+
+
+@pytest.mark.parametrize("value", ["", "  ", "a\0b", 3])
+def test_file_name_refused(value: Any) -> None:
+    assert "expected a file name" in refusal(leaf.File, value)
+
+
+def test_file_name() -> None:
+    assert read(leaf.File, "./a/b.csv") == Path("a/b.csv")
+
+
+def test_reference_names_the_nearest() -> None:
+    adapter = TypeAdapter(leaf.MaterialName)
+    known = Known(groups={"materials": ("concrete", "steel")})
+    assert adapter.validate_python("steel", context=known) == "steel"
+    with pytest.raises(ValidationError, match=r"unknown material; did you mean 'concrete'\?"):
+        adapter.validate_python("Concret", context=known)
+    with pytest.raises(ValidationError, match="unknown material; known: concrete, steel"):
+        adapter.validate_python("timber", context=known)
+    assert adapter.validate_python("timber", context=Known()) == "timber"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("gapp", "did you mean 'gap'?"),
+        ("GAP", "did you mean 'gap'?"),
+        ("zzz", "known: gap, law"),
+    ],
+)
+def test_nearest(name: str, words: str) -> None:
+    assert leaf.nearest(name, ["gap", "law"]) == words
+
+
+def test_nearest_of_none() -> None:
+    assert leaf.nearest("gap", []) == "none is defined"
+
+
+def test_schema_pattern_agrees_with_the_reader() -> None:
+    schema = TypeAdapter(leaf.Length).json_schema()
+    for text in ("1 cm", "-1e-3m", "+.5 ft"):
+        assert re.search(schema["pattern"], text)
+    for text in ("1", "15", "1.5", "cm", ""):
+        assert not re.search(schema["pattern"], text)
+    assert schema["x-unit"] == unit.LENGTH.unit

@@ -1,0 +1,194 @@
+"""Models made from Python: derived values and their checks."""
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from impactfem.case import (
+    Damping,
+    DesignSpectrum,
+    FrequencyGrid,
+    KelvinVoigtLaw,
+    Pounding,
+    RecordMotion,
+    Spectra,
+)
+from impactfem.case.contacts import ContactEntry, expand
+
+
+def test_rayleigh_coefficients_of_the_paper() -> None:
+    α_R, β_R = Damping(ratio=0.07, frequencies=(1.0, 20.0)).coefficients
+    assert α_R == pytest.approx(0.8378, abs=5e-5)  # section 3.2.2
+    assert β_R == pytest.approx(1.06e-3, abs=5e-6)  # Table 8
+
+
+@pytest.mark.parametrize(("ξ", "f1", "f2"), [(0.07, 1.0, 20.0), (0.02, 30.0, 80.0)])
+def test_rayleigh_damping_reaches_its_ratio(ξ: float, f1: float, f2: float) -> None:
+    α_R, β_R = Damping(ratio=ξ, frequencies=(f1, f2)).coefficients
+
+    def ratio(f: float) -> float:
+        ω = 2.0 * math.pi * f
+        return (α_R / ω + β_R * ω) / 2.0
+
+    assert ratio(f1) == pytest.approx(ξ, rel=1e-14)
+    assert ratio(f2) == pytest.approx(ξ, rel=1e-14)
+    assert ratio(math.sqrt(f1 * f2)) < 0.99 * ξ
+
+
+def test_rayleigh_coefficients_given() -> None:
+    damping = Damping(mass_coefficient=0.838, stiffness_coefficient=1.06e-3)
+    assert damping.coefficients == (0.838, 1.06e-3)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({}, "expected ratio and frequencies, or mass_coefficient and"),
+        ({"ratio": 0.05}, "expected ratio and frequencies together"),
+        ({"frequencies": (1.0, 2.0)}, "expected ratio and frequencies together"),
+        ({"ratio": 0.05, "frequencies": (2.0, 1.0)}, "the lower one first"),
+        ({"mass_coefficient": 1.0}, "mass_coefficient and stiffness_coefficient together"),
+        (
+            {"ratio": 0.05, "frequencies": (1.0, 2.0), "mass_coefficient": 1.0},
+            "not both",
+        ),
+    ],
+)
+def test_damping_refused(values: dict[str, object], message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
+        Damping.model_validate(values)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({}, "expected either restitution or damping_ratio"),
+        ({"restitution": 0.7, "damping_ratio": 0.1}, "not both"),
+        ({"restitution": 0.0}, "expected a number above 0 and at most 1"),
+        ({"restitution": 1.1}, "expected a number above 0 and at most 1"),
+        ({"damping_ratio": 1.0}, "expected a number of at least 0 and below 1"),
+    ],
+)
+def test_law_refused(values: dict[str, float], message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
+        KelvinVoigtLaw.model_validate({"type": "kelvin-voigt", "stiffness": 1e11} | values)
+
+
+def test_law() -> None:
+    law = KelvinVoigtLaw(type="kelvin-voigt", stiffness=1e11, restitution=1.0)
+    assert law.tension is True
+    assert law.damping_ratio is None
+
+
+def test_grid_is_logarithmic_with_its_ends() -> None:
+    grid = FrequencyGrid(minimum=0.5, maximum=500.0, per_decade=100)
+    assert len(grid.values) == 301
+    np.testing.assert_allclose(grid.values, np.geomspace(0.5, 500.0, 301), rtol=1e-13)
+    assert (grid.values[0], grid.values[-1]) == (0.5, 500.0)
+
+
+def test_grid_has_at_least_the_density_asked() -> None:
+    values = FrequencyGrid(minimum=1.0, maximum=15.0, per_decade=10).values
+    ratios = np.diff(np.log10(values))
+    assert ratios.max() <= 0.1 + 1e-12
+    assert len(FrequencyGrid(minimum=1.0, maximum=1.1, per_decade=1).values) == 2
+
+
+def test_frequencies_as_list() -> None:
+    assert Spectra(damping=(0.05,), frequencies=(1.0, 2.0)).frequency_values == (1.0, 2.0)
+    with pytest.raises(ValidationError, match="expected increasing frequencies"):
+        Spectra(damping=(0.05,), frequencies=(2.0, 2.0))
+
+
+def test_pounding_step_below_duration() -> None:
+    assert Pounding(time_step=1e-3).duration is None
+    with pytest.raises(ValidationError, match="expected a time below the duration, 1 s"):
+        Pounding(time_step=1.0, duration=1.0)
+
+
+def test_corner_periods_increase() -> None:
+    with pytest.raises(ValidationError, match="expected increasing corner periods"):
+        DesignSpectrum(ground_acceleration=2.0, corner_periods=(0.2, 0.1, 2.0))
+
+
+@pytest.mark.parametrize(("file", "form"), [("a.csv", "csv"), ("A.AT2", "at2")])
+def test_format_of_a_record_by_its_ending(file: str, form: str) -> None:
+    record = RecordMotion.model_validate({"direction": "x", "type": "record", "file": file})
+    assert record.format == form
+
+
+def test_format_of_a_record_unknown() -> None:
+    values = {"direction": "x", "type": "record", "file": "a.dat"}
+    with pytest.raises(ValidationError, match="expected 'csv' or 'at2'"):
+        RecordMotion.model_validate(values)
+    assert RecordMotion.model_validate(values | {"format": "at2"}).format == "at2"
+
+
+def test_record_scaled_one_way() -> None:
+    values = {"direction": "x", "type": "record", "file": "a.csv", "pga": 2.0}
+    assert RecordMotion.model_validate(values).scale == 1.0
+    with pytest.raises(ValidationError, match="either scale or pga, not both"):
+        RecordMotion.model_validate(values | {"scale": 2.0})
+
+
+def entry(a: dict[str, object], b: dict[str, object], **more: object) -> ContactEntry:
+    values = {"normal": (0, 3, 4), "gap": 0.01, "law": "floor"} | more
+    return ContactEntry.model_validate(
+        {"a": {"building": "B1"} | a, "b": {"building": "B2"} | b} | values
+    )
+
+
+def test_contacts_expand_to_pairs() -> None:
+    first = entry({"floor": [7, 8]}, {"floor": [6, 7]}, bearing_area=2.0)
+    second = entry({"floor": 8}, {"storey": 7, "relative_height": 0.5, "offset": (1, 2, 3)})
+    contacts = expand((first, second))
+    assert [contact.name for contact in contacts] == [
+        "B1.floor_7-B2.floor_6",
+        "B1.floor_8-B2.floor_7",
+        "B1.floor_8-B2.storey_7_at_0.5",
+    ]
+    assert contacts[0].normal == pytest.approx((0.0, 0.6, 0.8))
+    assert (contacts[0].bearing_area, contacts[2].bearing_area) == (2.0, None)
+    assert contacts[2].b.offset == (1.0, 2.0, 3.0)
+    assert (contacts[2].b.floor, contacts[2].b.storey) == (None, 7)
+
+
+def test_contacts_of_the_same_floors_have_names_of_their_own() -> None:
+    corners = [entry({"floor": 8, "offset": (x, 0, 0)}, {"floor": 8}) for x in (-1, 1, 2)]
+    names = [contact.name for contact in expand(tuple(corners))]
+    assert names == [
+        "B1.floor_8-B2.floor_8",
+        "B1.floor_8-B2.floor_8#2",
+        "B1.floor_8-B2.floor_8#3",
+    ]
+
+
+@pytest.mark.parametrize("length", [1e-200, 1.0, 1e200])
+def test_normal_is_normalised(length: float) -> None:
+    contact = entry({"floor": 1}, {"floor": 1}, normal=(0, -length, 0))
+    assert contact.normal == (0.0, -1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "message"),
+    [
+        ({"floor": [1, 2]}, {"floor": 1}, "lists of the same length in a and b, found 2 and 1"),
+        ({"floor": 1}, {"floor": 1, "building": "B1"}, "another building than 'B1'"),
+        ({}, {"floor": 1}, "expected either floor, or storey with relative_height"),
+        ({"floor": 1, "storey": 1, "relative_height": 0.5}, {"floor": 1}, "not both"),
+        ({"storey": 1}, {"floor": 1}, "expected a number from 0 to 1 beside storey"),
+        ({"floor": 1, "relative_height": 0.5}, {"floor": 1}, "no relative_height beside floor"),
+        ({"storey": 1, "relative_height": 1.5}, {"floor": 1}, "at least 0 and at most 1"),
+    ],
+)
+def test_contact_refused(a: dict[str, object], b: dict[str, object], message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
+        entry(a, b)
+
+
+@pytest.mark.parametrize("model", [Damping(mass_coefficient=1, stiffness_coefficient=1)])
+def test_models_are_frozen(model: BaseModel) -> None:
+    with pytest.raises(ValidationError, match="frozen"):
+        model.ratio = 0.5  # type: ignore[attr-defined]

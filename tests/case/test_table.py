@@ -1,0 +1,217 @@
+from pathlib import Path
+
+import pytest
+
+from impactfem.case.floors import Floor, read_floors
+from impactfem.case.published import read_published
+from impactfem.case.table import read_table
+from impactfem.case.targets import Target, read_targets
+from impactfem.errors import Fault
+
+HEADER = (
+    "floor,mass [t],Jx [kg m2],Jy [kg m2],Jz [kg m2],Ix [m4],Iy [m4],Iz [m4],"
+    "A [m2],Avy [m2],Avz [m2],storey_height [m]"
+)
+ROW = "1,2502,6.3e7,5.1e8,5.7e8,6.4e3,4.2e4,4.8e4,234,169,214,3.26"
+SECOND = "2,1787,4.1e7,3.3e8,3.7e8,3.1e3,1.3e4,1.8e4,67,11,62,2.62"
+
+
+def write(folder: Path, *lines: str, newline: str = "\n") -> Path:
+    path = folder / "floors.csv"
+    path.write_bytes(newline.join(lines).encode())
+    return path
+
+
+def faults_of(path: Path) -> list[Fault]:
+    faults: list[Fault] = []
+    assert read_floors(path, faults) is None
+    assert faults
+    assert all(fault.file == path for fault in faults)
+    return faults
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
+def test_floors(tmp_path: Path, newline: str) -> None:
+    path = write(tmp_path, "# a comment", HEADER, "", ROW, "  # another", SECOND, newline=newline)
+    faults: list[Fault] = []
+    table = read_floors(path, faults)
+    assert faults == []
+    assert table is not None
+    assert table.lines == (4, 6)
+    first, second = table.rows
+    assert (first.floor, first.mass, first.Jx) == (1, 2502e3, 6.3e7)
+    assert (second.Ix, second.Avy, second.storey_height) == (3.1e3, 11.0, 2.62)
+    assert (second.storey_height_min, second.storey_height_max) == (2.62, 2.62)
+    assert second.storey_stiffness_factor == 1.0
+
+
+def test_columns_in_any_order_and_unit(tmp_path: Path) -> None:
+    path = write(
+        tmp_path,
+        'frequency [kHz],"effective_mass [kg]", mode ,building,mass_weight [%]',
+        '0.00175,"10100000",1, B1 ,50',
+    )
+    faults: list[Fault] = []
+    table = read_targets(path, ["B1"], faults)
+    assert faults == []
+    assert table is not None
+    assert table.rows[0] == Target(
+        building="B1", mode=1, frequency=1.75, effective_mass=10.1e6, mass_weight=0.5
+    )
+
+
+def test_byte_order_mark_of_a_spreadsheet(tmp_path: Path) -> None:
+    path = tmp_path / "floors.csv"
+    path.write_bytes(b"\xef\xbb\xbf" + "\n".join([HEADER, ROW]).encode())
+    assert read_floors(path, []) is not None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "expected"),
+    [
+        ("2502", "-2502", "line 2, column mass [t]", "expected a mass above 0"),
+        ("2502", "0", "line 2, column mass [t]", "expected a mass above 0"),
+        ("2502", "nan", "line 2, column mass [t]", "expected a finite number"),
+        ("2502", "inf", "line 2, column mass [t]", "expected a finite number"),
+        ("2502", "1e999", "line 2, column mass [t]", "expected a finite number"),
+        ("2502", "2502 t", "line 2, column mass [t]", "expected a finite number"),
+        ("2502", "", "line 2, column mass [t]", "expected a finite number"),
+        ("\n1,", "\n1.5,", "line 2, column floor", "expected a whole number of at least 1"),
+        ("\n1,", "\n0,", "line 2, column floor", "expected a whole number of at least 1"),
+        ("\n1,", "\n2,", "line 3, column floor", "duplicate floor, the first is in line 2"),
+        ("\n1,", "\n3,", "line 3, column floor", "expected floors from bottom to top, above 3"),
+        (",3.26", "", "line 2", "expected 12 cells as in the header, found 11"),
+        (",3.26", ",3.26,1", "line 2", "expected 12 cells as in the header, found 13"),
+        ("mass [t]", "mass", "line 1, column mass", "no unit; expected the unit of a mass"),
+        ("mass [t]", "mass [m]", "line 1, column mass [m]", "'m' is a length; expected the unit"),
+        ("mass [t]", "mass [?]", "line 1, column mass [?]", "cannot be read as a unit"),
+        ("Jy [kg", "Jyy [kg", "line 1, column Jyy [kg m2]", "unknown column; did you mean 'Jy'?"),
+        ("Jy [kg m2]", "Jx [kg m2]", "line 1, column Jx [kg m2]", "duplicate column"),
+        ("Jy [kg m2]", "Jx [kg m2]", "line 1", "missing column; expected 'Jy [kg m2]'"),
+        ("floor,", "floor [m],", "line 1, column floor [m]", "this column has no unit"),
+        ("mass [t]", "mass [t", "line 1, column mass [t", "unknown column; did you mean 'mass'?"),
+    ],
+)
+def test_fault(tmp_path: Path, old: str, new: str, key: str, expected: str) -> None:
+    text = "\n".join([HEADER, ROW, SECOND])
+    assert old in text
+    faults = faults_of(write(tmp_path, text.replace(old, new, 1)))
+    assert any(fault.key == key and expected in fault.expected for fault in faults), faults
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "key", "expected"),
+    [
+        ("2", "4", "", ""),
+        ("4", "2", "storey_height_max [m]", "bounds in order: storey_height_min is 4 m"),
+        ("3.5", "4", "storey_height_max [m]", "bounds around storey_height, which is 3.26 m"),
+        ("-1", "4", "storey_height_min [m]", "expected a length above 0"),
+    ],
+)
+def test_bounds(tmp_path: Path, low: str, high: str, key: str, expected: str) -> None:
+    header = f"{HEADER},storey_height_min [m],storey_height_max [m]"
+    path = write(tmp_path, header, f"{ROW},{low},{high}")
+    faults: list[Fault] = []
+    table = read_floors(path, faults)
+    if not key:
+        assert table is not None
+        assert table.rows[0].storey_height_max == 4.0
+    else:
+        (fault,) = faults
+        assert fault.key == f"line 2, column {key}"
+        assert expected in fault.expected
+
+
+def test_all_faults_at_once(tmp_path: Path) -> None:
+    row = ROW.replace("2502", "-1").replace("6.3e7", "x").replace("3.26", "-3")
+    faults = faults_of(write(tmp_path, HEADER.replace("Iz [m4]", "Iz [m]"), row, "2,3"))
+    assert [fault.key for fault in faults] == [
+        "line 1, column Iz [m]",
+        "line 2, column Jx [kg m2]",
+        "line 2, column mass [t]",
+        "line 2, column storey_height [m]",
+        "line 3",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"", "the file is empty"),
+        (b" \n\t\n", "the file is empty"),
+        (b"# nothing but a comment\n", "no header; expected floor,mass [kg]"),
+        (HEADER.encode(), "the table has no row below its header"),
+        (b"\xff\xfe\x00\x01", "not a text file (byte 0xff at position 0 is not UTF-8)"),
+        (b"floor\0", "not a text file (NUL at position 5)"),
+    ],
+)
+def test_no_table(tmp_path: Path, content: bytes, expected: str) -> None:
+    path = tmp_path / "floors.csv"
+    path.write_bytes(content)
+    (fault,) = faults_of(path)
+    assert expected in fault.expected
+
+
+def test_no_file(tmp_path: Path) -> None:
+    (fault,) = faults_of(tmp_path / "none.csv")
+    assert "no such file" in fault.expected
+    (fault,) = faults_of(tmp_path)
+    assert "this is a directory" in fault.expected
+
+
+def test_enormous_cell_is_a_fault(tmp_path: Path) -> None:
+    path = write(tmp_path, HEADER, "1" * 200_000 + ROW)
+    (fault,) = faults_of(path)
+    assert "not a line of a CSV file" in fault.expected
+
+
+def test_targets_know_the_buildings(tmp_path: Path) -> None:
+    path = write(
+        tmp_path,
+        "building,mode,frequency [Hz],effective_mass [t]",
+        "B1,1,1.75,10100",
+        "b1,1,1.75,10100",
+        "B1,1,1.75,10100",
+    )
+    faults: list[Fault] = []
+    assert read_targets(path, ["B1", "B2"], faults) is None
+    assert [fault.key for fault in faults] == ["line 3, column building", "line 4, column mode"]
+    assert "unknown building; did you mean 'B1'?" in faults[0].expected
+    assert "duplicate mode, the first is in line 2" in faults[1].expected
+
+
+def test_published(tmp_path: Path) -> None:
+    path = write(tmp_path, "name,value,unit,source", "a.b,121,MN,figure 9", "n,36,-,section 3")
+    values = read_published(path, [])
+    assert values is not None
+    assert (values["a.b"].value, values["a.b"].unit) == (121e6, "N")
+    assert (values["n"].value, values["n"].unit, values["n"].source) == (36.0, "-", "section 3")
+
+
+def test_published_faults(tmp_path: Path) -> None:
+    path = write(
+        tmp_path, "name,value,unit,source", "a,1,MN,x", "a,1,MN,x", "b,1,parsnip,x", "c,1,m,"
+    )
+    faults: list[Fault] = []
+    assert read_published(path, faults) is None
+    assert [fault.key for fault in faults] == ["line 5, column source"]
+    path = write(tmp_path, "name,value,unit,source", "a,1,MN,x", "a,1,MN,x", "b,1,parsnip,x")
+    faults.clear()
+    assert read_published(path, faults) is None
+    assert [fault.expected.split(";")[0] for fault in faults] == [
+        "duplicate name",
+        "'parsnip' is not a unit known here",
+    ]
+
+
+def test_row_model_without_leaf_is_a_mistake_of_ours(tmp_path: Path) -> None:
+    from impactfem.case.published import Published
+
+    with pytest.raises(TypeError, match="has no leaf"):
+        read_table(write(tmp_path, HEADER, ROW), Published, [])
+
+
+def test_floor_from_python_takes_si() -> None:
+    values = dict.fromkeys(["Jx", "Jy", "Jz", "Ix", "Iy", "Iz", "A", "Avy", "Avz"], 2.0)
+    floor = Floor(floor=1, mass=1000.0, storey_height=3.0, **values)
+    assert floor.storey_height_min == 3.0

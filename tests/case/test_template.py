@@ -1,0 +1,140 @@
+import re
+from pathlib import Path
+
+import pytest
+
+from impactfem.case import load_case
+from impactfem.case.schema import json_schema
+from impactfem.case.template import write_new_case
+from impactfem.errors import InputError
+
+TARGETS = "building,mode,frequency [Hz],effective_mass [t]\nwest,1,2.2,500\neast,1,1.5,500\n"
+RECORD = "time [s],acceleration [m/s2]\n0,0\n1,1\n"
+PUBLISHED = "name,value,unit,source\nmotion.pga,3,m/s2,here\n"
+OTHER_WAY = "not both|together|Cannot overwrite"  # a key for the other of two ways
+
+
+@pytest.fixture
+def template(tmp_path: Path) -> Path:
+    path = write_new_case(tmp_path / "new")[0]
+    (tmp_path / "new_targets.csv").write_text(TARGETS)
+    (tmp_path / "new_record.csv").write_text(RECORD)
+    (tmp_path / "new_published.csv").write_text(PUBLISHED)
+    return path
+
+
+def uncommented(path: Path, begin: str, end: str | None) -> None:
+    """Take the '# ' from the lines of a block that stands in the template as a comment."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith(begin))
+    last = first + 1
+    while lines[last].startswith("# ") and (end is None or not lines[last].startswith(end)):
+        last += 1
+    lines[first:last] = [line.removeprefix("# ") for line in lines[first:last]]
+    path.write_text("\n".join(lines), encoding="utf-8")
+
+
+def test_new_case_is_accepted(tmp_path: Path) -> None:
+    paths = write_new_case(tmp_path / "my-case.v2")
+    assert [path.name for path in paths] == ["my-case.v2.toml", "my-case.v2_floors.csv"]
+    case = load_case(paths[0])
+    assert [building.name for building in case.buildings] == ["west", "east"]
+    assert len(case.contacts) == 3
+    assert all("@" not in path.read_text(encoding="utf-8") for path in paths)
+
+
+def test_points_of_the_new_case_are_the_gap_apart(template: Path) -> None:
+    case = load_case(template)
+    west, east = case.buildings
+    contact = case.contacts[0]
+    distance = east.axis[1] + contact.b.offset[1] - west.axis[1] - contact.a.offset[1]
+    assert distance == pytest.approx(contact.gap)
+
+
+@pytest.mark.parametrize("target", ["", "new.toml"])
+def test_folder_or_file_name(tmp_path: Path, target: str) -> None:
+    names = [path.name for path in write_new_case(tmp_path / target)]
+    stem = target.removesuffix(".toml") or "case"
+    assert names == [f"{stem}.toml", f"{stem}_floors.csv"]
+
+
+def test_every_key_is_in_the_template(template: Path) -> None:
+    text = template.read_text(encoding="utf-8")
+    schema = json_schema()
+    for table in (schema, *schema["$defs"].values()):
+        for key in table["properties"]:
+            assert re.search(rf"\b{key}\b", text), key
+
+
+def test_every_optional_key_may_be_used(template: Path) -> None:
+    text = template.read_text(encoding="utf-8")
+    lines = text.splitlines()
+    # Of the blocks behind a '#', which are tested below, only the lines outside of them count.
+    blocks = [i for i, line in enumerate(lines) if re.match(r"# \[", line)]
+    inside = {j for i in blocks for j in range(i, _end_of_block(lines, i))}
+    optional = [i for i, line in enumerate(lines)
+                if re.match(r"# [a-z_]+ = ", line) and i not in inside]  # fmt: skip
+    assert len(optional) > 12
+    for index in optional:
+        changed = [*lines]
+        changed[index] = changed[index].removeprefix("# ")
+        template.write_text("\n".join(changed), encoding="utf-8")
+        try:
+            load_case(template)
+        except InputError as error:
+            assert re.search(OTHER_WAY, str(error)), str(error)
+
+
+def _end_of_block(lines: list[str], begin: int) -> int:
+    end = begin
+    while end < len(lines) and lines[end].startswith("# "):
+        end += 1
+    return end
+
+
+def test_optional_blocks(template: Path) -> None:
+    uncommented(template, "# [calibration]", None)
+    uncommented(template, '# direction = "x"', None)  # the record
+    text = template.read_text(encoding="utf-8").replace('# [[motions]]\ndirection = "x"',
+                                                        '[[motions]]\ndirection = "x"')  # fmt: skip
+    template.write_text(text, encoding="utf-8")
+    uncommented(template, "# [[contacts]]", None)
+    case = load_case(template)
+    assert case.calibration is not None
+    assert len(case.motions) == 2
+    assert case.contacts[-1].name == "west.floor_2-east.storey_3_at_0.5"
+
+
+def test_nothing_is_overwritten(tmp_path: Path) -> None:
+    floors = tmp_path / "new_floors.csv"
+    floors.write_text("mine")
+    with pytest.raises(InputError, match=r"new_floors\.csv: this file exists already"):
+        write_new_case(tmp_path / "new")
+    assert floors.read_text() == "mine"
+    assert not (tmp_path / "new.toml").exists()
+
+
+@pytest.mark.parametrize("name", ['a"b', "a b", "-x", ".toml", ".hidden"])
+def test_name_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="expected a name of letters, digits"):
+        write_new_case(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_folder_missing(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such folder"):
+        write_new_case(tmp_path / "none" / "new")
+
+
+def test_nothing_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = Path.open
+
+    def full(self: Path, *args: str, **options: str) -> object:
+        if self.suffix == ".csv" and args == ("x",):
+            raise OSError(28, "No space left on device")
+        return opened(self, *args, **options)  # type: ignore[call-overload]
+
+    monkeypatch.setattr(Path, "open", full)
+    with pytest.raises(InputError, match=r"cannot be written \(No space left on device\)"):
+        write_new_case(tmp_path / "new")
+    assert list(tmp_path.iterdir()) == []

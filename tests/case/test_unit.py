@@ -1,0 +1,130 @@
+import math
+
+import pint
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from impactfem.case import unit
+from impactfem.case.unit import KINDS, UnitError, identify, scale, si_factor, to_si
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "factor"),
+    [
+        ("cm", unit.LENGTH, 1e-2),
+        ("t", unit.MASS, 1e3),
+        ("g", unit.MASS, 1e-3),
+        ("g", unit.ACCELERATION, 9.80665),
+        ("GPa", unit.STRESS, 1e9),
+        ("N/mm2", unit.STRESS, 1e6),
+        ("kHz", unit.FREQUENCY, 1e3),
+        ("ms", unit.TIME, 1e-3),
+        ("µs", unit.TIME, 1e-6),
+        ("min", unit.TIME, 60.0),
+        ("1/s", unit.RATE, 1.0),
+        ("s-1", unit.RATE, 1.0),
+        ("s⁻¹", unit.RATE, 1.0),
+        ("1/min", unit.RATE, 1.0 / 60.0),
+        ("MN/m", unit.STIFFNESS, 1e6),
+        ("kN s", unit.IMPULSE, 1e3),
+        ("kN·s", unit.IMPULSE, 1e3),
+        ("N.m", unit.ENERGY, 1.0),
+        ("g/cm3", unit.DENSITY, 1e3),
+        ("t m2", unit.INERTIA, 1e3),
+        ("mm4", unit.SECOND_MOMENT, 1e-12),
+    ],
+)
+def test_factor(text: str, kind: unit.Kind, factor: float) -> None:
+    assert si_factor(text, kind) == pytest.approx(factor, rel=1e-14)
+
+
+@pytest.mark.parametrize("text", ["kg m2", "kg*m2", "kg·m²", "kg m^2", "kg m**2", "kg . m2"])
+def test_spellings_of_one_unit(text: str) -> None:
+    assert si_factor(text, unit.INERTIA) == 1.0
+
+
+@pytest.mark.parametrize("text", ["m/s2", "m/s^2", "m/s**2", "m/s²", "m s-2", "m / s2", "m/s/s"])
+def test_spellings_of_one_quotient(text: str) -> None:
+    assert si_factor(text, unit.ACCELERATION) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "message"),
+    [
+        ("GPa", unit.LENGTH, "'GPa' is a stress"),
+        ("g", unit.LENGTH, "'g' is a mass"),
+        ("rad/s", unit.FREQUENCY, "'rad/s' is no unit for a frequency"),
+        ("1/s", unit.FREQUENCY, "'1/s' is a rate"),
+        ("Hz", unit.RATE, "'Hz' is a frequency"),
+        ("rad", unit.LENGTH, "'rad' is a number without dimension"),
+        ("kg m7", unit.LENGTH, "'kg m7' is a quantity of another dimension"),
+        ("parsnip", unit.LENGTH, "'parsnip' is not a unit known here"),
+        ("m//s", unit.VELOCITY, "'m//s' cannot be read as a unit"),
+        ("m+s", unit.VELOCITY, "cannot be read as a unit"),
+        ("", unit.LENGTH, "cannot be read as a unit"),
+        ("2 m", unit.LENGTH, "cannot be read as a unit"),
+        ("m*", unit.LENGTH, "cannot be read as a unit"),
+        ("__import__('os')", unit.LENGTH, "cannot be read as a unit"),
+        ("degC2", unit.LENGTH, "cannot be used as a unit here"),
+        ("m9999", unit.LENGTH, "cannot be read as a unit"),
+    ],
+)
+def test_refused(text: str, kind: unit.Kind, message: str) -> None:
+    with pytest.raises(UnitError) as caught:
+        si_factor(text, kind)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_kind_knows_its_own_unit_and_example(kind: unit.Kind) -> None:
+    number, text = kind.example.split(" ", 1)
+    assert float(number) > 0
+    assert si_factor(kind.unit, kind) == 1.0
+    assert identify(kind.unit) == kind.name
+    assert si_factor(text, kind) > 0
+    assert kind.example in kind.phrase
+
+
+def test_factors_agree_with_pint() -> None:
+    registry = pint.UnitRegistry()
+    for text in ("inch", "ft", "mile", "nmi", "yd", "um"):
+        assert si_factor(text, unit.LENGTH) == pytest.approx(
+            registry.Quantity(1.0, text).m_as("m"), rel=1e-15
+        )
+
+
+@pytest.mark.parametrize(
+    ("value", "text", "expected"),
+    [
+        (121, "MN", (121e6, "N")),
+        (1.2, "mm", (1.2e-3, "m")),
+        (37, "m/s2", (37.0, "m/s2")),
+        (9165, "t", (9165e3, "kg")),
+        (829, "kN·s", (829e3, "N s")),
+        (36, "-", (36, "-")),
+        (36, "", (36, "-")),
+        (5, "%", (0.05, "-")),
+    ],
+)
+def test_to_si_names_the_unit(value: float, text: str, expected: tuple[float, str]) -> None:
+    converted, name = to_si(value, text)
+    assert name == expected[1]
+    assert converted == pytest.approx(expected[0], rel=1e-15)
+
+
+def test_to_si_refuses_what_it_cannot_name() -> None:
+    with pytest.raises(UnitError, match="measures no kind"):
+        to_si(1.0, "kg m7")
+
+
+@given(st.integers(min_value=-(10**6), max_value=10**6), st.sampled_from(["cm", "mm", "um", "nm"]))
+def test_decimal_submultiples_round_once(number: int, text: str) -> None:
+    exponent = {"cm": -2, "mm": -3, "um": -6, "nm": -9}[text]
+    nearest = float(f"{number}e{exponent}")
+    assert scale(number, si_factor(text, unit.LENGTH)) == nearest
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False, width=32), st.floats(1e-12, 1e12))
+def test_scale_is_a_product(value: float, factor: float) -> None:
+    assert math.isclose(scale(value, factor), value * factor, rel_tol=1e-15)

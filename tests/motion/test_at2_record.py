@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+
+from impactfem.errors import InputError
+from impactfem.motion import read_record
+
+GOOD = """PEER NGA STRONG MOTION DATABASE RECORD
+Somewhere 1/1/1999, STATION, 090
+ACCELERATION TIME SERIES IN UNITS OF G
+NPTS=      7, DT=   .0050 SEC
+  .1234000E-02 -.5678000E-03  .1000000E+00
+ -.1234000E-02-.5678000E-03 .2000000E+00
+  .0000000E+00
+"""
+SAMPLES = 9.80665 * np.array([0.001234, -0.0005678, 0.1, -0.001234, -0.0005678, 0.2, 0.0])
+
+
+def written(tmp_path, content, name="RSN1_X.AT2"):
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def test_samples_that_touch(tmp_path):
+    record = read_record(written(tmp_path, GOOD))
+    assert record.time_step == 0.005
+    assert record.acceleration == pytest.approx(SAMPLES)
+    assert record.name == "RSN1_X"
+    assert "STATION, 090" in record.origin
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "NPTS=  7, DT= .0050 SEC,",
+        "NPTS=7,DT=0.005",
+        "npts =   7 , dt = 5.0E-03 sec",
+        "    7    0.0050    NPTS, DT",
+        "NPTS=     7, DT=     .00500 SEC",
+    ],
+)
+def test_variants_of_the_fourth_line(tmp_path, header):
+    text = GOOD.replace("NPTS=      7, DT=   .0050 SEC", header)
+    record = read_record(written(tmp_path, text))
+    assert record.time_step == pytest.approx(0.005)
+    assert record.acceleration == pytest.approx(SAMPLES)
+
+
+def test_ending_in_any_case_and_windows_lines(tmp_path):
+    path = written(tmp_path, GOOD.replace("\n", "\r\n"), "x.at2")
+    assert read_record(path).acceleration == pytest.approx(SAMPLES)
+
+
+def test_other_units_are_read(tmp_path):
+    text = GOOD.replace("UNITS OF G", "UNITS OF CM/SEC/SEC")
+    assert read_record(written(tmp_path, text)).acceleration == pytest.approx(
+        SAMPLES / 9.80665 * 0.01
+    )
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "the file is empty"),
+        (b"\xff\x00\x12", "not a text file"),
+        ("a\nb\nc\n", "ends early"),
+        (GOOD.replace("IN UNITS OF G", ""), "line 3 .* expected 'ACCELERATION TIME SERIES"),
+        (GOOD.replace("UNITS OF G", "UNITS OF CM/S"), "line 3 .* another unit of acceleration"),
+        (GOOD.replace("NPTS", "POINTS"), "line 4 .* expected the number of samples"),
+        (GOOD.replace(".0050", "0.0"), "line 4 .* a positive time step"),
+        (GOOD.replace("     7,", "     1,"), "line 4 .* at least 2 samples"),
+        (GOOD.replace("     7,", "     8,"), "announces 8 samples, the file has 7"),
+        (GOOD.replace(".2000000E+00", "NaN"), "line 6 = 'NaN': expected finite numbers"),
+        (GOOD.replace(".2000000E+00", ".2.000"), "line 6 = '.2.000': expected finite numbers"),
+        (GOOD.replace(".2000000E+00", ".2E+999"), "line 6 = '.2E.999': expected finite numbers"),
+        (GOOD.replace(".2000000E+00", "********"), "line 6 .* expected finite numbers"),
+    ],
+)
+def test_faults(tmp_path, content, message):
+    with pytest.raises(InputError, match=message) as caught:
+        read_record(written(tmp_path, content))
+    assert len(caught.value.faults) == 1
+
+
+def test_all_faults_at_once(tmp_path):
+    text = (
+        GOOD.replace("UNITS OF G", "UNITS OF V").replace("NPTS", "N").replace(".1000000E+00", "?")
+    )
+    with pytest.raises(InputError) as caught:
+        read_record(written(tmp_path, text))
+    assert [fault.key for fault in caught.value.faults] == ["line 3", "line 4", "line 5"]

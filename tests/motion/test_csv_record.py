@@ -1,0 +1,102 @@
+import numpy as np
+import pytest
+
+from impactfem.errors import InputError
+from impactfem.motion import Accelerogram, read_record, write_csv
+
+GOOD = "time [s],acceleration [m/s2]\n0,0\n0.01,1.5\n0.02,-2\n"
+
+
+def written(tmp_path, content):
+    path = tmp_path / "north.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def test_round_trip(tmp_path):
+    samples = np.random.default_rng(0).standard_normal(300) * 1e-3
+    path = tmp_path / "motion.csv"
+    write_csv(Accelerogram(0.3358e-3, samples), path)
+    back = read_record(path)
+    assert np.array_equal(back.acceleration, samples)
+    assert back.time_step == pytest.approx(0.3358e-3, rel=1e-14)
+    assert (back.name, back.origin) == ("motion", "record motion.csv")
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [
+        ("m/s2", 1.0),
+        ("m/s^2", 1.0),
+        ("m/s**2", 1.0),
+        ("m/s²", 1.0),
+        ("m s-2", 1.0),
+        ("cm/s2", 0.01),
+        ("cm/sec^2", 0.01),
+        ("cm/s/s", 0.01),
+        ("mm/s2", 0.001),
+        ("g", 9.80665),
+        ("gal", 0.01),
+        ("Gal", 0.01),
+    ],
+)
+def test_units_of_acceleration(tmp_path, unit, factor):
+    record = read_record(written(tmp_path, GOOD.replace("m/s2", unit)))
+    assert record.acceleration == pytest.approx(factor * np.array([0.0, 1.5, -2.0]))
+
+
+def test_other_layouts(tmp_path):
+    text = "\ufeff# station X\r\n\r\nAcceleration [g], Time [ms]\r\n1, 0\r\n 2.5e-1 ,5\r\n.5,10\r\n"
+    record = read_record(written(tmp_path, text))
+    assert record.time_step == pytest.approx(0.005)
+    assert record.acceleration == pytest.approx(9.80665 * np.array([1.0, 0.25, 0.5]))
+
+
+@pytest.mark.parametrize(
+    ("content", "messages"),
+    [
+        (b"", ["the file is empty"]),
+        (b" \n\n", ["the file is empty"]),
+        (b"# only a comment\n", ["no header"]),
+        (b"\x00\x01\x02\xff\xfe", ["not a text file"]),
+        (b"time [s]\x00", ["not a text file"]),
+        (GOOD.replace(" [m/s2]", ""), ["line 1 = 'acceleration': expected a unit of acceleration"]),
+        (GOOD.replace("m/s2", "m/s"), ["expected a unit of acceleration in brackets, one of m/s2"]),
+        (GOOD.replace("[s]", "[m]"), ["expected a unit of time in brackets"]),
+        (GOOD.replace("time", "tme"), ["line 1 = 'tme .s.': no such column"]),
+        (GOOD.replace("time [s],", ""), ["no column of time"]),
+        (GOOD.replace("time [s]", "acceleration [g]"), ["a second column of acceleration"]),
+        (GOOD.splitlines()[0], ["at least 2 samples"]),
+        (GOOD.replace("1.5", "nan"), ["line 3 = 'nan': expected a finite number"]),
+        (GOOD.replace("1.5", "1.5 m/s2"), ["line 3 = '1.5 m/s2': expected a finite number"]),
+        (GOOD.replace("1.5", "1e999"), ["line 3 = '1e999': expected a finite number"]),
+        (GOOD.replace("1.5", ""), ["line 3 = '': expected a finite number"]),
+        (GOOD.replace("1.5", "1,5"), ["line 3 = '0.01,1,5': expected 2 cells .* got 3"]),
+        (GOOD.replace("0.02", "0.01"), ["line 4 = '0.01 s': expected times that ascend"]),
+        (GOOD.replace("0.02", "0.005"), ["line 4 = '0.005 s': expected times that ascend"]),
+        (GOOD + "0.04,0\n0.05,0\n", ["line 5 = '0.04 s': expected a uniform time step, 0.01 s"]),
+        ("time [s],acceleration [m/s2]\n1,0\n2,0\n", ["line 2 = '1 s': .* first sample at time 0"]),
+    ],
+)
+def test_faults(tmp_path, content, messages):
+    path = written(tmp_path, content)
+    with pytest.raises(InputError) as caught:
+        read_record(path)
+    assert len(caught.value.faults) == len(messages)
+    for message in messages:
+        with pytest.raises(InputError, match=message):
+            raise caught.value
+    assert str(path) in str(caught.value)
+
+
+def test_all_faults_at_once(tmp_path):
+    text = GOOD + "0.03,x\n0.04\n0.05,1,2\n0.06,inf\n"
+    with pytest.raises(InputError) as caught:
+        read_record(written(tmp_path, text))
+    assert [fault.key for fault in caught.value.faults] == [f"line {i}" for i in (5, 6, 7, 8)]
+
+
+def test_many_faults_are_counted(tmp_path):
+    with pytest.raises(InputError, match="and 180 more faults") as caught:
+        read_record(written(tmp_path, GOOD + "a,b\n" * 100))
+    assert len(caught.value.faults) == 21

@@ -1,0 +1,103 @@
+import mpmath
+import numpy as np
+import pytest
+
+from impactfem.errors import ImpactfemError
+from impactfem.spectra import oscillator_response
+
+
+def exact_history(a, h, frequency, damping):
+    """x, x', x''+a with 40 digits: the exponential of the system augmented by the ramp."""
+    with mpmath.workdps(40):
+        w = 2 * mpmath.pi * mpmath.mpf(frequency)
+        xi = mpmath.mpf(damping)
+        system = mpmath.matrix(
+            [[0, 1, 0, 0], [-(w**2), -2 * xi * w, -1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]
+        )
+        e = mpmath.expm(system * mpmath.mpf(h), method="taylor")
+        x, v, rows = mpmath.mpf(0), mpmath.mpf(0), []
+        for i, ai in enumerate(a):
+            rows.append((x, v, -2 * xi * w * v - w**2 * x))
+            slope = (mpmath.mpf(a[i + 1]) - mpmath.mpf(ai)) / mpmath.mpf(h) if i + 1 < len(a) else 0
+            y = e * mpmath.matrix([x, v, mpmath.mpf(ai), slope])
+            x, v = y[0], y[1]
+        return np.array(rows, dtype=float).T
+
+
+@pytest.mark.parametrize("frequency", [1e-4, 0.1, 5.0, 95.0, 430.0])
+@pytest.mark.parametrize("damping", [0.0, 0.05, 0.7, 0.999])
+def test_exact_on_piecewise_linear_input(frequency, damping):
+    h = 0.005
+    a = np.random.default_rng(3).standard_normal(60)
+    response = oscillator_response(a, h, [frequency], [damping])
+    exact = exact_history(a, h, frequency, damping)
+    for got, reference in zip(
+        (
+            response.relative_displacement,
+            response.relative_velocity,
+            response.absolute_acceleration,
+        ),
+        exact,
+        strict=True,
+    ):
+        assert got.shape == (1, 1, a.size)
+        assert np.abs(got[0, 0] - reference).max() <= 1e-12 * np.abs(reference).max()
+
+
+def test_a_central_difference_would_not_pass_that_check():
+    h, w = 0.005, 2 * np.pi * 5.0
+    a = np.random.default_rng(3).standard_normal(60)
+    x = np.zeros(a.size)
+    for i in range(1, a.size - 1):
+        x[i + 1] = 2 * x[i] - x[i - 1] - h**2 * (a[i] + w**2 * x[i])
+    exact = exact_history(a, h, 5.0, 0.0)[0]
+    assert np.abs(x - exact).max() > 1e-3 * np.abs(exact).max()
+
+
+def test_sdll06():
+    # code_aster SDLL06: ω = 30 rad/s, undamped, triangle 0 - 9.81 m/s2 - 0 over 0.05 s.
+    time = np.array([0.01, 0.02, 0.03, 0.04, 0.06])
+    reference = [-6.510633e-5, -5.138627e-4, -1.6793173e-3, -3.4573635e-3, -6.7649559e-3]
+    h = 0.005
+    t = np.arange(13) * h
+    a = np.interp(t, [0.0, 0.025, 0.05, 0.06], [0.0, 9.81, 0.0, 0.0])
+    x = oscillator_response(a, h, [30.0 / (2 * np.pi)], [0.0]).relative_displacement[0, 0]
+    assert x[np.rint(time / h).astype(int)] == pytest.approx(reference, rel=1e-6)
+
+
+def test_step_of_the_base():
+    w, xi, h = 2 * np.pi * 3.0, 0.1, 0.02
+    response = oscillator_response(np.full(200, 1.5), h, [3.0], [xi])
+    t = response.time
+    wd = w * np.sqrt(1 - xi**2)
+    decay = np.exp(-xi * w * t)
+    x = -1.5 / w**2 * (1 - decay * (np.cos(wd * t) + xi * w / wd * np.sin(wd * t)))
+    v = -1.5 / wd * decay * np.sin(wd * t)
+    assert response.relative_displacement[0, 0] == pytest.approx(x, abs=1e-15)
+    assert response.relative_velocity[0, 0] == pytest.approx(v, abs=1e-14)
+
+
+def test_resonant_sine_in_steady_state():
+    # Harmonic base motion at resonance: |x| = a / (2 ξ ω²), |x'' + a| = a √(1 + 1/(4ξ²)).
+    xi, f, h = 0.05, 2.0, 1e-4
+    t = np.arange(int(40.0 / h)) * h
+    response = oscillator_response(np.sin(2 * np.pi * f * t), h, [f], [xi])
+    late = t > 36.0
+    w = 2 * np.pi * f
+    x = np.abs(response.relative_displacement[0, 0, late]).max()
+    a = np.abs(response.absolute_acceleration[0, 0, late]).max()
+    assert x == pytest.approx(1 / (2 * xi * w**2), rel=1e-6)
+    assert a == pytest.approx(np.sqrt(1 + 1 / (4 * xi**2)), rel=1e-6)
+
+
+def test_nothing_moves_without_input():
+    response = oscillator_response(np.zeros(5), 0.01, [1.0, 50.0], [0.0, 0.05])
+    assert not response.relative_displacement.any()
+    assert not response.absolute_acceleration.any()
+    assert response.relative_velocity.shape == (2, 2, 5)
+
+
+@pytest.mark.parametrize("record", [[], [0.0, float("nan")], [[1.0, 2.0]]])
+def test_bad_records_are_refused(record):
+    with pytest.raises(ImpactfemError, match="one record of finite numbers"):
+        oscillator_response(record, 0.01, [1.0], [0.05])

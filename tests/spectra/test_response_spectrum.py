@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+
+from impactfem.errors import ImpactfemError
+from impactfem.spectra import response_spectra
+from impactfem.spectra import response_spectrum as module
+
+
+def wave(frequency, step, duration=4.0):
+    """A sine in a smooth envelope that is silent at both ends."""
+    t = np.arange(round(duration / step) + 1) * step
+    return np.sin(2 * np.pi * frequency * t) * np.sin(np.pi * t / duration) ** 2
+
+
+def test_shapes_and_pseudo_quantities():
+    a = np.random.default_rng(0).standard_normal((3, 50))
+    s = response_spectra(a, 0.01, [1.0, 5.0, 20.0, 2.0], [0.02, 0.05])
+    assert s.sd.shape == s.psv.shape == s.psa.shape == s.sa.shape == (2, 3, 4)
+    omega = 2 * np.pi * s.frequency
+    assert s.psv == pytest.approx(s.sd * omega)
+    assert s.psa == pytest.approx(s.sd * omega**2)
+    assert s.zpa == pytest.approx(np.abs(a).max(axis=1))
+    for d in range(2):
+        for r in range(3):
+            alone = response_spectra(a[r], 0.01, s.frequency, [s.damping[d]])
+            assert alone.sd[0, 0] == pytest.approx(s.sd[d, r], rel=1e-12)
+            assert alone.sa[0, 0] == pytest.approx(s.sa[d, r], rel=1e-12)
+
+
+def test_without_damping_absolute_and_pseudo_acceleration_agree():
+    a = np.random.default_rng(0).standard_normal(80)
+    s = response_spectra(a, 0.01, [0.3, 3.0, 30.0], [0.0, 0.2])
+    assert s.sa[0] == pytest.approx(s.psa[0], rel=1e-12)
+    assert np.abs(s.sa[1] / s.psa[1] - 1).max() > 1e-3
+
+
+def test_high_frequencies_end_at_the_zero_period_acceleration():
+    a = wave(2.0, 0.01)
+    s = response_spectra(a, 0.01, [3000.0], [0.05], points_per_cycle=4)
+    assert s.sa[0, 0, 0] == pytest.approx(s.zpa_interpolated[0], rel=2e-4)
+    assert s.psa[0, 0, 0] == pytest.approx(s.zpa_interpolated[0], rel=2e-4)
+    assert s.zpa[0] == np.abs(a).max()
+    assert s.above_nyquist.tolist() == [True]
+
+
+def test_low_frequencies_end_at_the_ground_displacement():
+    a = wave(2.0, 0.01)
+    s = response_spectra(a, 0.01, [0.001], [0.05], method="in-step")
+    velocity = np.concatenate([[0.0], np.cumsum((a[1:] + a[:-1]) / 2) * 0.01])
+    displacement = np.cumsum(velocity) * 0.01
+    assert s.sd[0, 0, 0] == pytest.approx(np.abs(displacement).max(), rel=0.02)
+
+
+def test_near_nyquist_the_coarse_record_gives_what_the_fine_one_gives():
+    # 90 Hz in 1/400 s samples: 4.4 points a cycle.
+    f = [60.0, 90.0, 110.0]
+    truth = response_spectra(wave(90.0, 1 / 40000, 1.0), 1 / 40000, f, [0.05])
+    assert truth.upsampling_factor == 1
+    coarse = response_spectra(wave(90.0, 1 / 400, 1.0), 1 / 400, f, [0.05])
+    assert coarse.upsampling_factor == 6
+    assert coarse.points_per_cycle == pytest.approx(6 * 400 / 110)
+    error = np.abs(coarse.psa / truth.psa - 1).max()
+    assert error < coarse.peak_error_bound + 1 - coarse.interpolation_factor
+    bare = response_spectra(wave(90.0, 1 / 400, 1.0), 1 / 400, f, [0.05], points_per_cycle=2)
+    assert bare.upsampling_factor == 1
+    assert np.abs(bare.psa / truth.psa - 1).max() > 0.1
+
+
+def test_bounds_are_those_of_the_points_reached():
+    a = wave(2.0, 0.001)
+    s = response_spectra(a, 0.001, [500.0, 1.0], [0.05], points_per_cycle=20)
+    assert (s.upsampling_factor, s.points_per_cycle) == (10, pytest.approx(20.0))
+    assert s.peak_error_bound == pytest.approx(0.012312, abs=1e-6)  # 1 - cos 9°
+    assert s.interpolation_factor == pytest.approx(0.991802, abs=1e-6)  # sinc²(0.05)
+    exact = response_spectra(a, 0.001, [500.0, 1.0], [0.05], method="in-step")
+    assert (exact.upsampling_factor, exact.points_per_cycle) == (1, pytest.approx(2.0))
+    assert exact.peak_error_bound == 0.0
+    assert exact.interpolation_factor == pytest.approx(0.405285, abs=1e-6)  # sinc²(0.5)
+
+
+def test_many_records_in_chunks_are_the_same(monkeypatch):
+    a = np.random.default_rng(4).standard_normal((7, 60))
+    whole = response_spectra(a, 0.01, [2.0, 40.0], [0.05])
+    monkeypatch.setattr(module, "_SAMPLES_AT_ONCE", 60 * 8 * 2)
+    parts = response_spectra(a, 0.01, [2.0, 40.0], [0.05], threads=2)
+    assert np.array_equal(whole.sd, parts.sd)
+    assert np.array_equal(whole.sa, parts.sa)
+    assert np.array_equal(whole.zpa_interpolated, parts.zpa_interpolated)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"acceleration": [1.0]}, "at least 2 samples"),
+        ({"acceleration": np.zeros((2, 2, 2))}, "at least 2 samples"),
+        ({"acceleration": [[0.0, 1.0], [0.0, np.nan]]}, "record 1 holds a value"),
+        ({"time_step": 0.0}, "time step must be positive"),
+        ({"frequencies": [-1.0]}, "positive finite"),
+        ({"dampings": [1.0]}, "0 <= ratio < 1"),
+        ({"points_per_cycle": 1.9}, "at least 2"),
+        ({"points_per_cycle": float("nan")}, "at least 2"),
+        ({"method": "sampled"}, "method is one of"),
+    ],
+)
+def test_bad_arguments_are_refused(change, message):
+    arguments = {
+        "acceleration": [0.0, 1.0, 0.0],
+        "time_step": 0.01,
+        "frequencies": [1.0],
+        "dampings": [0.05],
+    } | change
+    with pytest.raises(ImpactfemError, match=message):
+        response_spectra(**arguments)

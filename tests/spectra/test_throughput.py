@@ -1,0 +1,30 @@
+import numpy as np
+import pytest
+
+from impactfem.spectra import oscillator_response
+from impactfem.spectra.peaks import displacement_peaks
+from impactfem.spectra.recurrence import step_coefficients
+from impactfem.spectra.throughput import filtered, measure_throughput, plain_peaks
+
+FREQUENCIES = [2.0, 20.0, 70.0]
+
+
+@pytest.fixture
+def record():
+    # Silent at both ends: nothing happens at the first sample, and no peak comes behind the last.
+    return np.random.default_rng(0).standard_normal(400) * np.sin(np.linspace(0, np.pi, 400)) ** 4
+
+
+def test_the_three_find_the_same_peaks(record):
+    c = step_coefficients(0.01, FREQUENCIES, [0.05])
+    exact = oscillator_response(record, 0.01, FREQUENCIES, [0.05]).relative_displacement[0]
+    peaks = np.abs(exact).max(axis=1)
+    assert displacement_peaks(record[None], c)[0] == pytest.approx(peaks, rel=1e-12)
+    assert plain_peaks(record[None], c)[0] == pytest.approx(peaks, rel=1e-12)
+    histories = np.array(filtered(record[None], c))[:, 0]
+    assert np.abs(histories - exact).max() < 1e-10 * peaks.max()
+
+
+def test_rates_are_rates():
+    t = measure_throughput(records=1, samples=200, frequencies=31, repeats=1)
+    assert min(t.kernel, t.plain_loop, t.lfilter) > 0.0
