@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich import box
 from rich.console import Console
 from rich.table import Table
 
@@ -20,7 +21,15 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+PIPE_WIDTH = 160  # columns of a table that no terminal limits
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
+
+
+def _show(table: Table) -> None:
+    """Print a table: as wide as the terminal, or wide enough for all of it in a pipe."""
+    table.box = box.SIMPLE
+    console = Console()
+    (console if console.is_terminal else Console(width=PIPE_WIDTH)).print(table)
 
 
 def _version(wanted: bool) -> None:
@@ -67,7 +76,7 @@ def run(
             value = "-" if scalar.value is None else f"{scalar.value:.5g}"
             table.add_row(scalar.name, value, f"{result.published[scalar.name]:.5g}", scalar.unit)
     if table.row_count:
-        Console().print(table)
+        _show(table)
     typer.echo(f"results: {result.folder}")
 
 
@@ -107,7 +116,7 @@ def verify(
     from impactfem.verify import manual
 
     rows = manual.verify(only, json_file)
-    Console().print(manual.as_table(rows))
+    _show(manual.as_table(rows))
     failed = [row for row in rows if not row.passed]
     typer.echo(f"{len(rows) - len(failed)} of {len(rows)} within tolerance")
     if failed:
@@ -123,7 +132,7 @@ def bench(
     """Measure speed on this machine, as ratios in one run."""
     from impactfem.bench import figures
 
-    Console().print(figures.as_table(figures.measure(json_file)))
+    _show(figures.as_table(figures.measure(json_file)))
 
 
 def main() -> None:

@@ -17,6 +17,7 @@ from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
 from impactfem.motion.from_case import check_records
+from impactfem.results.checks import log_stick_checks
 from impactfem.results.figures import stick_figures
 from impactfem.results.provenance import provenance
 from impactfem.results.summary import write_summary
@@ -27,6 +28,7 @@ from impactfem.sticks.stage import STEPS, run_sticks
 from impactfem.sticks.store import write_motion, write_sticks
 
 LOG = "run.log"
+STICK_ROOMS = ("motion", "spectra", "sticks")
 STICK_INPUTS = (
     "materials",
     "damping",
@@ -51,6 +53,7 @@ class Stage:
         files: What it writes, relative to the run's folder; each carries the key as the attribute
             `inputs`, and the first one the scalars.
         run: Computes and writes.
+        checks: Logs the checks of its results.
     """
 
     name: str
@@ -58,6 +61,7 @@ class Stage:
     key: Callable[[Case], str]
     files: tuple[str, ...]
     run: Callable[[Case, Path, str, Steps], None]
+    checks: Callable[[Case, Path], None]
 
 
 @dataclass
@@ -158,6 +162,7 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool) -> None:
         result.times |= steps.times
         seconds = sum(steps.times.values())
         LOGGER.info("stage %s: done in %.1f s", stage.name, seconds)
+    stage.checks(case, result.folder)
     with xr.open_dataset(result.folder / stage.files[0], engine="h5netcdf") as store:
         result.scalars += from_json(store.attrs["scalars"])
 
@@ -201,6 +206,10 @@ def _open_folder(folder: Path, resume: bool) -> None:
 
 def _stick_key(case: Case) -> str:
     digest = hashlib.sha256(impactfem.__version__.encode())
+    for room in STICK_ROOMS:
+        # A changed program may change the result: it counts as an input.
+        for source in sorted((Path(impactfem.__file__).parent / room).glob("*.py")):
+            digest.update(source.read_bytes())
     digest.update(case.model_dump_json(include=set(STICK_INPUTS)).encode())
     for motion in case.motions:
         if isinstance(motion, RecordMotion):
@@ -229,5 +238,6 @@ STAGES: tuple[Stage, ...] = (
         key=_stick_key,
         files=("sticks.nc", "motion.nc", "forces.nc", "forces.csv"),
         run=_run_sticks,
+        checks=lambda case, folder: log_stick_checks(folder, case.pounding.points_per_impact),
     ),
 )

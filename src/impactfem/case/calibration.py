@@ -38,7 +38,7 @@ class _Calibration(Section):
         description="Height from the base to the highest mass centre, which is kept."
     )
     starts: Annotated[int, Whole(1)] = Field(
-        default=40, description="Number of starting points of the least-squares fit."
+        default=8, description="Number of starting points of the least-squares fit."
     )
     seed: Annotated[int, Whole(0)] = Field(
         default=0, description="Seed of the random starting points."

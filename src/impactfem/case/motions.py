@@ -19,6 +19,8 @@ from impactfem.case.leaf import (
     refuse,
 )
 
+MIN_STEPS = 16  # of a synthetic motion
+
 
 class DesignSpectrum(Section):
     """Elastic design spectrum in the form of Eurocode 8, which a synthetic motion is matched to."""
@@ -75,6 +77,13 @@ class SyntheticMotion(_Motion):
     def _step_in_duration(cls, value: float, info: ValidationInfo) -> float:
         if present(info, ["duration"]) and value >= info.data["duration"]:
             raise refuse(f"expected a time below the duration, {info.data['duration']:g} s")
+        if present(info, ["duration"]):
+            steps = info.data["duration"] / value
+            if abs(steps - round(steps)) > 1e-6 * steps or round(steps) < MIN_STEPS:
+                raise refuse(
+                    f"the duration of {info.data['duration']:g} s is {steps:.6g} steps of it; "
+                    f"expected a whole number of at least {MIN_STEPS}"
+                )
         return value
 
     @field_validator("strong_phase")

@@ -55,12 +55,13 @@ ACCELERATION = Kind("an acceleration", "m/s2", "2.3 m/s2")
 FORCE = Kind("a force", "N", "121 MN")
 STRESS = Kind("a stress", "Pa", "33 GPa")
 STIFFNESS = Kind("a stiffness", "N/m", "1e11 N/m")
+FLEXIBILITY = Kind("a flexibility", "m/N", "1e-11 m/N")
 IMPULSE = Kind("an impulse", "N s", "829 kN s")
 ENERGY = Kind("an energy", "J", "4 kJ")
 
 KINDS = (
     *(LENGTH, AREA, SECOND_MOMENT, MASS, INERTIA, DENSITY, TIME, FREQUENCY, RATE),
-    *(VELOCITY, ACCELERATION, FORCE, STRESS, STIFFNESS, IMPULSE, ENERGY),
+    *(VELOCITY, ACCELERATION, FORCE, STRESS, STIFFNESS, FLEXIBILITY, IMPULSE, ENERGY),
 )
 
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
@@ -115,16 +116,17 @@ def _measure(text: str) -> _Measured:
     registry = _registry()
     symbols = set()
     total = registry.Quantity(1.0)
-    for name, exponent in _factors(text):
-        try:
+    factors = _factors(text)
+    try:
+        for name, exponent in factors:
             parsed = registry.parse_unit_name(name)
             if not parsed:
                 raise UnitError(f"'{name}' is not a unit known here")
             symbols.add(parsed[0][1])
             total = total * registry.Quantity(1.0, name) ** exponent
-        except (pint.PintError, OverflowError) as error:
-            raise UnitError(f"'{text}' cannot be used as a unit here") from error
-    base = total.to_base_units()
+        base = total.to_base_units()
+    except (pint.PintError, OverflowError) as error:
+        raise UnitError(f"'{text}' cannot be used as a unit here") from error
     dimension = tuple(sorted((str(k), f"{v:g}") for k, v in base.dimensionality.items()))
     return _Measured(base.magnitude, dimension, frozenset(symbols))
 

@@ -89,6 +89,8 @@ def _contact(store: xr.Dataset) -> Table:
         "Contact parameters (paper: table 5 and equation 7, with the effective mass of the pair)",
         (
             ("pair", ""),
+            ("E", "GPa"),
+            ("nu", "-"),
             ("restitution asked", "-"),
             ("damping ratio", "-"),
             ("stiffness", "N/m"),
@@ -96,10 +98,13 @@ def _contact(store: xr.Dataset) -> Table:
             ("effective mass", "t"),
             ("gap", "mm"),
             ("duration of the law", "ms"),
+            ("time step", "ms"),
             ("steps in it", "-"),
         ),
         _columns(
             _cells(store["pair"]),
+            _cells(store["pair_young_modulus"], 1e-9),
+            _cells(store["pair_poisson_ratio"]),
             _cells(store["pair_restitution"]),
             _cells(store["pair_damping_ratio"]),
             _cells(store["pair_stiffness"]),
@@ -107,6 +112,7 @@ def _contact(store: xr.Dataset) -> Table:
             _cells(store["pair_effective_mass"], 1e-3),
             _cells(store["pair_rest_gap"], 1e3),
             _cells(duration, 1e3),
+            [1e3 * dt] * store.sizes["pair"],
             _cells(duration / dt),
         ),
     )

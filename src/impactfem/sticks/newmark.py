@@ -29,7 +29,7 @@ def add_product(A: Array, x: Array, y: Array) -> None:
 @numba.njit(cache=True)
 def pair_force(
     code: int, parameters: Array, p_free: float, v_free: float, h: float, W: float
-) -> float:
+) -> tuple[float, float]:
     """Force of one pair at the new time, given the motion that it would have without it.
 
     Solves F = law(p, v) with p = p_free - h W F and v = v_free - W F by Newton's method (one
@@ -45,7 +45,8 @@ def pair_force(
         W: Velocity of the pair per force [m/s/N].
 
     Returns:
-        The force [N]; nan if the iteration does not converge.
+        The force [N], nan if the iteration does not converge; and the size of the terms that add
+        up to it, of which it can be a small difference [N].
     """
     tiny = 1e-300
     F = 0.0
@@ -54,9 +55,68 @@ def pair_force(
         f, k, c = law_force(code, parameters, p, v_free - W * F)
         change = (f - F) / (1.0 + W * (h * k + c))
         F += change
-        if abs(change) <= 1e-13 * (abs(F) + abs(f)):
-            return F
-    return np.nan
+        size = abs(f) + k * abs(p_free) + c * abs(v_free)
+        if abs(change) <= 1e-13 * size:
+            return F, size
+    return np.nan, 0.0
+
+
+@numba.njit(cache=True)
+def contact_forces(
+    h: float,
+    W: Array,
+    delta: Array,
+    rate: Array,
+    codes: NDArray[np.int64],
+    parameters: Array,
+    touches: NDArray[np.bool_],
+    F: Array,
+) -> bool:
+    """Forces of all pairs at the new time, swept until they agree.
+
+    Block Gauss-Seidel on δ = δ_free + h W F, δ̇ = δ̇_free + W F and the laws. Whether a pair touches
+    is decided by its penetration without its own force. Two pairs whose forces open each other's
+    gap could flip for ever where the law jumps at p = 0: after FREE_SWEEPS sweeps who touches is
+    kept.
+
+    Args:
+        h: Half the time step [s].
+        W: Velocities per force, symmetric, positive definite, shape (m, m) [m/s/N].
+        delta: Gap functions without the new forces, shape (m,) [m].
+        rate: Their rates, shape (m,) [m/s].
+        codes: Contact laws, shape (m,).
+        parameters: Their parameters, shape (m, N_PARAMETERS).
+        touches: Room for who touches, shape (m,).
+        F: Filled with the forces, shape (m,) [N].
+
+    Returns:
+        Whether they agree.
+    """
+    m = delta.size
+    for sweep in range(MAX_SWEEPS):
+        largest = 0.0
+        change = 0.0
+        for j in range(m):
+            other = 0.0
+            for k in range(m):
+                if k != j:
+                    other += W[j, k] * F[k]
+            p_free = -delta[j] - h * other
+            if sweep < FREE_SWEEPS:
+                touches[j] = p_free > 0.0
+            force, size = 0.0, 0.0
+            if touches[j]:
+                force, size = pair_force(
+                    codes[j], parameters[j], p_free, -rate[j] - other, h, W[j, j]
+                )
+            if np.isnan(force):
+                return False
+            change = max(change, abs(force - F[j]))
+            largest = max(largest, size)
+            F[j] = force
+        if change <= 1e-13 * largest:
+            return True
+    return change <= 1e-10 * largest
 
 
 @numba.njit(cache=True)
@@ -85,11 +145,7 @@ def march(
         S w = f₀ + f₁ + Jᵀ (F₀ + F₁) + 4/Δt M v₀ - 2 K u₀,   S = 2/Δt M + C + Δt/2 K,
 
     and u₁ = u₀ + Δt/2 w, v₁ = w - v₀. With the gap function δ = g + J u (negative in contact),
-    penetration p = -δ and W = J S⁻¹ Jᵀ, the force of pair j changes p_j by -Δt/2 W_jj F_j, so that
-    F₁ follows from small scalar problems, swept until they agree (block Gauss-Seidel on the
-    symmetric positive W). Whether a pair touches is decided by its penetration without its own
-    force. Two pairs whose forces open each other's gap could flip for ever where the law jumps at
-    p = 0: after FREE_SWEEPS sweeps who touches is kept.
+    penetration p = -δ and W = J S⁻¹ Jᵀ, the forces F₁ change δ by Δt/2 W F₁ and δ̇ by W F₁.
 
     Args:
         dt: Time step Δt [s].
@@ -162,30 +218,8 @@ def march(
                 F1[j] = 0.0
             touching = touching or delta[j] < 0.0 or F1[j] != 0.0
         if touching and not lagged:
-            for sweep in range(MAX_SWEEPS):
-                largest = 0.0
-                change = 0.0
-                for j in range(m):
-                    other = 0.0
-                    for k in range(m):
-                        if k != j:
-                            other += W[j, k] * F1[k]
-                    p_free = -delta[j] - h * other
-                    if sweep < FREE_SWEEPS:
-                        touches[j] = p_free > 0.0
-                    force = 0.0
-                    if touches[j]:
-                        force = pair_force(
-                            codes[j], parameters[j], p_free, -rate[j] - other, h, W[j, j]
-                        )
-                    if np.isnan(force):
-                        return t + 1
-                    change = max(change, abs(force - F1[j]))
-                    F1[j] = force
-                    largest = max(largest, abs(force))
-                if change <= 1e-13 * largest:
-                    break
-            if change > 1e-10 * largest:
+            converged = contact_forces(h, W, delta, rate, codes, parameters, touches, F1)
+            if not converged:
                 return t + 1
         for j in range(m):
             F[t + 1, j] = F1[j]

@@ -8,6 +8,8 @@ from impactfem.scalar import Scalar
 from impactfem.sticks.modes import DIRECTIONS
 from impactfem.sticks.stage import StickStudy, station_dofs, steps_of_law
 
+HARDLY = "a ratio that hardly depends on the motion"
+
 
 def stick_scalars(study: StickStudy) -> list[Scalar]:
     """All scalars of the stage.
@@ -124,6 +126,11 @@ def _pounding(study: StickStudy) -> list[Scalar]:
         scalars.append(
             Scalar(f"pounding.peak_acceleration.{name}", peak, "m/s2", "absolute, mass centre")
         )
+        if columns and force > 0.0:
+            scalars += [
+                Scalar(f"pounding.force_over_acceleration.{name}", force / peak, "kg", HARDLY),
+                Scalar(f"pounding.penetration_over_force.{name}", depth / force, "m/N", HARDLY),
+            ]
     for stick in system.sticks:
         top = system.floor_dofs(stick.name)[-1, :3]
         for label, run in (("", response), ("_no_contact", study.free)):
@@ -229,6 +236,12 @@ def _spectra(study: StickStudy) -> list[Scalar]:
             Scalar(f"{name}.peak", float(floors.psa[0, k, column, largest]), "m/s2", note),
             Scalar(f"{name}.peak_frequency", float(f[largest]), "Hz", note),
             Scalar(f"{name}.pfa", float(floors.pfa[k, column]), "m/s2", f"direction {direction}"),
+            Scalar(
+                f"{name}.peak_over_pfa",
+                float(floors.psa[0, k, column, largest] / floors.pfa[k, column]),
+                "-",
+                HARDLY,
+            ),
             Scalar(f"{name}.pfa_no_contact", float(free.pfa[k, column]), "m/s2"),
             Scalar(f"{name}.peak_no_contact", float(free.psa[0, k, column].max()), "m/s2", note),
         ]

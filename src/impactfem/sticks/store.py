@@ -229,7 +229,10 @@ def _impacts(study: StickStudy) -> Variables:
 def _pairs(study: StickStudy) -> Variables:
     pairs = study.system.pairs
     laws = [pair.law for pair in pairs]
+    materials = [study.case.building(pair.a.building).material for pair in pairs]
     numbers = {
+        "young_modulus": ([material.young_modulus for material in materials], "Pa"),
+        "poisson_ratio": ([material.poisson_ratio for material in materials], "-"),
         "rest_gap": ([pair.gap for pair in pairs], "m"),
         "stiffness": ([law.parameters[0] for law in laws], "N/m"),
         "dashpot": ([law.parameters[1] for law in laws], "N s/m"),

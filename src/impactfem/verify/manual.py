@@ -23,7 +23,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "oscillator_sdll06": oscillator.triangular_pulse,
     "oscillator_exact": oscillator.piecewise_linear,
     "cantilever": sticks.cantilever,
-    "paper_tables": sticks.paper_tables,
+    "paper_case": sticks.paper_case,
 }
 
 
@@ -62,7 +62,7 @@ def as_table(rows: list[Row]) -> Table:
             f"{row.computed:.6g}",
             row.unit,
             f"{row.error:.1e}",
-            f"{row.tolerance:.0e}",
+            f"{row.tolerance:.2g}",
             "pass" if row.passed else "FAIL",
         )
     return table

@@ -47,11 +47,11 @@ class Row:
         return {
             "name": self.name,
             "quantity": self.quantity,
-            "reference": self.reference,
-            "computed": self.computed,
+            "reference": float(self.reference),
+            "computed": float(self.computed),
             "unit": self.unit,
-            "error": self.error,
+            "error": float(self.error),
             "tolerance": self.tolerance,
-            "passed": self.passed,
+            "passed": bool(self.passed),
             "source": self.source,
         }

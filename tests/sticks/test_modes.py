@@ -1,0 +1,78 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactfem.errors import SolutionError
+from impactfem.sticks.modes import DIRECTIONS, FAMILIES, modes
+from impactfem.sticks.stick import build_stick
+from impactfem.verify.models import mass_on_spring
+
+
+@pytest.fixture
+def stick(floors):
+    return build_stick("a", floors(3), axis=(5.0, 1.0), base=2.0)
+
+
+def test_frequencies_against_the_plain_eigenvalue_problem(stick):
+    values = np.linalg.eigvals(np.linalg.solve(stick.M, stick.K)).real
+    found = modes(stick)
+    assert found.frequency == pytest.approx(np.sqrt(np.sort(values)) / (2 * np.pi), rel=1e-9)
+    assert np.all(np.diff(found.frequency) > 0.0)
+    assert found.frequency.size == stick.n
+
+
+def test_shapes_are_orthonormal(stick):
+    found = modes(stick)
+    assert np.abs(found.shape.T @ stick.M @ found.shape - np.eye(stick.n)).max() < 1e-9
+    squares = (2 * np.pi * found.frequency) ** 2
+    stiffness = found.shape.T @ stick.K @ found.shape
+    assert np.abs(stiffness - np.diag(squares)).max() < 1e-9 * squares.max()
+
+
+def test_effective_masses_add_up_to_the_total_in_all_directions(stick):
+    found = modes(stick)
+    assert found.total[:3] == pytest.approx(720e3)
+    assert found.total[3] == pytest.approx(3 * 2.9e6 + 240e3 * (3.5**2 + 7.0**2 + 10.5**2))
+    assert found.effective_mass.shape == (6, 18)
+    assert found.effective_mass.sum(axis=1) == pytest.approx(found.total, rel=1e-10)
+    some = found.effective_mass[:, 1:].sum(axis=1) / found.total
+    assert some.min() < 0.95  # the first mode counts
+
+
+def test_families_in_natural_order(stick):
+    found = modes(stick)
+    sizes = {name: found.of_family(name).size for name in FAMILIES}
+    assert sizes == {"x": 6, "y": 6, "z": 3, "rz": 3}
+    # EI and GA_v along y are smaller: the first mode moves along y.
+    assert found.family[:2] == ("y", "x")
+    for name in FAMILIES:
+        family = found.of_family(name)
+        mass = found.effective_mass[DIRECTIONS.index(name), family]
+        assert mass.sum() == pytest.approx(found.total[DIRECTIONS.index(name)], rel=1e-9)
+        assert np.all(np.diff(found.frequency[family]) > 0.0)
+    other = found.effective_mass[DIRECTIONS.index("x"), found.of_family("y")]
+    assert other.max() < 1e-12 * found.total[0]
+
+
+def test_points_without_mass_drop_out(floors, stick):
+    pointed = build_stick("a", floors(3), axis=(5, 1), base=2, storey_points=[(1, 0.5), (3, 0.3)])
+    plain, found = modes(stick), modes(pointed)
+    assert found.frequency == pytest.approx(plain.frequency, rel=1e-9)
+    assert found.shape.shape == (30, 18)
+    assert found.effective_mass.sum(axis=1) == pytest.approx(plain.total, rel=1e-9)
+
+
+def test_one_mass():
+    found = modes(mass_on_spring("m", 4.0, 4.0 * (2 * np.pi * 3.0) ** 2))
+    assert found.frequency == pytest.approx(3.0)
+
+
+def test_a_mechanism_is_refused():
+    stick = mass_on_spring("m", 4.0, 100.0)
+    K = stick.K.copy()
+    K[:2, :2] = 100.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    with pytest.raises(SolutionError, match=r"building m: the stiffness matrix is not positive"):
+        modes(replace(stick, K=K))
+    K[:2, :2] *= [[1.1, 1.0], [1.0, 1.1]]
+    assert modes(replace(stick, K=K)).frequency.size == 6
