@@ -13,6 +13,7 @@ from rich.table import Table
 
 from impactfem import __version__, log
 from impactfem.errors import ImpactfemError, InputError
+from impactfem.parallel import OtherRankError, rank
 
 app = typer.Typer(
     help="Earthquake pounding of adjacent buildings, and what it does to the equipment inside.",
@@ -47,7 +48,7 @@ def _options(
     ] = False,
 ) -> None:
     del version
-    log.set_up(verbose)
+    log.set_up(verbose, rank())
 
 
 @app.command()
@@ -70,6 +71,8 @@ def run(
     from impactfem import study
 
     result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh)
+    if rank() != 0:
+        return
     table = Table("result", "value", "paper", "unit", title=str(result.folder / "summary.json"))
     for scalar in result.scalars:
         if scalar.name in result.published:
@@ -142,6 +145,8 @@ def main() -> None:
     """
     try:
         app()
+    except OtherRankError as error:
+        raise SystemExit(error.exit_code) from None
     except InputError as error:
         for fault in error.faults:
             print(f"error: {fault}", file=sys.stderr)

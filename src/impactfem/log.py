@@ -61,9 +61,10 @@ class Steps:
 
     Args:
         names: The steps in order, with their expected share of the time.
+        quiet: Whether nothing is shown, as on all ranks but the first.
     """
 
-    def __init__(self, names: dict[str, float]) -> None:
+    def __init__(self, names: dict[str, float], *, quiet: bool = False) -> None:
         self._shares = names
         self._console = Console(stderr=True)
         self._progress = Progress(
@@ -74,9 +75,10 @@ class Steps:
             TimeRemainingColumn(),
             console=self._console,
             transient=True,
-            disable=not self._console.is_terminal,
+            disable=quiet or not self._console.is_terminal,
         )
         self._task = self._progress.add_task("", total=sum(names.values()))
+        self._before = 0.0
         self.times: dict[str, float] = {}
 
     def __enter__(self) -> Steps:
@@ -94,4 +96,9 @@ class Steps:
         yield
         self.times[name] = time.perf_counter() - start
         LOGGER.debug("%s: %.2f s", name, self.times[name])
-        self._progress.advance(self._task, self._shares[name])
+        self._before += self._shares[name]
+        self._progress.update(self._task, completed=self._before)
+
+    def within(self, name: str, part: float) -> None:
+        """Show how far the current step is, as a part from 0 to 1."""
+        self._progress.update(self._task, completed=self._before + part * self._shares[name])

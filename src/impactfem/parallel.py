@@ -1,11 +1,127 @@
-"""How many threads a process may use."""
+"""Threads, processes and ranks: how many there are, and how they act as one program."""
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from impactfem.errors import ImpactfemError
+
+T = TypeVar("T")
+THREADS = "OMP_NUM_THREADS"
+# Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
+LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
+
+
+class OtherRankError(ImpactfemError):
+    """Rank 0 failed and has said why; the other ranks stop with it."""
+
+    def __init__(self, exit_code: int) -> None:
+        super().__init__("")
+        self.exit_code = exit_code
 
 
 def threads() -> int:
     """OMP_NUM_THREADS where it is set to a number, else the processors of this process."""
-    asked = os.environ.get("OMP_NUM_THREADS", "")
+    asked = os.environ.get(THREADS, "")
     return max(1, int(asked)) if asked.isdigit() else len(os.sched_getaffinity(0))
+
+
+def world() -> Any | None:
+    """The communicator of all ranks under `mpirun`; None in a program of one process.
+
+    MPI is not started, nor mpi4py imported, for one process.
+    """
+    sizes = [os.environ.get(name, "") for name in LAUNCHERS]
+    if not any(size.isdigit() and int(size) > 1 for size in sizes):
+        return None
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD if MPI.COMM_WORLD.size > 1 else None
+
+
+def rank() -> int:
+    """Rank of this process; 0 in a program of one process."""
+    comm = world()
+    return 0 if comm is None else int(comm.rank)
+
+
+def size() -> int:
+    """Number of ranks."""
+    comm = world()
+    return 1 if comm is None else int(comm.size)
+
+
+def on_root(action: Callable[[], T]) -> T:
+    """Run an action on rank 0 and give its result to all ranks. Collective.
+
+    Args:
+        action: What to run; its result must be picklable.
+
+    Raises:
+        ImpactfemError: What the action raised, on rank 0; `OtherRankError` on the others.
+    """
+    comm = world()
+    if comm is None:
+        return action()
+    failure: BaseException | None = None
+    result: Any = None
+    if comm.rank == 0:
+        try:
+            result = action()
+        except ImpactfemError as error:
+            failure = error
+    code = comm.bcast(None if failure is None else exit_code(failure), root=0)
+    if failure is not None:
+        raise failure
+    if code is not None:
+        raise OtherRankError(code)
+    return comm.bcast(result, root=0)  # type: ignore[no-any-return]
+
+
+def exit_code(error: BaseException) -> int:
+    """Exit code of a failure: 2 for an input that is not usable, else 1."""
+    from impactfem.errors import InputError
+
+    if isinstance(error, OtherRankError):
+        return error.exit_code
+    return 2 if isinstance(error, InputError) else 1
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes that start in this block use one thread each: all processors are theirs anyway."""
+    before = os.environ.get(THREADS)
+    os.environ[THREADS] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[THREADS]
+        else:
+            os.environ[THREADS] = before
+
+
+@contextmanager
+def workers() -> Iterator[Executor | None]:
+    """An executor over all ranks, or over as many processes as there are threads. Collective.
+
+    Rank 0 gets the executor. The other ranks work inside this call until rank 0 leaves the block,
+    and get None. With two ranks one of them works: `mpirun -n 3` keeps two cores busy.
+    """
+    comm = world()
+    if comm is None:
+        # Not forked: a fork of a process with threads and HDF5 open may hang.
+        context = multiprocessing.get_context("spawn")
+        count = threads()
+        with _one_thread_each(), ProcessPoolExecutor(count, mp_context=context) as pool:
+            yield pool
+    else:
+        from mpi4py.futures import MPICommExecutor
+
+        with MPICommExecutor(comm, root=0) as executor:
+            yield executor

@@ -12,18 +12,24 @@ from pathlib import Path
 import xarray as xr
 
 import impactfem
-from impactfem.case import Case, RecordMotion, load_case
+from impactfem.case import Case, RecordMotion, SyntheticMotion, load_case
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
 from impactfem.motion.from_case import check_records
+from impactfem.parallel import on_root, rank, size, workers
 from impactfem.results.checks import log_stick_checks
+from impactfem.results.ensemble import ensemble_results, log_ensemble
 from impactfem.results.figures import stick_figures
+from impactfem.results.floor_products import write_floor_products
 from impactfem.results.provenance import provenance
 from impactfem.results.summary import write_summary
 from impactfem.results.tables import stick_tables
 from impactfem.scalar import Scalar, from_json
+from impactfem.sticks.ensemble import run_ensemble
+from impactfem.sticks.ensemble_store import write_ensemble
 from impactfem.sticks.force_history import ForceHistory, write_forces, write_forces_csv
+from impactfem.sticks.from_case import calibration_of, system_of
 from impactfem.sticks.stage import STEPS, run_sticks
 from impactfem.sticks.store import write_motion, write_sticks
 
@@ -50,10 +56,13 @@ class Stage:
         name: Its name on the command line.
         steps: Its steps and their share of its time.
         key: Hash of what it depends on.
-        files: What it writes, relative to the run's folder; each carries the key as the attribute
-            `inputs`, and the first one the scalars.
+        files: What it writes, relative to the run's folder; each NetCDF file carries the key as
+            the attribute `inputs`, and the first one the scalars.
         run: Computes and writes.
         checks: Logs the checks of its results.
+        lacks: The section of the case file without which the stage has nothing to do; None when
+            nothing is missing.
+        collective: Whether all ranks run it together; else rank 0 does.
     """
 
     name: str
@@ -62,6 +71,8 @@ class Stage:
     files: tuple[str, ...]
     run: Callable[[Case, Path, str, Steps], None]
     checks: Callable[[Case, Path], None]
+    lacks: Callable[[Case], str | None] = lambda case: None
+    collective: bool = False
 
 
 @dataclass
@@ -73,7 +84,7 @@ class Run:
         scalars: All scalar results, in the order of the stages.
         published: Published values in SI by the name of the result.
         reused: Names of the stages whose stores were reused.
-        times: Wall time of each step that ran [s].
+        times: Wall time of each step that ran, by stage and step [s].
     """
 
     folder: Path
@@ -105,6 +116,7 @@ def run(
     """Run a case up to a stage and write its folder.
 
     A finished stage with the same inputs is reused; a changed input recomputes from there on.
+    Collective under `mpirun`: every rank calls it with the same arguments.
 
     Args:
         path: The case file.
@@ -117,54 +129,85 @@ def run(
         InputError: The case is not usable, or the folder is not; nothing is written then.
         ImpactfemError: A computation or a file failed.
     """
-    stages = STAGES
-    if stage is not None:
-        names = [known.name for known in STAGES]
-        if stage not in names:
-            expected = f"one of the stages {', '.join(names)}"
-            raise InputError([Fault("command line", "--stage", stage, expected)])
-        stages = STAGES[: names.index(stage) + 1]
-    case = check(path)
     folder = out if out is not None else Path("runs") / path.stem
-    _open_folder(folder, resume)
-    with mirrored(folder / LOG):
-        published = {name: entry.value for name, entry in case.published.items()}
-        result = Run(folder, [], published)
+
+    def prepare() -> Case:
+        known = stage_names()
+        if stage is not None and stage not in known:
+            expected = f"one of the stages {', '.join(known)}"
+            raise InputError([Fault("command line", "--stage", stage, expected)])
+        case = check(path)
+        _asked_stages(case, stage)
+        _open_folder(folder, resume)
+        return case
+
+    case = on_root(prepare)
+    with mirrored(folder / LOG, rank()):
+        result = Run(folder, [], _published(case))
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
+        stages = _asked_stages(case, stage)
         for one in stages:
             _run_stage(one, case, result, fresh)
-        write_summary(folder / "summary.json", result.scalars, published)
-        write_json(
-            folder / "provenance.json",
-            provenance(
-                case=path.name,
-                case_hash=case.content_hash(),
-                inputs={one.name: one.key(case) for one in stages},
-                seeds=[m.seed for m in case.motions if hasattr(m, "seed")],
-                started=started,
-                reused=result.reused,
-                seconds={name: round(value, 3) for name, value in result.times.items()},
-                ranks=1,
-            ),
-        )
+        on_root(lambda: _write_results(case, result, stages, started))
     return result
 
 
+def stage_names() -> list[str]:
+    """Names of the stages in order."""
+    return [stage.name for stage in STAGES]
+
+
+def _asked_stages(case: Case, last: str | None) -> list[Stage]:
+    """The stages up to the last one asked for that the case has the input for."""
+    stages = STAGES if last is None else STAGES[: stage_names().index(last) + 1]
+    missing = stages[-1].lacks(case)
+    if last is not None and missing is not None:
+        expected = f"a section [{missing}], which the stage {last} needs"
+        raise InputError([Fault(case.path, missing, None, expected)])
+    return [one for one in stages if one.lacks(case) is None]
+
+
+def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:
+    published = dict(result.published)
+    published |= {f"ensemble.median.{name}": v for name, v in result.published.items()}
+    write_summary(result.folder / "summary.json", result.scalars, published)
+    write_json(
+        result.folder / "provenance.json",
+        provenance(
+            case=case.path.name,
+            case_hash=case.content_hash(),
+            inputs={one.name: one.key(case) for one in stages},
+            seeds=[m.seed for m in case.motions if isinstance(m, SyntheticMotion)],
+            started=started,
+            reused=result.reused,
+            seconds={name: round(value, 3) for name, value in result.times.items()},
+            ranks=size(),
+        ),
+    )
+
+
 def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool) -> None:
-    key = stage.key(case)
-    if not fresh and _finished(result.folder, stage, key):
+    folder = result.folder
+    key = on_root(lambda: stage.key(case))
+    if on_root(lambda: not fresh and _finished(folder, stage, key)):
         LOGGER.info("stage %s: finished before with the same inputs, reused", stage.name)
         result.reused.append(stage.name)
     else:
-        with Steps(stage.steps) as steps:
-            stage.run(case, result.folder, key, steps)
-        result.times |= steps.times
-        seconds = sum(steps.times.values())
-        LOGGER.info("stage %s: done in %.1f s", stage.name, seconds)
-    stage.checks(case, result.folder)
-    with xr.open_dataset(result.folder / stage.files[0], engine="h5netcdf") as store:
-        result.scalars += from_json(store.attrs["scalars"])
+        with Steps(stage.steps, quiet=rank() != 0) as steps:
+            if stage.collective:
+                stage.run(case, folder, key, steps)
+            else:
+                on_root(lambda: stage.run(case, folder, key, steps))
+        result.times |= {f"{stage.name}: {name}": value for name, value in steps.times.items()}
+        LOGGER.info("stage %s: done in %.1f s", stage.name, sum(steps.times.values()))
+
+    def finish() -> list[Scalar]:
+        stage.checks(case, folder)
+        with xr.open_dataset(folder / stage.files[0], engine="h5netcdf") as store:
+            return from_json(store.attrs["scalars"])
+
+    result.scalars += on_root(finish)
 
 
 def _finished(folder: Path, stage: Stage, key: str) -> bool:
@@ -204,16 +247,18 @@ def _open_folder(folder: Path, resume: bool) -> None:
         raise InputError([Fault(folder, "--out", None, expected)]) from error
 
 
-def _stick_key(case: Case) -> str:
+def _key(case: Case, sections: tuple[str, ...], rooms: tuple[str, ...]) -> str:
+    """Hash of the program's version and rooms, of sections of the case, and of its records."""
     digest = hashlib.sha256(impactfem.__version__.encode())
-    for room in STICK_ROOMS:
+    for room in rooms:
         # A changed program may change the result: it counts as an input.
         for source in sorted((Path(impactfem.__file__).parent / room).glob("*.py")):
             digest.update(source.read_bytes())
-    digest.update(case.model_dump_json(include=set(STICK_INPUTS)).encode())
-    for motion in case.motions:
-        if isinstance(motion, RecordMotion):
-            digest.update(motion.file.read_bytes())
+    digest.update(case.model_dump_json(include=set(sections)).encode())
+    if "motions" in sections:
+        for motion in case.motions:
+            if isinstance(motion, RecordMotion):
+                digest.update(motion.file.read_bytes())
     return digest.hexdigest()
 
 
@@ -229,15 +274,72 @@ def _run_sticks(case: Case, folder: Path, key: str, steps: Steps) -> None:
     with steps.step("tables and figures"):
         stick_tables(folder)
         stick_figures(folder)
+        write_floor_products(
+            folder,
+            folder / "sticks.nc",
+            broadening=case.spectra.broadening,
+            clipping=case.spectra.clipping,
+        )
+
+
+def _ensemble_key(case: Case) -> str:
+    digest = hashlib.sha256(_key(case, (*STICK_INPUTS, "ensemble"), STICK_ROOMS).encode())
+    for file in case.ensemble.files() if case.ensemble is not None else ():
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def _run_ensemble(case: Case, folder: Path, key: str, steps: Steps) -> None:
+    with steps.step("sticks"):
+        calibration = on_root(lambda: calibration_of(case))
+        ready = (calibration, system_of(case, calibration))
+    sections = tuple(section for section in STICK_INPUTS if section != "motions")
+    members_key = on_root(lambda: _key(case, sections, STICK_ROOMS))
+    with workers() as executor:
+        if executor is None:
+            return  # this rank has worked for rank 0 until now
+        with steps.step("members"):
+            result = run_ensemble(
+                case,
+                ready,
+                folder / "ensemble" / "members",
+                members_key,
+                executor,
+                lambda done, of: steps.within("members", done / of),
+            )
+    with steps.step("stores and figures"):
+        write_ensemble(folder / "ensemble.nc", case, result, key)
+        ensemble_results(folder, _published(case))
+        write_floor_products(
+            folder / "ensemble",
+            folder / "ensemble.nc",
+            broadening=case.spectra.broadening,
+            clipping=case.spectra.clipping,
+            statistic="mean",
+        )
+
+
+def _published(case: Case) -> dict[str, float]:
+    return {name: entry.value for name, entry in case.published.items()}
 
 
 STAGES: tuple[Stage, ...] = (
     Stage(
         name="sticks",
         steps={**STEPS, "stores": 2.0, "tables and figures": 4.0},
-        key=_stick_key,
-        files=("sticks.nc", "motion.nc", "forces.nc", "forces.csv"),
+        key=lambda case: _key(case, STICK_INPUTS, STICK_ROOMS),
+        files=("sticks.nc", "motion.nc", "forces.nc", "forces.csv", "products/floor_spectra.nc"),
         run=_run_sticks,
         checks=lambda case, folder: log_stick_checks(folder, case.pounding.points_per_impact),
+    ),
+    Stage(
+        name="ensemble",
+        steps={"sticks": 2.0, "members": 40.0, "stores and figures": 2.0},
+        key=_ensemble_key,
+        files=("ensemble.nc",),
+        run=_run_ensemble,
+        checks=lambda case, folder: log_ensemble(folder, _published(case)),
+        lacks=lambda case: "ensemble" if case.ensemble is None else None,
+        collective=True,
     ),
 )

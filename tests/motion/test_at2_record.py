@@ -89,3 +89,8 @@ def test_all_faults_at_once(tmp_path):
     with pytest.raises(InputError) as caught:
         read_record(written(tmp_path, text))
     assert [fault.key for fault in caught.value.faults] == ["line 3", "line 4", "line 5"]
+
+
+def test_it_does_not_name_its_component(tmp_path):
+    with pytest.raises(InputError, match="component = '090': the file holds one component and d"):
+        read_record(written(tmp_path, GOOD), component="090")

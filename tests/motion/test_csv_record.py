@@ -100,3 +100,43 @@ def test_many_faults_are_counted(tmp_path):
     with pytest.raises(InputError, match="and 180 more faults") as caught:
         read_record(written(tmp_path, GOOD + "a,b\n" * 100))
     assert len(caught.value.faults) == 21
+
+
+SEVERAL = "time [s],NS [g],Up [cm/s2]\n0,0,1\n0.01,1.5,2\n0.02,-2,3\n"
+
+
+def test_a_component_by_its_column(tmp_path):
+    path = written(tmp_path, SEVERAL)
+    assert read_record(path, component="ns").acceleration == pytest.approx([0, 14.709975, -19.6133])
+    up = read_record(path, component="Up")
+    assert up.acceleration == pytest.approx([0.01, 0.02, 0.03])
+    assert (up.name, up.origin) == ("north_Up", "record north.csv, column Up")
+
+
+def test_several_components_and_none_chosen(tmp_path):
+    path = written(tmp_path, SEVERAL)
+    with pytest.raises(InputError, match="the file holds 2 components, .* component: 'NS', 'Up'"):
+        read_record(path)
+    with pytest.raises(InputError, match="component = 'EW': no such component; .* 'NS', 'Up'"):
+        read_record(path, component="EW")
+
+
+def test_one_acceleration_of_any_name(tmp_path):
+    path = written(tmp_path, GOOD.replace("acceleration", "N-S of X"))
+    assert read_record(path).acceleration == pytest.approx([0.0, 1.5, -2.0])
+    assert read_record(path, component="n-s of x").name == "north"
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("time [s],NS [g],ns [g]", "a second column of ns"),
+        ("time [s],NS [g],velocity [m/s]", "'velocity .m/s.': no such column"),
+        ("NS [g],EW [g],Up [g]", "no column of time"),
+        ("time [s],NS [g],[g]", "no such column"),
+    ],
+)
+def test_faults_of_several_columns(tmp_path, header, message):
+    text = SEVERAL.replace("time [s],NS [g],Up [cm/s2]", header)
+    with pytest.raises(InputError, match=message):
+        read_record(written(tmp_path, text))

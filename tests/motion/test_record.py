@@ -1,28 +1,118 @@
+import numpy as np
 import pytest
 
 from impactfem.errors import InputError
 from impactfem.motion import read_record
+from impactfem.verify.record_files import at2_text, cosmos_text, csmip_text, esm_text, knet_text
 
 CSV = "time [s],acceleration [m/s2]\n0,0\n0.01,1.5\n"
+A = np.array([0.5, -1.25, 3.0, 0.75] * 50)
+COUNTS = [10, -20, 30, -40] * 50
+TEXTS = {
+    "csv": CSV,
+    "at2": at2_text(A, 0.01),
+    "esm": esm_text(A, 0.01),
+    "cosmos": cosmos_text([("Up", "HNZ", A)], 0.01),
+    "csmip": csmip_text([("Up", A)], 0.01),
+    "knet": knet_text(COUNTS, 100),
+}
 
 
-def test_the_format_may_be_named(tmp_path):
-    path = tmp_path / "record.txt"
-    path.write_text(CSV)
-    assert read_record(path, "csv").acceleration[1] == 1.5
-    assert read_record(str(path), fmt="csv").time_step == pytest.approx(0.01)
-    with pytest.raises(
-        InputError, match=r"the ending '.txt' is not known; expected 'csv' or 'at2'"
-    ):
+def written(tmp_path, text, name):
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("fmt", list(TEXTS))
+@pytest.mark.parametrize("name", ["record.dat", "record.csv"])
+def test_the_format_may_be_named_whatever_the_ending(tmp_path, fmt, name):
+    path = written(tmp_path, TEXTS[fmt], name)
+    assert read_record(str(path), fmt=fmt).time_step == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("fmt", list(TEXTS))
+@pytest.mark.parametrize("ending", ["txt", "ASC", "V2"])
+def test_an_ambiguous_ending_is_settled_by_the_content(tmp_path, fmt, ending):
+    path = written(tmp_path, TEXTS[fmt], f"record.{ending}")
+    assert np.array_equal(read_record(path).acceleration, read_record(path, fmt).acceleration)
+
+
+@pytest.mark.parametrize(
+    ("name", "fmt"),
+    [("a.CSV", "csv"), ("a.AT2", "at2"), ("a.V2c", "cosmos"), ("a.EW", "knet"), ("a.NS2", "knet")],
+)
+def test_the_ending_tells(tmp_path, name, fmt):
+    path = written(tmp_path, TEXTS[fmt], name)
+    assert read_record(path).time_step == pytest.approx(0.01)
+    other = "csv" if fmt != "csv" else "esm"
+    with pytest.raises(InputError):
+        read_record(written(tmp_path, TEXTS[other], name))
+
+
+def test_no_known_format(tmp_path):
+    path = written(tmp_path, CSV, "record.dat")
+    known = "expected the format 'csv' or 'at2' or 'esm' or 'cosmos' or 'csmip' or 'knet'"
+    with pytest.raises(InputError, match=f"the ending '.dat' is not known; {known}"):
         read_record(path)
     with pytest.raises(InputError, match="the format 'xls' is not known"):
         read_record(path, "xls")
+    with pytest.raises(InputError, match="what the file with the ending '.txt' holds is not known"):
+        read_record(written(tmp_path, "1 2 3\n", "record.txt"))
+
+
+def test_comments_before_the_header_do_not_hide_it(tmp_path):
+    path = written(tmp_path, "# a\n" * 9 + CSV, "record.txt")
+    assert read_record(path).acceleration[1] == 1.5
+
+
+@pytest.mark.parametrize("fmt", ["at2", "csv"])
+def test_samples_beyond_the_largest_number_are_a_fault(tmp_path, fmt):
+    text = TEXTS[fmt].replace("m/s2", "g")
+    text = (
+        text.replace("1.5", "1e308") if fmt == "csv" else text.replace("3.0000000E+00", "3e308  ")
+    )
+    with pytest.raises(
+        InputError, match=r"sample \d of an accelerogram is not a finite number|fin"
+    ):
+        read_record(written(tmp_path, text, "a.csv"), fmt)
 
 
 def test_paths_that_cannot_be_read(tmp_path):
     with pytest.raises(InputError, match="No such file or directory"):
         read_record(tmp_path / "missing.csv")
+    with pytest.raises(InputError, match="No such file or directory"):
+        read_record(tmp_path / "missing.v2")
     folder = tmp_path / "folder.csv"
     folder.mkdir()
     with pytest.raises(InputError, match="cannot be read"):
         read_record(folder)
+
+
+@pytest.mark.parametrize("fmt", list(TEXTS))
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "the file is empty"),
+        (b"\x7fELF\x00\x01", "not a text file"),
+        (b"\xff\xfe\xfd", "not a"),
+    ],
+)
+def test_empty_and_binary_files(tmp_path, fmt, content, message):
+    path = tmp_path / "x.bin"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        read_record(path, fmt)
+
+
+@pytest.mark.parametrize("fmt", list(TEXTS))
+def test_a_file_cut_anywhere_is_refused(tmp_path, fmt):
+    text = TEXTS[fmt] if fmt != "csv" else "time [s],a [g]\n0,0\n0.01,1\n0.02"
+    lines = text.splitlines()
+    # The last samples of CSV are cut unseen: it announces no number of them.
+    for n in sorted({1, 3, 20, len(lines) // 2, len(lines) - 1} & set(range(1, len(lines)))):
+        if fmt == "csv" and n == len(lines) - 1:
+            continue
+        path = written(tmp_path, "\n".join(lines[:n]), "x.any")
+        with pytest.raises(InputError, match="x.any"):
+            read_record(path, fmt)

@@ -111,3 +111,10 @@ def test_bad_arguments_are_refused(change, message):
     } | change
     with pytest.raises(ImpactfemError, match=message):
         response_spectra(**arguments)
+
+
+def test_record_too_long_to_hold_is_refused():
+    with pytest.raises(ImpactfemError, match="too many to hold"):
+        response_spectra(np.ones(1000), 0.01, [1e6], [0.05])
+    # The other method needs no finer record.
+    assert response_spectra(np.ones(1000), 0.01, [1e6], [0.05], method="in-step").sd.size == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +71,7 @@ def row(floors: Callable[..., list[Floor]]) -> Callable[..., System]:
         law = law or kelvin_voigt(1e10, 0.12, FLOOR.mass / 2.0, tension=tension)
         pairs = []
         if gap is not None:
-            for a, b in zip(sticks[:-1], sticks[1:], strict=True):
+            for a, b in pairwise(sticks):
                 for k in (1, 2):
                     ends = (
                         End(a.name, k - 1, (x, 6.0, 0.0), k),
@@ -90,8 +91,9 @@ def shake() -> Callable[..., np.ndarray]:
     def make(n_t: int = 4000, dt: float = 2.5e-4, components: tuple[int, ...] = (1,)) -> np.ndarray:
         t = dt * np.arange(n_t)
         ground = np.zeros((n_t, 3))
-        for k, component in enumerate(components):
-            ground[:, component] = 6.0 * np.sin(2 * np.pi * (4.0 + 1.7 * k) * t) * np.minimum(t, 1)
+        for component in components:
+            f = (5.7, 4.0, 7.4)[component]
+            ground[:, component] = 6.0 * np.sin(2 * np.pi * f * t) * np.minimum(t, 1)
         return ground
 
     return make

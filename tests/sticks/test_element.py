@@ -91,7 +91,7 @@ def rigid_motions(*points):
 def test_rigid_motions_give_no_force_through_oblique_links(section):
     lower, upper = np.array([0.7, -0.4, 0.3]), np.array([-1.1, 0.2, -0.5])
     start = np.array([4.0, -2.0, 10.0])
-    masters = (start - lower, start + [0.0, 0.0, L] - upper)
+    masters = (start - lower, start + np.array([0.0, 0.0, L]) - upper)
     k = linked(section, lower, upper)
     assert np.abs(k @ rigid_motions(*masters)).max() < 1e-12 * np.abs(k).max()
     # A master that is not where its link says: the same motions strain the member.

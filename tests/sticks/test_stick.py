@@ -154,14 +154,17 @@ def test_translation_of_an_offset_point(floors):
     assert not (stick.translation(0, (1.0, 2.0, 3.0)) @ u).any()
 
 
-def test_storey_forces_hold_the_load_above(floors):
+def test_element_forces_hold_the_load_above(floors):
     stick = build_stick("a", floors(3), storey_points=[(2, 0.5)])
     loads = np.zeros((4, 6))
     loads[0, UY], loads[1, UZ], loads[2, :3] = 1e6, -2e6, [3e5, 7e5, -1e6]
     loads[2, RZ] = 4e6
     u = np.linalg.solve(stick.K, loads.ravel())
-    forces = stick.storey_forces(u)
-    assert forces.shape == (3, 6)
+    forces = stick.element_forces(u)
+    assert forces.shape == (4, 6) and [e.storey for e in stick.elements] == [0, 1, 1, 2]
+    # The lower half of storey 2 carries what the upper one does.
+    assert forces[1, [UX, UY, UZ, RZ]] == pytest.approx(forces[2, [UX, UY, UZ, RZ]], rel=1e-8)
+    forces = forces[[0, 2, 3]]
     above = np.cumsum(loads[2::-1], axis=0)[::-1]
     # What the storey does to the part above is the opposite of the loads on it.
     assert forces[:, :3] == pytest.approx(-above[:, :3], rel=1e-8)
@@ -170,5 +173,35 @@ def test_storey_forces_hold_the_load_above(floors):
     assert forces[1, RX] == pytest.approx(7e5 * 3.9, rel=1e-8)
     assert forces[1, RY] == pytest.approx(-3e5 * 3.9, rel=1e-8)
     # Many times at once.
-    history = stick.storey_forces(np.array([u, np.zeros_like(u), 2 * u]))
+    history = stick.element_forces(np.array([u, np.zeros_like(u), 2 * u]))[:, [0, 2, 3]]
     assert history == pytest.approx(np.array([forces, 0 * forces, 2 * forces]))
+
+
+@pytest.mark.parametrize("s", [0.2, 0.5, 0.9])
+def test_a_blow_inside_a_storey_shears_the_part_below_it(floors, s):
+    stick = build_stick("a", floors(3), storey_points=[(2, s)])
+    P, load = 1e6, np.zeros(stick.n)
+    load[6 * stick.storey_points[2, s] + UY] = P
+    shear = stick.element_forces(np.linalg.solve(stick.K, load))[:, UY]
+    # Storey 1, both parts of storey 2, storey 3: nothing of it arrives above the blow.
+    assert shear == pytest.approx([-P, -P, 0.0, 0.0], abs=1e-7 * P)
+
+
+@pytest.mark.parametrize("s", [0.0, 1.0, -0.1, 1.5, float("nan")])
+def test_a_point_at_the_end_of_a_storey_is_refused(floors, s):
+    expected = rf"building a: a point inside the storey below floor 2 needs .* 0 and 1, got {s:g};"
+    with pytest.raises(ImpactfemError, match=expected):
+        build_stick("a", floors(2), storey_points=[(2, s)])
+    for inside in (1e-3, 1 - 1e-3):
+        assert build_stick("a", floors(2), storey_points=[(2, inside)]).n == 18
+
+
+def test_a_point_in_an_undamped_storey_is_refused(floors):
+    first, second = floors(2)
+    parts = (first, replace(second, damping=Rayleigh(0.6, 0.0)))
+    expected = "contact point inside the storey below floor 2 has no mass and needs damping"
+    with pytest.raises(ImpactfemError, match=expected):
+        build_stick("a", parts, storey_points=[(2, 0.5)])
+    # The other storey is damped, and without a point none has to be.
+    assert build_stick("a", parts, storey_points=[(1, 0.5)]).n == 18
+    assert build_stick("a", parts).n == 12

@@ -3,13 +3,29 @@
 from impactfem.case.analysis import FrequencyGrid, Pounding, Spectra
 from impactfem.case.buildings import Building
 from impactfem.case.calibration import Calibration
-from impactfem.case.contacts import Contact, ContactLaw, ContactPoint, KelvinVoigtLaw
+from impactfem.case.contacts import (
+    Contact,
+    ContactLaw,
+    ContactPoint,
+    HertzDampLaw,
+    HertzLaw,
+    HuntCrossleyLaw,
+    JankowskiLaw,
+    KelvinVoigtLaw,
+)
 from impactfem.case.damping import Damping
+from impactfem.case.ensemble import Ensemble
+from impactfem.case.design_spectrum import (
+    DecreeSpectrum,
+    DesignSpectrum,
+    EurocodeSpectrum,
+    TableSpectrum,
+)
 from impactfem.case.floors import Floor
 from impactfem.case.load import load_case
 from impactfem.case.materials import Material
 from impactfem.case.model import Case
-from impactfem.case.motions import DesignSpectrum, Motion, RecordMotion, SyntheticMotion
+from impactfem.case.motions import Motion, RecordMotion, SyntheticMotion, motion_files
 from impactfem.case.published import Published
 from impactfem.case.targets import Target
 
@@ -21,9 +37,16 @@ __all__ = [
     "ContactLaw",
     "ContactPoint",
     "Damping",
+    "DecreeSpectrum",
     "DesignSpectrum",
+    "EurocodeSpectrum",
+    "Ensemble",
     "Floor",
     "FrequencyGrid",
+    "HertzDampLaw",
+    "HertzLaw",
+    "HuntCrossleyLaw",
+    "JankowskiLaw",
     "KelvinVoigtLaw",
     "Material",
     "Motion",
@@ -32,6 +55,8 @@ __all__ = [
     "RecordMotion",
     "Spectra",
     "SyntheticMotion",
+    "TableSpectrum",
     "Target",
     "load_case",
+    "motion_files",
 ]

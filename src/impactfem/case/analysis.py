@@ -6,10 +6,14 @@ import itertools
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator
+from pydantic import Discriminator, Field, StrictBool, Tag, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
-from impactfem.case.leaf import DampingRatio, Frequency, PositiveTime, Whole, refuse
+from impactfem.case.leaf import DampingRatio, Frequency, PositiveTime, Ratio, Whole, refuse
+from impactfem.case.unit import FREQUENCY
+
+RG_1_122_END = 34.0  # Hz
+MOST_FREQUENCIES = 100_000
 
 
 class Pounding(Section):
@@ -38,31 +42,83 @@ class Pounding(Section):
 
 
 class FrequencyGrid(Section):
-    """Frequencies at equal distances on a logarithmic scale."""
+    """A list of frequencies by rule.
 
-    minimum: Frequency = Field(description="Lowest frequency.")
-    maximum: Frequency = Field(description="Highest frequency.")
-    per_decade: Annotated[int, Whole(1)] = Field(
-        description="Number of frequencies in a decade, at least."
+    ``logarithmic`` has equal distances on a logarithmic scale from ``minimum`` to ``maximum``.
+    ``rg1.122`` is that of US NRC Regulatory Guide 1.122, 75 frequencies from 0.2 Hz to 34 Hz, and
+    goes on logarithmically up to ``maximum`` where one is given: impacts reach higher than
+    earthquakes.
+    """
+
+    list: Literal["logarithmic", "rg1.122"] = Field(
+        default="logarithmic", description="The rule: 'logarithmic' or 'rg1.122', see above."
     )
+    minimum: Frequency | None = Field(
+        default=None,
+        validate_default=True,
+        description="Lowest frequency; required by 'logarithmic', fixed in 'rg1.122'.",
+    )
+    maximum: Frequency | None = Field(
+        default=None,
+        validate_default=True,
+        description="Highest frequency; required by 'logarithmic', above 34 Hz in 'rg1.122'.",
+    )
+    per_decade: Annotated[int, Whole(1)] = Field(
+        default=100,
+        validate_default=True,
+        description="Number of logarithmic frequencies in a decade, at least.",
+    )
+
+    @field_validator("minimum")
+    @classmethod
+    def _begins(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if info.data.get("list") == "logarithmic" and value is None:
+            raise refuse(f"missing; expected {FREQUENCY.phrase}, or list = 'rg1.122'")
+        if info.data.get("list") == "rg1.122" and value is not None:
+            raise refuse("expected no minimum: the list of Regulatory Guide 1.122 has its own")
+        return value
 
     @field_validator("maximum")
     @classmethod
-    def _ordered(cls, value: float, info: ValidationInfo) -> float:
-        if present(info, ["minimum"]) and value <= info.data["minimum"]:
-            raise refuse(f"expected a frequency above minimum, {info.data['minimum']:g} Hz")
+    def _ordered(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if not present(info, ["list", "minimum"]):
+            return value
+        minimum: float | None = info.data["minimum"]
+        if info.data["list"] == "rg1.122":
+            if value is not None and value <= RG_1_122_END:
+                raise refuse(
+                    f"expected a frequency above the {RG_1_122_END:g} Hz at which the list of "
+                    "Regulatory Guide 1.122 ends, or no maximum"
+                )
+        elif value is None:
+            raise refuse(f"missing; expected {FREQUENCY.phrase}")
+        elif minimum is not None and value <= minimum:
+            raise refuse(f"expected a frequency above minimum, {minimum:g} Hz")
+        return value
+
+    @field_validator("per_decade")
+    @classmethod
+    def _not_too_many(cls, value: int, info: ValidationInfo) -> int:
+        if present(info, ["list", "minimum", "maximum"]) and info.data["maximum"] is not None:
+            decades = math.log10(info.data["maximum"] / (info.data["minimum"] or RG_1_122_END))
+            if value * decades > MOST_FREQUENCIES:
+                raise refuse(
+                    f"expected at most {MOST_FREQUENCIES} frequencies, "
+                    f"not {value} in each of {decades:.3g} decades"
+                )
         return value
 
     @property
     def values(self) -> tuple[float, ...]:
-        """The frequencies [Hz], from minimum to maximum, both included."""
-        decades = math.log10(self.maximum / self.minimum)
-        # The bound is below one interval in 1e9: 3 decades of 100 are 300 intervals, not 301.
-        intervals = max(1, math.ceil(decades * self.per_decade - 1e-9))
-        inner = (
-            self.minimum * 10.0 ** (decades * index / intervals) for index in range(1, intervals)
-        )
-        return (self.minimum, *inner, self.maximum)
+        """The frequencies [Hz], ascending."""
+        # Imported here: a case that is only read needs no compiled kernels, which load slowly.
+        from impactfem.spectra.frequency_list import logarithmic_frequencies, rg_1_122_frequencies
+
+        if self.list == "rg1.122":
+            return tuple(rg_1_122_frequencies(self.maximum, self.per_decade).tolist())
+        if self.minimum is None or self.maximum is None:
+            raise ValueError("this list was made without validation: it has no ends")
+        return tuple(logarithmic_frequencies(self.minimum, self.maximum, self.per_decade).tolist())
 
 
 def _form(value: Any) -> str:
@@ -79,7 +135,7 @@ class Spectra(Section):
         Annotated[FrequencyGrid, Tag("grid")]
         | Annotated[tuple[Frequency, ...], Field(min_length=1), Tag("list")],
         Discriminator(_form),
-    ] = Field(description="Frequencies of the oscillators: a grid, or a list of frequencies.")
+    ] = Field(description="Frequencies of the oscillators: a list by rule, or the frequencies.")
     points_per_cycle: Annotated[int, Whole(2)] = Field(
         default=20, description="Least number of samples in a cycle of the highest frequency."
     )
@@ -87,6 +143,17 @@ class Spectra(Section):
         default="upsampled",
         description="'upsampled' makes the record finer once, band-limited; 'in-step' looks for "
         "the maximum inside each step of the record as it is.",
+    )
+    broadening: Annotated[float, Ratio(at_least=0, below=1)] = Field(
+        default=0.15,
+        description="How far the peaks of the floors' design spectra are broadened, of their "
+        "frequency to either side; Regulatory Guide 1.122 gives 15 %, and at least 10 % where the "
+        "uncertainty of the frequencies is computed. 0 leaves the peaks as computed.",
+    )
+    clipping: StrictBool = Field(
+        default=False,
+        description="Whether narrow peaks are reduced by 15 % before they are broadened, at "
+        "dampings below 10 %, as ASCE 4-98, section 3.4.2.3, allows.",
     )
 
     @field_validator("frequencies")

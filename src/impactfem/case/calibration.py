@@ -67,6 +67,13 @@ class CalibrationEntry(_Calibration):
     def _same_floors(cls, value: Path, info: ValidationInfo) -> Path:
         """The buildings of the targets share their heights, so they have as many floors."""
         counts = {name: len(floors) for name, floors in _towers(info, value).items()}
+        known = known_of(info)
+        for row in known.targets.get(value, ()) if known is not None else ():
+            modes = 2 * counts.get(row.building, row.mode)
+            if row.mode > modes:
+                raise refuse(
+                    f"mode {row.mode} of {row.building} is asked, which has {modes} in a family"
+                )
         if len(set(counts.values())) > 1:
             found = ", ".join(f"{name} {count}" for name, count in counts.items())
             raise refuse(

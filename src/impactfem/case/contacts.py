@@ -13,9 +13,11 @@ from impactfem.case.leaf import (
     Area,
     BuildingName,
     Depth,
+    HertzStiffness,
     LawName,
     Length,
     Number,
+    PositiveSpeed,
     Ratio,
     Stiffness,
     Wholes,
@@ -61,7 +63,61 @@ class KelvinVoigtLaw(Section):
         return value
 
 
-ContactLaw = KelvinVoigtLaw
+class HertzLaw(Section):
+    """An elastic spring whose force goes with the penetration to the power 1.5."""
+
+    type: Literal["hertz"] = Field(description="Elastic contact of Hertz, without restitution.")
+    stiffness: HertzStiffness = Field(description="Stiffness K of F = K p^1.5.")
+
+
+class _DampedHertzLaw(Section):
+    """What the laws have in common that damp a contact of Hertz."""
+
+    stiffness: HertzStiffness = Field(description="Stiffness K of the elastic part K p^1.5.")
+    restitution: Annotated[float, Ratio(above=0, at_most=1)] = Field(
+        description="Coefficient of restitution asked: velocity after over velocity before."
+    )
+    relation: Literal["published", "exact"] = Field(
+        default="published",
+        description="How the damping follows from the restitution: by the formula of the law's "
+        "authors, or so that two free masses get exactly what is asked.",
+    )
+
+
+class _SpeedDampedLaw(_DampedHertzLaw):
+    slowest_approach: PositiveSpeed = Field(
+        default=1e-3,
+        description="Least speed of approach that the damping counts with; a contact that begins "
+        "at rest would be damped without bound.",
+    )
+
+
+class HertzDampLaw(_SpeedDampedLaw):
+    """Hertz contact with the damping of Lankarani and Nikravesh: no jump of the force at onset."""
+
+    type: Literal["hertz-damp"] = Field(
+        description="F = K p^1.5 (1 + 3/4 (1 - ε²) v/v_0), Muthukumar and DesRoches 2006."
+    )
+
+
+class HuntCrossleyLaw(_SpeedDampedLaw):
+    """Hertz contact with the damping of Hunt and Crossley: no jump of the force at onset."""
+
+    type: Literal["hunt-crossley"] = Field(
+        description="F = K p^1.5 (1 + 3/2 (1 - ε) v/v_0), Hunt and Crossley 1975."
+    )
+
+
+class JankowskiLaw(_DampedHertzLaw):
+    """Hertz contact that is damped while the floors approach, and elastic while they part."""
+
+    type: Literal["jankowski"] = Field(
+        description="Damped approach, elastic separation; Jankowski 2005 and 2006."
+    )
+
+
+ContactLaw = KelvinVoigtLaw | HertzLaw | HertzDampLaw | HuntCrossleyLaw | JankowskiLaw
+ContactLawEntry = Annotated[ContactLaw, Field(discriminator="type")]
 
 
 class ContactEnd(Section):
@@ -76,11 +132,11 @@ class ContactEnd(Section):
         validate_default=True,
         description="In place of floor: the storey below this floor, between its rigid zones.",
     )
-    relative_height: Annotated[float, Ratio(at_least=0, at_most=1)] | None = Field(
+    relative_height: Annotated[float, Ratio(above=0, below=1)] | None = Field(
         default=None,
         validate_default=True,
-        description="With storey: height of the point in the flexible part, 0 its lower end, "
-        "1 its upper end.",
+        description="With storey: height of the point in the flexible part, between 0, its lower "
+        "end, and 1, its upper end.",
     )
     offset: tuple[Length, Length, Length] = Field(
         default=(0.0, 0.0, 0.0),
@@ -128,7 +184,7 @@ class ContactEnd(Section):
         if not present(info, ["storey"]):
             return value
         if value is None and info.data["storey"] is not None:
-            raise refuse("missing; expected a number from 0 to 1 beside storey")
+            raise refuse("missing; expected a number between 0 and 1 beside storey")
         if value is not None and info.data["storey"] is None:
             raise refuse("expected no relative_height beside floor, only beside storey")
         return value

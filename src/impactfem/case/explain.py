@@ -14,8 +14,9 @@ from pydantic_core import ErrorDetails
 from impactfem.case.leaf import Leaf, nearest
 from impactfem.errors import Fault
 
-# Names of the alternatives of a union, which pydantic puts into the place of an error.
-_TAGS = {"synthetic": "SyntheticMotion", "record": "RecordMotion", "grid": "", "list": ""}
+# Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
+# these, the type that a table has.
+_FORMS = {"grid", "list", "corner-periods"}
 
 Location = tuple[int | str, ...]
 
@@ -87,10 +88,10 @@ def _fault(item: ErrorDetails, file: Path, raw: Mapping[str, Any], model: type[B
         )
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
         location = (*location, "type")
-        words = str(item["ctx"].get("expected_tags") or "'synthetic', 'record'")
+        words = " or ".join(f"'{tag}'" for tag in _tags(info.annotation if info else None))
         given = value.get("type") if isinstance(value, Mapping) else None
         lead = "missing; expected" if given is None else "expected"
-        return Fault(file, dotted(location), given, f"{lead} {words.replace(', ', ' or ')}")
+        return Fault(file, dotted(location), given, f"{lead} {words}")
     if kind in {"missing", "too_long"} and (kind == "too_long" or isinstance(location[-1], int)):
         # A list of a fixed length with too few or too many values: the fault is the list's.
         if kind == "missing":
@@ -123,11 +124,16 @@ def _without_tags(location: Location, raw: Any) -> Location:
     current = raw
     for part in location:
         is_key = isinstance(current, Mapping) and part in current
-        if part == "[key]" or (isinstance(part, str) and part in _TAGS and not is_key):
+        if part == "[key]" or (not is_key and _is_tag(part, current)):
             continue
         cleaned.append(part)
         current = _step(current, part)
     return tuple(cleaned)
+
+
+def _is_tag(part: int | str, current: Any) -> bool:
+    """Whether a part of a place names an alternative of a union."""
+    return part in _FORMS or (isinstance(current, Mapping) and part == current.get("type"))
 
 
 def _step(current: Any, part: int | str) -> Any:
@@ -195,6 +201,21 @@ def _table_of(annotation: Any, current: Any) -> Any:
         if get_origin(a) is dict or (isinstance(a, type) and issubclass(a, BaseModel))
     ]
     if len(tables) > 1 and isinstance(current, Mapping):
-        wanted = _TAGS.get(str(current.get("type")), "")
-        tables = [a for a in tables if a.__name__ == wanted] or tables
+        tables = [a for a in tables if _has_type(a, current.get("type"))] or tables
     return tables[0] if tables else None
+
+
+def _has_type(table: Any, given: Any) -> bool:
+    """Whether a model is the one for a type; without a type it is the one with a default."""
+    info = getattr(table, "model_fields", {}).get("type")
+    if info is None:
+        return False
+    return not info.is_required() if given is None else given in get_args(info.annotation)
+
+
+def _tags(annotation: Any) -> list[str]:
+    """The types of the tables of an annotation, wherever they stand in it."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        info = annotation.model_fields.get("type")
+        return [] if info is None else [str(tag) for tag in get_args(info.annotation)]
+    return [tag for arg in get_args(annotation) for tag in _tags(arg)]

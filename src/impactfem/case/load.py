@@ -16,6 +16,8 @@ from impactfem.case.base import Known
 from impactfem.case.buildings import Building, BuildingEntry
 from impactfem.case.calibration import Calibration, CalibrationEntry
 from impactfem.case.contacts import expand
+from impactfem.case.design_spectrum import SpectrumTable, TableSpectrum, read_spectrum
+from impactfem.case.ensemble import Ensemble, ensemble_faults
 from impactfem.case.explain import explain
 from impactfem.case.floors import Floor, read_floors
 from impactfem.case.model import Case, CaseFile
@@ -55,9 +57,16 @@ def load_case(path: str | Path) -> Case:
         faults.extend(explain(error, path, raw, CaseFile))
     faults.extend(_duplicates(path, raw))
     faults.extend(files.faults)
+    if case_file is not None:
+        faults.extend(_spectrum_faults(path, case_file, files))
     if faults or case_file is None:
         raise InputError(faults)
-    return _resolve(path, text, case_file, files)
+    case = _resolve(path, text, case_file, files)
+    if case.ensemble is not None:
+        faults.extend(ensemble_faults(path, case.ensemble, case.motions))
+    if faults:
+        raise InputError(faults)
+    return case
 
 
 def _parse(path: Path, text: str) -> dict[str, Any]:
@@ -89,6 +98,7 @@ class _Files:
     contents: dict[Path, bytes] = field(default_factory=dict)
     floors: dict[Path, tuple[Floor, ...]] = field(default_factory=dict)
     targets: dict[Path, tuple[Target, ...]] = field(default_factory=dict)
+    spectra: dict[Path, SpectrumTable] = field(default_factory=dict)
     published: dict[str, Published] = field(default_factory=dict)
     floors_read: set[Path] = field(default_factory=set)
     known: Known = field(init=False)
@@ -117,6 +127,7 @@ class _Files:
             self._read_targets("calibration.targets", calibration.get("targets"), names)
         for index, entry in _tables(self.raw, "motions"):
             self._open(f"motions[{index}].file", entry.get("file"), "a record")
+            self._read_spectrum(f"motions[{index}].spectrum.file", entry.get("spectrum"))
         file = self._open("published", self.raw.get("published"), "a table (CSV)")
         if file is not None:
             self.published = read_published(self.path.parent / file, self.faults) or {}
@@ -144,6 +155,14 @@ class _Files:
         file = self._open(key, value, "a target table (CSV)")
         if file is not None:
             _keep(self.targets, file, read_targets(self.path.parent / file, names, self.faults))
+
+    def _read_spectrum(self, key: str, entry: Any) -> None:
+        if not isinstance(entry, dict) or entry.get("type") != "table":
+            return
+        file = self._open(key, entry.get("file"), "a table of a design spectrum (CSV)")
+        table = None if file is None else read_spectrum(self.path.parent / file, self.faults)
+        if file is not None and table is not None:
+            self.spectra[file] = table
 
 
 def _keep(rows: dict[Path, Any], file: Path, table: Table[Any] | None) -> None:
@@ -202,6 +221,7 @@ def _resolve(path: Path, text: str, case_file: CaseFile, files: _Files) -> Case:
         contacts=expand(case_file.contacts),
         pounding=case_file.pounding,
         spectra=case_file.spectra,
+        ensemble=_ensemble(case_file.ensemble, path.parent),
         published=files.published,
         digest=_digest(text, files.contents),
     )
@@ -227,9 +247,30 @@ def _calibration(entry: CalibrationEntry | None, files: _Files) -> Calibration |
 
 
 def _motion(motion: Motion, folder: Path) -> Motion:
+    """The motion with the files it names relative to the working folder."""
     if isinstance(motion, RecordMotion):
         return motion.model_copy(update={"file": folder / motion.file})
+    if isinstance(motion.spectrum, TableSpectrum):
+        spectrum = motion.spectrum.model_copy(update={"file": folder / motion.spectrum.file})
+        return motion.model_copy(update={"spectrum": spectrum})
     return motion
+
+
+def _spectrum_faults(path: Path, case_file: CaseFile, files: _Files) -> Iterator[Fault]:
+    """Motions whose damping the table of their design spectrum does not have."""
+    for index, motion in enumerate(case_file.motions):
+        if isinstance(motion, RecordMotion) or not isinstance(motion.spectrum, TableSpectrum):
+            continue
+        table = files.spectra.get(motion.spectrum.file)
+        if table is not None and table.at(motion.damping) is None:
+            expected = f"expected a damping of {motion.spectrum.file}: {table.dampings}"
+            yield Fault(path, f"motions[{index}].damping", motion.damping, expected)
+
+
+def _ensemble(ensemble: Ensemble | None, folder: Path) -> Ensemble | None:
+    if ensemble is None or ensemble.records is None:
+        return ensemble
+    return ensemble.model_copy(update={"records": folder / ensemble.records})
 
 
 def _digest(text: str, contents: dict[Path, bytes]) -> str:

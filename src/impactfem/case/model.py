@@ -10,8 +10,9 @@ from impactfem.case.analysis import Pounding, Spectra
 from impactfem.case.base import Section
 from impactfem.case.buildings import Building, BuildingEntry
 from impactfem.case.calibration import Calibration, CalibrationEntry
-from impactfem.case.contacts import Contact, ContactEntry, ContactLaw, expand
+from impactfem.case.contacts import Contact, ContactEntry, ContactLaw, ContactLawEntry, expand
 from impactfem.case.damping import Damping
+from impactfem.case.ensemble import Ensemble
 from impactfem.case.leaf import File, Text, refuse
 from impactfem.case.materials import Material
 from impactfem.case.motions import Motion, MotionEntry
@@ -35,7 +36,7 @@ class CaseFile(Section):
     motions: tuple[MotionEntry, ...] = Field(
         min_length=1, description="The ground motions, one a direction."
     )
-    contact_laws: dict[str, ContactLaw] = Field(
+    contact_laws: dict[str, ContactLawEntry] = Field(
         default={}, description="Laws of the contact force by name."
     )
     contacts: tuple[ContactEntry, ...] = Field(
@@ -43,6 +44,9 @@ class CaseFile(Section):
     )
     pounding: Pounding = Field(description="Time integration of the sticks.")
     spectra: Spectra = Field(description="Response spectra of the floors.")
+    ensemble: Ensemble | None = Field(
+        default=None, description="Ensemble of motions; left out, there is none."
+    )
 
     @field_validator("contacts")
     @classmethod
@@ -75,6 +79,7 @@ class Case(Section):
         contacts: One contact for each pair of points.
         pounding: Time integration.
         spectra: Response spectra.
+        ensemble: The ensemble of motions, or None.
         published: Published values in SI by the name of the result.
         digest: SHA-256 of the case text and of all files it names, as hexadecimal digits.
     """
@@ -90,6 +95,7 @@ class Case(Section):
     contacts: tuple[Contact, ...]
     pounding: Pounding
     spectra: Spectra
+    ensemble: Ensemble | None
     published: dict[str, Published]
     digest: str
 

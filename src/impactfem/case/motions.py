@@ -2,47 +2,50 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
+from impactfem.case.design_spectrum import SpectrumEntry, TableSpectrum
 from impactfem.case.leaf import (
     Acceleration,
     File,
-    PositiveFactor,
+    Frequency,
+    Leaf,
     PositiveTime,
     Ratio,
     Time,
     Whole,
     refuse,
 )
+from impactfem.case.record_format import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, RecordFormat
 
 MIN_STEPS = 16  # of a synthetic motion
 
 
-class DesignSpectrum(Section):
-    """Elastic design spectrum in the form of Eurocode 8, which a synthetic motion is matched to."""
+@dataclass(frozen=True)
+class Component(Leaf):
+    """The name or the number of a component of a record; held as text."""
 
-    ground_acceleration: Acceleration = Field(
-        description="Level of the spectrum at zero period: a_g S, the ground acceleration on the "
-        "soil of the site."
-    )
-    amplification: PositiveFactor = Field(
-        default=2.5, description="Ratio of the plateau to the level, at 5 % damping."
-    )
-    corner_periods: tuple[PositiveTime, PositiveTime, PositiveTime] = Field(
-        description="Corner periods T_B < T_C < T_D: the plateau lies between the first two, "
-        "constant velocity between the last two."
-    )
+    @property
+    def phrase(self) -> str:
+        """What it may be, in words."""
+        return "the name of a component in quotes, or its number"
 
-    @field_validator("corner_periods")
-    @classmethod
-    def _increasing(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if not value[0] < value[1] < value[2]:
-            raise refuse("expected increasing corner periods T_B < T_C < T_D")
-        return value
+    def check(self, value: Any, info: ValidationInfo) -> str:
+        """Refuse what is neither."""
+        number = isinstance(value, int) and not isinstance(value, bool) and value > 0
+        if not number and not (isinstance(value, str) and value.strip()):
+            raise refuse(f"expected {self.phrase}")
+        return str(value).strip()
+
+    def schema(self) -> dict[str, Any]:
+        """The JSON schema of either."""
+        either = [{"type": "string", "minLength": 1}, {"type": "integer", "minimum": 1}]
+        return {"anyOf": either, "x-accepts": self.phrase}
 
 
 class _Motion(Section):
@@ -70,7 +73,7 @@ class SyntheticMotion(_Motion):
     damping: Annotated[float, Ratio(above=0, below=1)] = Field(
         default=0.05, description="Damping ratio of the spectrum that is matched."
     )
-    spectrum: DesignSpectrum = Field(description="The design spectrum that is matched.")
+    spectrum: SpectrumEntry = Field(description="The design spectrum that is matched.")
 
     @field_validator("time_step")
     @classmethod
@@ -99,14 +102,43 @@ class SyntheticMotion(_Motion):
 
 
 class RecordMotion(_Motion):
-    """A motion read from a file."""
+    """A motion read from a file.
+
+    What is done to it, in this order: ``baseline`` "mean" or "linear", ``taper``, ``filter``,
+    ``resample``, ``baseline`` "rest", ``scale`` or ``pga``. Each is logged.
+    """
 
     type: Literal["record"] = Field(description="Read from a file.")
-    file: File = Field(description="The record: CSV with units in its header, or PEER NGA (.AT2).")
-    format: Literal["csv", "at2"] | None = Field(
+    file: File = Field(
+        description="The record: CSV with units in its header, PEER NGA (.AT2), ESM or ITACA "
+        "(.ASC), COSMOS (.V2c) or CSMIP (.V2) of CESMD, K-NET or KiK-net (.EW, .NS2, ...)."
+    )
+    format: RecordFormat | None = Field(
         default=None,
         validate_default=True,
-        description="Format of the file; default by its ending.",
+        description="Format of the file; default by its ending, and by its first lines for .asc, "
+        ".txt and .v2.",
+    )
+    component: Annotated[str, Component()] | None = Field(
+        default=None,
+        description="Which component of a file that holds several: the name of a column, the "
+        "number, orientation or code of a channel.",
+    )
+    baseline: Literal["none", "mean", "linear", "rest"] = Field(
+        default="none",
+        description="Baseline correction: the mean or the straight line of least squares is taken "
+        "out; 'rest' brings end velocity and displacement to zero.",
+    )
+    taper: PositiveTime | None = Field(
+        default=None, description="Time over which half a cosine takes either end to zero."
+    )
+    filter: tuple[Frequency, Frequency] | None = Field(
+        default=None,
+        description="Low and high corner of a Butterworth band-pass of order 4, run forward and "
+        "backward.",
+    )
+    resample: PositiveTime | None = Field(
+        default=None, description="Time step that the record is brought to, band-limited."
     )
     scale: Annotated[float, Ratio(above=0)] = Field(
         default=1.0, description="Factor on the accelerations of the record."
@@ -118,16 +150,24 @@ class RecordMotion(_Motion):
 
     @field_validator("format")
     @classmethod
-    def _by_ending(cls, value: str | None, info: ValidationInfo) -> str | None:
+    def _by_ending(cls, value: RecordFormat | None, info: ValidationInfo) -> RecordFormat | None:
         file: Path | None = info.data.get("file")
         if value is not None or file is None:
             return value
         ending = file.suffix.lower().lstrip(".")
-        if ending not in {"csv", "at2"}:
-            raise refuse(
-                "missing; expected 'csv' or 'at2', the ending of the file is neither of them"
-            )
-        return ending
+        if ending in FORMAT_OF_ENDING:
+            return FORMAT_OF_ENDING[ending]
+        if ending not in AMBIGUOUS_ENDINGS:
+            known = " or ".join(f"'{name}'" for name in get_args(RecordFormat))
+            raise refuse(f"missing; expected {known}, the ending of the file is of none of them")
+        return None
+
+    @field_validator("filter")
+    @classmethod
+    def _band(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and value[0] >= value[1]:
+            raise refuse("expected the low corner frequency before the high one")
+        return value
 
     @field_validator("pga")
     @classmethod
@@ -139,3 +179,10 @@ class RecordMotion(_Motion):
 
 Motion = SyntheticMotion | RecordMotion
 MotionEntry = Annotated[Motion, Field(discriminator="type")]
+
+
+def motion_files(motion: Motion) -> tuple[Path, ...]:
+    """The files a motion is made from: its record, or the table of its design spectrum."""
+    if isinstance(motion, RecordMotion):
+        return (motion.file,)
+    return (motion.spectrum.file,) if isinstance(motion.spectrum, TableSpectrum) else ()

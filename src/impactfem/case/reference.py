@@ -16,6 +16,7 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from impactfem.case.base import Section
+from impactfem.case.design_spectrum import SpectrumPoint
 from impactfem.case.floors import Floor
 from impactfem.case.leaf import Quantity, Ratio
 from impactfem.case.published import PublishedRow
@@ -62,6 +63,12 @@ the header. It names the columns, in any order, each quantity with its unit in b
 _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ("Floor table", "`floors` of `[[buildings]]`: one row a floor, bottom to top.", Floor),
     ("Target table", "`targets` of `[calibration]`: one row a mode of a building.", Target),
+    (
+        "Design spectrum",
+        "`file` of `[motions.spectrum]` with type `table`: one row a point, in order of frequency "
+        "or period; several dampings one after another.",
+        SpectrumPoint,
+    ),
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
 

@@ -55,17 +55,28 @@ ACCELERATION = Kind("an acceleration", "m/s2", "2.3 m/s2")
 FORCE = Kind("a force", "N", "121 MN")
 STRESS = Kind("a stress", "Pa", "33 GPa")
 STIFFNESS = Kind("a stiffness", "N/m", "1e11 N/m")
+HERTZ_STIFFNESS = Kind("a stiffness of Hertz contact", "N/m^1.5", "2.75e9 N/m^1.5")
 FLEXIBILITY = Kind("a flexibility", "m/N", "1e-11 m/N")
 IMPULSE = Kind("an impulse", "N s", "829 kN s")
 ENERGY = Kind("an energy", "J", "4 kJ")
 
 KINDS = (
     *(LENGTH, AREA, SECOND_MOMENT, MASS, INERTIA, DENSITY, TIME, FREQUENCY, RATE),
-    *(VELOCITY, ACCELERATION, FORCE, STRESS, STIFFNESS, FLEXIBILITY, IMPULSE, ENERGY),
+    *(
+        VELOCITY,
+        ACCELERATION,
+        FORCE,
+        STRESS,
+        STIFFNESS,
+        HERTZ_STIFFNESS,
+        FLEXIBILITY,
+        IMPULSE,
+        ENERGY,
+    ),
 )
 
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-_FACTOR = re.compile(r"([^\W\d_]+(?:_[^\W\d_]+)*)(?:(?:\^|\*\*)?([+-]?\d{1,2}))?")
+_FACTOR = re.compile(r"([^\W\d_]+(?:_[^\W\d_]+)*)(?:(?:\^|\*\*)?([+-]?\d{1,2}(?:\.5)?))?")
 _UNNAMED = "a quantity of another dimension"
 _OPERATOR = re.compile(r"\s*[*·⋅./]\s*|\s+")
 
@@ -87,7 +98,7 @@ def _registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry()
 
 
-def _factors(text: str) -> list[tuple[str, int]]:
+def _factors(text: str) -> list[tuple[str, float]]:
     """Take a unit apart into names and exponents; a factor after ``/`` has its exponent negated."""
     plain = text.translate(_SUPERSCRIPTS).strip()
     sign, position = 1, 0
@@ -99,7 +110,7 @@ def _factors(text: str) -> list[tuple[str, int]]:
         match = _FACTOR.match(plain, position)
         if match is None:
             raise UnitError(f"'{text}' cannot be read as a unit")
-        factors.append((match[1], sign * int(match[2] or 1)))
+        factors.append((match[1], sign * float(match[2] or 1)))
         if match.end() == len(plain):
             return factors
         operator = _OPERATOR.match(plain, match.end())

@@ -12,6 +12,7 @@ from impactfem.errors import Fault, InputError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.record_text import (
     ACCELERATION_UNITS,
+    check_component,
     input_error,
     number,
     plain_unit,
@@ -29,7 +30,7 @@ _BARE = re.compile(rf"\s*(\d+)\s+({_FLOAT})\s*,?\s*npts\s*,\s*dt\b", re.IGNORECA
 _SAMPLE = re.compile(rf"\s*({_FLOAT})(?=\s|[+-]|$)")
 
 
-def read_at2(path: Path | str) -> Accelerogram:
+def read_at2(path: Path | str, component: str | None = None) -> Accelerogram:
     """Read an accelerogram from a PEER AT2 file.
 
     Four lines of header: the third names the unit ("UNITS OF G"), the fourth the number of samples
@@ -39,6 +40,7 @@ def read_at2(path: Path | str) -> Accelerogram:
 
     Args:
         path: The file.
+        component: The file holds one and does not name it: must be None.
 
     Returns:
         The accelerogram in m/s2, named after the file; the title is in its origin.
@@ -75,6 +77,7 @@ def read_at2(path: Path | str) -> Accelerogram:
         faults.append(Fault(path, "line 4", lines[3].strip(), expected))
     if faults or size is None or factor is None:
         raise input_error(path, faults)
+    check_component(path, component, ())
     title = " ".join(f"{lines[0]} {lines[1]}".split())
     origin = f"record {path.name}: {title}" if title else f"record {path.name}"
     acceleration = np.array(samples) * factor

@@ -1,4 +1,4 @@
-"""Accelerograms as CSV: two columns, ``time [s],acceleration [m/s2]``, units in the header."""
+"""Accelerograms as CSV: a column of time and one or more of acceleration, units in the header."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from impactfem.motion.record_text import (
     number,
     plain_unit,
     read_lines,
+    same_name,
 )
 
 FloatArray = npt.NDArray[np.float64]
@@ -26,24 +27,26 @@ FloatArray = npt.NDArray[np.float64]
 HEADER = "time [s],acceleration [m/s2]"
 
 _EXPECTED = f"a CSV record with the header '{HEADER}'"
-_UNITS = {"time": TIME_UNITS, "acceleration": ACCELERATION_UNITS}
 _CELL = re.compile(r"\s*([^\[\]]*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
 _STEP_TOLERANCE = 0.01  # of the time step: what rounding of the printed times may do
 
 
-def read_csv(path: Path | str) -> Accelerogram:
+def read_csv(path: Path | str, component: str | None = None) -> Accelerogram:
     """Read an accelerogram from a CSV file.
 
     Lines that begin with ``#`` and empty lines are skipped. The first other line is the header:
-    the columns ``time`` and ``acceleration`` in either order, each with its unit in brackets
-    (accelerations in m/s2, cm/s2, mm/s2, g, gal, ...; times in s, ms, min). Then one sample a
+    ``time`` and one or more accelerations in any order, each with its unit in brackets
+    (accelerations in m/s2, cm/s2, mm/s2, g, gal, ...; times in s, ms, min). A single acceleration
+    may have any name, several have different ones: ``time [s],NS [g],EW [g]``. Then one sample a
     line, the first at time 0, at a uniform time step.
 
     Args:
         path: The file.
+        component: Name of the column; None when there is only one acceleration.
 
     Returns:
-        The accelerogram in m/s2, named after the file.
+        The accelerogram in m/s2, named after the file, and after the column where there are
+        several.
 
     Raises:
         InputError: With every fault of the file (the first 20 and a count), each with its line.
@@ -75,8 +78,15 @@ def read_csv(path: Path | str) -> Accelerogram:
     if faults:
         raise input_error(path, faults)
     step = float(time[-1] - time[0]) / (time.size - 1)
-    acceleration = columns["acceleration"] * factors["acceleration"]
-    return Accelerogram(step, acceleration, path.stem, f"record {path.name}")
+    names = [name for name in factors if name != "time"]
+    chosen = _chosen(path, names, component)
+    single = len(names) == 1
+    return Accelerogram(
+        step,
+        columns[chosen] * factors[chosen],
+        path.stem if single else f"{path.stem}_{chosen}",
+        f"record {path.name}" if single else f"record {path.name}, column {chosen}",
+    )
 
 
 def write_csv(accelerogram: Accelerogram, path: Path | str) -> None:
@@ -98,29 +108,50 @@ def _header(path: Path, line_number: int, line: str) -> dict[str, float]:
     """Read the columns' names, in order, and the factors of their units to SI."""
     faults: list[Fault] = []
     factors: dict[str, float] = {}
-    cells = line.split(",")
-    for cell in cells:
-        key = f"line {line_number}"
+    key = f"line {line_number}"
+    for cell in line.split(","):
         match = _CELL.fullmatch(cell)
-        name = match[1].lower() if match else ""
-        if match is None or name not in _UNITS:
+        name = match[1] if match else ""
+        unit = plain_unit(match[2]) if match and match[2] else ""
+        if name.lower() in {"time", "acceleration"}:
+            name = name.lower()
+        units = TIME_UNITS if name == "time" else ACCELERATION_UNITS
+        factor = units.get(unit)
+        # A column of another name is an acceleration by its unit, or none of ours.
+        if not name or (factor is None and name not in {"time", "acceleration"}):
             faults.append(Fault(path, key, cell.strip(), f"no such column; expected {_EXPECTED}"))
             continue
-        if name in factors:
+        if any(same_name(name, other) for other in factors):
             faults.append(Fault(path, key, cell.strip(), f"a second column of {name}"))
             continue
-        units = _UNITS[name]
-        factor = units.get(plain_unit(match[2])) if match[2] else None
         if factor is None:
             expected = f"expected a unit of {name} in brackets, one of {', '.join(units)}"
             faults.append(Fault(path, key, cell.strip(), expected))
         factors[name] = factor or math.nan
-    for name in _UNITS.keys() - factors.keys() if not faults else ():
-        expected = f"no column of {name}; expected {_EXPECTED}"
-        faults.append(Fault(path, f"line {line_number}", line.strip(), expected))
+    if not faults and "time" not in factors:
+        expected = f"no column of time; expected {_EXPECTED}"
+        faults.append(Fault(path, key, line.strip(), expected))
+    elif not faults and len(factors) < 2:
+        expected = f"no column of acceleration; expected {_EXPECTED}"
+        faults.append(Fault(path, key, line.strip(), expected))
     if faults:
         raise input_error(path, faults)
     return factors
+
+
+def _chosen(path: Path, names: Sequence[str], component: str | None) -> str:
+    """The column asked for."""
+    known = ", ".join(f"'{name}'" for name in names)
+    if component is None:
+        if len(names) == 1:
+            return names[0]
+        expected = f"the file holds {len(names)} components, choose one by component: {known}"
+        raise InputError([Fault(path, "component", None, expected)])
+    for name in names:
+        if same_name(name, component):
+            return name
+    expected = f"no such component; the file holds {known}"
+    raise InputError([Fault(path, "component", component, expected)])
 
 
 def _row(

@@ -8,14 +8,26 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.case import Motion, RecordMotion, SyntheticMotion
-from impactfem.errors import Fault, InputError
+from impactfem.case import (
+    DecreeSpectrum,
+    EurocodeSpectrum,
+    Motion,
+    RecordMotion,
+    SyntheticMotion,
+)
+from impactfem.case import TableSpectrum as TableEntry
+from impactfem.case.design_spectrum import read_spectrum
+from impactfem.errors import Fault, ImpactfemError, InputError
 from impactfem.motion.accelerogram import Accelerogram
+from impactfem.motion.decree import decree_spectrum
 from impactfem.motion.design_spectrum import DesignSpectrum
+from impactfem.motion.eurocode import eurocode_spectrum
 from impactfem.motion.measures import Measures, measures
 from impactfem.motion.misfit import Misfit
 from impactfem.motion.record import read_record
-from impactfem.motion.synthesis import synthesise
+from impactfem.motion.synthesis import default_range, synthesise
+from impactfem.motion.table_spectrum import TableSpectrum
+from impactfem.motion.treatment import Treatment
 from impactfem.spectra import ResponseSpectra, logarithmic_frequencies, response_spectra
 
 RECORD_DAMPING = 0.05  # of the spectrum that describes a record, by custom
@@ -48,14 +60,14 @@ def ground_motions(motions: Sequence[Motion]) -> tuple[GroundMotion, ...]:
     """Read or synthesise the motions of a case, in its order.
 
     Raises:
-        InputError: A record is not usable.
+        InputError: A record or the table of a spectrum is not usable.
         SolutionError: A synthesis found no motion.
     """
     return tuple(_ground_motion(motion) for motion in motions)
 
 
 def check_records(motions: Sequence[Motion]) -> None:
-    """Read the records of a case and see that they are usable.
+    """Read and treat the records of a case and see that they are usable.
 
     Raises:
         InputError: With the faults of all of them.
@@ -64,23 +76,91 @@ def check_records(motions: Sequence[Motion]) -> None:
     for motion in motions:
         if isinstance(motion, RecordMotion):
             try:
-                read_record(motion.file, motion.format)
+                treated_record(motion)
             except InputError as error:
                 faults += error.faults
     if faults:
         raise InputError(faults)
 
 
+def treated_record(motion: RecordMotion) -> Accelerogram:
+    """Read a record and do to it what the case says.
+
+    The order: "mean" or "linear" baseline, taper, filter, resampling, baseline at rest
+    (:class:`impactfem.motion.treatment.Treatment`), then the scale or the peak acceleration, which
+    so holds for the motion that is used.
+
+    Args:
+        motion: The motion of the case.
+
+    Raises:
+        InputError: The file is at fault, or a step cannot be done on what it holds.
+    """
+    record = read_record(motion.file, motion.format, motion.component)
+    try:
+        record = Treatment(
+            baseline=motion.baseline,
+            taper=motion.taper,
+            band=motion.filter,
+            resample=motion.resample,
+        )(record)
+        if motion.pga is not None:
+            return record.scaled_to_pga(motion.pga)
+        return record if motion.scale == 1.0 else record.scaled(motion.scale)
+    except ImpactfemError as error:
+        raise InputError([Fault(motion.file, "", None, str(error))]) from error
+
+
+def design_target(motion: SyntheticMotion) -> DesignSpectrum | TableSpectrum:
+    """Give the design spectrum of a synthetic motion, at the motion's damping.
+
+    Args:
+        motion: The motion of the case.
+
+    Raises:
+        InputError: The table of the spectrum is not usable.
+    """
+    entry, damping = motion.spectrum, motion.damping
+    if isinstance(entry, EurocodeSpectrum):
+        return eurocode_spectrum(
+            entry.spectrum_type,
+            entry.ground,
+            entry.reference_acceleration,
+            importance_factor=entry.importance_factor,
+            vertical=entry.vertical,
+            damping=damping,
+        )
+    if isinstance(entry, DecreeSpectrum):
+        return decree_spectrum(
+            entry.zone,
+            entry.ground,
+            importance_factor=entry.importance_factor or 1.0,
+            text=entry.text,
+            vertical=entry.vertical,
+            damping=damping,
+        )
+    if isinstance(entry, TableEntry):
+        faults: list[Fault] = []
+        table = read_spectrum(entry.file, faults)
+        points = table.at(damping) if table is not None else None
+        if points is None:
+            raise InputError(
+                faults or [Fault(entry.file, "", damping, "the table does not have this damping")]
+            )
+        return TableSpectrum(np.array(points[0]), np.array(points[1]), damping)
+    return DesignSpectrum(
+        ground_acceleration=entry.ground_acceleration,
+        corner_periods=entry.corner_periods,
+        amplification=entry.amplification,
+        damping=damping,
+    )
+
+
 def _ground_motion(motion: Motion) -> GroundMotion:
     target, misfit = None, None
     frequency = logarithmic_frequencies(*SPECTRUM_RANGE)
     if isinstance(motion, SyntheticMotion):
-        design = DesignSpectrum(
-            ground_acceleration=motion.spectrum.ground_acceleration,
-            corner_periods=motion.spectrum.corner_periods,
-            amplification=motion.spectrum.amplification,
-            damping=motion.damping,
-        )
+        design = design_target(motion)
         made = synthesise(
             design,
             duration=motion.duration,
@@ -89,19 +169,33 @@ def _ground_motion(motion: Motion) -> GroundMotion:
             seed=motion.seed,
             pga=motion.pga,
             iterations=motion.iterations,
+            matched=_matched(design, motion),
         )
         accelerogram, misfit, damping = made.accelerogram, made.misfit, motion.damping
         target = design.pseudo_acceleration(frequency)
     else:
         damping = RECORD_DAMPING
-        accelerogram = read_record(motion.file, motion.format)
-        if motion.pga is not None:
-            accelerogram = accelerogram.scaled(motion.pga / measures(accelerogram).pga)
-        elif motion.scale != 1.0:
-            accelerogram = accelerogram.scaled(motion.scale)
+        accelerogram = treated_record(motion)
     spectrum = response_spectra(
         accelerogram.acceleration, accelerogram.time_step, frequency, [damping]
     )
     return GroundMotion(
         motion.direction, accelerogram, measures(accelerogram), spectrum, target, misfit
     )
+
+
+def _matched(
+    design: DesignSpectrum | TableSpectrum, motion: SyntheticMotion
+) -> tuple[float, float] | None:
+    """Frequencies at which a table can be met: its own, as far as the motion has them."""
+    if not isinstance(design, TableSpectrum):
+        return None
+    low, high = default_range(motion.duration, motion.time_step)
+    matched = (max(low, design.range[0]), min(high, design.range[1]))
+    if not matched[0] < matched[1]:
+        expected = (
+            f"the table holds from {design.range[0]:.4g} Hz to {design.range[1]:.4g} Hz, the motion"
+            f" from {low:.4g} Hz to {high:.4g} Hz; expected a common range"
+        )
+        raise InputError([Fault("motions.spectrum", "file", None, expected)])
+    return matched

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.motion.accelerogram import Accelerogram
-from impactfem.motion.design_spectrum import DesignSpectrum
+from impactfem.motion.target import Target
 from impactfem.spectra import logarithmic_frequencies, response_spectra
 
 FloatArray = npt.NDArray[np.float64]
@@ -56,7 +56,7 @@ class Misfit:
 
 def spectral_misfit(
     accelerogram: Accelerogram,
-    target: DesignSpectrum,
+    target: Target,
     minimum: float,
     maximum: float,
     *,

@@ -75,6 +75,43 @@ def number(text: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def fixed_columns(line: str, width: int) -> list[str]:
+    """Cut a line of fixed columns into its cells; a blank rest at the end is left out.
+
+    Args:
+        line: The line.
+        width: Characters in a column.
+    """
+    text = line.rstrip()
+    return [text[i : i + width].strip() for i in range(0, len(text), width)]
+
+
+def check_component(path: Path, component: str | None, own: tuple[str, ...]) -> None:
+    """See that the component asked for is the one that a file of one component holds.
+
+    Args:
+        path: The file.
+        component: What was asked for; None asks for nothing.
+        own: The names under which the file knows its component; empty when it names none.
+
+    Raises:
+        InputError: Another component was asked for, or the file does not say which it holds.
+    """
+    if component is None or any(same_name(component, name) for name in own):
+        return
+    expected = (
+        f"the file holds one component, {own[0]}; leave component out or give that one"
+        if own
+        else "the file holds one component and does not name it; leave component out"
+    )
+    raise InputError([Fault(path, "component", component, expected)])
+
+
+def same_name(one: str, other: str) -> bool:
+    """Whether two names of a component agree, whatever their case and spaces."""
+    return "".join(one.split()).casefold() == "".join(other.split()).casefold()
+
+
 def input_error(path: Path, faults: list[Fault]) -> InputError:
     """Make the error that carries the faults of a file: the first 20, and the number of the rest.
 

@@ -35,9 +35,9 @@ from scipy import fft
 from impactfem.errors import ImpactfemError, SolutionError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.baseline import BaselineCorrection
-from impactfem.motion.design_spectrum import DesignSpectrum
 from impactfem.motion.envelope import Envelope
 from impactfem.motion.misfit import Misfit, spectral_misfit
+from impactfem.motion.target import Target
 from impactfem.spectra import logarithmic_frequencies
 from impactfem.spectra.peaks import displacement_peaks
 from impactfem.spectra.recurrence import step_coefficients
@@ -63,13 +63,13 @@ class SyntheticMotion:
     """
 
     accelerogram: Accelerogram
-    target: DesignSpectrum
+    target: Target
     misfit: Misfit
     iterations: int
 
 
 def synthesise(
-    target: DesignSpectrum,
+    target: Target,
     *,
     duration: float,
     time_step: float,
@@ -111,7 +111,7 @@ def synthesise(
     """
     n = _number_of_samples(duration, time_step)
     if matched is None:
-        matched = (max(0.2, 1.0 / duration), min(50.0, 0.4 / time_step))
+        matched = default_range(duration, time_step)
     _check(seed, pga, iterations, matched, duration, time_step)
     f_k, carrier = _carrier(target, n, time_step, matched, seed)
     envelope = Envelope(duration, strong_phase).at(np.arange(n) * time_step)
@@ -145,8 +145,21 @@ def synthesise(
     return SyntheticMotion(accelerogram, target, misfit, best_iteration)
 
 
+def default_range(duration: float, time_step: float) -> tuple[float, float]:
+    """Give the frequencies that are matched unless others are asked for.
+
+    Args:
+        duration: Of the motion [s].
+        time_step: Of the motion [s].
+
+    Returns:
+        0.2 Hz and 50 Hz, or what one cycle in the duration and 0.8 of the Nyquist frequency leave.
+    """
+    return max(0.2, 1.0 / duration), min(50.0, 0.4 / time_step)
+
+
 def _carrier(
-    target: DesignSpectrum, n: int, time_step: float, matched: tuple[float, float], seed: int
+    target: Target, n: int, time_step: float, matched: tuple[float, float], seed: int
 ) -> tuple[FloatArray, npt.NDArray[np.complex128]]:
     """Frequencies f_k and starting values A_k exp(iϕ_k) of (1), up to a common factor."""
     period = fft.next_fast_len(n, real=True)

@@ -1,14 +1,48 @@
-"""Oscillators on a moving base: exact histories, response spectra, frequency lists."""
+"""Oscillators on a moving base, response spectra, and floor response spectra as a product."""
 
-from impactfem.spectra.frequency_list import logarithmic_frequencies
+from impactfem.spectra.broadening import broaden, corner_frequencies
+from impactfem.spectra.clipping import ClippedPeak, clip_peaks
+from impactfem.spectra.frequency_list import (
+    logarithmic_frequencies,
+    merged_frequencies,
+    rg_1_122_frequencies,
+    structural_frequencies,
+)
+from impactfem.spectra.interpolation import (
+    at_common_frequencies,
+    interpolate_damping,
+    interpolate_frequency,
+)
 from impactfem.spectra.oscillator import OscillatorResponse, oscillator_response
+from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.response_spectrum import Method, ResponseSpectra, response_spectra
+from impactfem.spectra.statistics import Statistic, combine, envelope, fractile, mean
+from impactfem.spectra.zero_period import rigid_frequency
 
 __all__ = [
+    "ClippedPeak",
+    "DesignFloorSpectra",
+    "FloorSpectrumSet",
     "Method",
     "OscillatorResponse",
     "ResponseSpectra",
+    "Station",
+    "Statistic",
+    "at_common_frequencies",
+    "broaden",
+    "clip_peaks",
+    "combine",
+    "corner_frequencies",
+    "envelope",
+    "fractile",
+    "interpolate_damping",
+    "interpolate_frequency",
     "logarithmic_frequencies",
+    "mean",
+    "merged_frequencies",
     "oscillator_response",
     "response_spectra",
+    "rg_1_122_frequencies",
+    "rigid_frequency",
+    "structural_frequencies",
 ]

@@ -17,6 +17,7 @@ from impactfem.spectra.upsampling import upsample, upsampling_factor
 Method = Literal["upsampled", "in-step"]
 
 _SAMPLES_AT_ONCE = 2**24  # of upsampled records, 128 MiB
+_LONGEST_RECORD = 2**27  # samples of one upsampled record: 1 GiB, and more while it is made
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,8 @@ def response_spectra(
         The spectra, with the points per cycle reached and the bound of the loss between samples.
 
     Raises:
-        ImpactfemError: A record is too short or not finite, or a parameter is out of range.
+        ImpactfemError: A record is too short or not finite, a parameter is out of range, or the
+            upsampled record would be too long.
     """
     a = np.ascontiguousarray(np.atleast_2d(np.asarray(acceleration, dtype=np.float64)))
     if a.ndim != 2 or a.shape[0] < 1 or a.shape[1] < 2:
@@ -128,6 +130,12 @@ def response_spectra(
         sd, sa = in_step_peak_responses(a, coarse)
     else:
         factor = upsampling_factor(h, highest, points_per_cycle)
+        if a.shape[1] * factor > _LONGEST_RECORD:
+            raise ImpactfemError(
+                f"{points_per_cycle:g} points in a cycle of {highest:g} Hz make the {a.shape[1]}"
+                f" samples of a record {factor} times finer, too many to hold; take a lower highest"
+                " frequency, fewer points per cycle, or the method 'in-step'"
+            )
         fine_step = step_coefficients(h / factor, f, d)
         sd, sa = np.empty((2, a.shape[0], f.size * d.size))
         zpa_interpolated = np.empty(a.shape[0])

@@ -126,6 +126,12 @@ def assess(
     """What given parameters make of the targets; nothing is fitted. Arguments as `calibrate`."""
     names = sorted({t.building for t in targets})
     found = {name: family_modes(make(name, parameters), direction) for name in names}
+    for t in targets:
+        if t.mode > found[t.building][0].size:
+            raise ImpactfemError(
+                f"the targets name mode {t.mode} of building {t.building}, which has "
+                f"{found[t.building][0].size} modes of bending along {direction}"
+            )
     frequency = np.array([found[t.building][0][t.mode - 1] for t in targets])
     mass = np.array([found[t.building][1][t.mode - 1] for t in targets])
     return Calibration(parameters, tuple(targets), frequency, mass)
@@ -158,15 +164,19 @@ def calibrate(
         seed: Seed of the draw.
 
     Raises:
-        ImpactfemError: The bounds of the heights leave no room for the total height.
+        ImpactfemError: The bounds of the heights leave no room for the total height; no frequency
+            has a weight; or a building has fewer modes than a target asks for.
         SolutionError: No start led to a result.
     """
     low, high = bounds.height_min, bounds.height_max
-    if not low.sum() <= bounds.height <= high.sum():
+    slack = 1e-8 * bounds.height  # the sums are of rounded numbers
+    if not low.sum() - slack <= bounds.height <= high.sum() + slack:
         raise ImpactfemError(
             f"storey heights between {low.sum():.4g} m and {high.sum():.4g} m in all cannot add up "
             f"to calibration.height = {bounds.height:.4g} m"
         )
+    if not any(t.frequency_weight > 0.0 for t in targets):
+        raise ImpactfemError("the calibration needs a frequency_weight above 0 in its targets")
     f_target = np.array([t.frequency for t in targets])
     w_f = np.array([t.frequency_weight for t in targets])
     m_target = np.array([t.effective_mass or 1.0 for t in targets])

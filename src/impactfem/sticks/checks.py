@@ -12,6 +12,7 @@ from impactfem.sticks.impacts import Impact
 from impactfem.sticks.pounding import Pair, Response
 
 Array = NDArray[np.float64]
+VERTICAL = 1e-6  # a normal with a smaller horizontal part is vertical
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,12 @@ class ImpactCheck:
         bearing_pressure: Peak force over the bearing area [Pa]; nan where the area is not known.
         bearing_ratio: That over the lower compressive strength of the two buildings [-]; nan where
             none is known.
-        storey_shear: Largest elastic storey shear along the normal in the two buildings [N].
-        shear_stress: That over the shear area of its storey [Pa].
-        cracking_ratio: Shear stress over the mean tensile strength f_ctm = 0.30 f_ck^(2/3) MPa
-            (EN 1992-1-1, table 3.1) [-]; above 1 the storey cracks in shear, and linear analysis
-            overrates its stiffness; nan where no strength is known.
+        storey_shear: Largest elastic storey shear along the normal's horizontal part in the two
+            buildings [N]; nan for a vertical normal.
+        shear_stress: Largest shear over the shear area of its storey, n_x² A_vx + n_y² A_vy [Pa].
+        cracking_ratio: Largest shear stress over the mean tensile strength
+            f_ctm = 0.30 f_ck^(2/3) MPa (EN 1992-1-1, table 3.1) [-]; above 1 the storey cracks in
+            shear, and linear analysis overrates its stiffness; nan where no strength is known.
     """
 
     impact: Impact
@@ -87,36 +89,37 @@ def impact_checks(
     for impact in impacts:
         pair = impact.pair
         window = slice(max(impact.first - 1, 0), impact.last + 2)
-        worst = (0.0, 0.0, np.nan)
+        horizontal = float(np.hypot(pair.normal[0], pair.normal[1]))
+        found = []
         known = []
         for end in (pair.a, pair.b):
             if end is None:
                 continue
             stick = system.stick(end.building)
             f_c = strength.get(stick.name)
-            start = system.offsets[stick.name]
-            forces = stick.storey_forces(response.u[window, start : start + stick.n])
-            shear = np.abs(forces[..., :3] @ pair.normal).max(axis=0)
-            n_x, n_y, n_z = np.abs(pair.normal)
-            areas = [
-                n_x * f.section.Avx + n_y * f.section.Avy + n_z * f.section.A for f in stick.floors
-            ]
-            stress = shear / np.array(areas)
-            k = int(np.argmax(stress))
             if f_c is not None:
                 known.append(f_c)
-            ratio = np.nan if f_c is None else stress[k] / _mean_tensile_strength(f_c)
-            if stress[k] > worst[1]:
-                worst = (float(shear[k]), float(stress[k]), float(ratio))
+            if horizontal < VERTICAL:
+                continue
+            n_x, n_y = pair.normal[:2] / horizontal
+            start = system.offsets[stick.name]
+            forces = stick.element_forces(response.u[window, start : start + stick.n])
+            shear = np.abs(forces[..., 0] * n_x + forces[..., 1] * n_y).max(axis=0)
+            for element, V in zip(stick.elements, shear, strict=True):
+                section = stick.floors[element.storey].section
+                stress = float(V / (n_x**2 * section.Avx + n_y**2 * section.Avy))
+                ratio = np.nan if f_c is None else stress / _mean_tensile_strength(f_c)
+                found.append((float(V), stress, ratio))
+        shears, stresses, ratios = zip(*found, strict=True) if found else ((), (), ())
         pressure = np.nan if pair.area is None else impact.peak_force / pair.area
         checks.append(
             ImpactCheck(
                 impact=impact,
                 bearing_pressure=float(pressure),
                 bearing_ratio=float(pressure / min(known)) if known else np.nan,
-                storey_shear=worst[0],
-                shear_stress=worst[1],
-                cracking_ratio=worst[2],
+                storey_shear=max(shears, default=np.nan),
+                shear_stress=max(stresses, default=np.nan),
+                cracking_ratio=max((r for r in ratios if np.isfinite(r)), default=np.nan),
             )
         )
     return checks

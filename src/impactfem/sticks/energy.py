@@ -48,18 +48,21 @@ class EnergyBalance:
 def energy_balance(response: Response) -> EnergyBalance:
     """The energies of a response, summed up step by step."""
     system = response.system
-    u, v = response.u, response.v
+    moving = response.moving
+    here = np.ix_(moving, moving)
+    M, C, K = system.M[here], system.C[here], system.K[here]
+    u, v = response.u[:, moving], response.v[:, moving]
     w = v[:-1] + v[1:]
     du = np.diff(u, axis=0)
-    f = response.external
+    f = response.external[:, moving]
     contact = np.zeros(u.shape[0])
     if system.pairs:
         F = response.force
         contact = _accumulated(0.5 * np.sum(np.diff(response.gap, axis=0) * (F[:-1] + F[1:]), 1))
     return EnergyBalance(
-        kinetic=0.5 * np.sum(v * (v @ system.M), axis=1),
-        elastic=0.5 * np.sum(u * (u @ system.K), axis=1),
-        damped=_accumulated(response.time_step / 4.0 * np.sum(w * (w @ system.C), axis=1)),
+        kinetic=0.5 * np.sum(v * (v @ M), axis=1),
+        elastic=0.5 * np.sum(u * (u @ K), axis=1),
+        damped=_accumulated(response.time_step / 4.0 * np.sum(w * (w @ C), axis=1)),
         input=_accumulated(0.5 * np.sum(du * (f[:-1] + f[1:]), axis=1)),
         contact=contact,
     )

@@ -11,7 +11,8 @@
   point of the floor itself
 - `offset_a`, `offset_b` (pair, axis) [m]: from the building's axis at that height
 - `normal` (pair, axis): unit vector n from a to b
-- `gap` (pair) [m], `law` (pair): words; attribute `case_hash`
+- `gap` (pair) [m], `law` (pair): the contact law in words and numbers
+- attributes `title`, `case_hash`, and `inputs`, the hash of what the stage depends on
 
 A CSV file has the columns `time [s]` and one `<pair name> [N]` for each pair; points and normals
 come from the case file then.
@@ -77,7 +78,7 @@ def write_forces(path: Path, response: Response, case_hash: str, key: str = "") 
         ),
         "normal": (("pair", "axis"), np.array([pair.normal for pair in pairs]).reshape(-1, 3)),
         "gap": ("pair", np.array([pair.gap for pair in pairs]), {"units": "m"}),
-        "law": ("pair", np.array([_describe(pair.law) for pair in pairs], dtype=object)),
+        "law": ("pair", np.array([pair.law.describe() for pair in pairs], dtype=object)),
     }
     for side in ("a", "b"):
         ends: list[End | None] = [getattr(pair, side) for pair in pairs]
@@ -107,11 +108,11 @@ def write_forces(path: Path, response: Response, case_hash: str, key: str = "") 
 
 def write_forces_csv(path: Path, history: ForceHistory) -> None:
     """Write a force history as CSV with units in the header."""
-    with atomic(path) as temporary, temporary.open("w", newline="") as stream:
+    with atomic(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
         stream.write(",".join(["time [s]", *(f"{name} [N]" for name in history.pairs)]) + "\n")
-        np.savetxt(
-            stream, np.column_stack([history.time, history.force]), delimiter=",", fmt="%.9g"
-        )
+        formats = ["%.17g"] + ["%.9g"] * len(history.pairs)
+        values = np.column_stack([history.time, history.force])
+        np.savetxt(stream, values, delimiter=",", fmt=formats)
 
 
 def read_forces(path: Path) -> ForceHistory:
@@ -123,7 +124,7 @@ def read_forces(path: Path) -> ForceHistory:
     """
     try:
         history = _read_csv(path) if path.suffix.lower() == ".csv" else _read_netcdf(path)
-    except (OSError, UnicodeDecodeError, ValueError) as error:
+    except (OSError, csv.Error, ValueError) as error:
         raise InputError(
             [Fault(path, "", None, f"a readable force history (NetCDF or CSV): {error}")]
         ) from error
@@ -131,8 +132,10 @@ def read_forces(path: Path) -> ForceHistory:
     steps = np.diff(history.time)
     if history.time.size < 2 or not np.all(steps > 0.0):
         faults.append(Fault(path, "time", None, "at least two times, ascending"))
-    elif not np.allclose(steps, steps[0], rtol=1e-6):
+    elif np.abs(steps - steps.mean()).max() > 1e-6 * steps.mean():
         faults.append(Fault(path, "time", None, "a uniform time step"))
+    elif abs(history.time[0]) > 1e-6 * steps.mean():
+        faults.append(Fault(path, "time", float(history.time[0]), "a first time of 0 s"))
     if not (np.isfinite(history.time).all() and np.isfinite(history.force).all()):
         faults.append(Fault(path, "force", "nan", "finite values only"))
     if len(set(history.pairs)) < len(history.pairs):
@@ -167,7 +170,7 @@ def _read_netcdf(path: Path) -> ForceHistory:
 
 
 def _read_csv(path: Path) -> ForceHistory:
-    with path.open(newline="") as stream:
+    with path.open(newline="", encoding="utf-8-sig") as stream:
         header = next(csv.reader(stream), [])
         if not header or header[0].strip() != "time [s]":
             found = header[0] if header else None
@@ -177,12 +180,11 @@ def _read_csv(path: Path) -> ForceHistory:
             raise InputError(
                 [Fault(path, "line 1", wrong or None, "a column '<pair name> [N]' for each pair")]
             )
-        values = np.loadtxt(stream, delimiter=",", ndmin=2)
+        lines = [line for line in stream if line.strip()]
+    if len(lines) < 2:
+        raise InputError([Fault(path, "", None, "at least two lines of values below the header")])
+    values = np.loadtxt(lines, delimiter=",", ndmin=2)
     if values.shape[1] != len(header):
         raise ValueError(f"{len(header)} columns in the header, {values.shape[1]} below")
     names = tuple(cell.strip()[: -len(" [N]")] for cell in header[1:])
     return ForceHistory(values[:, 0], names, values[:, 1:])
-
-
-def _describe(law: object) -> str:
-    return repr(law).replace("\n", " ")

@@ -4,9 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactfem.case import Building, Case, Contact, ContactPoint
+from impactfem.case import (
+    Building,
+    Case,
+    Contact,
+    ContactPoint,
+    HertzDampLaw,
+    HertzLaw,
+    JankowskiLaw,
+    KelvinVoigtLaw,
+)
+from impactfem.sticks import contact as laws
+from impactfem.sticks import restitution
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
-from impactfem.sticks.contact import Law, damping_ratio, effective_mass, kelvin_voigt
+from impactfem.sticks.contact import Law, effective_mass
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.pounding import End, Pair, System
@@ -176,7 +187,15 @@ def _end(stick: Stick, point: ContactPoint) -> End:
 
 def _law(case: Case, name: str, mass: float) -> Law:
     law = case.contact_laws[name]
-    xi = law.damping_ratio
-    if xi is None:
-        xi = damping_ratio(law.restitution or 1.0, tension=law.tension)
-    return kelvin_voigt(law.stiffness, xi, mass, tension=law.tension)
+    if isinstance(law, KelvinVoigtLaw):
+        xi = law.damping_ratio
+        if xi is None:
+            xi = restitution.kelvin_voigt_xi(law.restitution or 1.0, tension=law.tension)
+        return laws.kelvin_voigt(law.stiffness, xi, mass, tension=law.tension)
+    if isinstance(law, HertzLaw):
+        return laws.hertz(law.stiffness, mass)
+    exact = law.relation == "exact"
+    if isinstance(law, JankowskiLaw):
+        return laws.jankowski(law.stiffness, law.restitution, mass, exact=exact)
+    make = laws.hertz_damp if isinstance(law, HertzDampLaw) else laws.hunt_crossley
+    return make(law.stiffness, law.restitution, mass, exact=exact, slowest=law.slowest_approach)

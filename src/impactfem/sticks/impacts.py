@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.sticks.contact import law_force
+from impactfem.sticks.contact import Law, law_force
 from impactfem.sticks.pounding import Pair, Response
 
 Array = NDArray[np.float64]
@@ -31,8 +32,9 @@ class Impact:
         approach: Speed of approach at the last time before the force, positive [m/s].
         separation: Speed of separation at the first time after it, positive when they part [m/s].
         dissipated: Energy that the contact law took over the impact, by the work of the force [J].
-        defect: Energy that the time stepping added to it: minus the work of the force on the
-            buildings, less what the law's dashpot took [J]; positive when energy was lost.
+        defect: What the time stepping took besides the law: minus the work of the force on the
+            buildings, less what the law takes along the same motion [J]; positive when energy was
+            lost, negative when it was added.
     """
 
     pair: Pair
@@ -62,8 +64,12 @@ class Impact:
 
     @property
     def restitution(self) -> float:
-        """Speed of separation over speed of approach [-]."""
-        return self.separation / self.approach
+        """Speed of separation over speed of approach [-]; nan for a contact that begins at rest.
+
+        The buildings' own forces act during the impact, too; for a point inside a storey, without
+        mass of its own, it is no restitution of bodies.
+        """
+        return self.separation / self.approach if self.approach > 0.0 else math.nan
 
 
 def impacts(response: Response) -> list[Impact]:
@@ -88,20 +94,18 @@ def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -
     F = response.force[:, index]
     gap = response.gap[:, index]
     rate = response.gap_rate[:, index]
-    # The step before the first force and the one after the last belong to the impact as well:
-    # the gap crosses zero inside them.
-    low, high = max(first - 1, 0), min(last + 1, n_t - 1)
-    window = slice(low, high + 1)
-    start = _crossing(dt, low, first, gap)
+    # The step in which the gap closes and the one after the last force belong to the impact: a
+    # lagged force begins a step or more after contact.
+    low = max(first - 1, 0)
+    while low > 0 and gap[low] < 0.0:
+        low -= 1
+    high = min(last + 1, n_t - 1)
+    start = _crossing(dt, low, min(low + 1, first), gap)
     end = _crossing(dt, last, high, gap)
-    f, g, r = F[window], gap[window], rate[window]
+    window = slice(low, high + 1)
+    f, g = F[window], gap[window]
     work = 0.5 * float(np.sum(np.diff(g) * (f[:-1] + f[1:])))
-    law = pair.law
-    elastic = np.array([law_force(law.code, law.parameters, -x, 0.0)[0] for x in g])
-    dashpot = ((f - elastic) * -r)[first - low : last - low + 1]
-    # Over the time of contact only, not over the whole of the steps in which it begins and ends.
-    taken = float(np.sum(0.5 * dt * (dashpot[:-1] + dashpot[1:])))
-    taken += dashpot[0] * (dt * first - start) + dashpot[-1] * (end - dt * last)
+    taken = _taken_by_law(pair.law, -g, -rate[window], float(-rate[low]))
     peak = int(np.argmax(F[first : last + 1])) + first
     return Impact(
         pair=pair,
@@ -119,6 +123,27 @@ def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -
         dissipated=-work,
         defect=-work - taken,
     )
+
+
+def _taken_by_law(law: Law, p: Array, v: Array, v0: float) -> float:
+    """Energy that the law itself takes along the computed motion, ∮ F(p, v) dp [J].
+
+    Trapezoids between the computed states, and over the part of a step in which there is contact
+    where it begins or ends inside one.
+    """
+
+    def force(p_: float, v_: float) -> float:
+        return float(law_force(law.code, law.parameters, max(p_, 1e-300), v_, v0)[0])
+
+    taken = 0.0
+    for i in range(p.size - 1):
+        p_0, p_1 = max(float(p[i]), 0.0), max(float(p[i + 1]), 0.0)
+        if p_0 > 0.0 or p_1 > 0.0:
+            # At the crossing the force is the law's at p = 0, with the speed outside the contact.
+            F_0 = force(p_0, float(v[i]))
+            F_1 = force(p_1, float(v[i + 1]))
+            taken += 0.5 * (p_1 - p_0) * (F_0 + F_1)
+    return taken
 
 
 def _crossing(dt: float, i: int, j: int, gap: Array) -> float:

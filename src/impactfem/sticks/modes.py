@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FAMILIES = {"x": (0, 4), "y": (1, 3), "z": (2,), "rz": (5,)}
-"""Components that move in a family: "y" is bending about e_x, which moves along y."""
+"""Components of a family: "y" is bending about e_x, which moves along y."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Modes:
         shape: Mode shapes, shape (n, n_modes).
         participation: Factors Γ = φᵀ M r for the six rigid-body motions about the base,
             shape (6, n_modes).
-        family: Name of the family (a key of FAMILIES) with the largest kinetic energy, a mode each.
+        family: Name of the family (a key of FAMILIES) of each mode.
         total: Mass and inertia of each direction, rᵀ M r, shape (6,) [kg, kg m2].
     """
 
@@ -50,37 +50,52 @@ class Modes:
 def modes(stick: Stick) -> Modes:
     """All modes with mass of a stick.
 
-    Solves M φ = (1/ω²) K φ, so that points without mass (inside storeys) give 1/ω² = 0 and drop
-    out instead of making M singular.
+    A straight stick does not couple the families, so each is solved on its own: with equal
+    properties along x and y, the modes of a joint problem would be any mixture of both. Solves
+    M φ = (1/ω²) K φ, so that points without mass (inside storeys) give 1/ω² = 0 and drop out
+    instead of making M singular.
 
     Raises:
         SolutionError: The stiffness is not positive definite (the stick is a mechanism).
     """
-    # Equilibrated first: translations and rotations differ by orders of magnitude.
-    scale = 1.0 / np.sqrt(np.diag(stick.K))
-    K = stick.K * np.outer(scale, scale)
-    M = stick.M * np.outer(scale, scale)
-    try:
-        inverse_squares, vectors = scipy.linalg.eigh(M, K)
-    except np.linalg.LinAlgError as error:
-        raise SolutionError(
-            f"building {stick.name}: the stiffness matrix is not positive definite: {error}"
-        ) from error
-    keep = inverse_squares > 1e-12 * inverse_squares[-1]
-    values = inverse_squares[keep][::-1]
-    shape = (vectors[:, keep] * scale[:, None])[:, ::-1] / np.sqrt(values)
+    values, shapes, families = [], [], []
+    for family, components in FAMILIES.items():
+        dofs = np.array([6 * i + c for i in range(stick.n // 6) for c in components])
+        found, vectors = _block_modes(stick, dofs)
+        shape = np.zeros((stick.n, found.size))
+        shape[dofs] = vectors
+        values.append(found)
+        shapes.append(shape)
+        families += [family] * found.size
+    joined = np.concatenate(values)
+    order = np.argsort(-joined, kind="stable")
+    shape = np.hstack(shapes)[:, order]
     sign = np.sign(shape[np.argmax(np.abs(shape), axis=0), np.arange(shape.shape[1])])
     shape = shape * sign
     r = stick.rigid_body()
-    kinetic = shape * (stick.M @ shape)
-    by_component = kinetic.reshape(-1, 6, shape.shape[1]).sum(axis=0)
-    shares = {name: by_component[list(dofs)].sum(axis=0) for name, dofs in FAMILIES.items()}
-    names = list(shares)
-    largest = np.argmax(np.array([shares[name] for name in names]), axis=0)
     return Modes(
-        frequency=1.0 / (2.0 * np.pi * np.sqrt(values)),
+        frequency=1.0 / (2.0 * np.pi * np.sqrt(joined[order])),
         shape=shape,
         participation=r.T @ stick.M @ shape,
-        family=tuple(names[i] for i in largest),
+        family=tuple(families[i] for i in order),
         total=np.diag(r.T @ stick.M @ r).copy(),
     )
+
+
+def _block_modes(stick: Stick, dofs: NDArray[np.int64]) -> tuple[Array, Array]:
+    """1/ω² and shapes with unit modal mass of the modes with mass of one block."""
+    block = np.ix_(dofs, dofs)
+    diagonal = np.diag(stick.K)[dofs]
+    mechanism = f"building {stick.name}: the stiffness matrix is not positive definite"
+    if not np.all(diagonal > 0.0):
+        raise SolutionError(mechanism)
+    # Equilibrated first: translations and rotations differ by orders of magnitude.
+    scale = 1.0 / np.sqrt(diagonal)
+    try:
+        values, vectors = scipy.linalg.eigh(
+            stick.M[block] * np.outer(scale, scale), stick.K[block] * np.outer(scale, scale)
+        )
+    except np.linalg.LinAlgError as error:
+        raise SolutionError(f"{mechanism}: {error}") from error
+    keep = values > 1e-12 * values[-1]
+    return values[keep], vectors[:, keep] * scale[:, None] / np.sqrt(values[keep])

@@ -28,7 +28,7 @@ def add_product(A: Array, x: Array, y: Array) -> None:
 
 @numba.njit(cache=True)
 def pair_force(
-    code: int, parameters: Array, p_free: float, v_free: float, h: float, W: float
+    code: int, parameters: Array, p_free: float, v_free: float, v0: float, h: float, W: float
 ) -> tuple[float, float]:
     """Force of one pair at the new time, given the motion that it would have without it.
 
@@ -41,6 +41,7 @@ def pair_force(
         parameters: Its parameters.
         p_free: Penetration without this force [m].
         v_free: Its rate [m/s].
+        v0: Speed of approach with which the contact began [m/s].
         h: Half the time step [s].
         W: Velocity of the pair per force [m/s/N].
 
@@ -51,8 +52,10 @@ def pair_force(
     tiny = 1e-300
     F = 0.0
     for _ in range(MAX_NEWTON):
-        p = max(p_free - h * W * F, tiny)
-        f, k, c = law_force(code, parameters, p, v_free - W * F)
+        p = p_free - h * W * F
+        f, k, c = law_force(code, parameters, max(p, tiny), v_free - W * F, v0)
+        if p < tiny:
+            k = 0.0
         change = (f - F) / (1.0 + W * (h * k + c))
         F += change
         size = abs(f) + k * abs(p_free) + c * abs(v_free)
@@ -69,6 +72,7 @@ def contact_forces(
     rate: Array,
     codes: NDArray[np.int64],
     parameters: Array,
+    onset: Array,
     touches: NDArray[np.bool_],
     F: Array,
 ) -> bool:
@@ -81,11 +85,12 @@ def contact_forces(
 
     Args:
         h: Half the time step [s].
-        W: Velocities per force, symmetric, positive definite, shape (m, m) [m/s/N].
+        W: Velocities per force, symmetric, positive semidefinite, shape (m, m) [m/s/N].
         delta: Gap functions without the new forces, shape (m,) [m].
         rate: Their rates, shape (m,) [m/s].
         codes: Contact laws, shape (m,).
         parameters: Their parameters, shape (m, N_PARAMETERS).
+        onset: Speeds of approach with which the contacts began, shape (m,) [m/s].
         touches: Room for who touches, shape (m,).
         F: Filled with the forces, shape (m,) [N].
 
@@ -107,7 +112,7 @@ def contact_forces(
             force, size = 0.0, 0.0
             if touches[j]:
                 force, size = pair_force(
-                    codes[j], parameters[j], p_free, -rate[j] - other, h, W[j, j]
+                    codes[j], parameters[j], p_free, -rate[j] - other, onset[j], h, W[j, j]
                 )
             if np.isnan(force):
                 return False
@@ -182,6 +187,7 @@ def march(
     delta = np.zeros(m)
     rate = np.zeros(m)
     F1 = np.zeros(m)
+    onset = np.zeros(m)
     touches = np.zeros(m, dtype=np.bool_)
     for t in range(n_t - 1):
         for i in range(n):
@@ -212,13 +218,15 @@ def march(
                     rate[j] += J[j, i] * (w[i] - v[t, i])
                     before += J[j, i] * u[t, i]
                     before_rate += J[j, i] * v[t, i]
+            if before >= 0.0:
+                onset[j] = max(-before_rate, 0.0)
             if lagged:
-                F1[j] = law_force(codes[j], parameters[j], -before, -before_rate)[0]
+                F1[j] = law_force(codes[j], parameters[j], -before, -before_rate, onset[j])[0]
             else:
                 F1[j] = 0.0
             touching = touching or delta[j] < 0.0 or F1[j] != 0.0
         if touching and not lagged:
-            converged = contact_forces(h, W, delta, rate, codes, parameters, touches, F1)
+            converged = contact_forces(h, W, delta, rate, codes, parameters, onset, touches, F1)
             if not converged:
                 return t + 1
         for j in range(m):

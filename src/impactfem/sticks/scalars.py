@@ -229,7 +229,7 @@ def _spectra(study: StickStudy) -> list[Scalar]:
     xi = study.case.spectra.damping[0]
     note = f"direction {direction}, {xi:.3g} damping, mass centre"
     scalars = []
-    for k, (building, number) in enumerate(study.stations):
+    for k, (building, number) in enumerate(study.stations[: floors.pfa.shape[0]]):
         name = f"frs.floor_{number}" if building == studied else f"frs.{building}.floor_{number}"
         largest = int(np.argmax(floors.psa[0, k, column]))
         scalars += [

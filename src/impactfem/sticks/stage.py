@@ -95,12 +95,21 @@ class StickStudy:
         ]
 
 
-def run_sticks(case: Case, step: Callable[[str], AbstractContextManager[None]]) -> StickStudy:
+def run_sticks(
+    case: Case,
+    step: Callable[[str], AbstractContextManager[None]],
+    *,
+    ready: tuple[Calibration | None, System] | None = None,
+    buildings: int | None = None,
+) -> StickStudy:
     """Run the stage.
 
     Args:
         case: The case.
         step: Called with the name of each step of `STEPS`; the step runs inside its context.
+        ready: Calibration and system where they are known; made from the case when None.
+        buildings: Number of buildings, from the first on, whose floor spectra are made; all when
+            None.
 
     Raises:
         InputError: A record of the motion is not usable.
@@ -125,8 +134,11 @@ def run_sticks(case: Case, step: Callable[[str], AbstractContextManager[None]]) 
             n_t,
         )
     with step("sticks"):
-        calibration = calibration_of(case)
-        system = system_of(case, calibration)
+        if ready is None:
+            calibration = calibration_of(case)
+            system = system_of(case, calibration)
+        else:
+            calibration, system = ready
         all_modes = tuple(modes(stick) for stick in system.sticks)
     with step("pounding"):
         response = simulate(system, ground, dt, update=case.pounding.update)
@@ -137,8 +149,8 @@ def run_sticks(case: Case, step: Callable[[str], AbstractContextManager[None]]) 
         checks = tuple(impact_checks(response, found, strength))
         apart = tuple(separations(free, response))
     with step("spectra"):
-        floors = floor_spectra(case, response)
-        floors_free = floor_spectra(case, free, floors.directions)
+        floors = floor_spectra(case, response, buildings=buildings)
+        floors_free = floor_spectra(case, free, floors.directions, buildings=buildings)
     return StickStudy(
         case,
         motions,
@@ -156,13 +168,17 @@ def run_sticks(case: Case, step: Callable[[str], AbstractContextManager[None]]) 
     )
 
 
-def station_dofs(system: System) -> NDArray[np.int64]:
-    """Degrees of freedom of all floors of all buildings, shape (n_stations, 6)."""
-    return np.vstack([system.floor_dofs(stick.name) for stick in system.sticks])
+def station_dofs(system: System, buildings: int | None = None) -> NDArray[np.int64]:
+    """Degrees of freedom of the floors of the first buildings or all, shape (n_stations, 6)."""
+    return np.vstack([system.floor_dofs(stick.name) for stick in system.sticks[:buildings]])
 
 
 def floor_spectra(
-    case: Case, response: Response, directions: tuple[str, ...] | None = None
+    case: Case,
+    response: Response,
+    directions: tuple[str, ...] | None = None,
+    *,
+    buildings: int | None = None,
 ) -> FloorSpectra:
     """Floor response spectra at the mass centres.
 
@@ -170,8 +186,9 @@ def floor_spectra(
         case: Gives dampings, frequencies and how they are sampled.
         response: A run.
         directions: Which of "x", "y", "z"; those in which a floor moves when None.
+        buildings: Number of buildings, from the first on; all when None.
     """
-    dofs = station_dofs(response.system)
+    dofs = station_dofs(response.system, buildings)
     acceleration = response.absolute_acceleration
     if directions is None:
         directions = tuple(
@@ -199,6 +216,6 @@ def floor_spectra(
 
 
 def steps_of_law(study: StickStudy) -> float:
-    """Fewest steps of an impact by the laws' own durations, over the pairs that touch [-]."""
-    touched = [s.pair.law.duration for s in study.separations if s.touched]
-    return min(touched) / study.response.time_step if touched else math.nan
+    """Fewest steps of an impact by the laws' own durations, over all impacts [-]; nan without."""
+    durations = [i.pair.law.duration(i.approach) for i in study.impacts if i.approach > 0.0]
+    return min(durations) / study.response.time_step if durations else math.nan

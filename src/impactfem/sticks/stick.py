@@ -159,22 +159,21 @@ class Stick:
             inverse += float(j @ np.linalg.solve(self.M[block, block], j))
         return 1.0 / inverse
 
-    def storey_forces(self, u: Array) -> Array:
-        """Elastic forces in each storey, at its upper end, acting on the part above.
+    def element_forces(self, u: Array) -> Array:
+        """Elastic forces at the upper end of each beam element, acting on the part above.
 
         Args:
             u: Displacements, shape (..., n) [m, rad].
 
         Returns:
-            Shape (..., n_storeys, 6): forces (x, y, z) [N] and moments [N m].
+            Shape (..., n_elements, 6): forces (x, y, z) [N] and moments [N m].
         """
-        result = np.zeros((*u.shape[:-1], len(self.floors), 6))
         padded = np.concatenate([u, np.zeros((*u.shape[:-1], 1))], axis=-1)
-        for element in self.elements:
-            # Only the topmost element of a storey is kept: later ones overwrite.
-            ends = padded[..., element.dofs] @ (element.k @ element.T).T
-            result[..., element.storey, :] = -ends[..., 6:]
-        return result
+        upper = [
+            -(padded[..., element.dofs] @ (element.k @ element.T).T)[..., 6:]
+            for element in self.elements
+        ]
+        return np.stack(upper, axis=-2)
 
 
 def build_stick(
@@ -197,11 +196,13 @@ def build_stick(
         floors: The floors, bottom to top.
         axis: Plan position (x, y) of the axis [m].
         base: Elevation of the clamped base [m].
-        storey_points: Points (floor number above, relative height of the flexible part, 0 to 1)
-            where contact needs a node of its own inside a storey.
+        storey_points: Points (floor number above, relative height of the flexible part, between 0
+            and 1) where contact needs a node of its own inside a storey.
 
     Raises:
-        ImpactfemError: A storey has no flexible length left between its rigid zones.
+        ImpactfemError: A storey has no flexible length left between its rigid zones; or a point
+            is not inside its storey, or in one without stiffness-proportional damping, where a
+            node without mass would ring for ever.
     """
     n_floors = len(floors)
     z = base + np.cumsum([floor.height for floor in floors])
@@ -220,6 +221,17 @@ def build_stick(
             )
         ends = [(low, z_low)]
         for s in sorted({s for number, s in storey_points if number == floor.number}):
+            if not 0.0 < s < 1.0:
+                raise ImpactfemError(
+                    f"building {name}: a point inside the storey below floor {floor.number} needs "
+                    f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
+                )
+            if not floor.damping.beta > 0.0:
+                raise ImpactfemError(
+                    f"building {name}: a contact point inside the storey below floor "
+                    f"{floor.number} has no mass and needs damping of the storey "
+                    "(stiffness_coefficient above 0)"
+                )
             masters[floor.number, s] = len(positions)
             positions.append(np.array([*axis, z_low + s * (z_high - z_low)]))
             ends.append(((len(positions) - 1, 0.0), positions[-1][2]))

@@ -235,11 +235,25 @@ def _pairs(study: StickStudy) -> Variables:
         "poisson_ratio": ([material.poisson_ratio for material in materials], "-"),
         "rest_gap": ([pair.gap for pair in pairs], "m"),
         "stiffness": ([law.parameters[0] for law in laws], "N/m"),
-        "dashpot": ([law.parameters[1] for law in laws], "N s/m"),
+        "dashpot": ([law.parameters[1] if law.linear else np.nan for law in laws], "N s/m"),
+        "onset_force": (
+            [
+                law.onset_force(_fastest(study, pair.name))
+                for law, pair in zip(laws, pairs, strict=True)
+            ],
+            "N",
+        ),
         "damping_ratio": ([law.xi for law in laws], "-"),
         "restitution": ([law.epsilon for law in laws], "-"),
         "effective_mass": ([law.mass for law in laws], "kg"),
-        "law_duration": ([law.duration for law in laws], "s"),
+        "law_duration": (
+            [
+                law.duration(_fastest(study, pair.name))
+                for law, pair in zip(laws, pairs, strict=True)
+            ],
+            "s",
+        ),
+        "asked": ([law.asked for law in laws], "-"),
         "required_separation": ([s.required for s in study.separations], "m"),
         "margin": ([s.margin for s in study.separations], "m"),
         "touched": ([float(s.touched) for s in study.separations], "-"),
@@ -247,12 +261,18 @@ def _pairs(study: StickStudy) -> Variables:
     variables: Variables = {
         "pair": ("pair", _words(pair.name for pair in pairs)),
         "pair_building_a": ("pair", _words(pair.a.building for pair in pairs)),
+        "pair_law": ("pair", _words(law.name for law in laws)),
         "pair_floor_a": ("pair", np.array([pair.a.floor for pair in pairs], dtype=int)),
         "gap": (("time", "pair"), study.response.gap, {"units": "m"}),
     }
     for name, (values, unit) in numbers.items():
         variables[f"pair_{name}"] = ("pair", np.array(values, dtype=float), {"units": unit})
     return variables
+
+
+def _fastest(study: StickStudy, pair: str) -> float:
+    """Largest speed of approach of a pair's impacts [m/s]; 1 where it has none."""
+    return max((i.approach for i in study.impacts if i.pair.name == pair), default=1.0)
 
 
 def _targets(study: StickStudy) -> Variables:

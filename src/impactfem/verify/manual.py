@@ -10,7 +10,7 @@ from rich.table import Table
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER
-from impactfem.verify import contact, integrator, oscillator, sticks
+from impactfem.verify import contact, integrator, laws, oscillator, pairs, spectra, sticks
 from impactfem.verify.row import Row
 
 BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
@@ -18,11 +18,21 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "kelvin_voigt": contact.kelvin_voigt_closed_forms,
     "restitution": contact.restitution_obtained,
     "contact_energy": contact.contact_energy_order,
+    "contact_laws": laws.restitution_tables,
+    "impacting_bar": laws.impacting_bar,
+    "eccentric_pair": pairs.eccentric,
+    "storey_pair": pairs.inside_a_storey,
+    "three_buildings": pairs.three_in_a_row,
     "newmark_order": integrator.order,
     "energy_identity": integrator.energy_identity,
     "oscillator_sdll06": oscillator.triangular_pulse,
     "oscillator_exact": oscillator.piecewise_linear,
     "cantilever": sticks.cantilever,
+    "rg_1_122": spectra.frequency_list,
+    "spectrum_sdll06": spectra.pulse_spectrum,
+    "broadening": spectra.broadening,
+    "peak_reduction": spectra.clipping,
+    "sdld25": spectra.chain_spectra,
     "paper_case": sticks.paper_case,
 }
 

@@ -61,7 +61,7 @@ def collision(
     )
     v0 = np.zeros(12)
     v0[1] = speed
-    n_t = int(np.ceil(1.5 * law.duration / dt)) + 3
+    n_t = int(np.ceil(1.5 * law.duration(speed) / dt)) + 3
     return simulate(system, np.zeros((n_t, 3)), dt, update=update, v0=v0)
 
 

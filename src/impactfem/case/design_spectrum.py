@@ -1,0 +1,247 @@
+"""Design spectra that a synthetic motion is matched to: by corner periods, standard, or table."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, StrictBool, Tag, ValidationInfo, field_validator
+
+from impactfem.case.base import Section, present
+from impactfem.case.leaf import (
+    Acceleration,
+    File,
+    Frequency,
+    Leaf,
+    PositiveFactor,
+    PositiveTime,
+    Ratio,
+    refuse,
+)
+from impactfem.case.table import column_key, read_table
+from impactfem.errors import Fault
+
+Ground = Literal["A", "B", "C", "D", "E"]
+
+_SAME_DAMPING = 1e-6
+
+
+@dataclass(frozen=True)
+class Numbered(Leaf):
+    """A whole number from 1 to ``last``: the kinds a standard numbers."""
+
+    last: int
+
+    @property
+    def phrase(self) -> str:
+        """The numbers in words."""
+        return f"a whole number from 1 to {self.last}"
+
+    def check(self, value: Any, info: ValidationInfo) -> int:
+        """Refuse all but these numbers."""
+        known = isinstance(value, int) and not isinstance(value, bool)
+        if not known or not 1 <= value <= self.last:
+            raise refuse(f"expected {self.phrase}")
+        return int(value)
+
+    def schema(self) -> dict[str, Any]:
+        """The JSON schema of the number."""
+        return {"type": "integer", "minimum": 1, "maximum": self.last, "x-accepts": self.phrase}
+
+
+class DesignSpectrum(Section):
+    """Elastic design spectrum in the form of Eurocode 8, given by its level and corner periods."""
+
+    ground_acceleration: Acceleration = Field(
+        description="Level of the spectrum at zero period: a_g S, the ground acceleration on the "
+        "soil of the site."
+    )
+    amplification: PositiveFactor = Field(
+        default=2.5, description="Ratio of the plateau to the level, at 5 % damping."
+    )
+    corner_periods: tuple[PositiveTime, PositiveTime, PositiveTime] = Field(
+        description="Corner periods T_B < T_C < T_D: the plateau lies between the first two, "
+        "constant velocity between the last two."
+    )
+    type: Literal["corner-periods"] = Field(
+        default="corner-periods", description="Given by its level and corner periods."
+    )
+
+    @field_validator("corner_periods")
+    @classmethod
+    def _increasing(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if not value[0] < value[1] < value[2]:
+            raise refuse("expected increasing corner periods T_B < T_C < T_D")
+        return value
+
+
+class EurocodeSpectrum(Section):
+    """Elastic spectrum of EN 1998-1:2004 with the values that the standard recommends."""
+
+    type: Literal["ec8"] = Field(description="That of EN 1998-1.")
+    spectrum_type: Annotated[int, Numbered(2)] = Field(
+        description="Type of spectrum: 2 where no earthquake that matters has a surface-wave "
+        "magnitude above 5.5, else 1."
+    )
+    ground: Ground = Field(
+        description="Type of ground, table 3.1; without influence on the vertical spectrum."
+    )
+    reference_acceleration: Acceleration = Field(
+        description="Reference peak ground acceleration a_gR on ground A."
+    )
+    importance_factor: PositiveFactor = Field(
+        default=1.0, description="Importance factor γ_I on the reference acceleration."
+    )
+    vertical: StrictBool = Field(
+        default=False, description="true gives the vertical spectrum, 3.2.2.3."
+    )
+
+
+class DecreeSpectrum(Section):
+    """Elastic spectrum of the French decrees: zones of seismicity 1 to 5."""
+
+    type: Literal["french-decree"] = Field(description="That of the French decrees.")
+    text: Literal["ordinary", "special"] = Field(
+        default="ordinary",
+        description="The text: 'ordinary' risk, arrêté of 22 October 2010, or 'special' risk, "
+        "arrêté of 4 October 2010, article 12-3.",
+    )
+    zone: Annotated[int, Numbered(5)] = Field(description="Zone of seismicity.")
+    ground: Ground = Field(
+        description="Type of ground; without influence on the vertical spectrum."
+    )
+    importance_factor: PositiveFactor | None = Field(
+        default=None,
+        validate_default=True,
+        description="Importance factor γ_I, default 1; required with text 'special': the "
+        "acceleration of that text over a_gr of the zone (0.4, 0.7, 1.1, 1.6, 3.0 m/s2).",
+    )
+    vertical: StrictBool = Field(default=False, description="true gives the vertical spectrum.")
+
+    @field_validator("importance_factor")
+    @classmethod
+    def _of_the_text(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if value is None and present(info, ["text"]) and info.data["text"] == "special":
+            raise refuse(
+                "missing; expected the acceleration of the special-risk text over the zone's a_gr"
+            )
+        return 1.0 if value is None else value
+
+
+class TableSpectrum(Section):
+    """Spectrum given by points, straight between them on logarithmic axes."""
+
+    type: Literal["table"] = Field(description="Read from a table.")
+    file: File = Field(
+        description="The table (CSV): frequency or period, acceleration, and the damping where "
+        "the table has several."
+    )
+
+
+def _type_of(value: Any) -> str:
+    """The type of a spectrum; without one it is given by its corner periods."""
+    if isinstance(value, Mapping):
+        return str(value.get("type", "corner-periods"))
+    return str(getattr(value, "type", "corner-periods"))
+
+
+Spectrum = DesignSpectrum | EurocodeSpectrum | DecreeSpectrum | TableSpectrum
+SpectrumEntry = Annotated[
+    Annotated[DesignSpectrum, Tag("corner-periods")]
+    | Annotated[EurocodeSpectrum, Tag("ec8")]
+    | Annotated[DecreeSpectrum, Tag("french-decree")]
+    | Annotated[TableSpectrum, Tag("table")],
+    Discriminator(_type_of),
+]
+
+
+class SpectrumPoint(Section):
+    """One row of the table of a design spectrum."""
+
+    frequency: Frequency = Field(
+        default=math.nan, description="Frequency; the table has this column or the next."
+    )
+    period: PositiveTime = Field(
+        default=math.nan, description="Period; the table has this column or the one before."
+    )
+    acceleration: Acceleration = Field(description="Pseudo-acceleration there.")
+    damping: Annotated[float, Ratio(at_least=0, below=1)] = Field(
+        default=math.nan,
+        description="Damping ratio it holds for; without this column, that of the motion.",
+    )
+
+
+@dataclass(frozen=True)
+class SpectrumTable:
+    """The points of a table by damping.
+
+    Args:
+        points: Frequencies [Hz], ascending, and pseudo-accelerations [m/s2] by damping ratio; the
+            key is None in a table without dampings.
+    """
+
+    points: dict[float | None, tuple[tuple[float, ...], tuple[float, ...]]]
+
+    def at(self, damping: float) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+        """The points that hold for a damping ratio; None when there are none."""
+        for known, points in self.points.items():
+            if known is None or abs(known - damping) <= _SAME_DAMPING:
+                return points
+        return None
+
+    @property
+    def dampings(self) -> str:
+        """The dampings of the table, for a message."""
+        return ", ".join(f"{100.0 * known:g} %" for known in self.points if known is not None)
+
+
+def read_spectrum(path: Path, faults: list[Fault]) -> SpectrumTable | None:
+    """Read the table of a design spectrum; what is wrong with it is appended to ``faults``.
+
+    Args:
+        path: A CSV file with the columns of ``SpectrumPoint``, either frequency or period; the
+            frequencies or periods of each damping ascend or descend.
+        faults: Every fault of the table is appended here.
+
+    Returns:
+        The table, or None when there were faults.
+    """
+    table = read_table(path, SpectrumPoint, faults)
+    if table is None:
+        return None
+    columns = [name for name in ("frequency", "period") if name in table.headers]
+    if len(columns) != 1:
+        found = "both" if columns else "none of them"
+        expected = f"expected either a column frequency [Hz] or a column period [s], found {found}"
+        faults.append(Fault(path, "header", None, expected))
+        return None
+    by_damping: dict[float | None, list[tuple[int, SpectrumPoint]]] = {}
+    for line, row in zip(table.lines, table.rows, strict=True):
+        known = None if math.isnan(row.damping) else row.damping
+        by_damping.setdefault(known, []).append((line, row))
+    column, header = columns[0], table.headers[columns[0]]
+    broken = []
+    points = {}
+    for known, rows in by_damping.items():
+        values = [float(getattr(row, column)) for _, row in rows]
+        if len(rows) < 2:
+            expected = "expected at least 2 points of each damping"
+            broken.append(Fault(path, f"line {rows[0][0]}", None, expected))
+            continue
+        sign = math.copysign(1.0, values[1] - values[0])
+        broken += [
+            Fault(path, column_key(line, header), b, f"expected values in order; before: {a:g}")
+            for (a, b), (line, _) in zip(itertools.pairwise(values), rows[1:], strict=True)
+            if (b - a) * sign <= 0.0
+        ]
+        pairs = sorted(
+            (value if column == "frequency" else 1.0 / value, row.acceleration)
+            for value, (_, row) in zip(values, rows, strict=True)
+        )
+        points[known] = (tuple(f for f, _ in pairs), tuple(a for _, a in pairs))
+    faults.extend(broken)
+    return None if broken else SpectrumTable(points)

@@ -1,0 +1,218 @@
+"""Accelerograms in the COSMOS strong-motion format, version 1.20: the V2c files of CESMD."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from impactfem.errors import Fault, InputError
+from impactfem.motion.accelerogram import Accelerogram
+from impactfem.motion.channel import Channel, chosen_channel, read_channel
+from impactfem.motion.record_text import (
+    ACCELERATION_UNITS,
+    fixed_columns,
+    number,
+    plain_unit,
+    read_lines,
+)
+
+_EXPECTED = (
+    "a COSMOS record: 'Corrected acceleration (Format v01.20 with 13 text lines)', its header"
+    " blocks, then the samples"
+)
+_HEAD = re.compile(
+    r"(\w+)\s+\w+.*\(Format\s+v\S+\s+with\s+(\d{1,4})\s+text\s+lines\)", re.IGNORECASE
+)
+_FORMAT = r"Format\s*=\s*\(\s*(?:\d*P,?)?(\d*)[A-Z]([1-9]\d?)(?:\.\d+)?[A-Z]?\s*\)"
+_VALUES = re.compile(
+    r"\s*(\d{1,9})\s+(Integer|Real)-header\s+values\s+follow\s+on\s+(\d{1,6})\s+lines?,?\s*"
+    + _FORMAT,
+    re.IGNORECASE,
+)
+_COMMENTS = re.compile(r"\s*(\d{1,6})\s+Comment\s+line\(?s?\)?\s+follow", re.IGNORECASE)
+_DATA = re.compile(
+    r"\s*(\d{1,9})\s+(\w+)\s+(?:pts|points)\b.*?units\s*=\s*([^,(]*?)\s*(?:\(\s*(\d{1,4})\s*\))?"
+    r"\s*,\s*" + _FORMAT,
+    re.IGNORECASE,
+)
+_END = re.compile(r"\s*(?:End[- ]of[- ]data(?:\s+for)?(?:\s+chan)?\s*(\S*)|/&)", re.IGNORECASE)
+_STATION_CHANNEL = re.compile(r"Sta\s+Cha\w*:?\s*([\w?]+)\s*:\s*(.*?)\s*(?:\(|Location|$)")
+_CODE = re.compile(r"<?SCNL[>:]\s*[^.\s]*\.(\w+)\.")
+
+_TIME_STEP = 34  # of the real header, from 1
+_DATA_UNITS = 3  # of the integer header, from 1
+_UNSPECIFIED = -999
+# COSMOS table 2, as far as they are accelerations; to m/s2 by the unit's name.
+_UNIT_CODES = {2: "g", 4: "cm/s2", 7: "in/s2", 10: "gal", 11: "mg"}
+
+
+@dataclass(frozen=True)
+class _Header:
+    """What the header blocks of a channel say."""
+
+    status: str
+    number: str
+    orientation: str
+    code: str
+    title: str
+    unit_code: int
+    time_step: float
+    data: int  # index of the line that announces the samples
+
+
+def read_cosmos(path: Path | str, component: str | None = None) -> Accelerogram:
+    """Read an accelerogram from a COSMOS file.
+
+    A file holds one channel after another. Each begins with lines of text, the first of which
+    gives their number; then come blocks of integers, of real numbers (the 34th is the time step)
+    and of comments, each announced by a line with its size and columns. Then
+
+        42000 acceleration pts, approx  210 secs, units=cm/sec2(04),Format=(1E15.6)
+
+    announces the samples, and "End-of-data" (or "/&") ends them. Velocities and displacements,
+    with a header of their own or following their acceleration, are passed over. An uncorrected
+    acceleration in a unit of acceleration is read, too, and named so in the origin; counts are
+    refused. Source: COSMOS strong motion data format 1.20 (strongmotioncenter.org), seen in files
+    of CESMD among the test data of the USGS program gmprocess.
+
+    Args:
+        path: The file.
+        component: Number ("1"), orientation ("90 deg") or code ("HNE") of the channel; None when
+            the file holds one acceleration only.
+
+    Returns:
+        The accelerogram in m/s2, named after the file and the channel.
+
+    Raises:
+        InputError: The file is at fault, with its line, or the component is not one of its own.
+    """
+    path = Path(path)
+    lines = read_lines(path, _EXPECTED)
+    channels: list[Channel] = []
+    header: _Header | None = None
+    i = 0
+    while i < len(lines):
+        if not lines[i].strip():
+            i += 1
+            continue
+        if _HEAD.match(lines[i]):
+            header = _header(path, lines, i)
+            i = header.data
+        channel, quantity, i = _block(path, lines, i, header)
+        if quantity.lower().startswith("acc"):
+            channels.append(channel)
+    numbers = {channel.number for channel in channels}
+    if len(numbers) < len(channels) or "?" in numbers:  # the place in the file counts then
+        channels = [replace(c, number=str(n)) for n, c in enumerate(channels, start=1)]
+    return read_channel(path, lines, chosen_channel(path, channels, component))
+
+
+def _fault(path: Path, lines: list[str], i: int, expected: str) -> InputError:
+    if i >= len(lines) or not any(line.strip() for line in lines[i:]):
+        return InputError([Fault(path, "", None, f"the file ends early; {expected}")])
+    return InputError([Fault(path, f"line {i + 1}", lines[i].strip(), expected)])
+
+
+def _header(path: Path, lines: list[str], start: int) -> _Header:
+    """Read the header blocks of a channel, which begin at a line."""
+    head = _HEAD.match(lines[start])
+    n_text = int(head[2]) if head else 0
+    text = lines[start : start + n_text]
+    integers, i = _values(path, lines, start + n_text, "Integer")
+    reals, i = _values(path, lines, i, "Real")
+    comments = _COMMENTS.match(lines[i]) if i < len(lines) else None
+    if comments is None:
+        raise _fault(path, lines, i, "expected '  n Comment line(s) follow'")
+    following = lines[i + 1 : i + 1 + int(comments[1])]
+    station = next((m for m in map(_STATION_CHANNEL.search, text) if m), None)
+    code = next((m for m in map(_CODE.search, following) if m), None)
+    step = reals[_TIME_STEP - 1] if len(reals) >= _TIME_STEP else math.nan
+    if not step > 0.0:
+        expected = "expected a positive time step [s] as real-header value 34"
+        raise _fault(path, lines, start + n_text, expected)
+    return _Header(
+        status=(head[1] if head else "").lower(),
+        number=station[1] if station else "?",
+        orientation=station[2] if station else "",
+        code=code[1] if code else "",
+        title=" ".join(text[1].split()) if n_text > 1 else "",
+        unit_code=round(integers[_DATA_UNITS - 1])
+        if len(integers) >= _DATA_UNITS
+        else _UNSPECIFIED,
+        time_step=step,
+        data=i + 1 + int(comments[1]),
+    )
+
+
+def _values(path: Path, lines: list[str], i: int, kind: str) -> tuple[list[float], int]:
+    """Read a block of integers or real numbers; gives the line behind it."""
+    match = _VALUES.match(lines[i]) if i < len(lines) else None
+    if match is None or match[2].lower() != kind.lower():
+        expected = f"expected ' 100 {kind}-header values follow on  .. lines, Format= (..)'"
+        raise _fault(path, lines, i, expected)
+    count, n_lines, width = int(match[1]), int(match[3]), int(match[5])
+    values: list[float] = []
+    for j in range(i + 1, i + 1 + n_lines):
+        cells = fixed_columns(lines[j], width) if j < len(lines) else []
+        numbers = [value for value in map(number, cells) if value is not None]
+        if not cells or len(numbers) < len(cells):
+            expected = f"expected {count} numbers of the {kind.lower()} header on {n_lines} lines"
+            raise _fault(path, lines, j, expected)
+        values += numbers
+    if len(values) != count:
+        expected = f"{count} numbers are announced, {len(values)} follow"
+        raise _fault(path, lines, i, expected)
+    return values, i + 1 + n_lines
+
+
+def _block(
+    path: Path, lines: list[str], i: int, header: _Header | None
+) -> tuple[Channel, str, int]:
+    """Find a block of samples; gives its channel, its quantity and the line behind its end."""
+    match = _DATA.match(lines[i]) if i < len(lines) else None
+    if header is None:
+        raise _fault(path, lines, i, f"expected {_EXPECTED}")
+    if match is None:
+        expected = "expected '  n acceleration pts, approx .. secs, units=cm/sec2,Format=(..)'"
+        raise _fault(path, lines, i, expected)
+    stop = i + 1
+    while stop < len(lines) and not (_END.match(lines[stop]) or _HEAD.match(lines[stop])):
+        stop += 1
+    end = _END.match(lines[stop]) if stop < len(lines) else None
+    if end is None:
+        expected = (
+            f"{match[1]} samples are announced on line {i + 1}; expected 'End-of-data' behind them"
+        )
+        raise _fault(path, lines, stop, expected)
+    quantity = match[2]
+    accelerates = quantity.lower().startswith("acc")
+    code = end[1] if end[1] and not end[1].isdigit() and end[1].isalnum() else ""
+    channel = Channel(
+        number=header.number,
+        orientation=header.orientation,
+        code=header.code or ("" if code.lower().startswith(("acc", "vel", "dis")) else code),
+        title=f"{header.status} acceleration, {header.title}".strip(", "),
+        announced=i + 1,
+        count=int(match[1]),
+        time_step=header.time_step,
+        factor=_factor(path, lines, i, match, header.unit_code) if accelerates else math.nan,
+        width=int(match[6]),
+        stop=stop + 1,
+    )
+    return channel, quantity, stop + 1
+
+
+def _factor(path: Path, lines: list[str], i: int, match: re.Match[str], code: int) -> float:
+    """Factor from the unit of the samples to m/s2; unit and codes must agree."""
+    names = [plain_unit(match[3])] if match[3] else []
+    codes = [int(match[4])] if match[4] else []
+    codes += [code] if code != _UNSPECIFIED else []
+    names += [_UNIT_CODES.get(one, f"unit {one} of COSMOS table 2") for one in codes]
+    factors = {ACCELERATION_UNITS.get(name) for name in names}
+    factor = factors.pop() if len(factors) == 1 else None
+    if factor is None:
+        found = " and ".join(dict.fromkeys(names)) or "no unit"
+        raise _fault(path, lines, i, f"expected one unit of acceleration, found {found}")
+    return factor

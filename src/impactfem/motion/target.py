@@ -1,0 +1,26 @@
+"""What a motion is compared with: any pseudo-acceleration spectrum at one damping."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+
+class Target(Protocol):
+    """A pseudo-acceleration spectrum that a motion is matched to or judged by."""
+
+    @property
+    def damping(self) -> float:
+        """Damping ratio ξ [-]."""
+
+    def pseudo_acceleration(self, frequency: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Evaluate it.
+
+        Args:
+            frequency: Any shape [Hz], positive.
+
+        Returns:
+            The same shape [m/s2].
+        """

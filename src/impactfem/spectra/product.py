@@ -1,0 +1,253 @@
+"""Floor response spectra as a product: what was computed, with its labels, and the design spectra.
+
+The way from one to the other is that of US NRC Regulatory Guide 1.122, revision 1 (1978): a
+statistic over the motions (their envelope, their mean or a fractile), the envelope over the points
+of a floor, the reduction of narrow peaks where it is asked for, and broadening.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from impactfem.errors import ImpactfemError
+from impactfem.spectra.broadening import Ratio, broaden, corner_frequencies, sides
+from impactfem.spectra.clipping import LARGEST_DAMPING, ClippedPeak, clip_peaks
+from impactfem.spectra.frequency_list import FloatArray
+from impactfem.spectra.interpolation import checked_frequency, checked_values
+from impactfem.spectra.statistics import Statistic, combine, envelope, statistic_words
+from impactfem.spectra.zero_period import rigid_frequency
+
+AXES = ("motion", "damping", "station", "direction", "frequency")
+ZPA_AXES = ("motion", "station", "direction")
+
+
+@dataclass(frozen=True)
+class Station:
+    """Where spectra are given: a floor, or a group of floors.
+
+    Args:
+        building: Name of the building.
+        floor: Its number, or "all".
+        points: The points on it in words, at least one.
+        elevation: Of the points [m]; nan when they differ.
+    """
+
+    building: str
+    floor: str
+    points: tuple[str, ...]
+    elevation: float = float("nan")
+
+    @property
+    def label(self) -> str:
+        """The floor in words."""
+        return "all floors" if self.floor == "all" else f"floor {self.floor}"
+
+
+@dataclass(frozen=True, eq=False)
+class FloorSpectrumSet:
+    """Computed floor response spectra with everything that says what they are.
+
+    Args:
+        frequency: Ascending, shape (n_f,) [Hz].
+        damping: Damping ratios of the oscillators, shape (n_d,) [-].
+        stations: n_s places.
+        directions: n_x names, "x", "y" or "z".
+        psa: Pseudo-acceleration, shape (n_m, n_d, n_s, n_x, n_f) [m/s2], one for each motion.
+        zpa: Zero-period acceleration, the largest acceleration of the floor, shape
+            (n_m, n_s, n_x) [m/s2].
+        motions: Names of the n_m motions.
+        title: Of the case.
+        method: How they were computed, in words.
+    """
+
+    frequency: FloatArray
+    damping: FloatArray
+    stations: tuple[Station, ...]
+    directions: tuple[str, ...]
+    psa: FloatArray
+    zpa: FloatArray
+    motions: tuple[str, ...]
+    title: str
+    method: str
+
+    def __post_init__(self) -> None:
+        f = checked_frequency(self.frequency)
+        checked_values(self.psa, f.size)
+        shape = (len(self.motions), len(self.stations), len(self.directions))
+        wanted = (shape[0], self.damping.size, *shape[1:], f.size)
+        if self.psa.shape != wanted or self.zpa.shape != shape or 0 in wanted:
+            raise ImpactfemError(
+                f"spectra over {', '.join(AXES)} need shape {wanted} and at least one of each, got "
+                f"{self.psa.shape} with zero-period accelerations {self.zpa.shape}"
+            )
+
+    def by_floor(self) -> FloorSpectrumSet:
+        """Envelope over the points of each floor."""
+        return self._grouped(lambda station: (station.building, station.floor))
+
+    def by_building(self) -> FloorSpectrumSet:
+        """Envelope over all floors of each building."""
+        return self._grouped(lambda station: (station.building, "all"))
+
+    def over_motions(self, statistic: Statistic) -> tuple[FloatArray, FloatArray]:
+        """Take a statistic over the motions.
+
+        Args:
+            statistic: "envelope", "mean" or the probability of an empirical fractile.
+
+        Returns:
+            Pseudo-acceleration, shape (n_d, n_s, n_x, n_f), and zero-period acceleration, shape
+            (n_s, n_x) [m/s2].
+
+        Raises:
+            ImpactfemError: There is no such statistic.
+        """
+        psa = combine(self.psa, AXES, ["motion"], statistic)
+        return psa, combine(self.zpa, ZPA_AXES, ["motion"], statistic)
+
+    def design(
+        self, broadening: Ratio = 0.15, *, clipping: bool = False, statistic: Statistic = "envelope"
+    ) -> DesignFloorSpectra:
+        """Make the design spectra.
+
+        Args:
+            broadening: As in :func:`impactfem.spectra.broadening.broaden`.
+            clipping: Whether narrow peaks are reduced first, at dampings below 10 %.
+            statistic: Over the motions.
+
+        Raises:
+            ImpactfemError: An argument is out of range.
+        """
+        raw, zpa = self.over_motions(statistic)
+        curves = {
+            index: (self.frequency, raw[index], ())
+            if not clipping or self.damping[index[0]] >= LARGEST_DAMPING
+            else clip_peaks(self.frequency, raw[index], float(zpa[index[1:]]))
+            for index in np.ndindex(*raw.shape[:-1])
+        }
+        listed = corner_frequencies(
+            self.frequency, [(f, s) for f, s, _ in curves.values()], broadening
+        )
+        psa = np.empty((*raw.shape[:-1], listed.size))
+        for index, (f, s, _) in curves.items():
+            psa[index] = broaden(f, s, broadening, listed)
+        lower, upper = sides(broadening)
+        return DesignFloorSpectra(
+            source=self,
+            frequency=listed,
+            psa=psa,
+            raw=raw,
+            zpa=zpa,
+            rigid=rigid_frequency(
+                self.frequency, raw, np.broadcast_to(zpa, (self.damping.size, *zpa.shape))
+            ),
+            broadening=(lower, upper),
+            clipping=clipping,
+            clipped={index: peaks for index, (_, _, peaks) in curves.items() if peaks},
+            statistic=statistic,
+        )
+
+    def _grouped(self, key: Callable[[Station], tuple[str, str]]) -> FloorSpectrumSet:
+        groups: dict[tuple[str, str], list[int]] = {}
+        for index, station in enumerate(self.stations):
+            groups.setdefault(key(station), []).append(index)
+        stations = []
+        for (building, floor), members in groups.items():
+            there = [self.stations[index] for index in members]
+            heights = {station.elevation for station in there}
+            alike = len({station.floor for station in there}) == 1
+            stations.append(
+                Station(
+                    building,
+                    floor,
+                    tuple(
+                        point if alike else f"{station.label}: {point}"
+                        for station in there
+                        for point in station.points
+                    ),
+                    heights.pop() if len(heights) == 1 else float("nan"),
+                )
+            )
+        psa = [envelope(self.psa[:, :, m], AXES, ["station"]) for m in groups.values()]
+        zpa = [envelope(self.zpa[:, m], ZPA_AXES, ["station"]) for m in groups.values()]
+        return replace(
+            self,
+            stations=tuple(stations),
+            psa=np.stack(psa, axis=AXES.index("station")),
+            zpa=np.stack(zpa, axis=ZPA_AXES.index("station")),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DesignFloorSpectra:
+    """Design floor response spectra, and the computed ones they were made of.
+
+    Args:
+        source: The computed spectra of each motion.
+        frequency: Ascending, shape (n,) [Hz]: the list of the source, and the corners of plateaus.
+        psa: Broadened pseudo-acceleration, shape (n_d, n_s, n_x, n) [m/s2].
+        raw: The statistic over the motions, at the list of the source, shape
+            (n_d, n_s, n_x, n_f) [m/s2].
+        zpa: The same statistic of the zero-period acceleration, shape (n_s, n_x) [m/s2].
+        rigid: Frequency from which on ``raw`` stays within 5 % of ``zpa``, shape (n_d, n_s, n_x)
+            [Hz]; nan where the list ends before.
+        broadening: l and u [-].
+        clipping: Whether narrow peaks were to be reduced.
+        clipped: The peaks that were, by damping, station and direction.
+        statistic: Over the motions.
+    """
+
+    source: FloorSpectrumSet
+    frequency: FloatArray
+    psa: FloatArray
+    raw: FloatArray
+    zpa: FloatArray
+    rigid: FloatArray
+    broadening: tuple[float, float]
+    clipping: bool
+    clipped: dict[tuple[int, ...], tuple[ClippedPeak, ...]]
+    statistic: Statistic
+
+    @property
+    def motions_text(self) -> str:
+        """The motions and what was taken over them, in words."""
+        count = len(self.source.motions)
+        if count == 1:
+            return f"1 motion ({self.source.motions[0]})"
+        return f"{count} motions, {statistic_words(self.statistic)}"
+
+    @property
+    def broadening_text(self) -> str:
+        """What was done to the peaks, in words."""
+        lower, upper = (f"{100.0 * side:g} %" for side in self.broadening)
+        if not any(self.broadening):
+            text = "peaks not broadened"
+        elif lower == upper:
+            text = f"peaks broadened by ±{lower} (Regulatory Guide 1.122)"
+        else:
+            text = f"peaks broadened by -{lower} and +{upper} (Regulatory Guide 1.122)"
+        if self.clipping:
+            count = sum(len(peaks) for peaks in self.clipped.values())
+            text += f"; {count} narrow peaks reduced by 15 % before (ASCE 4-98, 3.4.2.3)"
+        return text
+
+    @property
+    def computed(self) -> FloatArray:
+        """``raw`` at the design frequencies, nan at those that were not computed."""
+        return self.at_design(self.raw)
+
+    def at_design(self, values: FloatArray) -> FloatArray:
+        """Spread values over the design frequencies.
+
+        Args:
+            values: At the list of the source, shape (..., n_f).
+
+        Returns:
+            Shape (..., n); nan at the frequencies that are not in the list of the source.
+        """
+        wide = np.full((*values.shape[:-1], self.frequency.size), np.nan)
+        wide[..., np.isin(self.frequency, self.source.frequency)] = values
+        return wide

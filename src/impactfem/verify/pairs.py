@@ -1,0 +1,167 @@
+"""General contact pairs: eccentric, inside a storey, three buildings in a row."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from impactfem.sticks.contact import kelvin_voigt
+from impactfem.sticks.damping import Rayleigh
+from impactfem.sticks.element import Section
+from impactfem.sticks.impacts import impacts
+from impactfem.sticks.pounding import End, Pair, System, simulate
+from impactfem.sticks.stick import Floor, Stick, build_stick
+from impactfem.verify.models import Y, mass_on_spring
+from impactfem.verify.row import Row
+
+
+def eccentric() -> list[Row]:
+    """A free floor (3014 t, J_z = 6.3e8 kg m²) hits a wall 15 m off its mass centre.
+
+    With m = 1/(1/M + e²/J): impulse P = (1 + ε) m v, spin e P / J after.
+    """
+    M, J, e, v, xi = 3014e3, 6.3e8, 15.0, 0.2, 0.12
+    floor = mass_on_spring("floor", M, 0.0)
+    inertia = floor.M.copy()
+    inertia[5, 5] = J
+    floor = replace(floor, M=inertia)
+    offset = (e, 0.0, 0.0)
+    mass = floor.point_mass(0, offset, Y)
+    law = kelvin_voigt(1e11, xi, mass)
+    pair = Pair("wall", End("floor", 0, offset, 1), None, Y, 0.0, law)
+    start = np.zeros(6)
+    start[1] = v
+    dt = law.duration(v) / 2000
+    response = simulate(System((floor,), (pair,)), np.zeros((2300, 3)), dt, v0=start)
+    impact = impacts(response)[0]
+    P = (1.0 + law.epsilon) * v / (1.0 / M + e**2 / J)
+    source = "impulse and angular momentum of a rigid body"
+    return [
+        Row(
+            "eccentric impact",
+            "effective mass",
+            1.0 / (1.0 / M + e**2 / J),
+            mass,
+            "kg",
+            1e-12,
+            source,
+        ),
+        Row("eccentric impact", "impulse", float(P), impact.impulse, "N s", 1e-3, source),
+        Row(
+            "eccentric impact",
+            "spin after",
+            float(-e * P / J),
+            float(response.v[-1, 5]),
+            "rad/s",
+            1e-3,
+            source,
+        ),
+    ]
+
+
+def inside_a_storey() -> list[Row]:
+    """A floor leans on the middle of a storey of its neighbour, pushed slowly by the ground.
+
+    At the end F = (approach - g) / (1/K + c_a + c_b), where the approach is that of the buildings
+    without contact and c = jᵀ K⁻¹ j their compliances at the points.
+    """
+    a, b = _tower("a", (3.0, 3.0), ()), _tower("b", (4.0, 4.0), ((2, 0.5),))
+    K, gap, acceleration = 1e9, 1e-3, -3.0
+    ends = End("a", 1, (0.0,) * 3, 2), End("b", b.storey_points[2, 0.5], (0.0,) * 3, 2, 0.5)
+    a = replace(a, M=4.0 * a.M)
+    pair = Pair("a-b", *ends, Y, gap, kelvin_voigt(K, 0.3, 1e5))
+    system = System((a, b), (pair,))
+    n_t, dt = 20001, 2e-3
+    ground = np.zeros((n_t, 3))
+    ground[:, 1] = acceleration * np.clip(np.linspace(0.0, 2.0, n_t), 0.0, 1.0)
+    response = simulate(system, ground, dt)
+    (j,) = system.J
+    flexibility = np.linalg.inv(system.K)
+    free = -float(j @ flexibility @ system.M @ system.ground[:, 1]) * acceleration
+    force = (-free - gap) / (1.0 / K + float(j @ flexibility @ j))
+    return [
+        Row(
+            "pair inside a storey",
+            "force at rest",
+            force,
+            float(response.force[-1, 0]),
+            "N",
+            1e-6,
+            "statics of the two sticks and the contact spring",
+        ),
+    ]
+
+
+def three_in_a_row() -> list[Row]:
+    """Three equal free floors, elastic contact, gaps between: the first hits, the last flies off.
+
+    Two collisions of equal masses hand the speed on. Then the outer two move towards the middle one
+    at the same speed: by symmetry it never moves.
+    """
+    m, v = 2000e3, 0.25
+    sticks = tuple(mass_on_spring(name, m, 0.0) for name in "abc")
+    law = kelvin_voigt(1e11, 0.0, m / 2.0)
+    pairs = tuple(
+        Pair(f"{p}-{q}", End(p, 0, (0.0,) * 3, 1), End(q, 0, (0.0,) * 3, 1), Y, 0.01, law)
+        for p, q in ("ab", "bc")
+    )
+    system = System(sticks, pairs)
+    dt = law.duration(v) / 400
+    n_t = int(3.5 * 0.01 / v / dt)
+    start = np.zeros(18)
+    start[1] = v
+    handed = simulate(system, np.zeros((n_t, 3)), dt, v0=start)
+    start[1], start[13] = v, -v
+    mirrored = simulate(system, np.zeros((n_t, 3)), dt, v0=start)
+    source = "collisions of equal elastic masses; symmetry"
+    return [
+        Row(
+            "three in a row",
+            "speed of the last one",
+            v,
+            float(handed.v[-1, 13]),
+            "m/s",
+            1e-3,
+            source,
+        ),
+        Row(
+            "three in a row",
+            "speed of the first one",
+            0.0,
+            float(handed.v[-1, 1]),
+            "m/s",
+            1e-3 * v,
+            source,
+            absolute=True,
+        ),
+        Row(
+            "three in a row",
+            "motion of the middle one between two mirrored ones",
+            0.0,
+            float(np.abs(mirrored.u[:, 7]).max()),
+            "m",
+            1e-15,
+            source,
+            absolute=True,
+        ),
+        Row(
+            "three in a row",
+            "rebound of the mirrored ones",
+            v,
+            float(mirrored.v[-1, 13]),
+            "m/s",
+            1e-3,
+            source,
+        ),
+    ]
+
+
+def _tower(name: str, heights: tuple[float, ...], points: tuple[tuple[int, float], ...]) -> Stick:
+    section = Section(E=30e9, G=12e9, A=2.0, Avx=1.0, Avy=1.0, Ix=0.5, Iy=0.5, Iz=0.5)
+    damping = Rayleigh(4.0, 5e-3)
+    floors = [
+        Floor(k + 1, 3e5, (1e6, 1e6, 2e6), height, section, damping, below=0.2, above=0.2)
+        for k, height in enumerate(heights)
+    ]
+    return build_stick(name, floors, storey_points=points)

@@ -1,0 +1,136 @@
+"""A small case, a finished run of it, and what keeps one test out of another."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactfem import study
+from impactfem.case.template import write_new_case
+
+# The template, shorter and coarser: an impact lasts some 20 steps.
+SMALL = (
+    ('title = "Two three-storey buildings, 2 cm apart"', 'title = "Deux bâtiments, 2 cm"'),
+    ("# published = ", "published = "),
+    ("# compressive_strength", "compressive_strength"),
+    ("# bearing_area", "bearing_area"),
+    ('duration = "10 s"\ntime_step = "5 ms"', 'duration = "3 s"\ntime_step = "5 ms"'),
+    ('strong_phase = ["2 s", "6 s"]', 'strong_phase = ["0.5 s", "2.5 s"]'),
+    ('time_step = "0.25 ms"', 'time_step = "0.5 ms"'),
+    ('damping = ["2 %", "5 %"]', 'damping = ["5 %"]'),
+    ('maximum = "200 Hz", per_decade = 50', 'maximum = "50 Hz", per_decade = 10'),
+)
+PUBLISHED = (
+    "name,value,unit,source\nmotion.pga,300,cm/s2,nowhere\nfrs.floor_3.pfa,40,m/s2,nowhere\n"
+)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    # Debian's h5py on the NumPy 1.26 of the virtual environment.
+    config.addinivalue_line("filterwarnings", "ignore:`product` is deprecated:DeprecationWarning")
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A run that is not to be changed."""
+
+    case: Path
+    run: study.Run
+
+    @property
+    def folder(self) -> Path:
+        return self.run.folder
+
+
+@pytest.fixture(scope="session")
+def edited() -> Callable[..., Path]:
+    """Replace texts in a file; a text that is not there is an error of the test."""
+
+    def edit(path: Path, *changes: tuple[str, str]) -> Path:
+        text = path.read_text(encoding="utf-8")
+        for old, new in changes:
+            if old not in text:
+                raise ValueError(f"{old!r} is not in {path.name}: the test does not test")
+            text = text.replace(old, new)
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return edit
+
+
+@pytest.fixture(scope="session")
+def new_case(edited: Callable[..., Path]) -> Callable[..., Path]:
+    """Write the small case into a folder, with texts replaced, and give its path."""
+
+    def make(folder: Path, *changes: tuple[str, str], name: str = "small") -> Path:
+        path, _ = write_new_case(folder / name)
+        (folder / f"{name}_published.csv").write_text(PUBLISHED, encoding="utf-8")
+        return edited(path, *SMALL, *changes)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def with_record(new_case: Callable[..., Path]) -> Callable[..., Path]:
+    """As `new_case`, with the record `record.csv` beside it in place of the synthetic motion."""
+
+    def make(folder: Path, record: str | bytes, options: str = "", **names: str) -> Path:
+        path = new_case(folder, **names)
+        content = record.encode() if isinstance(record, str) else record
+        (folder / "record.csv").write_bytes(content)
+        text = path.read_text(encoding="utf-8")
+        start, end = text.index("[[motions]]"), text.index("# Laws of")
+        motion = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "record.csv"\n'
+        path.write_text(f"{text[:start]}{motion}{options}\n{text[end:]}", encoding="utf-8")
+        return path
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def sine() -> str:
+    """A record: 2 s of 3 m/s2 at 1.5 Hz."""
+    time = 0.01 * np.arange(201)
+    rows = zip(time, 3.0 * np.sin(3.0 * np.pi * time), strict=True)
+    return "time [s],acceleration [m/s2]\n" + "".join(f"{t:.2f},{a:.6f}\n" for t, a in rows)
+
+
+@pytest.fixture(scope="session")
+def finished(new_case: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """The small case, run with everything; not to be changed."""
+    folder = tmp_path_factory.mktemp("finished")
+    case = new_case(folder)
+    return Finished(case, study.run(case, out=folder / "run"))
+
+
+@pytest.fixture
+def copied(finished: Finished, tmp_path: Path) -> Path:
+    """A copy of the finished case in `tmp_path`, its run in `run` beside it; gives the case."""
+    shutil.copytree(finished.case.parent, tmp_path, dirs_exist_ok=True)
+    return tmp_path / finished.case.name
+
+
+@pytest.fixture
+def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs without figures, which take most of the time."""
+    monkeypatch.setattr(study, "stick_figures", lambda folder: [])
+
+
+@pytest.fixture(autouse=True)
+def _log_left_alone() -> Iterator[None]:
+    """Put the program's logger back as it was."""
+    logger = logging.getLogger("impactfem")
+    handlers, level, propagate = list(logger.handlers), logger.level, logger.propagate
+    yield
+    for handler in logger.handlers:
+        if handler not in handlers:
+            handler.close()
+    logger.handlers[:] = handlers
+    logger.setLevel(level)
+    logger.propagate = propagate

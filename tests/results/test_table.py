@@ -1,0 +1,52 @@
+import csv
+
+import pytest
+
+from impactfem.errors import ImpactfemError
+from impactfem.results.table import Table
+
+TABLE = Table(
+    "impacts",
+    "Impacts [all]",
+    (("pair", ""), ("peak force", "MN"), ("steps", "-")),
+    (("a-b, #2", 12.3456789, 38), ("é [red]", None, None)),
+)
+
+
+def test_csv(tmp_path):
+    path = TABLE.write_csv(tmp_path)
+    assert path == tmp_path / "impacts.csv"
+    with path.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.reader(stream))
+    assert rows == [
+        ["pair", "peak force [MN]", "steps [-]"],
+        ["a-b, #2", "12.3456789", "38"],
+        ["é [red]", "", ""],
+    ]
+    # All digits: what is read back is what was written.
+    assert float(rows[1][1]) == TABLE.rows[0][1]
+
+
+def test_csv_without_rows(tmp_path):
+    path = Table("empty", "Nothing", TABLE.columns, ()).write_csv(tmp_path)
+    assert path.read_text().splitlines() == ["pair,peak force [MN],steps [-]"]
+
+
+def test_csv_where_there_is_no_folder(tmp_path):
+    with pytest.raises(ImpactfemError, match=r"cannot write .*impacts\.csv"):
+        TABLE.write_csv(tmp_path / "absent")
+
+
+def test_text():
+    text = TABLE.as_text()
+    lines = text.splitlines()
+    assert lines[0].strip() == "Impacts [all]"
+    assert "peak force" in text and "[MN]" in text and "[-]" in text
+    assert "12.35" in text and "12.345" not in text
+    # What stands in brackets is text, not a colour; None is a dash.
+    assert lines[-1].split() == ["é", "[red]", "-", "-"]
+
+
+@pytest.mark.parametrize("width", [60, 140])
+def test_the_width_is_kept(width):
+    assert max(len(line) for line in TABLE.as_text(width).splitlines()) <= width

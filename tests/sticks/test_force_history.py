@@ -1,0 +1,250 @@
+import numpy as np
+import pytest
+import scipy.io
+import xarray as xr
+
+from impactfem.errors import InputError
+from impactfem.sticks.contact import kelvin_voigt
+from impactfem.sticks.force_history import (
+    ForceHistory,
+    read_forces,
+    write_forces,
+    write_forces_csv,
+)
+from impactfem.sticks.pounding import End, Pair, System, simulate
+from impactfem.sticks.stick import build_stick
+
+DT = 2.5e-4
+# Debian's h5py on the NumPy 1.26 of the virtual environment.
+pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
+Y = np.array([0.0, 1.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def response(row, shake):
+    return simulate(row(0.003, x=1.5), shake(), DT)
+
+
+@pytest.fixture
+def minimal():
+    """What a foreign program has to write, and nothing more."""
+    return xr.Dataset(
+        {"force": (("time", "pair"), np.array([[0, 1], [2, 0], [3, 5]]), {"units": "N"})},
+        coords={"time": ("time", [0.0, 0.1, 0.2], {"units": "s"}), "pair": ["left", "right"]},
+    )
+
+
+def write(dataset, path):
+    dataset.to_netcdf(path, engine="h5netcdf")
+    return path
+
+
+def test_netcdf_there_and_back(response, tmp_path):
+    path = tmp_path / "forces.nc"
+    write_forces(path, response, "abc123", "key")
+    history = read_forces(path)
+    assert np.array_equal(history.force, response.force)
+    assert np.array_equal(history.time, response.time)
+    assert history.pairs == ("a1-b1", "a2-b2") and history.case_hash == "abc123"
+    assert [p.name for p in tmp_path.iterdir()] == ["forces.nc"]
+
+
+def test_what_the_file_says(response, tmp_path):
+    path = tmp_path / "forces.nc"
+    write_forces(path, response, "abc123", "key")
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        assert data["force"].dims == ("time", "pair") and data["force"].attrs["units"] == "N"
+        assert data["time"].attrs["units"] == "s"
+        assert list(data["building_a"].values) == ["a", "a"]
+        assert list(data["building_b"].values) == ["b", "b"]
+        assert list(data["floor_a"].values) == [1, 2]
+        assert np.isnan(data["relative_height_a"].values).all()
+        assert data["offset_b"].sel(axis="y").values == pytest.approx([-6.0, -6.0])
+        assert data["offset_a"].sel(axis="x").values == pytest.approx([1.5, 1.5])
+        assert data["offset_a"].attrs["units"] == "m" and data["gap"].attrs["units"] == "m"
+        assert data["gap"].values == pytest.approx([0.003, 0.003])
+        assert data["normal"].values == pytest.approx(np.tile(Y, (2, 1)))
+        assert data["law"].size == 2
+        assert data.attrs["case_hash"] == "abc123" and data.attrs["inputs"] == "key"
+
+
+def test_a_storey_point_and_a_wall(floors, tmp_path):
+    stick = build_stick("a", floors(2), storey_points=[(2, 0.25)])
+    end = End("a", stick.storey_points[2, 0.25], (0.0, 6.0, 0.0), 2, 0.25)
+    pair = Pair("wall", end, None, Y, 0.01, kelvin_voigt(1e9, 0.1, 1e5))
+    path = tmp_path / "forces.nc"
+    write_forces(path, simulate(System((stick,), (pair,)), np.zeros((5, 3)), DT), "")
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        assert data["relative_height_a"].values == pytest.approx([0.25])
+        assert data["floor_a"].values == [2]
+        assert data["building_b"].values == [""] and data["floor_b"].values == [0]
+        assert np.isnan(data["relative_height_b"].values).all()
+    assert read_forces(path).pairs == ("wall",)
+
+
+def test_no_pairs(response, tmp_path):
+    path = tmp_path / "forces.nc"
+    write_forces(path, simulate(response.system.without_contact(), np.zeros((5, 3)), DT), "")
+    history = read_forces(path)
+    assert history.pairs == () and history.force.shape == (5, 0)
+    assert history.impulse.shape == (0,)
+
+
+def test_csv_there_and_back(response, tmp_path):
+    path = tmp_path / "forces.csv"
+    history = ForceHistory(response.time, ("a1-b1", "a2-b2"), response.force, "abc")
+    write_forces_csv(path, history)
+    assert path.read_text().splitlines()[0] == "time [s],a1-b1 [N],a2-b2 [N]"
+    found = read_forces(path)
+    assert found.pairs == history.pairs and found.case_hash == ""
+    assert found.time == pytest.approx(history.time, abs=1e-12)
+    assert np.abs(found.force - history.force).max() < 1e-8 * history.force.max()
+    assert history.force.max() > 0.0
+
+
+def test_csv_of_another_program(tmp_path):
+    path = tmp_path / "Foreign.CSV"
+    path.write_text("time [s], north [N] , south [N]\r\n0,0,1\r\n0.5, 1e6,2\r\n1,-3.5E5,3\r\n")
+    history = read_forces(path)
+    assert history.pairs == ("north", "south")
+    assert history.force[:, 0] == pytest.approx([0.0, 1e6, -3.5e5])
+
+
+def test_impulse():
+    history = ForceHistory(
+        np.array([0, 0.1, 0.2]), ("a", "b"), np.array([[0, 1], [2, 1], [0, 1.0]])
+    )
+    assert history.impulse == pytest.approx([0.2, 0.2])
+
+
+def test_minimal_file_of_another_program(minimal, tmp_path):
+    minimal["remark"] = ("time", [1.0, 2.0, 3.0])
+    history = read_forces(write(minimal, tmp_path / "foreign.nc"))
+    assert history.pairs == ("left", "right") and history.case_hash == ""
+    assert history.force.dtype == float and history.force[2, 1] == 5.0
+    assert history.time == pytest.approx([0.0, 0.1, 0.2])
+
+
+def broken(minimal, fault):
+    time, force = minimal["time"], minimal["force"]
+    values = force.values.astype(float)
+    if fault == "no force":
+        return minimal.drop_vars("force")
+    if fault == "no time":
+        return minimal.drop_vars("time")
+    if fault == "no pair":
+        return minimal.drop_vars("pair")
+    if fault == "wrong unit":
+        force.attrs["units"] = "kN"
+    if fault == "no unit":
+        del time.attrs["units"]
+    if fault == "milliseconds":
+        return minimal.assign_coords(time=("time", [0.0, 100.0, 200.0], {"units": "ms"}))
+    if fault == "transposed":
+        return minimal.transpose("pair", "time")
+    if fault == "nan":
+        values[1, 1] = np.nan
+    if fault == "infinite":
+        values[1, 1] = np.inf
+    if fault in ("nan", "infinite"):
+        minimal["force"] = (("time", "pair"), values, {"units": "N"})
+    if fault == "words":
+        minimal["force"] = (("time", "pair"), values.astype(str).astype(object), {"units": "N"})
+        minimal["force"].values[1, 1] = "much"
+    times = {"uneven": [0.0, 0.1, 0.3], "descending": [0.2, 0.1, 0.0], "twice": [0.0, 0.1, 0.1]}
+    if fault in times:
+        return minimal.assign_coords(time=("time", times[fault], {"units": "s"}))
+    if fault == "one time":
+        return minimal.isel(time=[0])
+    if fault == "duplicate":
+        return minimal.assign_coords(pair=["left", "left"])
+    return minimal
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("no force", r"forces\.nc: force: a variable of this name in N"),
+        ("no time", r"forces\.nc: time: a variable of this name in s"),
+        ("no pair", r"pair: the names of the contact pairs"),
+        ("wrong unit", r"force\.units = 'kN': the unit 'N'"),
+        ("no unit", r"time\.units: the unit 's'"),
+        ("milliseconds", r"time\.units = 'ms': the unit 's'"),
+        ("transposed", r"force = \('pair', 'time'\): the dimensions \(time, pair\)"),
+        ("nan", r"force = 'nan': finite values only"),
+        ("infinite", r"finite values only"),
+        ("words", r"a readable force history \(NetCDF or CSV\): .*much"),
+        ("uneven", r"time: a uniform time step"),
+        ("descending", r"time: at least two times, ascending"),
+        ("twice", r"time: at least two times, ascending"),
+        ("one time", r"time: at least two times, ascending"),
+        ("duplicate", r"pair = \['left', 'left'\]: a unique name for each pair"),
+    ],
+)
+def test_faults_of_a_netcdf_file(minimal, tmp_path, fault, message):
+    path = write(broken(minimal, fault), tmp_path / "forces.nc")
+    with pytest.raises(InputError, match=message):
+        read_forces(path)
+
+
+def test_several_faults_at_once(minimal, tmp_path):
+    minimal["force"].attrs["units"] = "lbf"
+    minimal["time"].attrs["units"] = "h"
+    with pytest.raises(InputError) as caught:
+        read_forces(write(minimal, tmp_path / "forces.nc"))
+    assert [fault.key for fault in caught.value.faults] == ["time.units", "force.units"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r"line 1: the first column 'time \[s\]'"),
+        ("t,a [N]\n0,1\n1,2\n", r"line 1 = 't': the first column 'time \[s\]'"),
+        ("time [ms],a [N]\n0,1\n1,2\n", r"line 1 = 'time \[ms\]': the first column"),
+        ("time [s],a [kN]\n0,1\n1,2\n", r"line 1 = \['a \[kN\]'\]: a column '<pair name> \[N\]'"),
+        ("time [s]\n0\n1\n", r"line 1: a column '<pair name> \[N\]' for each pair"),
+        ("time [s],a [N]\n0,1,5\n1,2,5\n", "2 columns in the header, 3 below"),
+        ("time [s],a [N]\n0,1\n1\n", "a readable force history"),
+        ("time [s],a [N]\n0,much\n1,2\n", "a readable force history.*much"),
+        ("time [s],a [N]\n0,nan\n1,2\n", "finite values only"),
+        ("time [s],a [N]\n0,1\n", "at least two times"),
+        ("time [s],a [N]\n1,1\n0,1\n", "at least two times, ascending"),
+        ("time [s],a [N]\n0,1\n1,1\n3,1\n", "a uniform time step"),
+        ("time [s],a [N],a [N]\n0,1,1\n1,1,1\n", "a unique name for each pair"),
+    ],
+)
+def test_faults_of_a_csv_file(tmp_path, text, message):
+    path = tmp_path / "forces.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_forces(path)
+
+
+@pytest.mark.parametrize("ending", ["nc", "csv"])
+@pytest.mark.parametrize("content", ["missing", "folder", "junk", "half"])
+def test_files_that_are_none(response, tmp_path, ending, content):
+    path = tmp_path / f"forces.{ending}"
+    if content == "folder":
+        path.mkdir()
+    elif content == "junk":
+        path.write_bytes(np.random.default_rng(0).bytes(4000))
+    elif content == "half":
+        write_forces(path, response, "")
+        path.write_bytes(path.read_bytes()[:3000])
+    with pytest.raises(InputError, match=rf"forces\.{ending}: "):
+        read_forces(path)
+
+
+def test_an_empty_netcdf_file(tmp_path):
+    path = tmp_path / "forces.nc"
+    path.touch()
+    with pytest.raises(InputError, match="a readable force history"):
+        read_forces(path)
+
+
+def test_classic_netcdf_is_refused(tmp_path):
+    path = tmp_path / "forces.nc"
+    with scipy.io.netcdf_file(path, "w") as file:
+        file.createDimension("time", 2)
+    with pytest.raises(InputError, match="a readable force history"):
+        read_forces(path)

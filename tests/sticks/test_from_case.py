@@ -1,0 +1,157 @@
+import numpy as np
+import pytest
+
+from impactfem.sticks.calibration import Parameters
+from impactfem.sticks.contact import (
+    KELVIN_VOIGT,
+    KELVIN_VOIGT_NO_TENSION,
+    effective_mass,
+)
+from impactfem.sticks.restitution import kelvin_voigt as restitution
+from impactfem.sticks.from_case import calibration_of, given_parameters, stick_of, system_of
+
+STOREY_CONTACT = """
+[[contacts]]
+a = { building = "west", floor = 2, offset = ["1 m", "6 m", "0.5 m"] }
+b = { building = "east", storey = 3, relative_height = 0.25, offset = ["0 m", "-6 m", "0 m"] }
+normal = [0, 2, 0]
+gap = "3 cm"
+law = "floor"
+"""
+CALIBRATION = """
+[calibration]
+mode = "{mode}"
+targets = "targets.csv"
+direction = "y"
+stiffness_factor = [0.1, 1.0]
+rigid_depth = "0.5 m"
+height = "10.5 m"
+starts = 1
+"""
+TARGETS = """building,mode,frequency [Hz],effective_mass [t]
+west,1,3.4,540
+west,2,12.4,110
+"""
+
+
+@pytest.fixture(scope="module")
+def case(small_case):
+    return small_case(extra=STOREY_CONTACT)
+
+
+def test_given_parameters(case):
+    found = given_parameters(case.building("west"))
+    assert found.factor == 0.5 and (found.below, found.above) == (0.4, 0.1)
+    assert found.heights == pytest.approx([3.5, 3.5, 3.5])
+
+
+def test_section_and_axes(case):
+    # No two areas alike: A_vy is the shear area along y, A_vz the one along x (Appendix A).
+    building = case.building("east")
+    row = building.floors[1].model_copy(
+        update={"Avy": 0.7, "Avz": 1.3, "Ix": 0.8, "Iy": 1.1, "storey_stiffness_factor": 0.9}
+    )
+    building = building.model_copy(update={"floors": (building.floors[0], row)})
+    section = stick_of(building).floors[1].section
+    assert pytest.approx(0.5 * 0.9 * 30e9) == section.E
+    assert pytest.approx(section.E / 2.4) == section.G
+    assert (section.Avx, section.Avy, section.A, section.Iz) == (1.3, 0.7, 3.4, 1.8)
+    assert (section.Ix, section.Iy) == pytest.approx((0.4 * 0.8, 0.4 * 1.1))
+
+
+def test_floors_and_damping(case):
+    stick = stick_of(case.building("west"))
+    floor = stick.floors[2]
+    assert floor.number == 3 and floor.mass == 192e3
+    assert floor.inertia == pytest.approx((2304e3, 6400e3, 8704e3))
+    assert floor.damping.ratio(np.array([1.0, 20.0])) == pytest.approx(0.05)
+    assert stick.name == "west" and stick.axis == (10.0, 6.0) and stick.base == 0.0
+    assert stick.positions[2] == pytest.approx([10.0, 6.0, 10.5])
+
+
+def test_a_building_with_its_own_damping(small_case):
+    own = small_case(("# damping = { ratio", "damping = { ratio"))
+    west, east = (stick_of(building).floors[0].damping for building in own.buildings)
+    assert west.ratio(20.0) == pytest.approx(0.04) and east.ratio(20.0) == pytest.approx(0.05)
+
+
+def test_parameters_take_the_place_of_the_file(case):
+    parameters = Parameters(0.8, np.array([4.0, 3.4, 3.1]), 0.3, 0.2)
+    stick = stick_of(case.building("west"), parameters)
+    assert [floor.height for floor in stick.floors] == [4.0, 3.4, 3.1]
+    assert {(floor.below, floor.above) for floor in stick.floors} == {(0.3, 0.2)}
+    assert pytest.approx(0.8 * 30e9) == stick.floors[0].section.E
+
+
+def test_pairs(case):
+    system = system_of(case, None)
+    assert [stick.name for stick in system.sticks] == ["west", "east"]
+    first = system.pairs[0]
+    assert first.a.building == "west" and first.b.building == "east"
+    assert (first.a.floor, first.a.master, first.a.offset) == (1, 0, (0.0, 6.0, 0.0))
+    assert first.a.relative_height is None
+    assert first.gap == pytest.approx(0.005) and first.area == 5.0
+    assert first.normal == pytest.approx([0.0, 1.0, 0.0])
+    masses = [pair.law.mass for pair in system.pairs[:3]]
+    assert masses == pytest.approx([120e3, 120e3, 96e3])
+    law = first.law
+    assert law.code == KELVIN_VOIGT and law.epsilon == pytest.approx(0.65)
+    assert law.parameters[0] == 1.2e10
+    assert law.parameters[1] == pytest.approx(2 * law.xi * np.sqrt(1.2e10 * 120e3))
+    assert len({pair.name for pair in system.pairs}) == 4
+
+
+def test_a_pair_inside_a_storey(case):
+    system = system_of(case, None)
+    pair, east = system.pairs[3], system.sticks[1]
+    assert (pair.b.floor, pair.b.relative_height, pair.b.master) == (3, 0.25, 3)
+    assert east.positions[3] == pytest.approx([10.0, 18.02, 7.1 + 0.25 * 3.0])
+    assert not east.M[18:].any() and system.sticks[0].n == 18
+    assert pair.area is None and pair.gap == pytest.approx(0.03)
+    eccentric = 1 / (1 / 240e3 + 1.0**2 / 10880e3 + 0.5**2 / 2880e3)
+    inside = 1 / (0.25**2 / 192e3 + 0.75**2 / 240e3)
+    assert pair.law.mass == pytest.approx(effective_mass(eccentric, inside))
+
+
+def test_laws(small_case):
+    asked = "restitution = 0.65                    # velocity after"
+    by_ratio = small_case((asked, 'damping_ratio = "14 %" #'))
+    law = system_of(by_ratio, None).pairs[0].law
+    assert law.xi == pytest.approx(0.14) and law.epsilon == pytest.approx(restitution(0.14))
+    clipped = small_case((asked, f"tension = false\n{asked}"))
+    law = system_of(clipped, None).pairs[0].law
+    assert law.code == KELVIN_VOIGT_NO_TENSION and law.epsilon == pytest.approx(0.65)
+    assert law.xi == pytest.approx(0.1436, abs=0.05)
+    assert restitution(law.xi, tension=False) == pytest.approx(0.65)
+    assert law.xi != pytest.approx(system_of(by_ratio, None).pairs[0].law.xi, rel=1e-3)
+
+
+def test_no_contacts_and_no_calibration(case):
+    alone = case.model_copy(update={"contacts": ()})
+    assert system_of(alone, None).pairs == ()
+    assert calibration_of(case) is None
+
+
+def test_calibration_as_given(small_case):
+    extra = CALIBRATION.format(mode="given")
+    given = small_case(extra=extra, files={"targets.csv": TARGETS})
+    found = calibration_of(given)
+    assert found.parameters.factor == 0.5 and found.parameters.below == 0.4
+    assert [target.frequency for target in found.targets] == [3.4, 12.4]
+    assert found.targets[0].effective_mass == 540e3
+    assert np.abs(found.frequency_error).max() > 1e-3
+
+
+def test_calibration_goes_to_the_buildings_of_its_targets(small_case):
+    extra = CALIBRATION.format(mode="fit")
+    fitted = small_case(extra=extra, files={"targets.csv": TARGETS})
+    found = calibration_of(fitted)
+    start = calibration_of(
+        small_case(extra=CALIBRATION.format(mode="given"), files={"targets.csv": TARGETS})
+    )
+    assert np.abs(found.frequency_error).max() < np.abs(start.frequency_error).max()
+    west, east = system_of(fitted, found).sticks
+    assert pytest.approx(found.parameters.factor * 30e9) == west.floors[0].section.E
+    assert west.floors[0].below == found.parameters.below
+    assert pytest.approx(0.5 * 30e9) == east.floors[0].section.E
+    assert east.floors[0].below == 0.4

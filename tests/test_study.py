@@ -1,0 +1,389 @@
+import csv
+import gc
+import json
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem import __version__, study
+from impactfem.errors import ImpactfemError, InputError, SolutionError
+
+FILES = {"run.log", "summary.json", "provenance.json", "sticks.nc", "motion.nc", "forces.nc"} | {
+    "forces.csv",
+    "tables",
+    "figures",
+}
+SI = {"m", "s", "kg", "N", "Pa", "J", "Hz", "-", "m/s", "m/s2", "N s", "m/N", "N/m", "rad"}
+
+
+def tree(folder):
+    return {
+        path.relative_to(folder): path.is_dir() or path.read_bytes() for path in folder.rglob("*")
+    }
+
+
+def stamp(folder):
+    return (folder / "sticks.nc").stat().st_mtime_ns
+
+
+def load(path):
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def scalars(run):
+    return {scalar.name: scalar.value for scalar in run.scalars}
+
+
+class TestFinished:
+    def test_files(self, finished):
+        assert {path.name for path in finished.folder.iterdir()} == FILES
+        assert not list(finished.folder.rglob("*.part"))
+        assert finished.run.reused == []
+        steps = ["motions", "sticks", "pounding", "spectra", "stores", "tables and figures"]
+        # Behind the name of the stage.
+        assert [name.rsplit(": ")[-1] for name in finished.run.times] == steps
+
+    def test_summary(self, finished):
+        entries = load(finished.folder / "summary.json")
+        for entry in entries:
+            assert list(entry) == ["name", "value", "unit", "paper", "note"]
+            assert entry["value"] is None or isinstance(entry["value"], float)
+            assert isinstance(entry["note"], str)
+        assert {entry["unit"] for entry in entries} <= SI
+        values = {entry["name"]: entry["value"] for entry in entries}
+        assert len(values) == len(entries), "a name twice"
+        assert values == scalars(finished.run)
+        names = [f"sticks.{b}.{q}.{k}" for b in ("west", "east") for k in (1, 2, 3, 4) for q in (
+            "frequency", "effective_mass")]  # fmt: skip
+        for quantity in ("peak_force", "penetration", "peak_acceleration"):
+            names.append(f"pounding.{quantity}.floor_3")
+        for quantity in ("peak", "peak_frequency", "pfa"):
+            names.append(f"frs.floor_3.{quantity}")
+        names += ["motion.pga", "motion.sa_max", "motion.sa_max_frequency"]
+        names += ["pounding.main_impact_time", "pounding.main_impact_duration"]
+        names += ["pounding.steps_per_impact_min", "pounding.energy_residual"]
+        names += ["pounding.required_separation"]
+        assert not [name for name in names if values.get(name) is None]
+
+    def test_published_values_stand_beside_ours_in_si(self, finished):
+        papers = {e["name"]: e["paper"] for e in load(finished.folder / "summary.json")}
+        given = {name: paper for name, paper in papers.items() if paper is not None}
+        assert given == pytest.approx({"motion.pga": 3.0, "frs.floor_3.pfa": 40.0})
+
+    def test_values_are_those_of_the_stores(self, finished):
+        values = scalars(finished.run)
+        with (
+            xr.open_dataset(finished.folder / "sticks.nc", engine="h5netcdf") as sticks,
+            xr.open_dataset(finished.folder / "forces.nc", engine="h5netcdf") as forces,
+            xr.open_dataset(finished.folder / "motion.nc", engine="h5netcdf") as motion,
+        ):
+            force = forces["force"].values
+            assert values["pounding.peak_force.floor_3"] == force[:, 2].max() > 1e6
+            assert values["pounding.impacts"] == sticks.sizes["impact"] > 1
+            top = sticks.isel(station=2).sel(direction="y")
+            assert values["frs.floor_3.pfa"] == top["pfa"]
+            assert values["frs.floor_3.peak"] == top["psa"].max()
+            acceleration = sticks["acceleration"].isel(station=2).sel(component="uy")
+            assert values["frs.floor_3.pfa"] == pytest.approx(float(abs(acceleration).max()), 0.05)
+            assert values["pounding.penetration.floor_3"] == -sticks["gap"].values[:, 2].min()
+            pga = abs(motion["acceleration_0"]).max()
+            assert values["motion.pga"] == pga == pytest.approx(3.0)
+        with (finished.folder / "forces.csv").open() as stream:
+            rows = list(csv.reader(stream))
+        pairs = [f"west.floor_{k}-east.floor_{k} [N]" for k in (1, 2, 3)]
+        assert rows[0] == ["time [s]", *pairs]
+        table = np.array(rows[1:], dtype=float)
+        assert np.allclose(table[:, 1:], force, rtol=1e-8)
+        # 3 s in steps of 0.5 ms, both ends included.
+        assert table[:, 0] == pytest.approx(5e-4 * np.arange(6001))
+
+    def test_provenance(self, finished):
+        found = load(finished.folder / "provenance.json")
+        case = study.check(finished.case)
+        assert found["impactfem"] == __version__
+        assert found["case"] == "small.toml" and found["case_hash"] == case.content_hash()
+        assert found["inputs"] == {"sticks": study.STAGES[0].key(case)}
+        assert found["seeds"] == [1] and found["ranks"] == 1 and found["reused"] == []
+        assert found["packages"]["numpy"] == np.__version__
+        assert "unknown" not in found["packages"].values()
+        assert set(found["seconds"]) == set(finished.run.times)
+        assert found["started"].endswith("+00:00")
+        with xr.open_dataset(finished.folder / "forces.nc", engine="h5netcdf") as forces:
+            assert forces.attrs["case_hash"] == case.content_hash()
+
+    def test_nothing_tells_of_the_machine(self, finished):
+        provenance = load(finished.folder / "provenance.json")
+        del provenance["command"]  # as it was typed
+        texts = [json.dumps(provenance), (finished.folder / "summary.json").read_text()]
+        for name in ("sticks.nc", "motion.nc", "forces.nc"):
+            with xr.open_dataset(finished.folder / name, engine="h5netcdf") as store:
+                texts.append(str(store.attrs) + str([v.attrs for v in store.variables.values()]))
+        for path in (*finished.folder.glob("tables/*.csv"), finished.folder / "forces.csv"):
+            texts.append(path.read_text(encoding="utf-8")[:10_000])
+        for word in (str(finished.folder.parent), str(Path.home()) + "/", os.uname().nodename):
+            assert not [text for text in texts if word in text], word
+
+
+class TestReuse:
+    def test_a_finished_stage_is_reused(self, copied, tmp_path, finished):
+        before = tree(tmp_path / "run")
+        when = stamp(tmp_path / "run")
+        again = study.run(copied, out=tmp_path / "run")
+        assert again.reused == ["sticks"] and again.times == {}
+        assert again.scalars == finished.run.scalars
+        assert stamp(tmp_path / "run") == when
+        after = tree(tmp_path / "run")
+        changed = {str(path) for path in before if before[path] != after.get(path)}
+        assert changed <= {"run.log", "provenance.json"} and before.keys() == after.keys()
+        assert load(tmp_path / "run" / "provenance.json")["reused"] == ["sticks"]
+
+    def test_resuming_a_finished_run(self, copied, tmp_path):
+        assert study.run(copied, out=tmp_path / "run", resume=True).reused == ["sticks"]
+
+    def test_the_case_may_move(self, copied, tmp_path):
+        (tmp_path / "other").mkdir()
+        for file in tmp_path.glob("small*"):
+            shutil.move(file, tmp_path / "other")
+        again = study.run(tmp_path / "other" / copied.name, out=tmp_path / "run")
+        assert again.reused == ["sticks"]
+
+    @pytest.mark.parametrize(
+        "change",
+        [('title = "Deux', 'title = "Zwei'), ("# Materials of", "# The materials of")],
+        ids=["title", "comment"],
+    )
+    def test_words_change_no_result(self, copied, tmp_path, edited, change):
+        edited(copied, change)
+        assert study.run(copied, out=tmp_path / "run").reused == ["sticks"]
+        provenance = load(tmp_path / "run" / "provenance.json")
+        assert provenance["case_hash"] == study.check(copied).content_hash()
+
+    def test_a_published_value_goes_into_the_summary(self, copied, tmp_path, edited):
+        edited(tmp_path / "small_published.csv", ("motion.pga,300", "motion.pga,290"))
+        assert study.run(copied, out=tmp_path / "run").reused == ["sticks"]
+        entry = next(
+            e for e in load(tmp_path / "run" / "summary.json") if e["name"] == "motion.pga"
+        )
+        assert entry["paper"] == pytest.approx(2.9)
+
+    @pytest.mark.parametrize(
+        ("file", "change"),
+        [
+            ("small.toml", ('gap = "2 cm"', 'gap = "21 mm"')),
+            ("small.toml", ("seed = 1 ", "seed = 2 ")),
+            ("small_floors.csv", ("3,192,", "3,191,")),
+        ],
+        ids=["gap", "seed", "floor table"],
+    )
+    def test_a_changed_input_is_computed(
+        self, copied, tmp_path, edited, no_figures, finished, file, change
+    ):
+        when = stamp(tmp_path / "run")
+        edited(tmp_path / file, change)
+        again = study.run(copied, out=tmp_path / "run")
+        assert again.reused == [] and stamp(tmp_path / "run") != when
+        assert again.scalars != finished.run.scalars
+
+    def test_a_changed_record_is_computed(self, with_record, sine, tmp_path, no_figures):
+        case = with_record(tmp_path, sine)
+        out = tmp_path / "run"
+        assert study.run(case, out=out).reused == []
+        assert study.run(case, out=out).reused == ["sticks"]
+        (tmp_path / "record.csv").write_text(sine.replace("3.0", "3.1", 1) + "2.01,0\n")
+        assert study.run(case, out=out).reused == []
+
+    def test_a_record_may_be_named_by_another_path(
+        self, with_record, sine, tmp_path, no_figures, monkeypatch
+    ):
+        case = with_record(tmp_path, sine)
+        study.run(case, out=tmp_path / "run")
+        monkeypatch.chdir(tmp_path)
+        assert study.run(Path(case.name), out=tmp_path / "run").reused == ["sticks"]
+
+    def test_fresh(self, copied, tmp_path, no_figures, finished):
+        when = stamp(tmp_path / "run")
+        again = study.run(copied, out=tmp_path / "run", fresh=True)
+        assert again.reused == [] and stamp(tmp_path / "run") != when
+        # The same case gives the same numbers, to the last digit.
+        assert again.scalars == finished.run.scalars
+
+    # The destructor of a file that was never open, in h5netcdf.
+    @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+    @pytest.mark.parametrize(
+        ("name", "damage"),
+        [
+            ("sticks.nc", "truncated"),
+            ("sticks.nc", "overwritten"),
+            ("sticks.nc", "empty"),
+            ("sticks.nc", "junk"),
+            ("motion.nc", "truncated"),
+            ("forces.nc", "overwritten"),
+            ("forces.csv", "truncated"),
+            ("forces.csv", "empty"),
+        ],
+    )
+    def test_a_damaged_file_is_computed_again(
+        self, copied, tmp_path, no_figures, caplog, name, damage, finished
+    ):
+        path = tmp_path / "run" / name
+        content = path.read_bytes()
+        damaged = {
+            "truncated": content[: len(content) // 2],
+            # The header stays: the file opens, what is in it does not.
+            "overwritten": content[:96] + bytes(4000) + content[4096:],
+            "empty": b"",
+            "junk": bytes(range(256)) * 20,
+        }[damage]
+        path.write_bytes(damaged)
+        failure = None
+        try:
+            again = study.run(copied, out=tmp_path / "run")
+        except Exception as error:
+            failure = repr(error)
+        gc.collect()  # the destructor, here and not in another test
+        assert failure is None
+        assert again.reused == [] and again.scalars == finished.run.scalars
+        if path.suffix == ".nc":
+            assert f"{path} cannot be read" in caplog.text and "computed again" in caplog.text
+        assert path.stat().st_size == pytest.approx(len(content), rel=0.01)
+
+    @pytest.mark.parametrize("name", ["sticks.nc", "motion.nc", "forces.nc", "forces.csv"])
+    def test_a_missing_file_is_written_again(self, copied, tmp_path, no_figures, name):
+        (tmp_path / "run" / name).unlink()
+        assert study.run(copied, out=tmp_path / "run").reused == []
+        assert (tmp_path / "run" / name).is_file()
+
+    def test_missing_figures_are_drawn_again(self, copied, tmp_path):
+        shutil.rmtree(tmp_path / "run" / "figures")
+        study.run(copied, out=tmp_path / "run")
+        assert len(list((tmp_path / "run" / "figures").iterdir())) == 6
+
+    def test_a_run_that_failed_at_its_figures_gets_them(self, new_case, tmp_path, monkeypatch):
+        """A full disk or an interrupt after the stores are written."""
+        case = new_case(tmp_path)
+
+        def fail(folder):
+            raise ImpactfemError("no space")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(study, "stick_figures", fail)
+            with pytest.raises(ImpactfemError, match="no space"):
+                study.run(case, out=tmp_path / "run")
+        assert not (tmp_path / "run" / "summary.json").exists()
+        study.run(case, out=tmp_path / "run", resume=True)
+        assert {path.name for path in (tmp_path / "run").iterdir()} == FILES
+
+
+class TestFolder:
+    def test_the_default_is_named_after_the_case(self, copied, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "runs").mkdir()
+        (tmp_path / "run").rename(tmp_path / "runs" / "small")
+        again = study.run(Path(copied.name))
+        assert again.folder == Path("runs/small") and again.reused == ["sticks"]
+
+    def test_resuming_what_is_not_there(self, copied, tmp_path):
+        before = tree(tmp_path)
+        for name in ("nowhere", "empty"):
+            with pytest.raises(InputError, match="--resume: a folder that holds a run"):
+                study.run(copied, out=tmp_path / name, resume=True)
+            assert tree(tmp_path) == before
+            (tmp_path / "empty").mkdir(exist_ok=True)
+            before = tree(tmp_path)
+
+    @pytest.mark.parametrize(
+        ("place", "message"),
+        [
+            ("foreign", "this one holds other files"),
+            ("small.toml", "this is a file"),
+            ("small.toml/run", "a folder that can be written: Not a directory"),
+            ("x" * 300, "File name too long"),
+        ],
+        ids=["other files", "a file", "in a file", "long name"],
+    )
+    def test_a_folder_that_cannot_be_used(self, copied, tmp_path, place, message):
+        (tmp_path / "foreign").mkdir()
+        (tmp_path / "foreign" / "thesis.tex").write_text("mine")
+        before = tree(tmp_path)
+        with pytest.raises(InputError, match=message) as error:
+            study.run(copied, out=tmp_path / place, fresh=True)
+        assert "--out" in str(error.value)
+        assert tree(tmp_path) == before
+
+    def test_a_folder_without_permission(self, copied, tmp_path, monkeypatch):
+        monkeypatch.setattr(os, "access", lambda *_: False)
+        with pytest.raises(InputError, match="can be written: Permission denied"):
+            study.run(copied, out=tmp_path / "run")
+
+    def test_an_empty_folder_may_be_used(self, new_case, tmp_path, monkeypatch):
+        def stop(*_):
+            raise SolutionError("stopped")
+
+        monkeypatch.setattr(study, "run_sticks", stop)
+        (tmp_path / "run").mkdir()
+        with pytest.raises(SolutionError, match="stopped"):
+            study.run(new_case(tmp_path), out=tmp_path / "run")
+        assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.log"]
+
+    def test_an_interrupt_leaves_no_half_file(self, copied, tmp_path, monkeypatch, edited):
+        def interrupt(*_):
+            raise KeyboardInterrupt
+
+        edited(copied, ('gap = "2 cm"', 'gap = "21 mm"'))
+        before = (tmp_path / "run" / "sticks.nc").read_bytes()
+        with monkeypatch.context() as patch:
+            patch.setattr(study, "write_sticks", interrupt)
+            with pytest.raises(KeyboardInterrupt):
+                study.run(copied, out=tmp_path / "run")
+        assert (tmp_path / "run" / "sticks.nc").read_bytes() == before
+        assert {path.name for path in (tmp_path / "run").iterdir()} == FILES
+        monkeypatch.setattr(study, "stick_figures", lambda _: [])
+        again = study.run(copied, out=tmp_path / "run", resume=True)
+        assert again.reused == []
+
+
+class TestInput:
+    def test_an_unknown_stage(self, finished, tmp_path):
+        with pytest.raises(InputError, match="--stage = 'roof': one of the stages sticks"):
+            study.run(finished.case, out=tmp_path / "run", stage="roof")
+        assert not list(tmp_path.iterdir())
+
+    def test_the_known_stage(self, copied, tmp_path):
+        assert study.run(copied, out=tmp_path / "run", stage="sticks").reused == ["sticks"]
+
+    def test_check(self, finished):
+        case = study.check(finished.case)
+        assert [building.name for building in case.buildings] == ["west", "east"]
+
+    @pytest.mark.parametrize(
+        ("record", "message"),
+        [
+            ("time [s],acceleration [m/s2]\n0,0\n0.02,1\n0.01,1\n", "line 4.*ascend"),
+            ("time [s],acceleration [m/s2]\n0,0\n0.01,nan\n0.02,1\n", "line 3 = 'nan'"),
+            ("time [s],acceleration [kg]\n0,0\n0.01,1\n", "line 1"),
+            ("time [s],acceleration [m/s2]\n", "at least 2 samples"),
+            ("", "the file is empty"),
+            (bytes(range(256)) * 8, "not a text file"),
+        ],
+        ids=["unsorted", "nan", "unit", "no samples", "empty", "junk"],
+    )
+    def test_a_broken_record(self, with_record, tmp_path, record, message):
+        case = with_record(tmp_path, record)
+        with pytest.raises(InputError, match=message) as error:
+            study.run(case, out=tmp_path / "deep" / "run")
+        assert "record.csv" in str(error.value) and len(error.value.faults) == 1
+        assert not (tmp_path / "deep").exists()
+
+    def test_the_faults_of_all_records_at_once(self, with_record, tmp_path):
+        case = with_record(tmp_path, "time [s],acceleration [m/s2]\n0,0\n0,1\n")
+        text = case.read_text(encoding="utf-8")
+        (tmp_path / "other.csv").write_text("time [s],acceleration [m/s2]\n0,0\n0.1,inf\n")
+        other = '[[motions]]\ndirection = "x"\ntype = "record"\nfile = "other.csv"\n\n# Laws of'
+        case.write_text(text.replace("# Laws of", other), encoding="utf-8")
+        with pytest.raises(InputError) as error:
+            study.check(case)
+        assert len(error.value.faults) == 2
