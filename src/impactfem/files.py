@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections.abc import Iterator
@@ -44,8 +45,11 @@ def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
         for name, variable in dataset.data_vars.items()
         if variable.dtype.kind == "f" and variable.size > 1000
     }
+    # Made in memory first: HDF5 aborts the process when its own writing hits a full disk.
+    whole = io.BytesIO()
+    dataset.to_netcdf(whole, engine="h5netcdf", encoding=encoding)
     with atomic(path) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+        temporary.write_bytes(whole.getbuffer())
 
 
 def write_json(path: Path, value: object) -> None:

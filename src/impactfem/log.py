@@ -48,11 +48,14 @@ def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
         return
     handler = logging.FileHandler(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
+    level = LOGGER.level
+    LOGGER.setLevel(logging.DEBUG)
     LOGGER.addHandler(handler)
     try:
         yield
     finally:
         LOGGER.removeHandler(handler)
+        LOGGER.setLevel(level)
         handler.close()
 
 

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 
 import xarray as xr
 
 import impactfem
-from impactfem.case import Case, RecordMotion, SyntheticMotion, load_case
+from impactfem.case import Case, SyntheticMotion, load_case, motion_files
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
-from impactfem.motion.from_case import check_records
+from impactfem.motion.from_case import check_records, treated_record
 from impactfem.parallel import on_root, rank, size, workers
 from impactfem.results.checks import log_stick_checks
 from impactfem.results.ensemble import ensemble_results, log_ensemble
@@ -56,9 +58,8 @@ class Stage:
         name: Its name on the command line.
         steps: Its steps and their share of its time.
         key: Hash of what it depends on.
-        files: What it writes, relative to the run's folder; each NetCDF file carries the key as
-            the attribute `inputs`, and the first one the scalars.
-        run: Computes and writes.
+        store: Its main file, with the scalars.
+        run: Computes and writes; gives the files that it wrote, on rank 0.
         checks: Logs the checks of its results.
         lacks: The section of the case file without which the stage has nothing to do; None when
             nothing is missing.
@@ -68,8 +69,8 @@ class Stage:
     name: str
     steps: dict[str, float]
     key: Callable[[Case], str]
-    files: tuple[str, ...]
-    run: Callable[[Case, Path, str, Steps], None]
+    store: str
+    run: Callable[[Case, Path, str, Steps], list[Path]]
     checks: Callable[[Case, Path], None]
     lacks: Callable[[Case], str | None] = lambda case: None
     collective: bool = False
@@ -84,7 +85,7 @@ class Run:
         scalars: All scalar results, in the order of the stages.
         published: Published values in SI by the name of the result.
         reused: Names of the stages whose stores were reused.
-        times: Wall time of each step that ran, by stage and step [s].
+        times: Wall time of each step when it ran, by stage and step [s].
     """
 
     folder: Path
@@ -102,6 +103,14 @@ def check(path: Path) -> Case:
     """
     case = load_case(path)
     check_records(case.motions)
+    longest = case.pounding.duration or max(
+        motion.duration if isinstance(motion, SyntheticMotion) else treated_record(motion).duration
+        for motion in case.motions
+    )
+    if case.pounding.time_step > longest / 2.0:
+        expected = f"at most half of what is computed, {longest:g} s"
+        raise InputError([Fault(path, "pounding.time_step", case.pounding.time_step, expected)])
+    _program(STICK_ROOMS)
     return case
 
 
@@ -181,7 +190,7 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
             seeds=[m.seed for m in case.motions if isinstance(m, SyntheticMotion)],
             started=started,
             reused=result.reused,
-            seconds={name: round(value, 3) for name, value in result.times.items()},
+            seconds=result.times,
             ranks=size(),
         ),
     )
@@ -196,45 +205,69 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool) -> None:
     else:
         with Steps(stage.steps, quiet=rank() != 0) as steps:
             if stage.collective:
-                stage.run(case, folder, key, steps)
+                files = stage.run(case, folder, key, steps)
             else:
-                on_root(lambda: stage.run(case, folder, key, steps))
-        result.times |= {f"{stage.name}: {name}": value for name, value in steps.times.items()}
+                files = on_root(lambda: stage.run(case, folder, key, steps))
+            times = {f"{stage.name}: {name}": round(t, 3) for name, t in steps.times.items()}
+            on_root(lambda: _finish(folder, stage, key, files, times))
         LOGGER.info("stage %s: done in %.1f s", stage.name, sum(steps.times.values()))
 
-    def finish() -> list[Scalar]:
+    def finish() -> tuple[list[Scalar], dict[str, float]]:
         stage.checks(case, folder)
-        with xr.open_dataset(folder / stage.files[0], engine="h5netcdf") as store:
-            return from_json(store.attrs["scalars"])
+        manifest = json.loads((folder / _manifest(stage)).read_text(encoding="utf-8"))
+        with xr.open_dataset(folder / stage.store, engine="h5netcdf") as store:
+            return from_json(store.attrs["scalars"]), manifest["seconds"]
 
-    result.scalars += on_root(finish)
+    scalars, seconds = on_root(finish)
+    result.scalars += scalars
+    result.times |= seconds
 
 
 def _finished(folder: Path, stage: Stage, key: str) -> bool:
     """Whether all files of a stage are there, whole, and made from the same inputs."""
-    for name in stage.files:
+    try:
+        manifest = json.loads((folder / _manifest(stage)).read_text(encoding="utf-8"))
+        same = manifest["inputs"] == key
+        listed = dict(manifest["files"])
+    except FileNotFoundError:
+        return False
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        LOGGER.warning("%s cannot be read (%s); computed again", folder / _manifest(stage), error)
+        return False
+    if not same:
+        return False
+    for name, digest in listed.items():
         path = folder / name
-        if not path.exists():
-            return False
-        if path.suffix != ".nc":
-            continue
-        try:
-            with xr.open_dataset(path, engine="h5netcdf") as store:
-                if store.attrs.get("inputs") != key:
-                    return False
-        except (OSError, ValueError) as error:
-            LOGGER.warning("%s cannot be read (%s); computed again", path, error)
+        if not path.is_file() or _file_digest(path) != digest:
+            LOGGER.warning("%s is missing or was changed; computed again", path)
             return False
     return True
 
 
+def _finish(
+    folder: Path, stage: Stage, key: str, files: list[Path], seconds: dict[str, float]
+) -> None:
+    """Write down what a stage wrote, last of all: without it the stage is not finished."""
+    listed = {str(path.relative_to(folder)): _file_digest(path) for path in sorted(files)}
+    write_json(folder / _manifest(stage), {"inputs": key, "seconds": seconds, "files": listed})
+
+
+def _manifest(stage: Stage) -> str:
+    return f"{stage.name}.stage.json"
+
+
+def _file_digest(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
 def _open_folder(folder: Path, resume: bool) -> None:
     """Make the folder, or see that it may be used."""
-    if resume and not (folder / LOG).is_file():
-        raise InputError([Fault(folder, "--resume", None, "a folder that holds a run")])
-    if folder.exists() and not folder.is_dir():
-        raise InputError([Fault(folder, "--out", None, "a folder, this is a file")])
     try:
+        if resume and not (folder / LOG).is_file():
+            raise InputError([Fault(folder, "--resume", None, "a folder that holds a run")])
+        if folder.exists() and not folder.is_dir():
+            raise InputError([Fault(folder, "--out", None, "a folder, this is a file")])
         if folder.is_dir() and any(folder.iterdir()) and not (folder / LOG).is_file():
             expected = "an empty folder or one of an earlier run; this one holds other files"
             raise InputError([Fault(folder, "--out", None, expected)])
@@ -249,37 +282,50 @@ def _open_folder(folder: Path, resume: bool) -> None:
 
 def _key(case: Case, sections: tuple[str, ...], rooms: tuple[str, ...]) -> str:
     """Hash of the program's version and rooms, of sections of the case, and of its records."""
-    digest = hashlib.sha256(impactfem.__version__.encode())
-    for room in rooms:
-        # A changed program may change the result: it counts as an input.
-        for source in sorted((Path(impactfem.__file__).parent / room).glob("*.py")):
-            digest.update(source.read_bytes())
-    digest.update(case.model_dump_json(include=set(sections)).encode())
+    digest = hashlib.sha256(_program(rooms).encode())
+    # What is in a record counts, not where it lies.
+    nowhere = {"motions": {"__all__": {"file"}}}
+    digest.update(case.model_dump_json(include=set(sections), exclude=nowhere).encode())
     if "motions" in sections:
         for motion in case.motions:
-            if isinstance(motion, RecordMotion):
-                digest.update(motion.file.read_bytes())
+            for file in motion_files(motion):
+                digest.update(file.read_bytes())
     return digest.hexdigest()
 
 
-def _run_sticks(case: Case, folder: Path, key: str, steps: Steps) -> None:
+@cache
+def _program(rooms: tuple[str, ...]) -> str:
+    """Hash of the program's version and of the rooms' sources, as they were when first asked.
+
+    A changed program may change the result: it counts as an input.
+    """
+    digest = hashlib.sha256(impactfem.__version__.encode())
+    for room in rooms:
+        for source in sorted((Path(impactfem.__file__).parent / room).glob("*.py")):
+            digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def _run_sticks(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     study = run_sticks(case, steps.step)
+    files = [folder / name for name in ("motion.nc", "forces.nc", "forces.csv", "sticks.nc")]
     with steps.step("stores"):
-        write_motion(folder / "motion.nc", study, key)
+        write_motion(files[0], study, key)
         response = study.response
-        write_forces(folder / "forces.nc", response, case.content_hash(), key)
+        write_forces(files[1], response, case.content_hash(), key)
         names = tuple(pair.name for pair in response.system.pairs)
-        write_forces_csv(folder / "forces.csv", ForceHistory(response.time, names, response.force))
-        write_sticks(folder / "sticks.nc", study, key)
+        write_forces_csv(files[2], ForceHistory(response.time, names, response.force))
+        write_sticks(files[3], study, key)
     with steps.step("tables and figures"):
-        stick_tables(folder)
-        stick_figures(folder)
-        write_floor_products(
+        files += stick_tables(folder)
+        files += stick_figures(folder)
+        files += write_floor_products(
             folder,
             folder / "sticks.nc",
             broadening=case.spectra.broadening,
             clipping=case.spectra.clipping,
         )
+    return files
 
 
 def _ensemble_key(case: Case) -> str:
@@ -289,7 +335,7 @@ def _ensemble_key(case: Case) -> str:
     return digest.hexdigest()
 
 
-def _run_ensemble(case: Case, folder: Path, key: str, steps: Steps) -> None:
+def _run_ensemble(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     with steps.step("sticks"):
         calibration = on_root(lambda: calibration_of(case))
         ready = (calibration, system_of(case, calibration))
@@ -297,7 +343,7 @@ def _run_ensemble(case: Case, folder: Path, key: str, steps: Steps) -> None:
     members_key = on_root(lambda: _key(case, sections, STICK_ROOMS))
     with workers() as executor:
         if executor is None:
-            return  # this rank has worked for rank 0 until now
+            return []  # this rank has worked for rank 0 until now
         with steps.step("members"):
             result = run_ensemble(
                 case,
@@ -309,14 +355,17 @@ def _run_ensemble(case: Case, folder: Path, key: str, steps: Steps) -> None:
             )
     with steps.step("stores and figures"):
         write_ensemble(folder / "ensemble.nc", case, result, key)
-        ensemble_results(folder, _published(case))
-        write_floor_products(
-            folder / "ensemble",
+        return [
             folder / "ensemble.nc",
-            broadening=case.spectra.broadening,
-            clipping=case.spectra.clipping,
-            statistic="mean",
-        )
+            *ensemble_results(folder, _published(case)),
+            *write_floor_products(
+                folder / "ensemble",
+                folder / "ensemble.nc",
+                broadening=case.spectra.broadening,
+                clipping=case.spectra.clipping,
+                statistic="mean",
+            ),
+        ]
 
 
 def _published(case: Case) -> dict[str, float]:
@@ -328,7 +377,7 @@ STAGES: tuple[Stage, ...] = (
         name="sticks",
         steps={**STEPS, "stores": 2.0, "tables and figures": 4.0},
         key=lambda case: _key(case, STICK_INPUTS, STICK_ROOMS),
-        files=("sticks.nc", "motion.nc", "forces.nc", "forces.csv", "products/floor_spectra.nc"),
+        store="sticks.nc",
         run=_run_sticks,
         checks=lambda case, folder: log_stick_checks(folder, case.pounding.points_per_impact),
     ),
@@ -336,7 +385,7 @@ STAGES: tuple[Stage, ...] = (
         name="ensemble",
         steps={"sticks": 2.0, "members": 40.0, "stores and figures": 2.0},
         key=_ensemble_key,
-        files=("ensemble.nc",),
+        store="ensemble.nc",
         run=_run_ensemble,
         checks=lambda case, folder: log_ensemble(folder, _published(case)),
         lacks=lambda case: "ensemble" if case.ensemble is None else None,

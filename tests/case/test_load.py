@@ -85,7 +85,7 @@ BROKEN = [
     ('direction = "y"\ntype', 'direction = "Y"\ntype', "motions[0].direction", "'x' or 'y' or 'z'"),
     ('type = "synthetic"', 'type = "synth"', "motions[0].type", "'synthetic' or 'record'"),
     ('type = "synthetic"', "", "motions[0].type", "missing; expected 'synthetic' or 'record'"),
-    ('type = "kelvin-voigt"', 'type = "hertz"', "contact_laws.floor.type", "'kelvin-voigt'"),
+    ('type = "kelvin-voigt"', 'type = "herz"', "contact_laws.floor.type", "'hertz' or 'hertz-d"),
     ('type = "kelvin-voigt"', "", "contact_laws.floor.type", "missing; expected 'kelvin-voigt'"),
     # references
     ('law = "floor"', 'law = "flor"', "contacts[0].law",

@@ -178,9 +178,12 @@ def test_normal_is_normalised(length: float) -> None:
         ({"floor": 1}, {"floor": 1, "building": "B1"}, "another building than 'B1'"),
         ({}, {"floor": 1}, "expected either floor, or storey with relative_height"),
         ({"floor": 1, "storey": 1, "relative_height": 0.5}, {"floor": 1}, "not both"),
-        ({"storey": 1}, {"floor": 1}, "expected a number from 0 to 1 beside storey"),
+        ({"storey": 1}, {"floor": 1}, "expected a number between 0 and 1 beside storey"),
         ({"floor": 1, "relative_height": 0.5}, {"floor": 1}, "no relative_height beside floor"),
-        ({"storey": 1, "relative_height": 1.5}, {"floor": 1}, "at least 0 and at most 1"),
+        *(
+            ({"storey": 1, "relative_height": s}, {"floor": 1}, "a number above 0 and below 1")
+            for s in (-0.1, 0.0, 1.0, 1.5, "0 %")
+        ),
     ],
 )
 def test_contact_refused(a: dict[str, object], b: dict[str, object], message: str) -> None:

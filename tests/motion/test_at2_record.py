@@ -69,6 +69,7 @@ def test_other_units_are_read(tmp_path):
         (GOOD.replace("NPTS", "POINTS"), "line 4 .* expected the number of samples"),
         (GOOD.replace(".0050", "0.0"), "line 4 .* a positive time step"),
         (GOOD.replace("     7,", "     1,"), "line 4 .* at least 2 samples"),
+        (GOOD.replace("     7,", "9" * 5000), "line 4 .* expected the number of samples"),
         (GOOD.replace("     7,", "     8,"), "announces 8 samples, the file has 7"),
         (GOOD.replace(".2000000E+00", "NaN"), "line 6 = 'NaN': expected finite numbers"),
         (GOOD.replace(".2000000E+00", ".2.000"), "line 6 = '.2.000': expected finite numbers"),

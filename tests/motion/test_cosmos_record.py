@@ -54,7 +54,7 @@ def test_channels_without_number_are_counted(tmp_path):
 
 
 def test_columns_that_touch(tmp_path):
-    a = np.array([-1234.56789, -100.5, 1000.00001, 2000.25])
+    a = np.array([-123.45678, -100.5, 1000.00001, 2000.25])
     text = cosmos_text([("Up", "HNZ", a)], 0.01, integrals=False)
     assert read(tmp_path, text).acceleration == pytest.approx(0.01 * a)
 

@@ -115,9 +115,9 @@ def test_a_component_by_its_column(tmp_path):
 
 def test_several_components_and_none_chosen(tmp_path):
     path = written(tmp_path, SEVERAL)
-    with pytest.raises(InputError, match="the file holds 2 components, .* component: 'NS', 'Up'"):
+    with pytest.raises(InputError, match=r"the file holds 2 components, .* component: 'NS', 'Up'"):
         read_record(path)
-    with pytest.raises(InputError, match="component = 'EW': no such component; .* 'NS', 'Up'"):
+    with pytest.raises(InputError, match=r"component = 'EW': no such component; .* 'NS', 'Up'"):
         read_record(path, component="EW")
 
 

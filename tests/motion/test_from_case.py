@@ -1,98 +1,122 @@
 import numpy as np
 import pytest
 
-from impactfem.case import load_case
+from impactfem.case import RecordMotion, SyntheticMotion
 from impactfem.errors import InputError
-from impactfem.motion import read_record
-from impactfem.motion.from_case import check_records, ground_motions
+from impactfem.motion import Accelerogram, eurocode_spectrum, write_csv
+from impactfem.motion.from_case import (
+    check_records,
+    design_target,
+    ground_motions,
+    treated_record,
+)
+
+A = np.random.default_rng(9).standard_normal(2001)
 
 
 @pytest.fixture
-def record(with_record, sine, tmp_path):
-    """The motion of a case with the sine record and options; scalars of it are known."""
-
-    def make(options="", content=sine):
-        case = load_case(with_record(tmp_path, content, options))
-        return ground_motions(case.motions)
-
-    return make
+def file(tmp_path):
+    path = tmp_path / "north.csv"
+    write_csv(Accelerogram(0.01, A), path)
+    return path
 
 
-def test_a_synthetic_motion(new_case, tmp_path):
-    (motion,) = ground_motions(load_case(new_case(tmp_path)).motions)
-    assert motion.direction == "y" and motion.misfit is not None
-    a = motion.accelerogram
-    assert np.abs(a.acceleration).max() == pytest.approx(3.0) == motion.measures.pga
-    assert a.duration == pytest.approx(3.0) and a.time_step == pytest.approx(5e-3)
-    assert abs(motion.measures.end_velocity) < 1e-12
-    # 2.5 times 3 m/s2 on the plateau, 3 m/s2 at the stiff end.
-    assert motion.target.shape == motion.spectrum.frequency.shape
-    assert motion.target.max() == pytest.approx(7.5)
-    plateau = (motion.spectrum.frequency > 2.5) & (motion.spectrum.frequency < 6.0)
-    assert motion.target[plateau] == pytest.approx(7.5)
-    assert motion.spectrum.psa[0, 0, plateau].mean() == pytest.approx(7.5, rel=0.1)
-    assert "seed 1" in a.origin
+def record(file, **keys):
+    return RecordMotion.model_validate({"direction": "x", "type": "record", "file": file} | keys)
 
 
-def test_another_seed_is_another_motion(new_case, tmp_path):
-    folders = [tmp_path / name for name in "ab"]
-    for folder in folders:
-        folder.mkdir()
-    changes = [(), (("seed = 1 ", "seed = 2 "),)]
-    one, other = (
-        ground_motions(load_case(new_case(folder, *change)).motions)[0].accelerogram.acceleration
-        for folder, change in zip(folders, changes, strict=True)
+def synthetic(spectrum, **keys):
+    values = {
+        "direction": "x",
+        "type": "synthetic",
+        "seed": 1,
+        "pga": 3.0,
+        "duration": 8.0,
+        "time_step": 0.01,
+        "strong_phase": (1.0, 5.0),
+        "iterations": 3,
+        "spectrum": spectrum,
+    }
+    return SyntheticMotion.model_validate(values | keys)
+
+
+def test_as_it_is(file):
+    assert np.array_equal(treated_record(record(file)).acceleration, A)
+
+
+def test_the_peak_asked_holds_after_the_treatment(file):
+    motion = treated_record(
+        record(file, baseline="rest", taper=1.0, filter=(0.5, 20.0), resample=0.005, pga=2.0)
     )
-    again = ground_motions(load_case(folders[0] / "small.toml").motions)[0].accelerogram
-    assert np.array_equal(one, again.acceleration)
-    assert np.abs(one - other).max() > 1.0
+    assert motion.time_step == 0.005
+    assert np.abs(motion.acceleration).max() == pytest.approx(2.0, rel=1e-12)
+    assert abs(motion.velocity[-1]) < 1e-12
+    words = ["record north.csv", "tapered", "band-pass", "resampled", "brought to rest", "scaled"]
+    positions = [motion.origin.index(word) for word in words]
+    assert positions == sorted(positions)
 
 
-def test_a_record(record, tmp_path):
-    (motion,) = record()
-    assert motion.target is None and motion.misfit is None and motion.direction == "y"
-    file = read_record(tmp_path / "record.csv")
-    assert np.array_equal(motion.accelerogram.acceleration, file.acceleration)
-    assert motion.measures.pga == pytest.approx(3.0, rel=1e-3)
-    # Resonance of a steady state is 10 times at 5 %; three cycles reach 6 times of it.
-    assert motion.spectrum.damping == pytest.approx([0.05])
-    largest = np.argmax(motion.spectrum.psa[0, 0])
-    assert motion.spectrum.frequency[largest] == pytest.approx(1.5, rel=0.05)
-    reached = 3.0 * 10.0 * (1.0 - np.exp(-0.05 * 3.0 * np.pi * 2.0))
-    assert motion.spectrum.psa[0, 0, largest] == pytest.approx(reached, rel=0.05)
+def test_scale_and_component(tmp_path):
+    path = tmp_path / "two.csv"
+    path.write_text("time [s],NS [m/s2],EW [m/s2]\n0,1,4\n1,2,5\n2,3,6\n")
+    motion = treated_record(record(path, component="EW", scale=2.0))
+    assert motion.acceleration.tolist() == [8.0, 10.0, 12.0]
+    with pytest.raises(InputError, match="choose one by component: 'NS', 'EW'"):
+        treated_record(record(path))
 
 
 @pytest.mark.parametrize(
-    ("options", "pga"),
-    [("scale = 0.5", 1.5), ("scale = 1.0", 3.0), ('pga = "4.5 m/s2"', 4.5)],
+    ("keys", "message"),
+    [
+        ({"filter": (1.0, 60.0)}, r"north\.csv: the high corner of 60 Hz must be below"),
+        ({"taper": 15.0}, r"north\.csv: the taper of 15 s is longer"),
+        ({"resample": 19.0}, "at most half the duration"),
+        ({"component": "EW"}, "no such component; the file holds 'acceleration'"),
+    ],
 )
-def test_a_scaled_record(record, options, pga):
-    (motion,) = record(options)
-    assert motion.measures.pga == pytest.approx(pga, rel=1e-3)
-    assert np.abs(motion.accelerogram.acceleration).max() == motion.measures.pga
+def test_what_a_record_cannot_bear_is_a_fault_of_it(file, keys, message):
+    with pytest.raises(InputError, match=message):
+        check_records([record(file), record(file, **keys)])
 
 
-def test_a_pga_keeps_the_signs(record):
-    (motion,) = record('pga = "1 m/s2"', "time [s],acceleration [m/s2]\n0,0\n0.1,-5\n0.2,2\n")
-    assert motion.accelerogram.acceleration == pytest.approx([0.0, -1.0, 0.4])
+def test_a_record_of_zeros_has_no_peak_to_scale(tmp_path):
+    path = tmp_path / "zero.csv"
+    write_csv(Accelerogram(0.01, np.zeros(100)), path)
+    with pytest.raises(InputError, match=r"zero\.csv: an accelerogram with peak 0.0"):
+        check_records([record(path, pga=1.0)])
 
 
-def test_the_order_of_the_case(record):
-    text = 'scale = 0.5\n[[motions]]\ndirection = "x"\ntype = "record"\nfile = "record.csv"'
-    assert [motion.direction for motion in record(text)] == ["y", "x"]
+def test_faults_of_all_records(tmp_path):
+    motions = [record(tmp_path / name) for name in ("a.csv", "b.at2")]
+    with pytest.raises(InputError) as caught:
+        check_records(motions)
+    assert len(caught.value.faults) == 2
 
 
-def test_a_record_of_zeros_cannot_be_scaled(record):
-    with pytest.raises(InputError, match=r"record\.csv"):
-        record('pga = "3 m/s2"', "time [s],acceleration [m/s2]\n0,0\n0.1,0\n0.2,0\n")
+def test_design_spectra():
+    ec8 = {"type": "ec8", "spectrum_type": 1, "ground": "C", "reference_acceleration": 2.0}
+    expected = eurocode_spectrum(1, "C", 2.0, damping=0.1)
+    assert design_target(synthetic(ec8, damping=0.1)) == expected
+    corner = {"ground_acceleration": 2.3, "corner_periods": (0.15, 0.4, 2.0)}
+    assert design_target(synthetic(corner)).pseudo_acceleration(1e9) == pytest.approx(2.3)
+    decree = {"type": "french-decree", "zone": 4, "ground": "B", "importance_factor": 1.2}
+    assert design_target(synthetic(decree)).pseudo_acceleration(5.0) == pytest.approx(6.48)
 
 
-def test_records_are_checked(with_record, sine, new_case, tmp_path):
-    good = load_case(with_record(tmp_path, sine)).motions
-    check_records(good)
-    (tmp_path / "synthetic").mkdir()
-    check_records(load_case(new_case(tmp_path / "synthetic")).motions)
-    (tmp_path / "record.csv").write_text("time [s],acceleration [m/s2]\n0,0\n0,1\n")
-    with pytest.raises(InputError, match=r"record\.csv: line 3.*ascend") as error:
-        check_records((*good, *good))
-    assert len(error.value.faults) == 2
+def test_a_table_is_matched_where_it_holds(tmp_path):
+    path = tmp_path / "target.csv"
+    path.write_text("period [s],acceleration [g],damping [%]\n1,0.4,5\n0.1,0.5,5\n1,1,2\n0.1,1,2\n")
+    motion = synthetic({"type": "table", "file": path})
+    (made,) = ground_motions([motion])
+    assert made.misfit.frequency[[0, -1]] == pytest.approx([1.0, 10.0])
+    assert made.misfit.target[[0, -1]] == pytest.approx(9.80665 * np.array([0.4, 0.5]))
+    assert abs(made.misfit.mean) < 0.1
+    assert design_target(synthetic({"type": "table", "file": path}, damping=0.02)).range == (1, 10)
+    with pytest.raises(InputError, match="the table does not have this damping"):
+        design_target(synthetic({"type": "table", "file": path}, damping=0.03))
+    path.write_text("frequency [Hz],acceleration [g]\n60,1\n70,1\n")
+    with pytest.raises(InputError, match="the table holds from 60 Hz to 70 Hz, the motion from"):
+        ground_motions([motion])
+    path.unlink()
+    with pytest.raises(InputError, match="no such file"):
+        ground_motions([motion])

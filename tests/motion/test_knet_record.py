@@ -30,9 +30,10 @@ def test_layout(tmp_path, caplog):
     assert "offset of the instrument" in caplog.text
 
 
-def test_the_published_example_of_the_scale():
+def test_the_published_example_of_the_scale(tmp_path):
     # NIED's page: 8009 counts at 3920(gal)/6182761 are 5.078 gal.
-    assert 8009 * 3920.0 / 6182761.0 == pytest.approx(5.078, abs=5e-4)
+    record = read(tmp_path, knet_text([8009, -8009] * 50, 100))
+    assert record.acceleration[:2] == pytest.approx([0.05078, -0.05078], abs=5e-6)
 
 
 @pytest.mark.parametrize(

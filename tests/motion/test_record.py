@@ -57,7 +57,9 @@ def test_no_known_format(tmp_path):
         read_record(path)
     with pytest.raises(InputError, match="the format 'xls' is not known"):
         read_record(path, "xls")
-    with pytest.raises(InputError, match="what the file with the ending '.txt' holds is not known"):
+    with pytest.raises(
+        InputError, match=r"what the file with the ending '\.txt' holds is not known"
+    ):
         read_record(written(tmp_path, "1 2 3\n", "record.txt"))
 
 
@@ -114,5 +116,5 @@ def test_a_file_cut_anywhere_is_refused(tmp_path, fmt):
         if fmt == "csv" and n == len(lines) - 1:
             continue
         path = written(tmp_path, "\n".join(lines[:n]), "x.any")
-        with pytest.raises(InputError, match="x.any"):
+        with pytest.raises(InputError, match=r"x\.any"):
             read_record(path, fmt)

@@ -89,7 +89,6 @@ CASES = {
     "three buildings": (row_of_three, ALL),
     "along x": (direction("x"), ALL),
     "vertical": (direction("z"), ALL),
-    "never touch": (changed(('gap = "2 cm"', 'gap = "2 m"')), ALL),
     "floor on storey": (before("# A floor that meets", STOREY_CONTACT), ALL),
     "one frequency": (changed((GRID, 'frequencies = ["5 Hz"]')), ALL),
     "one floor": (changed(("[1, 2, 3]", "1"), ("small_floors", "one_floor")), ALL),

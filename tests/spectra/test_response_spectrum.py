@@ -118,3 +118,11 @@ def test_record_too_long_to_hold_is_refused():
         response_spectra(np.ones(1000), 0.01, [1e6], [0.05])
     # The other method needs no finer record.
     assert response_spectra(np.ones(1000), 0.01, [1e6], [0.05], method="in-step").sd.size == 1
+
+
+def test_without_absolute_acceleration() -> None:
+    a = np.random.default_rng(5).standard_normal(300)
+    whole = response_spectra(a, 0.01, [1.0, 7.0], [0.05])
+    part = response_spectra(a, 0.01, [1.0, 7.0], [0.05], absolute=False)
+    np.testing.assert_allclose(part.sd, whole.sd, rtol=1e-12)
+    assert np.isnan(part.sa).all() and np.isfinite(whole.sa).all()

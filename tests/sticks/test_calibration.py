@@ -148,6 +148,39 @@ def test_heights_that_cannot_add_up(make, height):
         fit(make, targets_of(make, TRUE), replace(BOUNDS, height=height))
 
 
+@pytest.mark.parametrize("digit", [-1, 0, 1])
+def test_heights_that_add_up_but_for_rounding(make, digit):
+    heights = np.array([3.3, 3.3, 3.3])
+    height = 9.9 * (1.0 + digit * 1e-12)
+    assert heights.sum() != 9.9  # in binary
+    bounds = fixed(height_min=heights, height_max=heights, height=height)
+    found = fit(make, targets_of(make, TRUE), bounds, starts=1)
+    assert np.array_equal(found.parameters.heights, heights)
+    with pytest.raises(ImpactfemError, match="cannot add up"):
+        fit(make, targets_of(make, TRUE), replace(bounds, height=height + 1e-6), starts=1)
+
+
+@pytest.mark.parametrize("mode", [7, 100])
+def test_a_mode_that_is_not_there(make, mode):
+    targets = [Target("a", 6, 90.0, None), Target("b", mode, 100.0, None)]
+    expected = f"the targets name mode {mode} of building b, which has 6 modes of bending along y"
+    with pytest.raises(ImpactfemError, match=expected):
+        assess(make, targets, START, direction="y")
+    with pytest.raises(ImpactfemError, match=expected):
+        fit(make, targets, starts=1)
+    assert assess(make, targets[:1], START, direction="y").frequency.size == 1
+
+
+def test_without_a_weight_on_any_frequency(make):
+    targets = [replace(target, frequency_weight=0.0) for target in targets_of(make, TRUE)]
+    with pytest.raises(ImpactfemError, match="needs a frequency_weight above 0 in its targets"):
+        fit(make, targets, starts=1)
+    # One is enough, and to look at given values none is needed.
+    one = [*targets[:-1], replace(targets[-1], frequency_weight=1.0)]
+    assert fit(make, one, fixed(), starts=1).frequency_error[-1] == pytest.approx(0.0, abs=1e-6)
+    assert np.isfinite(assess(make, targets, START, direction="y").frequency).all()
+
+
 def test_no_result(make):
     # Masses that are not numbers: no start leads anywhere.
     with pytest.raises(SolutionError, match="found no result from 2 starts"):

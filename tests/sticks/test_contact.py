@@ -281,3 +281,14 @@ def test_the_interpreted_law_is_the_compiled_one():
         for code, parameters in PARAMETERS.items():
             compiled = law_force(code, parameters, p, v, 0.4)
             assert law_force.py_func(code, parameters, p, v, 0.4) == pytest.approx(compiled)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1e-9])
+def test_duration_of_a_contact_that_begins_at_rest(speed):
+    assert hertz(BETA, MASS).duration(speed) == np.inf
+
+
+def test_a_collision_is_followed_until_the_law_has_let_go():
+    law = hertz_damp(BETA, 0.1, MASS, exact=True)
+    response = collision(law, M1, M2, 0.3, law.duration(0.3) / 300.3, phase=0.4)
+    assert response.gap[-1, 0] > 0.0 == response.force[-1, 0]

@@ -110,6 +110,37 @@ def test_csv_of_another_program(tmp_path):
     assert history.force[:, 0] == pytest.approx([0.0, 1e6, -3.5e5])
 
 
+def test_csv_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / "forces.csv"
+    path.write_text("time [s],a [N]\n0,1\n0.5,2\n", encoding="utf-8-sig")
+    assert path.read_bytes().startswith(b"\xef\xbb\xbf")
+    assert read_forces(path).pairs == ("a",)
+    path.write_text("\ufeff\ufefftime [s],a [N]\n0,1\n0.5,2\n", encoding="utf-8")
+    with pytest.raises(InputError, match="the first column"):
+        read_forces(path)
+
+
+def test_a_first_time_of_about_zero_is_zero(tmp_path):
+    path = tmp_path / "forces.csv"
+    path.write_text("time [s],a [N]\n1e-12,1\n0.5,2\n1,3\n")
+    assert read_forces(path).time.size == 3
+
+
+def test_csv_of_a_long_run_there_and_back(tmp_path):
+    """A step that decimals do not end for, over 20 s: nine digits would not be uniform any more."""
+    time = np.arange(60_001) / 3000.0
+    history = ForceHistory(time, ("a-b",), 1e6 * np.sin(time)[:, None])
+    write_forces_csv(tmp_path / "own.csv", history)
+    found = read_forces(tmp_path / "own.csv")
+    assert np.array_equal(found.time, time)
+    assert found.force == pytest.approx(history.force, rel=1e-8)
+    rounded = tmp_path / "rounded.csv"
+    values = np.column_stack([time, history.force])
+    np.savetxt(rounded, values, "%.9g", ",", header="time [s],a-b [N]", comments="")
+    with pytest.raises(InputError, match="time: a uniform time step"):
+        read_forces(rounded)
+
+
 def test_impulse():
     history = ForceHistory(
         np.array([0, 0.1, 0.2]), ("a", "b"), np.array([[0, 1], [2, 1], [0, 1.0]])
@@ -154,6 +185,8 @@ def broken(minimal, fault):
     times = {"uneven": [0.0, 0.1, 0.3], "descending": [0.2, 0.1, 0.0], "twice": [0.0, 0.1, 0.1]}
     if fault in times:
         return minimal.assign_coords(time=("time", times[fault], {"units": "s"}))
+    if fault == "late":
+        return minimal.assign_coords(time=("time", [0.1, 0.2, 0.3], {"units": "s"}))
     if fault == "one time":
         return minimal.isel(time=[0])
     if fault == "duplicate":
@@ -178,6 +211,7 @@ def broken(minimal, fault):
         ("descending", r"time: at least two times, ascending"),
         ("twice", r"time: at least two times, ascending"),
         ("one time", r"time: at least two times, ascending"),
+        ("late", r"time = 0.1: a first time of 0 s"),
         ("duplicate", r"pair = \['left', 'left'\]: a unique name for each pair"),
     ],
 )
@@ -207,7 +241,14 @@ def test_several_faults_at_once(minimal, tmp_path):
         ("time [s],a [N]\n0,1\n1\n", "a readable force history"),
         ("time [s],a [N]\n0,much\n1,2\n", "a readable force history.*much"),
         ("time [s],a [N]\n0,nan\n1,2\n", "finite values only"),
-        ("time [s],a [N]\n0,1\n", "at least two times"),
+        ("time [s],a [N]\n0,1\n", "forces.csv: at least two lines of values below the header"),
+        ("time [s],a [N]\n", "forces.csv: at least two lines of values below the header"),
+        ("time [s],a [N]\n\n \n\n", "at least two lines of values below the header"),
+        ("time [s],a [N]\n0.5,1\n1,2\n", r"time = 0.5: a first time of 0 s"),
+        ("time [s],a [N]\n-1,1\n0,2\n1,3\n", r"time = -1.0: a first time of 0 s"),
+        pytest.param(f"time [s],{'a' * 200_000}\n0,1\n", "a readable force history.*field larger"),
+        pytest.param(f"{'a' * 200_000}", "a readable force history.*field larger"),
+        pytest.param(f"time [s],a [N]\n0,{'a' * 200_000}\n1,2\n", "a readable force history"),
         ("time [s],a [N]\n1,1\n0,1\n", "at least two times, ascending"),
         ("time [s],a [N]\n0,1\n1,1\n3,1\n", "a uniform time step"),
         ("time [s],a [N],a [N]\n0,1,1\n1,1,1\n", "a unique name for each pair"),

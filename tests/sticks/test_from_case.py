@@ -1,14 +1,19 @@
 import numpy as np
 import pytest
 
+from impactfem.errors import ImpactfemError, InputError
 from impactfem.sticks.calibration import Parameters
 from impactfem.sticks.contact import (
+    HERTZ,
     KELVIN_VOIGT,
     KELVIN_VOIGT_NO_TENSION,
     effective_mass,
+    hertz_damp,
+    hunt_crossley,
+    jankowski,
 )
-from impactfem.sticks.restitution import kelvin_voigt as restitution
 from impactfem.sticks.from_case import calibration_of, given_parameters, stick_of, system_of
+from impactfem.sticks.restitution import kelvin_voigt as restitution
 
 STOREY_CONTACT = """
 [[contacts]]
@@ -28,9 +33,18 @@ rigid_depth = "0.5 m"
 height = "10.5 m"
 starts = 1
 """
+UNDAMPED = 'mass_coefficient = "0.6 1/s"\nstiffness_coefficient = "0 s"\n'
 TARGETS = """building,mode,frequency [Hz],effective_mass [t]
 west,1,3.4,540
 west,2,12.4,110
+"""
+
+
+FLOORS = """floor,mass [t],Jx [t m2],Jy [t m2],Jz [t m2],Ix [m4],Iy [m4],Iz [m4],\
+A [m2],Avy [m2],Avz [m2],storey_height [m]
+1,240,2880,8000,10880,0.9,0.9,1.8,3.4,1.0,1.0,
+2,240,2880,8000,10880,0.9,0.9,1.8,3.4,1.0,1.0,
+3,192,2304,6400,8704,0.9,0.9,1.8,3.4,1.0,1.0,
 """
 
 
@@ -126,6 +140,58 @@ def test_laws(small_case):
     assert law.xi != pytest.approx(system_of(by_ratio, None).pairs[0].law.xi, rel=1e-3)
 
 
+LINEAR_LAW = 'type = "kelvin-voigt"\nstiffness = "1.2e10 N/m" '
+ASKED = "restitution = 0.65 "
+HERTZ_UNIT = 'stiffness = "3e11 N/m^1.5"\n#'
+MAKERS = {"hertz-damp": hertz_damp, "hunt-crossley": hunt_crossley, "jankowski": jankowski}
+
+
+@pytest.mark.parametrize("relation", ["", "published", "exact"])
+@pytest.mark.parametrize("name", MAKERS)
+def test_laws_after_hertz(small_case, name, relation):
+    more = f'\nrelation = "{relation}"' if relation else ""
+    asked = f"restitution = 0.4{more} #"
+    case = small_case((LINEAR_LAW, f'type = "{name}"\n{HERTZ_UNIT}'), (ASKED, asked))
+    pair = system_of(case, None).pairs[2]
+    expected = MAKERS[name](3e11, 0.4, 96e3, exact=relation == "exact")
+    assert pair.law.name == name == expected.name
+    assert pair.law.code == expected.code and pair.law.asked == 0.4
+    assert pair.law.parameters == pytest.approx(expected.parameters)
+    assert pair.law.mass == pytest.approx(96e3)
+    assert (pair.law.epsilon == pytest.approx(0.4, abs=1e-4)) == (relation == "exact")
+
+
+def test_slowest_approach_of_a_law(small_case):
+    change = (LINEAR_LAW, f'type = "hertz-damp"\n{HERTZ_UNIT}')
+    slow = small_case(change, (ASKED, 'restitution = 0.4\nslowest_approach = "2 cm/s" #'))
+    assert system_of(slow, None).pairs[0].law.parameters[2] == pytest.approx(0.02)
+    assert system_of(small_case(change), None).pairs[0].law.parameters[2] == 1e-3
+
+
+def test_elastic_law_of_hertz(small_case):
+    case = small_case((LINEAR_LAW, f'type = "hertz"\n{HERTZ_UNIT}'), (ASKED, "# "))
+    law = system_of(case, None).pairs[0].law
+    assert law.name == "hertz" and law.code == HERTZ and law.epsilon == 1.0
+    assert law.parameters == pytest.approx([3e11, 0.0, 0.0, 0.0])
+    with pytest.raises(InputError, match="restitution"):
+        small_case((LINEAR_LAW, f'type = "hertz"\n{HERTZ_UNIT}'))
+
+
+def test_relative_height_at_the_end_of_a_storey_is_refused(small_case):
+    for height in ("0", "1", "0.0", '"100 %"'):
+        with pytest.raises(InputError, match=r"relative_height.*a number above 0 and below 1"):
+            small_case(extra=STOREY_CONTACT.replace("0.25", height))
+    assert small_case(extra=STOREY_CONTACT.replace("0.25", '"99 %"')).contacts[-1].b
+
+
+def test_a_storey_point_needs_damping(small_case):
+    undamped = ('ratio = "5 %"\nfrequencies = ["1 Hz", "20 Hz"]\n', UNDAMPED)
+    case = small_case(undamped, extra=STOREY_CONTACT)
+    with pytest.raises(ImpactfemError, match="inside the storey below floor 3 has no mass and nee"):
+        system_of(case, None)
+    assert len(system_of(small_case(undamped), None).pairs) == 3
+
+
 def test_no_contacts_and_no_calibration(case):
     alone = case.model_copy(update={"contacts": ()})
     assert system_of(alone, None).pairs == ()
@@ -140,6 +206,27 @@ def test_calibration_as_given(small_case):
     assert [target.frequency for target in found.targets] == [3.4, 12.4]
     assert found.targets[0].effective_mass == 540e3
     assert np.abs(found.frequency_error).max() > 1e-3
+
+
+def test_a_mode_too_high_is_found_by_the_check(small_case):
+    high = TARGETS + "west,7,90,1\n"
+    with pytest.raises(InputError, match="mode 7 of west is asked, which has 6 in a family"):
+        small_case(extra=CALIBRATION.format(mode="given"), files={"targets.csv": high})
+    highest = TARGETS + "west,6,90,1\n"
+    case = small_case(extra=CALIBRATION.format(mode="given"), files={"targets.csv": highest})
+    assert calibration_of(case).frequency.size == 3
+
+
+def test_heights_of_the_case_that_add_up_but_for_rounding(small_case):
+    # 3.3 + 3.3 + 3.3 is not 9.9 in binary.
+    header, *rows = FLOORS.splitlines()
+    floors = "\n".join([header, *(row + "3.3" for row in rows)]) + "\n"
+    files = {"targets.csv": TARGETS, "small_floors.csv": floors}
+    extra = CALIBRATION.format(mode="fit").replace("10.5 m", "9.9 m")
+    found = calibration_of(small_case(extra=extra, files=files))
+    assert found.parameters.heights == pytest.approx([3.3] * 3, abs=1e-12)
+    with pytest.raises(InputError, match=r"a height the storeys of west can sum up to, 9\.9 m"):
+        small_case(extra=extra.replace("9.9 m", "9.901 m"), files=files)
 
 
 def test_calibration_goes_to_the_buildings_of_its_targets(small_case):

@@ -244,7 +244,7 @@ def test_a_lagged_blow_up_that_is_still_finite_is_refused(n_t):
     v0 = np.zeros(6)
     v0[UY] = 0.163
     ground, coarse, paper = np.zeros((n_t, 3)), law.duration(0.163) / 5.0, 16.79 / 50_000
-    with pytest.raises(SolutionError, match="the lagged contact forces created energy, .* J; a lag"):
+    with pytest.raises(SolutionError, match=r"lagged contact forces created energy, .* J; a lagg"):
         simulate(system, ground, coarse, update="lagged", v0=v0)
     assert np.isfinite(simulate(system, ground, coarse, v0=v0).u).all()
     moderate = simulate(system, np.zeros((400, 3)), paper, update="lagged", v0=v0)

@@ -157,3 +157,12 @@ def test_published_jankowski_by_hand():
     # 4.5 √5 · 0.75 / (0.5 (0.5 (9π - 16) + 16)) at ε = 0.5.
     by_hand = 7.546731 / (0.5 * (0.5 * 12.274334 + 16.0))
     assert published_jankowski_xi(0.5) == pytest.approx(by_hand, rel=1e-6)
+
+
+@pytest.mark.parametrize("epsilon", [1e-3, 0.01, 0.026, 0.999999, 1.0 - 1e-8])
+def test_exact_chi_at_the_ends(epsilon):
+    chi = exact_chi(epsilon)
+    # Near 0 χ ε is 1 but for e^-χ; near 1 χ is 3/2 (1 - ε).
+    expected = 1.0 / epsilon if epsilon < 0.5 else 1.5 * (1.0 - epsilon)
+    assert chi == pytest.approx(expected, rel=1e-4)
+    assert damped_hertz(chi) == pytest.approx(epsilon, rel=1e-6)

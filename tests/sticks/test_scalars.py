@@ -101,7 +101,9 @@ def test_checks(study, scalars):
     assert scalars["pounding.steps_per_impact_observed"].value == fewest
     # The duration for 96 t, the lightest pair, when the tops touch: some 9 ms in all.
     law = kelvin_voigt(1.2e10, study.system.pairs[2].law.xi, 96e3)
-    assert scalars["pounding.steps_per_impact_min"].value == pytest.approx(law.duration(1.0) / 2.5e-4)
+    assert scalars["pounding.steps_per_impact_min"].value == pytest.approx(
+        law.duration(1.0) / 2.5e-4
+    )
     depth = max(impact.penetration for impact in study.impacts) / 0.005
     assert scalars["pounding.penetration_over_gap"].value == pytest.approx(depth)
     pressure = max(impact.peak_force for impact in study.impacts) / 5.0

@@ -1,10 +1,11 @@
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import scipy.signal
 
-from impactfem.sticks.contact import kelvin_voigt
+from impactfem.sticks.contact import hertz, kelvin_voigt
 from impactfem.sticks.stage import STEPS, floor_spectra, run_sticks, station_dofs, steps_of_law
 
 SECOND_MOTION = """
@@ -115,6 +116,18 @@ def test_steps_of_law_by_hand(study, no_contacts):
     assert steps_of_law(study) == pytest.approx(by_hand)
     assert by_hand < kelvin_voigt(1.2e10, 0.14, 240e3).duration(1.0) / 2.5e-4
     assert np.isnan(steps_of_law(no_contacts))
+
+
+def test_steps_of_a_law_that_depends_on_the_speed(study):
+    law = hertz(3e11, 120e3)
+    impacts = tuple(replace(i, pair=replace(i.pair, law=law)) for i in study.impacts)
+    fastest = max(impact.approach for impact in impacts)
+    found = steps_of_law(replace(study, impacts=impacts))
+    assert found == pytest.approx(law.duration(fastest) / 2.5e-4)
+    # One that begins at rest has no duration of its own; none is left without the others.
+    resting = replace(impacts[0], approach=0.0)
+    assert steps_of_law(replace(study, impacts=(*impacts, resting))) == found
+    assert np.isnan(steps_of_law(replace(study, impacts=(resting,))))
 
 
 def test_no_contacts(study, no_contacts):

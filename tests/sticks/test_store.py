@@ -1,11 +1,14 @@
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from impactfem.results.summary import write_summary
 from impactfem.scalar import from_json
 from impactfem.sticks.calibration import Calibration, Parameters, Target
+from impactfem.sticks.contact import hertz, jankowski
 from impactfem.sticks.scalars import stick_scalars
 from impactfem.sticks.store import write_motion, write_sticks
 
@@ -21,9 +24,9 @@ def stored(write, study, folder):
         return dataset.load()
 
 
-@pytest.fixture
-def sticks(study, tmp_path):
-    return stored(write_sticks, study, tmp_path)
+@pytest.fixture(scope="module")
+def sticks(study, tmp_path_factory):
+    return stored(write_sticks, study, tmp_path_factory.mktemp("sticks"))
 
 
 def test_motion(study, tmp_path):
@@ -152,6 +155,64 @@ def test_calibration_only_where_there_is_one(study, sticks, tmp_path):
     assert data["calibrated_frequency"].values == pytest.approx([2.1, 7.0])
     masses = data["target_effective_mass"].values
     assert masses[0] == 500e3 and np.isnan(masses[1])
+
+
+def at_rest(study):
+    """The study with its main impact alone, as if it had begun at rest."""
+    k = study.impacts.index(study.main_impact)
+    impact = replace(study.main_impact, approach=0.0)
+    return replace(study, impacts=(impact,), checks=(replace(study.checks[k], impact=impact),))
+
+
+def test_an_impact_that_begins_at_rest(study, tmp_path):
+    resting = at_rest(study)
+    data = stored(write_sticks, resting, tmp_path)
+    assert data["impact_approach"].values == [0.0]
+    values = {scalar.name: scalar.value for scalar in stick_scalars(resting)}
+    assert np.isnan(values["pounding.main_impact_restitution"])
+    write_summary(tmp_path / "summary.json", stick_scalars(resting), {})
+    text = (tmp_path / "summary.json").read_text(encoding="utf-8")
+    assert "NaN" not in text
+    summary = {entry["name"]: entry["value"] for entry in json.loads(text)}
+    assert summary["pounding.main_impact_restitution"] is None
+    assert summary["pounding.main_impact_approach_velocity"] == 0.0
+    assert summary["pounding.main_impact_duration"] == study.main_impact.duration
+    write_summary(tmp_path / "summary.json", stick_scalars(study), {})
+    written = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    sound = {entry["name"]: entry["value"] for entry in written}
+    assert sound["pounding.main_impact_restitution"] == study.main_impact.restitution
+
+
+def test_laws_in_the_store(study, tmp_path):
+    """Each pair with a law of its own, as far as it is known."""
+    pairs = study.system.pairs
+    others = (pairs[0].law, hertz(3e11, 120e3), jankowski(3e11, 0.4, 96e3))
+    changed = tuple(replace(pair, law=law) for pair, law in zip(pairs, others, strict=True))
+    system = replace(study.system, pairs=changed)
+    data = stored(write_sticks, replace(study, system=system), tmp_path)
+    assert list(data["pair_law"].values) == ["kelvin-voigt", "hertz", "jankowski"]
+    assert data["pair_stiffness"].values == pytest.approx([1.2e10, 3e11, 3e11])
+    assert data["pair_asked"].values == pytest.approx([0.65, 1.0, 0.4])
+    assert data["pair_restitution"].values == pytest.approx([0.65, 1.0, 0.393], abs=1e-4)
+    assert list(np.isnan(data["pair_dashpot"].values)) == [False, True, True]
+    assert list(np.isnan(data["pair_damping_ratio"].values)) == [False, True, False]
+    fastest = [
+        max((i.approach for i in study.impacts if i.pair.name == pair.name), default=1.0)
+        for pair in pairs
+    ]
+    onset, duration = data["pair_onset_force"].values, data["pair_law_duration"].values
+    assert onset == pytest.approx([others[0].parameters[1] * fastest[0], 0.0, 0.0], abs=1e-30)
+    assert duration == pytest.approx(
+        [law.duration(v) for law, v in zip(others, fastest, strict=True)]
+    )
+
+
+def test_unit_of_the_stiffness(study, tmp_path):
+    law = hertz(3e11, 120e3)
+    changed = tuple(replace(pair, law=law) for pair in study.system.pairs)
+    system = replace(study.system, pairs=changed)
+    data = stored(write_sticks, replace(study, system=system), tmp_path)
+    assert data["pair_stiffness"].attrs["units"] != "N/m"
 
 
 def test_no_contacts(study, run, tmp_path):

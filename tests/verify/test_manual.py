@@ -9,7 +9,17 @@ from impactfem.errors import ImpactfemError, InputError
 from impactfem.verify import manual, sticks
 from impactfem.verify.row import Row
 
-KEYS = set("name quantity reference computed unit error tolerance passed source".split())
+KEYS = {
+    "name",
+    "quantity",
+    "reference",
+    "computed",
+    "unit",
+    "error",
+    "tolerance",
+    "passed",
+    "source",
+}
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,17 @@ import pytest
 
 from impactfem.verify.row import Row
 
-KEYS = "name quantity reference computed unit error tolerance passed source".split()
+KEYS = [
+    "name",
+    "quantity",
+    "reference",
+    "computed",
+    "unit",
+    "error",
+    "tolerance",
+    "passed",
+    "source",
+]
 
 
 def row(computed, reference=2.0, tolerance=0.01, **options):

@@ -14,13 +14,13 @@ from impactfem.case.contacts import (
     KelvinVoigtLaw,
 )
 from impactfem.case.damping import Damping
-from impactfem.case.ensemble import Ensemble
 from impactfem.case.design_spectrum import (
     DecreeSpectrum,
     DesignSpectrum,
     EurocodeSpectrum,
     TableSpectrum,
 )
+from impactfem.case.ensemble import Ensemble
 from impactfem.case.floors import Floor
 from impactfem.case.load import load_case
 from impactfem.case.materials import Material
@@ -39,8 +39,8 @@ __all__ = [
     "Damping",
     "DecreeSpectrum",
     "DesignSpectrum",
-    "EurocodeSpectrum",
     "Ensemble",
+    "EurocodeSpectrum",
     "Floor",
     "FrequencyGrid",
     "HertzDampLaw",

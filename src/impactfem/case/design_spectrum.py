@@ -238,6 +238,13 @@ def read_spectrum(path: Path, faults: list[Fault]) -> SpectrumTable | None:
             for (a, b), (line, _) in zip(itertools.pairwise(values), rows[1:], strict=True)
             if (b - a) * sign <= 0.0
         ]
+        broken += [
+            Fault(
+                path, column_key(line, header), value, "expected a period with a finite frequency"
+            )
+            for value, (line, _) in zip(values, rows, strict=True)
+            if math.isinf(1.0 / value)
+        ]
         pairs = sorted(
             (value if column == "frequency" else 1.0 / value, row.acceleration)
             for value, (_, row) in zip(values, rows, strict=True)

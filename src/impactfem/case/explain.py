@@ -87,8 +87,10 @@ def _fault(item: ErrorDetails, file: Path, raw: Mapping[str, Any], model: type[B
             file, dotted(location), None, f"unknown key; {nearest(str(location[-1]), known)}"
         )
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
+        # A table with a name of the user's choice has no field of its own, but that of all of them.
+        holder = info or _field(model, location[:-1], raw)[1]
+        words = " or ".join(f"'{tag}'" for tag in _tags(holder.annotation if holder else None))
         location = (*location, "type")
-        words = " or ".join(f"'{tag}'" for tag in _tags(info.annotation if info else None))
         given = value.get("type") if isinstance(value, Mapping) else None
         lead = "missing; expected" if given is None else "expected"
         return Fault(file, dotted(location), given, f"{lead} {words}")

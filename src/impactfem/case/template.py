@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from importlib.resources import files
 from pathlib import Path
@@ -28,18 +29,18 @@ def write_new_case(target: str | Path) -> list[Path]:
             the folder cannot be written to. Nothing is left behind then.
     """
     target = Path(target)
-    if target.is_dir():
+    if os.path.isdir(target):  # noqa: PTH112 - false for a name that is too long, no OSError
         target = target / "case.toml"
     name = target.name.removesuffix(".toml")
     if re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", name) is None:
         expected = "expected a name of letters, digits, '_', '-' and '.', for example 'my_case'"
         raise InputError([Fault(target, "", None, expected)])
     folder = target.parent
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # noqa: PTH112
         raise InputError([Fault(folder, "", None, "no such folder; make it first")])
     templates = {"case.toml": f"{name}.toml", "floors.csv": f"{name}_floors.csv"}
     paths = [folder / file for file in templates.values()]
-    existing = [path for path in paths if path.exists() or path.is_symlink()]
+    existing = [path for path in paths if os.path.lexists(path)]
     if existing:
         expected = "this file exists already and is not overwritten; choose another name"
         raise InputError([Fault(path, "", None, expected) for path in existing])

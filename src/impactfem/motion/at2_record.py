@@ -25,8 +25,8 @@ _EXPECTED = (
 )
 _FLOAT = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _UNITS = re.compile(r"units?\s+of\s+(.*?)[\s.,]*$", re.IGNORECASE)
-_NAMED = re.compile(rf"npts\s*=\s*(\d+)\s*,?\s*dt\s*=\s*({_FLOAT})", re.IGNORECASE)
-_BARE = re.compile(rf"\s*(\d+)\s+({_FLOAT})\s*,?\s*npts\s*,\s*dt\b", re.IGNORECASE)
+_NAMED = re.compile(r"npts\s*=\s*(\d{1,9})\s*,?\s*dt\s*=\s*" + f"({_FLOAT})", re.IGNORECASE)
+_BARE = re.compile(r"\s*(\d{1,9})\s+" + rf"({_FLOAT})\s*,?\s*npts\s*,\s*dt\b", re.IGNORECASE)
 _SAMPLE = re.compile(rf"\s*({_FLOAT})(?=\s|[+-]|$)")
 
 

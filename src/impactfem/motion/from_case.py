@@ -19,6 +19,7 @@ from impactfem.case import TableSpectrum as TableEntry
 from impactfem.case.design_spectrum import read_spectrum
 from impactfem.errors import Fault, ImpactfemError, InputError
 from impactfem.motion.accelerogram import Accelerogram
+from impactfem.motion.acceptance import Acceptance, acceptance
 from impactfem.motion.decree import decree_spectrum
 from impactfem.motion.design_spectrum import DesignSpectrum
 from impactfem.motion.eurocode import eurocode_spectrum
@@ -46,6 +47,7 @@ class GroundMotion:
         target: Pseudo-acceleration of the design spectrum at the same frequencies, shape (n_f,)
             [m/s2]; None for a record.
         misfit: How well it meets the design spectrum; None for a record.
+        acceptance: How it stands to a reviewer's criteria; None for a record, or when not asked.
     """
 
     direction: str
@@ -54,16 +56,21 @@ class GroundMotion:
     spectrum: ResponseSpectra
     target: npt.NDArray[np.float64] | None
     misfit: Misfit | None
+    acceptance: Acceptance | None = None
 
 
-def ground_motions(motions: Sequence[Motion]) -> tuple[GroundMotion, ...]:
+def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[GroundMotion, ...]:
     """Read or synthesise the motions of a case, in its order.
+
+    Args:
+        motions: The motions of the case.
+        accept: Whether synthetic motions are held against a reviewer's criteria.
 
     Raises:
         InputError: A record or the table of a spectrum is not usable.
         SolutionError: A synthesis found no motion.
     """
-    return tuple(_ground_motion(motion) for motion in motions)
+    return tuple(_ground_motion(motion, accept) for motion in motions)
 
 
 def check_records(motions: Sequence[Motion]) -> None:
@@ -76,7 +83,9 @@ def check_records(motions: Sequence[Motion]) -> None:
     for motion in motions:
         if isinstance(motion, RecordMotion):
             try:
-                treated_record(motion)
+                if not treated_record(motion).acceleration.any():
+                    expected = "a record that is not zero throughout"
+                    faults.append(Fault(motion.file, "", None, expected))
             except InputError as error:
                 faults += error.faults
     if faults:
@@ -156,8 +165,8 @@ def design_target(motion: SyntheticMotion) -> DesignSpectrum | TableSpectrum:
     )
 
 
-def _ground_motion(motion: Motion) -> GroundMotion:
-    target, misfit = None, None
+def _ground_motion(motion: Motion, accept: bool) -> GroundMotion:
+    target, misfit, accepted = None, None, None
     frequency = logarithmic_frequencies(*SPECTRUM_RANGE)
     if isinstance(motion, SyntheticMotion):
         design = design_target(motion)
@@ -173,6 +182,9 @@ def _ground_motion(motion: Motion) -> GroundMotion:
         )
         accelerogram, misfit, damping = made.accelerogram, made.misfit, motion.damping
         target = design.pseudo_acceleration(frequency)
+        if accept:
+            highest = min(50.0, 0.5 / accelerogram.time_step)
+            accepted = acceptance(accelerogram, design, maximum=highest)
     else:
         damping = RECORD_DAMPING
         accelerogram = treated_record(motion)
@@ -180,7 +192,13 @@ def _ground_motion(motion: Motion) -> GroundMotion:
         accelerogram.acceleration, accelerogram.time_step, frequency, [damping]
     )
     return GroundMotion(
-        motion.direction, accelerogram, measures(accelerogram), spectrum, target, misfit
+        motion.direction,
+        accelerogram,
+        measures(accelerogram),
+        spectrum,
+        target,
+        misfit,
+        accepted,
     )
 
 

@@ -9,25 +9,31 @@ import numpy as np
 import xarray as xr
 
 from impactfem.log import LOGGER
-from impactfem.results.style import BLUE, ORANGE, RED, figure, letter
+from impactfem.results.style import BLUE, ORANGE, RED, figure, letter, span
 from impactfem.results.table import Cell, Table
 
 
-def ensemble_results(folder: Path, published: Mapping[str, float]) -> None:
+def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]:
     """Write the table and figures of an ensemble.
 
     Args:
         folder: The run's folder, with `ensemble.nc`.
         published: Published values in SI by the name of the scalar.
+
+    Returns:
+        The files.
     """
     with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
         for part in ("tables", "figures"):
             (folder / part).mkdir(exist_ok=True)
         table = bands(store, published)
-        table.write_csv(folder / "tables")
-        _spectra_figure(folder / "figures" / "ensemble_floor_spectra.png", store)
+        files = [table.write_csv(folder / "tables")]
+        files.append(folder / "figures" / "ensemble_floor_spectra.png")
+        _spectra_figure(files[-1], store)
         if any(row[-2] is not None for row in table.rows):
-            _published_figure(folder / "figures" / "ensemble_published.png", table)
+            files.append(folder / "figures" / "ensemble_published.png")
+            _published_figure(files[-1], table)
+    return files
 
 
 def log_ensemble(folder: Path, published: Mapping[str, float]) -> None:
@@ -92,7 +98,7 @@ def _spectra_figure(path: Path, store: xr.Dataset) -> None:
                 panel.fill_between(frequency, band[low], band[high], color=colour, alpha=0.3, lw=0)
                 panel.semilogx(frequency, band[middle], color=colour, label=label)
             panel.set_title(f"floor {floors[station]}", fontsize=9.0, loc="right")
-            panel.set_xlim(frequency[0], frequency[-1])
+            span(panel, frequency)
             panel.set_ylim(bottom=0.0)
             panel.set_xlabel("frequency [Hz]")
             panel.set_ylabel("pseudo-acceleration [m/s²]")

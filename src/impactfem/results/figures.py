@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
 from impactfem.results import figures_models
-from impactfem.results.style import BUILDINGS, GREEN, figure, floor_colours, letter
+from impactfem.results.style import BUILDINGS, GREEN, figure, floor_colours, letter, span
 
 
 def stick_figures(folder: Path) -> list[Path]:
@@ -64,10 +64,11 @@ def _response(path: Path, sticks: xr.Dataset) -> None:
         ("velocity", 1.0, f"velocity $\\dot u_{direction}$ [m/s]"),
         ("acceleration", 1.0, f"acceleration $\\ddot u_{direction}$ [m/s²]"),
     )
+    pairs = bool(sticks.sizes["pair"])
+    last = ", and the gap between them (d)" if pairs else ""
     caption = (
-        f"Figure 8: Displacement (a) and velocity (b) relative to the ground, absolute "
-        f"acceleration (c) along $e_{direction}$ of the top floors, and the gap between them (d), "
-        "over time."
+        "Figure 8: Displacement (a) and velocity (b) relative to the ground, absolute acceleration "
+        f"(c) along $e_{direction}$ of the top floors{last}, over time."
     )
     with figure(path, (2, 2), (9.0, 5.6), caption) as (_, axes):
         for panel, (name, factor, label) in zip(axes, panels, strict=False):
@@ -82,7 +83,7 @@ def _response(path: Path, sticks: xr.Dataset) -> None:
                 )
             panel.set_ylabel(label)
         axes[0].legend(loc="upper right")
-        if sticks.sizes["pair"]:
+        if pairs:
             top_pair = int(np.argmax(sticks["pair_required_separation"].values))
             gap = 1e2 * sticks["gap"].values[:, top_pair]
             axes[3].plot(
@@ -90,10 +91,15 @@ def _response(path: Path, sticks: xr.Dataset) -> None:
             )
             axes[3].axhline(0.0, color=GREEN, lw=0.8, ls="--", label="contact")
             axes[3].legend(loc="upper right")
-        axes[3].set_ylabel("gap [cm]")
+            axes[3].set_ylabel("gap [cm]")
+        else:
+            axes.pop().set_axis_off()
         for panel in axes:
             panel.set_xlabel("time [s]")
             panel.set_xlim(time[0], time[-1])
+            # Room for the legend above the curves.
+            low, high = panel.get_ylim()
+            panel.set_ylim(low, high + 0.2 * (high - low))
         letter(axes)
 
 
@@ -131,6 +137,8 @@ def _forces(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
             axes[1].legend(loc="upper right")
             axes[1].set_ylim(top=1.25 * peaks[main])
             axes[1].xaxis.set_major_locator(MaxNLocator(5))
+        else:
+            axes[1].text(0.5, 0.5, "no impact", ha="center", transform=axes[1].transAxes)
         for panel in axes:
             panel.set_xlabel("time [s]")
             panel.set_ylabel("impact force [MN]")
@@ -161,8 +169,11 @@ def _floor_spectra(path: Path, sticks: xr.Dataset) -> None:
                 )
             panel.set_xlabel("frequency [Hz]")
             panel.set_ylabel("pseudo-acceleration [m/s²]")
-            panel.set_xlim(frequency[0], frequency[-1])
+            span(panel, frequency)
             panel.set_ylim(bottom=0.0)
-        handles, labels = axes[0].get_legend_handles_labels()
-        axes[0].legend(handles[::-1], labels[::-1], loc="upper left")
+        top = 1.05 * max(panel.get_ylim()[1] for panel in axes)
+        for panel in axes:
+            panel.set_ylim(0.0, top)
+        handles, labels = axes[1].get_legend_handles_labels()
+        axes[1].legend(handles[::-1], labels[::-1], loc="upper right")
         letter(axes)

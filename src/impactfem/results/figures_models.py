@@ -42,7 +42,7 @@ class Elevation:
 
 def elevations(sticks: xr.Dataset) -> list[Elevation]:
     """The buildings of a store, in order."""
-    along = "xy".find(str(sticks.attrs["shown_direction"]))
+    along = "xy".index(str(sticks.attrs["elevation_direction"]))
     axis = sticks["building_axis"].values
     result = []
     for k, name in enumerate(sticks["building"].values):
@@ -50,7 +50,7 @@ def elevations(sticks: xr.Dataset) -> list[Elevation]:
         result.append(
             Elevation(
                 name=str(name),
-                centre=float(axis[k, max(along, 0)]),
+                centre=float(axis[k, along]),
                 base=float(sticks["building_base"].values[k]),
                 floors=sticks["elevation"].values[mine],
                 below=sticks["rigid_below"].values[mine],
@@ -145,7 +145,7 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset) -> None:
     panel.set_ylim(low - 1.0, high + 6.5)
     panel.set_xlim(min(centres) - 0.65 * width, max(centres) + 0.65 * width)
     panel.set_aspect("equal")
-    panel.set_xlabel(f"{sticks.attrs['shown_direction']} [m]")
+    panel.set_xlabel(f"{sticks.attrs['elevation_direction']} [m]")
     panel.set_ylabel("z [m]")
     panel.grid(False)
 
@@ -154,6 +154,8 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
     """Figure 3 (b) and (c): the stick of the studied building and its first bending mode."""
     building = elevations(sticks)[0]
     direction = str(sticks.attrs["shown_direction"])
+    if direction not in "xy":
+        direction = str(sticks.attrs["elevation_direction"])
     families = sticks["mode_family"].values[0]
     first = np.flatnonzero(families == direction)
     axis = {"x": "y", "y": "x"}.get(direction, direction)

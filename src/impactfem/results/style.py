@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from impactfem.files import atomic
 
@@ -64,3 +66,9 @@ def letter(axes: Sequence[Axes]) -> None:
     """Letter the panels (a), (b), ... at their upper left."""
     for index, panel in enumerate(axes):
         panel.set_title(f"({chr(ord('a') + index)})", loc="left", fontsize=9.0)
+
+
+def span(panel: Axes, values: NDArray[np.float64]) -> None:
+    """Let the x-axis span ascending values; a single one keeps its own margins."""
+    if values[0] < values[-1]:
+        panel.set_xlim(values[0], values[-1])

@@ -11,14 +11,14 @@ from impactfem.log import LOGGER
 from impactfem.results.table import Cell, Table
 
 
-def stick_tables(folder: Path) -> list[Table]:
+def stick_tables(folder: Path) -> list[Path]:
     """Write the tables of the stage into `tables/` and its checks into the log.
 
     Args:
         folder: The run's folder, with `sticks.nc`.
 
     Returns:
-        The tables.
+        The files.
     """
     with xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as store:
         tables = [_modes(store), _contact(store), _impacts(store), _checks(store), _gaps(store)]
@@ -27,9 +27,8 @@ def stick_tables(folder: Path) -> list[Table]:
     target = folder / "tables"
     target.mkdir(exist_ok=True)
     for table in tables:
-        table.write_csv(target)
         LOGGER.debug("\n%s", table.as_text())
-    return tables
+    return [table.write_csv(target) for table in tables]
 
 
 def _cells(values: xr.DataArray, factor: float = 1.0) -> list[Cell]:
@@ -50,6 +49,7 @@ def _modes(store: xr.Dataset) -> Table:
         one = store.isel(building=index)
         families = [str(name) for name in one["mode_family"].values]
         counts: dict[str, int] = {}
+        total = float(np.nansum(one["mode_effective_mass"].values[0]))
         for k, family in enumerate(families):
             if not family:
                 continue
@@ -61,7 +61,8 @@ def _modes(store: xr.Dataset) -> Table:
                     family,
                     counts[family],
                     float(one["mode_frequency"].values[k]),
-                    *(float(value) / 1e3 for value in mass[:3]),
+                    # What is left of rounding is zero.
+                    *(float(value) / 1e3 if value > 1e-9 * total else 0.0 for value in mass[:3]),
                 )
             )
     return Table(

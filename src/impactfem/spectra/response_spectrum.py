@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from impactfem.errors import ImpactfemError
 from impactfem.spectra.in_step import in_step_peak_responses
-from impactfem.spectra.peaks import peak_responses
+from impactfem.spectra.peaks import displacement_peaks, peak_responses
 from impactfem.spectra.recurrence import FloatArray, step_coefficients
 from impactfem.spectra.upsampling import upsample, upsampling_factor
 
@@ -77,6 +77,7 @@ def response_spectra(
     points_per_cycle: float = 20.0,
     method: Method = "upsampled",
     threads: int = 1,
+    absolute: bool = True,
 ) -> ResponseSpectra:
     """Compute Sd, PSv, PSa, absolute Sa and ZPA for all records, dampings and frequencies.
 
@@ -98,6 +99,7 @@ def response_spectra(
             used by "in-step".
         method: See above.
         threads: Records are shared out to so many threads ("upsampled" only) [-].
+        absolute: Whether ``sa`` is wanted; nan without, in about half the time ("upsampled" only).
 
     Returns:
         The spectra, with the points per cycle reached and the bound of the loss between samples.
@@ -143,7 +145,11 @@ def response_spectra(
         for first in range(0, a.shape[0], chunk):
             part = slice(first, first + chunk)
             fine = upsample(a[part], factor)
-            sd[part], sa[part] = peak_responses(fine, fine_step, threads=threads)
+            if absolute:
+                sd[part], sa[part] = peak_responses(fine, fine_step, threads=threads)
+            else:
+                sd[part] = displacement_peaks(fine, fine_step, threads=threads)
+                sa[part] = np.nan
             zpa_interpolated[part] = np.abs(fine).max(axis=1)
 
     points = factor / (highest * h)

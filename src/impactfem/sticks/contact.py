@@ -61,8 +61,9 @@ class Law:
         """Duration of an impact of two free masses [s].
 
         Kelvin-Voigt: until p = 0, π / Ω_D, or until the force is zero where it may not pull. Hertz:
-        2.9432 p_max / v₀ with p_max = (5 m v₀² / (4 K))^(2/5), of the elastic impact, which the
-        damped ones exceed a little (Goldsmith 1960, Impact, section 4.2).
+        2.9433 p_max / v₀ with p_max = (5 m v₀² / (4 K))^(2/5), that of the elastic impact
+        (Goldsmith 1960, Impact, section 4.2); Hertz-damp and Hunt-Crossley last up to 1.5 times
+        as long at ε = 0.1, Jankowski up to 2 % less.
 
         Args:
             speed: Speed of approach v₀ [m/s]; Kelvin-Voigt does not depend on it.
@@ -71,7 +72,9 @@ class Law:
         if self.linear:
             tension = self.code == KELVIN_VOIGT
             return relations.kelvin_voigt_phase(self.xi, tension=tension) / float(np.sqrt(K / m))
-        return float(2.9432 * (1.25 * m / K) ** 0.4 * speed**-0.2)
+        if speed <= 0.0:
+            return float("inf")
+        return float(2.94328 * (1.25 * m / K) ** 0.4 * speed**-0.2)
 
     def onset_force(self, speed: float) -> float:
         """Force with which contact begins [N]: C v₀ for Kelvin-Voigt, zero for the others."""

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.case import Case, RecordMotion, SyntheticMotion
+from impactfem.case import Case, SyntheticMotion, motion_files
 from impactfem.errors import ImpactfemError, SolutionError
 from impactfem.files import atomic
 from impactfem.log import LOGGER
@@ -185,8 +185,8 @@ def _file_key(member: Member, key: str) -> str:
     digest = hashlib.sha256(key.encode())
     for motion in member.case.motions:
         digest.update(motion.model_dump_json(exclude={"file"}).encode())
-        if isinstance(motion, RecordMotion):
-            digest.update(motion.file.read_bytes())
+        for file in motion_files(motion):
+            digest.update(file.read_bytes())
     return digest.hexdigest()[:24]
 
 

@@ -97,7 +97,7 @@ def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -
     # The step in which the gap closes and the one after the last force belong to the impact: a
     # lagged force begins a step or more after contact.
     low = max(first - 1, 0)
-    while low > 0 and gap[low] < 0.0:
+    while low > 0 and gap[low] < 0.0 and F[low - 1] == 0.0:
         low -= 1
     high = min(last + 1, n_t - 1)
     start = _crossing(dt, low, min(low + 1, first), gap)

@@ -9,12 +9,12 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.sticks.contact import law_force
+from impactfem.sticks.contact import KELVIN_VOIGT_NO_TENSION, law_force
 
 Array = NDArray[np.float64]
 MAX_SWEEPS = 200
 FREE_SWEEPS = 20
-MAX_NEWTON = 50
+MAX_NEWTON = 200
 
 
 @numba.njit(cache=True)
@@ -33,8 +33,9 @@ def pair_force(
     """Force of one pair at the new time, given the motion that it would have without it.
 
     Solves F = law(p, v) with p = p_free - h W F and v = v_free - W F by Newton's method (one
-    iteration for a linear law). The pair is taken to touch: a law that jumps at p = 0 has no
-    solution when its own force would open the gap within the step; its force at p = 0 counts then.
+    iteration for a linear law), halving the bracket where a step leaves it. The pair is taken to
+    touch: a law that jumps at p = 0 has no solution when its own force would open the gap within
+    the step; its force at p = 0 counts then.
 
     Args:
         code: The law.
@@ -50,17 +51,29 @@ def pair_force(
         up to it, of which it can be a small difference [N].
     """
     tiny = 1e-300
+    f, k, c = law_force(code, parameters, max(p_free, tiny), v_free, v0)
+    # The law falls with F, so the root of F - law lies between zero and the force at F = 0.
+    low, high = min(0.0, f), max(0.0, f)
     F = 0.0
+    outside = False
+    size = abs(f) + k * abs(p_free) + c * abs(v_free)
     for _ in range(MAX_NEWTON):
+        if f > F:
+            low = F
+        else:
+            high = F
+        step = F + (f - F) / (1.0 + W * (h * k + c))
+        if outside or not low <= step <= high:
+            step = 0.5 * (low + high)
+        change = abs(step - F)
+        F = step
+        if change <= 1e-13 * size:
+            return F, size
         p = p_free - h * W * F
         f, k, c = law_force(code, parameters, max(p, tiny), v_free - W * F, v0)
+        outside = p < tiny and code > KELVIN_VOIGT_NO_TENSION
         if p < tiny:
             k = 0.0
-        change = (f - F) / (1.0 + W * (h * k + c))
-        F += change
-        size = abs(f) + k * abs(p_free) + c * abs(v_free)
-        if abs(change) <= 1e-13 * size:
-            return F, size
     return np.nan, 0.0
 
 

@@ -73,13 +73,20 @@ def exact_chi(epsilon: float) -> float:
     """
     if epsilon == 1.0:
         return 0.0
+    if epsilon < 1.0 / 30.0:
+        return 1.0 / epsilon  # the rest is e^(-1/ε)
+    if 1.0 - epsilon < 1e-4:
+        # Series: the roots at 0 and here are too close to be told apart by rounded logarithms.
+        return 1.5 * (1.0 - epsilon)
 
-    def difference(chi: float) -> float:
-        return float(np.log1p(chi) - np.log1p(-chi * epsilon) - chi * (1.0 + epsilon))
+    # In y = -ln(1 - χ ε): χ → 1/ε is y → ∞, and the difference is negative behind χ = 0.
+    def in_y(y: float) -> float:
+        chi = -np.expm1(-y) / epsilon
+        return float(np.log1p(chi) + y - chi * (1.0 + epsilon))
 
-    # Zero at χ = 0 as well; the difference is negative behind it and infinite at χ = 1/ε.
-    low, high = 1e-6 * (1.0 - epsilon), (1.0 - 1e-15) / epsilon
-    return float(scipy.optimize.brentq(difference, low, high, xtol=1e-15))
+    high = 2.0 * (1.0 + 1.0 / epsilon)
+    y = scipy.optimize.brentq(in_y, 1e-5 * (1.0 - epsilon), high, xtol=1e-15)
+    return float(-np.expm1(-y) / epsilon)
 
 
 def damped_hertz(chi: float) -> float:
@@ -88,8 +95,10 @@ def damped_hertz(chi: float) -> float:
     Args:
         chi: Damping χ >= 0 [-].
     """
-    if chi == 0.0:
-        return 1.0
+    if chi < 1.5e-4:
+        return 1.0 - chi / 1.5
+    if chi > 30.0:
+        return 1.0 / chi  # the rest is e^-χ
 
     def difference(epsilon: float) -> float:
         return float(np.log1p(chi) - np.log1p(-chi * epsilon) - chi * (1.0 + epsilon))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
+from impactfem.motion import pair_correlation
 from impactfem.scalar import Scalar
 from impactfem.sticks.modes import DIRECTIONS
 from impactfem.sticks.stage import StickStudy, station_dofs, steps_of_law
@@ -57,6 +60,23 @@ def _motion(study: StickStudy) -> list[Scalar]:
                 Scalar(f"{name}.misfit_largest", motion.misfit.largest_ratio, "-", note),
                 Scalar(f"{name}.misfit_smallest", motion.misfit.smallest_ratio, "-", note),
             ]
+        if motion.acceptance is not None:
+            scalars += [
+                Scalar(
+                    f"{name}.acceptance.{verdict.name}",
+                    float(verdict.value),
+                    verdict.unit,
+                    f"{'met' if verdict.passed else 'missed'}: "
+                    f"{'at least' if verdict.at_least else 'at most'} {verdict.limit:g} is asked",
+                )
+                for verdict in motion.acceptance.verdicts
+            ]
+    for a, b in combinations(study.motions, 2):
+        if a.accelerogram.time_step == b.accelerogram.time_step:
+            found = pair_correlation(a.accelerogram, b.accelerogram)
+            note = f"{'met' if found.accepted else 'missed'}: at most 0.16 in size is asked"
+            name = f"motion.correlation.{a.direction}_{b.direction}"
+            scalars.append(Scalar(name, found.coefficient, "-", note))
     return scalars
 
 
@@ -172,8 +192,8 @@ def _checks(study: StickStudy) -> list[Scalar]:
             "pounding.steps_per_impact_min",
             by_law,
             "-",
-            "π/Ω_D over the step, with the effective mass of the lightest pair that touches; "
-            f"{asked} are asked, the paper counts with the mass of one floor",
+            "shortest duration of the laws themselves over the step, with the effective masses of "
+            f"the pairs; {asked} are asked, the paper counts with the mass of one floor",
         ),
         Scalar(
             "pounding.steps_per_impact_observed",

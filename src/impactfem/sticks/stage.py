@@ -117,7 +117,7 @@ def run_sticks(
     """
     dt = case.pounding.time_step
     with step("motions"):
-        motions = ground_motions(case.motions)
+        motions = ground_motions(case.motions, accept=ready is None)
         longest = max(motion.accelerogram.duration for motion in motions)
         # Rounded, so that a step printed with four digits still gives the steps that were meant.
         n_t = round((case.pounding.duration or longest) / dt) + 1
@@ -204,6 +204,7 @@ def floor_spectra(
         points_per_cycle=case.spectra.points_per_cycle,
         method=case.spectra.method,
         threads=threads(),
+        absolute=False,
     )
     shape = (len(case.spectra.damping), len(dofs), len(directions), spectra.frequency.size)
     return FloorSpectra(

@@ -77,9 +77,23 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
             "scalars": to_json(stick_scalars(study)),
             "studied_building": study.system.sticks[0].name,
             "shown_direction": study.motions[0].direction,
+            "elevation_direction": _elevation_direction(study),
         },
     )
     write_netcdf(path, dataset)
+
+
+def _elevation_direction(study: StickStudy) -> str:
+    """The horizontal direction in which the buildings stand side by side."""
+    for pair in study.system.pairs:
+        x, y = np.abs(pair.normal[:2])
+        if x != y:
+            return "x" if x > y else "y"
+    spread = np.ptp([stick.axis for stick in study.system.sticks], axis=0)
+    if spread[0] != spread[1]:
+        return "x" if spread[0] > spread[1] else "y"
+    first = study.motions[0].direction
+    return first if first in "xy" else "y"
 
 
 def _histories(study: StickStudy) -> Variables:
@@ -234,7 +248,10 @@ def _pairs(study: StickStudy) -> Variables:
         "young_modulus": ([material.young_modulus for material in materials], "Pa"),
         "poisson_ratio": ([material.poisson_ratio for material in materials], "-"),
         "rest_gap": ([pair.gap for pair in pairs], "m"),
-        "stiffness": ([law.parameters[0] for law in laws], "N/m"),
+        "stiffness": (
+            [law.stiffness for law in laws],
+            "N/m" if all(law.linear for law in laws) else "N/m, N/m^1.5 for laws after Hertz",
+        ),
         "dashpot": ([law.parameters[1] if law.linear else np.nan for law in laws], "N s/m"),
         "onset_force": (
             [
@@ -271,8 +288,9 @@ def _pairs(study: StickStudy) -> Variables:
 
 
 def _fastest(study: StickStudy, pair: str) -> float:
-    """Largest speed of approach of a pair's impacts [m/s]; 1 where it has none."""
-    return max((i.approach for i in study.impacts if i.pair.name == pair), default=1.0)
+    """Largest speed of approach of a pair's impacts [m/s]; 1 where there is none."""
+    found = (i.approach for i in study.impacts if i.pair.name == pair and i.approach > 0.0)
+    return max(found, default=1.0)
 
 
 def _targets(study: StickStudy) -> Variables:

@@ -33,7 +33,8 @@ def order() -> list[Row]:
         ground = np.zeros((count + 1, 3))
         ground[:, 1] = a0 * np.sin(drive * np.linspace(0.0, end, count + 1))
         response = simulate(System((stick,), ()), ground, end / count)
-        errors.append(abs(response.u[-1, 1] - exact))
+        computed = float(response.u[-1, 1])
+        errors.append(abs(computed - exact))
     return [
         Row(
             "Newmark, average acceleration",
@@ -49,7 +50,7 @@ def order() -> list[Row]:
             "Newmark, average acceleration",
             "relative displacement after 3 s in 2400 steps",
             exact,
-            exact + errors[-1],
+            computed,
             "m",
             2e-4,
             "closed form of the harmonic oscillator",

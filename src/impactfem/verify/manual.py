@@ -10,7 +10,7 @@ from rich.table import Table
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER
-from impactfem.verify import contact, integrator, laws, oscillator, pairs, spectra, sticks
+from impactfem.verify import contact, integrator, laws, motion, oscillator, pairs, spectra, sticks
 from impactfem.verify.row import Row
 
 BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
@@ -25,6 +25,9 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "three_buildings": pairs.three_in_a_row,
     "newmark_order": integrator.order,
     "energy_identity": integrator.energy_identity,
+    "record_formats": motion.record_formats,
+    "eurocode_ordinates": motion.eurocode_ordinates,
+    "decree_ordinates": motion.decree_ordinates,
     "oscillator_sdll06": oscillator.triangular_pulse,
     "oscillator_exact": oscillator.piecewise_linear,
     "cantilever": sticks.cantilever,

@@ -42,15 +42,15 @@ class Row:
         """Whether the error is within the tolerance; never for a value that is not finite."""
         return math.isfinite(self.computed) and self.error <= self.tolerance
 
-    def as_dict(self) -> dict[str, str | float | bool]:
+    def as_dict(self) -> dict[str, str | float | bool | None]:
         """The row as `impactfem verify --json` writes it."""
         return {
             "name": self.name,
             "quantity": self.quantity,
             "reference": float(self.reference),
-            "computed": float(self.computed),
+            "computed": float(self.computed) if math.isfinite(self.computed) else None,
             "unit": self.unit,
-            "error": float(self.error),
+            "error": float(self.error) if math.isfinite(self.error) else None,
             "tolerance": self.tolerance,
             "passed": bool(self.passed),
             "source": self.source,

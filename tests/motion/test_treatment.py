@@ -1,0 +1,96 @@
+import logging
+
+import numpy as np
+import pytest
+
+from impactfem.errors import ImpactfemError
+from impactfem.motion import Accelerogram, Treatment
+
+H = 0.01
+T = np.arange(4001) * H
+
+
+def record(acceleration):
+    return Accelerogram(H, acceleration, "north", "record north.csv")
+
+
+def noise():
+    return np.random.default_rng(2).standard_normal(T.size)
+
+
+def test_nothing_is_done_by_default(caplog):
+    before = record(noise())
+    with caplog.at_level(logging.INFO, logger="impactfem"):
+        assert Treatment()(before) is before
+    assert not caplog.records
+
+
+def test_mean_and_line():
+    drift = record(0.3 + 0.02 * T)
+    assert Treatment("linear")(drift).acceleration == pytest.approx(np.zeros(T.size), abs=1e-13)
+    rest = Treatment("mean")(drift)
+    assert rest.acceleration.mean() == pytest.approx(0.0, abs=1e-14)
+    assert rest.acceleration[-1] == pytest.approx(0.4)  # the mean leaves the slope
+    assert rest.origin == "record north.csv; mean of 0.7 m/s2 taken out"
+    assert "line 0.3 m/s2 + 0.02 m/s3 t taken out" in Treatment("linear")(drift).origin
+
+
+def test_rest_is_the_last_step():
+    treated = Treatment("rest", taper=1.0, band=(0.2, 20.0), resample=0.005)(record(noise()))
+    assert abs(treated.velocity[-1]) < 1e-12
+    assert abs(treated.displacement[-1]) < 1e-11
+    steps = ["tapered over 1 s", "band-pass 0.2 Hz to 20 Hz", "resampled from", "brought to rest"]
+    positions = [treated.origin.index(step) for step in steps]
+    assert positions == sorted(positions)
+    without = Treatment(taper=1.0, band=(0.2, 20.0), resample=0.005)(record(noise()))
+    assert abs(without.velocity[-1]) > 1e-6
+
+
+def test_taper():
+    treated = Treatment(taper=2.0)(record(np.ones(T.size)))
+    assert treated.acceleration[[0, 100, 200, 2000, -101, -1]] == pytest.approx(
+        [0.0, 0.5, 1.0, 1.0, 0.5, 0.0], abs=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("frequency", "gain"), [(2.0, 1.0), (0.5, 0.5), (10.0, 0.5), (0.05, 0.0), (40.0, 0.0)]
+)
+def test_band_pass_of_sines(frequency, gain):
+    # Forward and backward: |H|² is a half at both corners and 1 between; no phase is shifted.
+    burst = np.exp(-(((T - 20.0) / 6.0) ** 2)) * np.exp(2j * np.pi * frequency * T)
+    out = Treatment(band=(0.5, 10.0))(record(burst.real)).acceleration
+    assert 2.0 * out @ burst / np.sum(np.abs(burst) ** 2) == pytest.approx(gain, abs=0.02)
+
+
+def test_band_pass_of_noise_outside_its_band():
+    before, after = noise(), Treatment(band=(0.5, 10.0))(record(noise())).acceleration
+    f, window = np.fft.rfftfreq(T.size, H), np.hanning(T.size)  # against leakage of the cut ends
+    after, before = (np.abs(np.fft.rfft(window * a)) for a in (after, before))
+    ratio = after[f > 30.0] / before[f > 30.0]
+    assert np.median(ratio) < 1e-3
+
+
+def test_each_step_is_logged(caplog):
+    with caplog.at_level(logging.INFO, logger="impactfem"):
+        Treatment("mean", resample=0.005)(record(noise()))
+    (message,) = [entry.getMessage() for entry in caplog.records]
+    assert message.startswith("north: mean of ")
+    assert message.endswith("; resampled from 0.01 s to 0.005 s, band-limited")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"taper": -1.0}, "the taper must be positive"),
+        ({"taper": 21.0}, "the taper of 21 s is longer than half the record, 20 s"),
+        ({"band": (2.0, 1.0)}, "corner frequencies must be 0 < low < high"),
+        ({"band": (0.0, 1.0)}, "corner frequencies must be 0 < low < high"),
+        ({"band": (1.0, 50.0)}, "high corner of 50 Hz must be below the Nyquist .* 50 Hz"),
+        ({"band": (1e-6, 10.0)}, "low corner of 1e-06 Hz must be at least a tenth of a cycle"),
+        ({"resample": 30.0}, "at most half the duration"),
+    ],
+)
+def test_refused(options, message):
+    with pytest.raises(ImpactfemError, match=message):
+        Treatment(**options)(record(noise()))

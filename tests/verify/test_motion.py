@@ -1,0 +1,32 @@
+import pytest
+
+from impactfem.motion import eurocode
+from impactfem.verify import motion
+
+
+@pytest.mark.parametrize(
+    "benchmark", [motion.record_formats, motion.eurocode_ordinates, motion.decree_ordinates]
+)
+def test_benchmarks_pass(benchmark):
+    rows = benchmark()
+    assert rows
+    assert not [row for row in rows if not row.passed]
+
+
+def test_a_wrong_table_would_be_seen(monkeypatch):
+    table = {**eurocode.HORIZONTAL[2], "D": eurocode.Shape(1.6, (0.1, 0.3, 1.2))}
+    monkeypatch.setitem(eurocode.HORIZONTAL, 2, table)
+    failed = [row.quantity for row in motion.eurocode_ordinates() if not row.passed]
+    assert len(failed) == 1
+    assert "type 2, ground D" in failed[0]
+
+
+def test_a_wrong_unit_would_be_seen(monkeypatch):
+    monkeypatch.setattr(
+        motion, "esm_text", lambda a, step: f"{_esm(a, step)}".replace("cm/s^2", "mm/s^2")
+    )
+    failed = [row.name for row in motion.record_formats() if not row.passed]
+    assert failed == ["ESM round trip"]
+
+
+_esm = motion.esm_text
