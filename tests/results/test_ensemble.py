@@ -1,0 +1,80 @@
+"""What a person sees of an ensemble."""
+
+import csv
+import logging
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem.files import write_netcdf
+from impactfem.results.ensemble import bands, ensemble_results, log_ensemble
+
+pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    rng = np.random.default_rng(1)
+    f = np.geomspace(0.5, 50.0, 20)
+    percentile = np.array([5.0, 16.0, 50.0, 84.0, 95.0])
+    psa = 1.0 + rng.random((40, 1, 3, 1, 20))
+    words = {"motion": [f"seed_{k}" for k in range(40)], "scalar": ["a.b", "c.d", "e"]}
+    dataset = xr.Dataset(
+        {
+            "value": (
+                ("motion", "scalar"),
+                np.column_stack([np.arange(40.0), rng.random(40), np.full(40, np.nan)]),
+            ),
+            "unit": ("scalar", np.array(["m", "s", "-"], dtype=object)),
+            "psa_percentile": (
+                ("percentile", "damping", "station", "direction", "frequency"),
+                np.percentile(psa, percentile, axis=0),
+            ),
+            "psa_free_percentile": (
+                ("percentile", "damping", "station", "direction", "frequency"),
+                0.5 * np.percentile(psa, percentile, axis=0),
+            ),
+            "station_floor": ("station", np.array([1, 2, 3])),
+        },
+        coords={
+            "percentile": percentile,
+            "frequency": f,
+            "damping": [0.05],
+            "direction": np.array(["y"], dtype=object),
+            **{name: np.array(values, dtype=object) for name, values in words.items()},
+        },
+        attrs={"shown_direction": "y", "studied_building": "B1"},
+    )
+    write_netcdf(tmp_path / "ensemble.nc", dataset)
+    return tmp_path
+
+
+def test_files(folder):
+    files = ensemble_results(folder, {"a.b": 20.0})
+    assert [path.name for path in files] == [
+        "ensemble.csv",
+        "ensemble_floor_spectra.png",
+        "ensemble_published.png",
+    ]
+    assert all(path.stat().st_size > (100 if path.suffix == ".csv" else 5000) for path in files)
+    with files[0].open(newline="") as stream:
+        rows = list(csv.reader(stream))
+    assert rows[1][0] == "a.b" and float(rows[1][4]) == pytest.approx(19.5)
+
+
+def test_without_published_values(folder):
+    assert len(ensemble_results(folder, {})) == 2
+
+
+def test_inside_or_not(folder):
+    with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
+        table = bands(store, {"a.b": 20.0, "c.d": 5.0})
+    assert [(row[0], row[-1]) for row in table.rows] == [("a.b", "yes"), ("c.d", "no")]
+
+
+def test_log(folder, caplog):
+    with caplog.at_level(logging.INFO, "impactfem"):
+        log_ensemble(folder, {"a.b": 20.0})
+    assert "Ensemble of 40 motions" in caplog.text and "a.b" in caplog.text
+    assert "c.d" not in caplog.text
