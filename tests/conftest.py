@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from impactfem import study
 from impactfem.case.template import write_new_case
@@ -30,6 +31,11 @@ SMALL = (
 PUBLISHED = (
     "name,value,unit,source\nmotion.pga,300,cm/s2,nowhere\nfrs.floor_3.pfa,40,m/s2,nowhere\n"
 )
+
+
+# No test may depend on how fast the machine is.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -1,9 +1,11 @@
 """Threads, processes and ranks acting as one program."""
 
+import json
 import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -58,12 +60,10 @@ def test_workers_of_one_process(monkeypatch):
     assert os.environ["OMP_NUM_THREADS"] == "2"
 
 
-@pytest.mark.parametrize("ranks", [2, 3])
-def test_ranks(ranks, tmp_path):
+@pytest.fixture
+def under_mpirun():
     mpirun = shutil.which("mpirun")
     assert mpirun is not None, "Debian's python3-mpi4py brings mpirun"
-    script = tmp_path / "ranks.py"
-    script.write_text(RANKS, encoding="utf-8")
     environment = {
         **{k: v for k, v in os.environ.items() if not k.startswith("OMPI_COMM")},
         "OMPI_ALLOW_RUN_AS_ROOT": "1",
@@ -72,13 +72,47 @@ def test_ranks(ranks, tmp_path):
         "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
         "OMP_NUM_THREADS": "1",
     }
-    ended = subprocess.run(
-        [mpirun, "-n", str(ranks), sys.executable, "-m", "mpi4py", str(script), str(ranks)],
-        capture_output=True,
-        text=True,
-        env=environment,
-        timeout=120,
-        check=False,
-    )
+
+    def run(ranks, *words):
+        command = [mpirun, "-n", str(ranks), *map(str, words)]
+        return subprocess.run(
+            command, capture_output=True, text=True, env=environment, timeout=180, check=False
+        )
+
+    return run
+
+
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_ranks(ranks, under_mpirun, tmp_path):
+    script = tmp_path / "ranks.py"
+    script.write_text(RANKS, encoding="utf-8")
+    ended = under_mpirun(ranks, sys.executable, "-m", "mpi4py", script, ranks)
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.split("\n")[0] == "[1, 2, 3]"
+
+
+def test_a_run_on_two_ranks_is_that_of_one(under_mpirun, new_case, finished, tmp_path):
+    program = Path(sys.executable).with_name("impactfem")
+    case = new_case(tmp_path)
+    ended = under_mpirun(2, program, "run", case, "--out", tmp_path / "run")
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.count("results: ") == 1
+    of_two, of_one = (
+        json.loads((folder / "summary.json").read_text())
+        for folder in (tmp_path / "run", finished.folder)
+    )
+    assert [entry["name"] for entry in of_two] == [entry["name"] for entry in of_one]
+    for two, one in zip(of_two, of_one, strict=True):
+        # Sums differ in the last digits with the number of threads; residuals are all rounding.
+        if one["name"] != "pounding.energy_residual":
+            assert two["value"] == pytest.approx(one["value"], rel=1e-9, abs=1e-12), one["name"]
+    assert json.loads((tmp_path / "run" / "provenance.json").read_text())["ranks"] == 2
+
+
+def test_bad_input_on_two_ranks_is_told_once(under_mpirun, new_case, tmp_path):
+    program = Path(sys.executable).with_name("impactfem")
+    case = new_case(tmp_path, ('gap = "2 cm"', 'gap = "-2 cm"'))
+    ended = under_mpirun(2, program, "run", case, "--out", tmp_path / "run")
+    assert ended.returncode == 2 and "Traceback" not in ended.stderr
+    assert ended.stderr.count("error: ") == 1 and "contacts[0].gap" in ended.stderr
+    assert not (tmp_path / "run").exists()
