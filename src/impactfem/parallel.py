@@ -124,4 +124,5 @@ def workers() -> Iterator[Executor | None]:
         from mpi4py.futures import MPICommExecutor
 
         with MPICommExecutor(comm, root=0) as executor:
-            yield executor
+            served: Any = executor
+            yield served

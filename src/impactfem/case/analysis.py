@@ -115,10 +115,11 @@ class FrequencyGrid(Section):
         from impactfem.spectra.frequency_list import logarithmic_frequencies, rg_1_122_frequencies
 
         if self.list == "rg1.122":
-            return tuple(rg_1_122_frequencies(self.maximum, self.per_decade).tolist())
+            return tuple(map(float, rg_1_122_frequencies(self.maximum, self.per_decade)))
         if self.minimum is None or self.maximum is None:
             raise ValueError("this list was made without validation: it has no ends")
-        return tuple(logarithmic_frequencies(self.minimum, self.maximum, self.per_decade).tolist())
+        frequencies = logarithmic_frequencies(self.minimum, self.maximum, self.per_decade)
+        return tuple(map(float, frequencies))
 
 
 def _form(value: Any) -> str:

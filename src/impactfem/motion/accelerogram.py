@@ -51,7 +51,7 @@ class Accelerogram:
     @property
     def time(self) -> FloatArray:
         """Times of the samples, shape (n,) [s]."""
-        return np.arange(self.acceleration.size) * self.time_step
+        return np.asarray(np.arange(self.acceleration.size) * self.time_step, dtype=np.float64)
 
     @property
     def duration(self) -> float:

@@ -99,7 +99,7 @@ def write_csv(accelerogram: Accelerogram, path: Path | str) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    pairs = zip(accelerogram.time.tolist(), accelerogram.acceleration.tolist(), strict=True)
+    pairs = zip(map(float, accelerogram.time), map(float, accelerogram.acceleration), strict=True)
     rows = [f"{time!r},{acceleration!r}" for time, acceleration in pairs]
     Path(path).write_text("\n".join([HEADER, *rows]) + "\n", encoding="utf-8")
 

@@ -129,7 +129,8 @@ def synthesise(
         return np.asarray(envelope * fft.irfft(carrier, 2 * (f_k.size - 1))[:n])
 
     carrier *= np.exp(np.mean(np.log(wanted / spectrum(harmonics()))))
-    best, best_rms, best_iteration = np.zeros(n), math.inf, 0
+    best: FloatArray = np.zeros(n)
+    best_rms, best_iteration = math.inf, 0
     for iteration in range(iterations + 1):
         motion = _finished(harmonics(), pga, at_rest)
         ratio = wanted / spectrum(motion)

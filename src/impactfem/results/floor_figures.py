@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
@@ -101,9 +100,9 @@ def _panel(panel: Axes, design: DesignFloorSpectra, s: int) -> None:
     low, high = float(source.frequency[0]), float(source.frequency[-1])
     if high > low:
         panel.set_xlim(low, high)
-        decades = np.arange(math.ceil(math.log10(low)), math.floor(math.log10(high)) + 1)
-        if decades.size > 1:
-            panel.xaxis.set_major_locator(FixedLocator((10.0**decades).tolist()))
+        exponents = range(math.ceil(math.log10(low)), math.floor(math.log10(high)) + 1)
+        if len(exponents) > 1:
+            panel.xaxis.set_major_locator(FixedLocator([10.0**k for k in exponents]))
             panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             panel.xaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
         else:

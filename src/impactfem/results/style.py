@@ -53,7 +53,8 @@ def figure(
     with mpl.rc_context(SETTINGS):  # type: ignore[arg-type]
         # No pyplot: no global state, no display, nothing to close.
         drawn = Figure(figsize=(size[0], size[1] + below), layout="constrained")
-        axes = drawn.subplots(*panels, squeeze=False).ravel().tolist()
+        grid: Any = drawn.subplots(*panels, squeeze=False)
+        axes: list[Axes] = list(grid.flat)
         yield drawn, axes
         share = below / (size[1] + below)
         drawn.get_layout_engine().set(rect=(0.0, share, 1.0, 1.0 - share))  # type: ignore[union-attr, call-arg]

@@ -79,7 +79,7 @@ def broaden(
     padded = np.concatenate([s, np.zeros((*s.shape[:-1], 1))], axis=-1)
     pairs = np.stack([first, last], axis=1).ravel()
     inside = np.maximum.reduceat(padded, pairs, axis=-1)[..., ::2]
-    return np.maximum(ends, np.where(last > first, inside, 0.0))
+    return np.asarray(np.maximum(ends, np.where(last > first, inside, 0.0)))
 
 
 def corner_frequencies(

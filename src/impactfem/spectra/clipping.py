@@ -78,7 +78,7 @@ def clip_peaks(
     inner = np.arange(1, f.size - 1)
     maxima = inner[(s[1:-1] >= s[:-2]) & (s[1:-1] >= s[2:]) & (s[1:-1] > 0.0)]
     taken = np.zeros(f.size, dtype=bool)
-    for k in maxima[np.argsort(-s[maxima], kind="stable")].tolist():
+    for k in map(int, maxima[np.argsort(-s[maxima], kind="stable")]):
         peak = float(s[k])
         inside = _range(s, k, BAND_LEVEL * peak)
         if taken[k] or inside is None or float(s[inside].max()) > peak:

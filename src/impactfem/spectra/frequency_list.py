@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -128,5 +127,5 @@ def merged_frequencies(*lists: npt.ArrayLike) -> FloatArray:
     f = np.sort(np.concatenate(parts)) if parts else np.empty(0)
     if f.size == 0 or not np.all(np.isfinite(f) & (f > 0.0)):
         raise ImpactfemError("frequencies must be positive finite numbers in Hz, at least one")
-    kept = [True, *(b - a > SAME * b for a, b in pairwise(f.tolist()))]
-    return np.asarray(f[np.array(kept)], dtype=np.float64)
+    kept = np.concatenate([[True], np.diff(f) > SAME * f[1:]])
+    return np.asarray(f[kept], dtype=np.float64)

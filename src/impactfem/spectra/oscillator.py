@@ -74,7 +74,7 @@ def oscillator_response(
     absolute = gain.real * z.real - gain.imag * z.imag
     shape = (d.size, f.size, a.size)
     return OscillatorResponse(
-        time=np.arange(a.size) * float(time_step),
+        time=np.asarray(np.arange(a.size) * float(time_step), dtype=np.float64),
         frequency=f,
         damping=d,
         relative_displacement=x.reshape(shape),

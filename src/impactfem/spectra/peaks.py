@@ -47,7 +47,9 @@ def peak_responses(
     """
     c = coefficients
     peaks, z = _run(both_kernel, 2, acceleration, c, threads)
-    sd = np.maximum(peaks[0] / c.omega_d, free_vibration_peak(z, c.rate, -1j / c.omega_d))
+    sd = np.maximum(
+        peaks[0] / c.omega_d, free_vibration_peak(z, c.rate, (-1j / c.omega_d).astype(complex))
+    )
     return sd, np.maximum(peaks[1], free_vibration_peak(z, c.rate, c.acceleration_gain))
 
 
@@ -69,7 +71,8 @@ def displacement_peaks(
     """
     c = coefficients
     peaks, z = _run(displacement_kernel, 1, acceleration, c, threads)
-    return np.maximum(peaks[0] / c.omega_d, free_vibration_peak(z, c.rate, -1j / c.omega_d))
+    free = free_vibration_peak(z, c.rate, (-1j / c.omega_d).astype(complex))
+    return np.asarray(np.maximum(peaks[0] / c.omega_d, free))
 
 
 def _run(

@@ -55,7 +55,7 @@ def energy_balance(response: Response) -> EnergyBalance:
     w = v[:-1] + v[1:]
     du = np.diff(u, axis=0)
     f = response.external[:, moving]
-    contact = np.zeros(u.shape[0])
+    contact: Array = np.zeros(u.shape[0])
     if system.pairs:
         F = response.force
         contact = _accumulated(0.5 * np.sum(np.diff(response.gap, axis=0) * (F[:-1] + F[1:]), 1))

@@ -10,6 +10,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -155,7 +156,8 @@ def run_ensemble(
         try:
             arrays = future.result()
             with atomic(files[name]) as temporary, temporary.open("wb") as stream:
-                np.savez(stream, **arrays)
+                named: Any = arrays
+                np.savez(stream, **named)
         except ImpactfemError as error:
             failed[name] = str(error)
             LOGGER.warning("warning: ensemble member %s failed: %s", name, error)

@@ -23,6 +23,7 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -112,7 +113,8 @@ def write_forces_csv(path: Path, history: ForceHistory) -> None:
         stream.write(",".join(["time [s]", *(f"{name} [N]" for name in history.pairs)]) + "\n")
         formats = ["%.17g"] + ["%.9g"] * len(history.pairs)
         values = np.column_stack([history.time, history.force])
-        np.savetxt(stream, values, delimiter=",", fmt=formats)
+        lines: Any = stream  # text; NumPy's stubs disagree on what it may be
+        np.savetxt(lines, values, delimiter=",", fmt=formats)
 
 
 def read_forces(path: Path) -> ForceHistory:

@@ -69,14 +69,13 @@ def modes(stick: Stick) -> Modes:
         families += [family] * found.size
     joined = np.concatenate(values)
     order = np.argsort(-joined, kind="stable")
-    shape = np.hstack(shapes)[:, order]
-    sign = np.sign(shape[np.argmax(np.abs(shape), axis=0), np.arange(shape.shape[1])])
-    shape = shape * sign
+    every = np.hstack(shapes)[:, order]
+    every = every * np.sign(every[np.argmax(np.abs(every), axis=0), np.arange(every.shape[1])])
     r = stick.rigid_body()
     return Modes(
-        frequency=1.0 / (2.0 * np.pi * np.sqrt(joined[order])),
-        shape=shape,
-        participation=r.T @ stick.M @ shape,
+        frequency=np.asarray(0.5 / (np.pi * np.sqrt(joined[order])), dtype=np.float64),
+        shape=every,
+        participation=r.T @ stick.M @ every,
         family=tuple(families[i] for i in order),
         total=np.diag(r.T @ stick.M @ r).copy(),
     )

@@ -19,7 +19,7 @@ MAX_NEWTON = 200
 
 @numba.njit(cache=True)
 def add_product(A: Array, x: Array, y: Array) -> None:
-    """Y += A x for symmetric A; goes along rows so that it vectorises without reordering sums."""
+    """Add A x to y, A symmetric: along rows, which vectorises without reordering sums."""
     for j in range(x.size):
         if x[j] != 0.0:
             for i in range(y.size):

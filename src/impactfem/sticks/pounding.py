@@ -159,7 +159,7 @@ class Response:
     @cached_property
     def time(self) -> Array:
         """Times, shape (n_t,) [s]."""
-        return self.time_step * np.arange(self.u.shape[0])
+        return np.asarray(self.time_step * np.arange(self.u.shape[0]), dtype=np.float64)
 
     @cached_property
     def moving(self) -> NDArray[np.int64]:

@@ -267,7 +267,7 @@ def build_stick(
         positions=np.array(positions),
         M=M,
         C=C,
-        K=(K + K.T) / 2.0,
+        K=np.asarray((K + K.T) / 2.0, dtype=np.float64),
         elements=tuple(elements),
         storey_points=masters,
     )

@@ -172,7 +172,7 @@ def contact_energy_order() -> list[Row]:
                 "contact energy defect",
                 f"fitted order in the step, {label}",
                 expected,
-                fitted_order(1.0 / counts, np.array(defects)),
+                fitted_order(np.asarray(1.0 / counts, dtype=float), np.array(defects)),
                 "-",
                 0.1,
                 "Taylor expansion of the work in the step where the gap closes",

@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import numpy.typing as npt
 
 from impactfem.log import LOGGER
 from impactfem.motion import (
@@ -122,9 +123,7 @@ def decree_ordinates() -> list[Row]:
     return rows
 
 
-def _rows(
-    name: str, record: Accelerogram, expected: np.ndarray[tuple[int], np.dtype[np.float64]]
-) -> list[Row]:
+def _rows(name: str, record: Accelerogram, expected: npt.NDArray[np.float64]) -> list[Row]:
     error = float(np.abs(record.acceleration - expected).max())
     source = "the samples the file was written with"
     return [
