@@ -1,3 +1,4 @@
+import pickle
 from pathlib import Path
 
 import pytest
@@ -37,3 +38,9 @@ def test_one_base_for_all():
     for error in (InputError([]), SolutionError("no result")):
         assert isinstance(error, ImpactfemError)
     assert not issubclass(SolutionError, InputError)
+
+
+def test_an_input_error_comes_whole_from_another_process():
+    error = InputError([Fault("a.csv", "line 2", "nan", "a number"), Fault("b", "", None, "text")])
+    again = pickle.loads(pickle.dumps(error))
+    assert again.faults == error.faults and str(again) == str(error)

@@ -41,6 +41,10 @@ class InputError(ImpactfemError):
         self.faults = tuple(faults)
         super().__init__("\n".join(str(fault) for fault in self.faults))
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[tuple[Fault, ...]]]:
+        # An exception is pickled with its message; this one is made from its faults.
+        return type(self), (self.faults,)
+
 
 class SolutionError(ImpactfemError):
     """A computation did not reach a result that may be used; says which and why."""
