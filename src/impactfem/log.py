@@ -59,6 +59,17 @@ def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
         handler.close()
 
 
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Without reports while the block runs; warnings still come."""
+    level = LOGGER.level
+    LOGGER.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        LOGGER.setLevel(level)
+
+
 class Steps:
     """The named steps of a run, with a bar and the remaining time on a terminal.
 

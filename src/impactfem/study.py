@@ -18,7 +18,7 @@ from impactfem.case import Case, SyntheticMotion, load_case, motion_files
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
-from impactfem.motion.from_case import check_records, treated_record
+from impactfem.motion.from_case import checked_durations
 from impactfem.parallel import on_root, rank, size, workers
 from impactfem.results.checks import log_stick_checks
 from impactfem.results.ensemble import ensemble_results, log_ensemble
@@ -102,11 +102,8 @@ def check(path: Path) -> Case:
         InputError: With every fault found.
     """
     case = load_case(path)
-    check_records(case.motions)
-    longest = case.pounding.duration or max(
-        motion.duration if isinstance(motion, SyntheticMotion) else treated_record(motion).duration
-        for motion in case.motions
-    )
+    durations = checked_durations(case.motions)
+    longest = case.pounding.duration or max(durations)
     if case.pounding.time_step > longest / 2.0:
         expected = f"at most half of what is computed, {longest:g} s"
         raise InputError([Fault(path, "pounding.time_step", case.pounding.time_step, expected)])

@@ -5,7 +5,7 @@ from impactfem.case import RecordMotion, SyntheticMotion
 from impactfem.errors import InputError
 from impactfem.motion import Accelerogram, eurocode_spectrum, write_csv
 from impactfem.motion.from_case import (
-    check_records,
+    checked_durations,
     design_target,
     ground_motions,
     treated_record,
@@ -76,20 +76,20 @@ def test_scale_and_component(tmp_path):
 )
 def test_what_a_record_cannot_bear_is_a_fault_of_it(file, keys, message):
     with pytest.raises(InputError, match=message):
-        check_records([record(file), record(file, **keys)])
+        checked_durations([record(file), record(file, **keys)])
 
 
 def test_a_record_of_zeros_has_no_peak_to_scale(tmp_path):
     path = tmp_path / "zero.csv"
     write_csv(Accelerogram(0.01, np.zeros(100)), path)
     with pytest.raises(InputError, match=r"zero\.csv: an accelerogram with peak 0.0"):
-        check_records([record(path, pga=1.0)])
+        checked_durations([record(path, pga=1.0)])
 
 
 def test_faults_of_all_records(tmp_path):
     motions = [record(tmp_path / name) for name in ("a.csv", "b.at2")]
     with pytest.raises(InputError) as caught:
-        check_records(motions)
+        checked_durations(motions)
     assert len(caught.value.faults) == 2
 
 

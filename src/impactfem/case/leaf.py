@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import re
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -54,21 +55,21 @@ def read_number(text: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
-class Leaf:
+class Leaf(ABC):
     """Base of the annotations: checks a value and describes what it accepts."""
 
     @property
+    @abstractmethod
     def phrase(self) -> str:
         """What is expected, in words that complete 'expected ...'."""
-        raise NotImplementedError
 
+    @abstractmethod
     def check(self, value: Any, info: ValidationInfo) -> Any:
         """Give the value as the program uses it, or raise the error of ``refuse``."""
-        raise NotImplementedError
 
+    @abstractmethod
     def schema(self) -> dict[str, Any]:
         """The JSON schema of what a case file may say."""
-        raise NotImplementedError
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.errors import ImpactfemError
+from impactfem.motion.target import positive_frequencies
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -79,9 +80,7 @@ class DesignSpectrum:
         Raises:
             ImpactfemError: A frequency is not positive.
         """
-        f = np.asarray(frequency, dtype=np.float64)
-        if not np.all(f > 0.0):
-            raise ImpactfemError("the frequencies of a design spectrum must be positive")
+        f = positive_frequencies(frequency)
         T = 1.0 / f
         T_B, T_C, T_D = self.corner_periods
         plateau = self.damping_correction * self.amplification

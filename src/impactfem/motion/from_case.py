@@ -18,6 +18,7 @@ from impactfem.case import (
 from impactfem.case import TableSpectrum as TableEntry
 from impactfem.case.design_spectrum import read_spectrum
 from impactfem.errors import Fault, ImpactfemError, InputError
+from impactfem.log import quiet
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.acceptance import Acceptance, acceptance
 from impactfem.motion.decree import decree_spectrum
@@ -73,23 +74,35 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
     return tuple(_ground_motion(motion, accept) for motion in motions)
 
 
-def check_records(motions: Sequence[Motion]) -> None:
-    """Read and treat the records of a case and see that they are usable.
+def checked_durations(motions: Sequence[Motion]) -> list[float]:
+    """Read and treat the records of a case, see that they are usable, and say how long all last.
+
+    What is done to the records is not reported here, but when they are used.
+
+    Returns:
+        Duration of each motion [s].
 
     Raises:
         InputError: With the faults of all of them.
     """
     faults: list[Fault] = []
+    durations = []
     for motion in motions:
-        if isinstance(motion, RecordMotion):
-            try:
-                if not treated_record(motion).acceleration.any():
-                    expected = "a record that is not zero throughout"
-                    faults.append(Fault(motion.file, "", None, expected))
-            except InputError as error:
-                faults += error.faults
+        if isinstance(motion, SyntheticMotion):
+            durations.append(motion.duration)
+            continue
+        try:
+            with quiet():
+                record = treated_record(motion)
+        except InputError as error:
+            faults += error.faults
+            continue
+        durations.append(record.duration)
+        if not record.acceleration.any():
+            faults.append(Fault(motion.file, "", None, "a record that is not zero throughout"))
     if faults:
         raise InputError(faults)
+    return durations
 
 
 def treated_record(motion: RecordMotion) -> Accelerogram:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.errors import ImpactfemError
+from impactfem.motion.target import positive_frequencies
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -68,8 +69,6 @@ class TableSpectrum:
         Raises:
             ImpactfemError: A frequency is not positive.
         """
-        f = np.asarray(frequency, dtype=np.float64)
-        if not np.all(f > 0.0):
-            raise ImpactfemError("the frequencies of a design spectrum must be positive")
+        f = positive_frequencies(frequency)
         inside = np.exp(np.interp(np.log(f), np.log(self.frequency), np.log(self.acceleration)))
         return np.asarray(inside * np.minimum(f / self.frequency[0], 1.0) ** 2)

@@ -7,6 +7,20 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from impactfem.errors import ImpactfemError
+
+
+def positive_frequencies(frequency: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Frequencies as an array of the same shape [Hz].
+
+    Raises:
+        ImpactfemError: A frequency is not positive.
+    """
+    f = np.asarray(frequency, dtype=np.float64)
+    if not np.all(f > 0.0):
+        raise ImpactfemError("the frequencies of a design spectrum must be positive")
+    return f
+
 
 class Target(Protocol):
     """A pseudo-acceleration spectrum that a motion is matched to or judged by."""

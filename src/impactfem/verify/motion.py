@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.log import LOGGER
+from impactfem.log import quiet
 from impactfem.motion import (
     STANDARD_GRAVITY,
     Accelerogram,
@@ -47,7 +44,7 @@ def record_formats() -> list[Row]:
         ("K-NET", "a.NS", knet_text(counts, 200), None, 0.01 * (known - known.mean())),
     ]  # fmt: skip
     rows = []
-    with TemporaryDirectory() as folder, _quiet():
+    with TemporaryDirectory() as folder, quiet():
         for name, file, text, component, expected in cases:
             path = Path(folder) / file
             path.write_text(text, encoding="utf-8")
@@ -139,14 +136,3 @@ def _rows(name: str, record: Accelerogram, expected: npt.NDArray[np.float64]) ->
         ),
         Row(f"{name} round trip", "time step", _STEP, record.time_step, "s", 1e-12, source),
     ]
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Without what the readers report of a record that nobody will use."""
-    level = LOGGER.level
-    LOGGER.setLevel(logging.WARNING)
-    try:
-        yield
-    finally:
-        LOGGER.setLevel(level)
