@@ -15,6 +15,7 @@ from hypothesis import settings
 from impactfem import study
 from impactfem.case.template import write_new_case
 from impactfem.results import floor_products
+from impactfem.study import sticks
 
 # The template, shorter and coarser: an impact lasts some 20 steps.
 SMALL = (
@@ -126,7 +127,7 @@ def copied(finished: Finished, tmp_path: Path) -> Path:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs without figures, which take most of the time."""
-    monkeypatch.setattr(study, "stick_figures", lambda *_: [])
+    monkeypatch.setattr(sticks, "stick_figures", lambda *_: [])
     monkeypatch.setattr(floor_products, "floor_figures", lambda *_: [])
 
 

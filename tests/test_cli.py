@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from impactfem import __version__, cli, study
+from impactfem import __version__, cli
 from impactfem.bench import figures
 from impactfem.errors import SolutionError
+from impactfem.study import sticks
 from impactfem.verify import manual
 from impactfem.verify.row import Row
 
@@ -264,7 +265,7 @@ class TestRun:
         def fail(*_):
             raise SolutionError("the response grew without bound")
 
-        monkeypatch.setattr(study, "run_sticks", fail)
+        monkeypatch.setattr(sticks, "run_sticks", fail)
         ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
         assert ended.code == 1
         assert ended.err.splitlines()[-1] == "error: the response grew without bound"
@@ -274,7 +275,7 @@ class TestRun:
         def interrupt(*_):
             raise KeyboardInterrupt
 
-        monkeypatch.setattr(study, "run_sticks", interrupt)
+        monkeypatch.setattr(sticks, "run_sticks", interrupt)
         ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
         assert ended.code == 130
         assert ended.err.splitlines()[-1] == "interrupted; run again with --resume to go on"

@@ -11,6 +11,7 @@ import xarray as xr
 
 from impactfem import __version__, study
 from impactfem.errors import ImpactfemError, InputError, SolutionError
+from impactfem.study import sticks
 
 FILES = {"run.log", "summary.json", "provenance.json", "sticks.nc", "motion.nc", "forces.nc"} | {
     "forces.csv",
@@ -269,7 +270,7 @@ class TestReuse:
             raise ImpactfemError("no space")
 
         with monkeypatch.context() as patch:
-            patch.setattr(study, "stick_figures", fail)
+            patch.setattr(sticks, "stick_figures", fail)
             with pytest.raises(ImpactfemError, match="no space"):
                 study.run(case, out=tmp_path / "run")
         assert not (tmp_path / "run" / "summary.json").exists()
@@ -322,7 +323,7 @@ class TestFolder:
         def stop(*_):
             raise SolutionError("stopped")
 
-        monkeypatch.setattr(study, "run_sticks", stop)
+        monkeypatch.setattr(sticks, "run_sticks", stop)
         (tmp_path / "run").mkdir()
         with pytest.raises(SolutionError, match="stopped"):
             study.run(new_case(tmp_path), out=tmp_path / "run")
@@ -338,7 +339,7 @@ class TestFolder:
         before = (tmp_path / "run" / "sticks.nc").read_bytes()
         names = set(tree(tmp_path / "run"))
         with monkeypatch.context() as patch:
-            patch.setattr(study, "write_sticks", interrupt)
+            patch.setattr(sticks, "write_sticks", interrupt)
             with pytest.raises(KeyboardInterrupt):
                 study.run(copied, out=tmp_path / "run")
         assert (tmp_path / "run" / "sticks.nc").read_bytes() == before

@@ -1,0 +1,7 @@
+"""The study: the stages in order, what each reads and writes, and what may be reused."""
+
+from impactfem.study.loop import Run, check, run
+from impactfem.study.stage import Stage
+from impactfem.study.stages import STAGES, stage_names
+
+__all__ = ["STAGES", "Run", "Stage", "check", "run", "stage_names"]

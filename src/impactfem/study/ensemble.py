@@ -1,0 +1,72 @@
+"""The stage `ensemble`: many motions through the sticks."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from impactfem.case import Case
+from impactfem.log import Steps
+from impactfem.parallel import on_root, workers
+from impactfem.results.ensemble import ensemble_results, log_ensemble
+from impactfem.results.floor_products import write_floor_products
+from impactfem.sticks.ensemble import run_ensemble
+from impactfem.sticks.ensemble_store import write_ensemble
+from impactfem.sticks.from_case import calibration_of, system_of
+from impactfem.study.inputs import inputs_key, published_values
+from impactfem.study.stage import Stage
+from impactfem.study.sticks import STICK_INPUTS, STICK_ROOMS
+
+
+def _key(case: Case) -> str:
+    inputs = inputs_key(case, (*STICK_INPUTS, "ensemble"), STICK_ROOMS)
+    digest = hashlib.sha256(inputs.encode())
+    for file in case.ensemble.files() if case.ensemble is not None else ():
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+    with steps.step("sticks"):
+        calibration = on_root(lambda: calibration_of(case))
+        ready = (calibration, system_of(case, calibration))
+    sections = tuple(section for section in STICK_INPUTS if section != "motions")
+    members_key = on_root(lambda: inputs_key(case, sections, STICK_ROOMS))
+    with workers() as executor:
+        if executor is None:
+            return []  # this rank has worked for rank 0 until now
+        with steps.step("members"):
+            result = run_ensemble(
+                case,
+                ready,
+                folder / "ensemble" / "members",
+                members_key,
+                executor,
+                lambda done, of: steps.within("members", done / of),
+            )
+    with steps.step("stores and figures"):
+        write_ensemble(folder / "ensemble.nc", case, result, key)
+        return [
+            folder / "ensemble.nc",
+            *ensemble_results(folder, published_values(case)),
+            *write_floor_products(
+                folder / "ensemble",
+                folder / "ensemble.nc",
+                broadening=case.spectra.broadening,
+                clipping=case.spectra.clipping,
+                statistic="mean",
+            ),
+        ]
+
+
+ENSEMBLE = Stage(
+    name="ensemble",
+    steps={"sticks": 2.0, "members": 40.0, "stores and figures": 2.0},
+    rooms=STICK_ROOMS,
+    key=_key,
+    store="ensemble.nc",
+    run=_run,
+    checks=lambda case, folder: log_ensemble(folder, published_values(case)),
+    lacks=lambda case: "ensemble" if case.ensemble is None else None,
+    collective=True,
+)

@@ -1,0 +1,58 @@
+"""Inputs of the stages: hashes that tell whether one changed, and the published values."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+
+import impactfem
+from impactfem.case import Case, motion_files
+
+
+def inputs_key(case: Case, sections: tuple[str, ...], rooms: tuple[str, ...]) -> str:
+    """Hash of the program's version and rooms, of sections of the case, and of its records.
+
+    Args:
+        case: The case.
+        sections: Names of the sections of the case file that count. With ``motions`` the records
+            that they name count too.
+        rooms: Names of the folders of the program whose sources count.
+
+    Returns:
+        The hash, as hexadecimal digits.
+    """
+    digest = hashlib.sha256(program_key(rooms).encode())
+    # What is in a record counts, not where it lies.
+    nowhere = {"motions": {"__all__": {"file"}}}
+    digest.update(case.model_dump_json(include=set(sections), exclude=nowhere).encode())
+    if "motions" in sections:
+        for motion in case.motions:
+            for file in motion_files(motion):
+                digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def program_key(rooms: tuple[str, ...]) -> str:
+    """Hash of the program's version and of the rooms' sources, as they were when first asked.
+
+    A changed program may change the result: it counts as an input.
+
+    Args:
+        rooms: Names of folders of the program; the Python files in each count, not those of
+            folders below.
+
+    Returns:
+        The hash, as hexadecimal digits.
+    """
+    digest = hashlib.sha256(impactfem.__version__.encode())
+    for room in rooms:
+        for source in sorted((Path(impactfem.__file__).parent / room).glob("*.py")):
+            digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def published_values(case: Case) -> dict[str, float]:
+    """Published values in SI by the name of the result; they change no result."""
+    return {name: entry.value for name, entry in case.published.items()}

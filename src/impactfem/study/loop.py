@@ -1,0 +1,151 @@
+"""The loop over the stages: checks the case, computes what may not be reused, writes it down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+
+import xarray as xr
+
+from impactfem.case import Case, SyntheticMotion, load_case
+from impactfem.errors import Fault, InputError
+from impactfem.files import write_json
+from impactfem.log import LOGGER, Steps, mirrored
+from impactfem.motion.from_case import checked_durations
+from impactfem.parallel import on_root, rank, size
+from impactfem.results.provenance import provenance
+from impactfem.results.summary import write_summary
+from impactfem.scalar import Scalar, from_json
+from impactfem.study.finished import is_finished, mark_finished, seconds_of
+from impactfem.study.folder import LOG, open_folder
+from impactfem.study.inputs import program_key, published_values
+from impactfem.study.stage import Stage
+from impactfem.study.stages import STAGES, asked_stages, check_stage_name
+
+
+@dataclass
+class Run:
+    """What a run did.
+
+    Args:
+        folder: Its folder.
+        scalars: All scalar results, in the order of the stages.
+        published: Published values in SI by the name of the result.
+        reused: Names of the stages whose stores were reused.
+        times: Wall time of each step when it ran, by stage and step [s].
+    """
+
+    folder: Path
+    scalars: list[Scalar]
+    published: dict[str, float]
+    reused: list[str] = field(default_factory=list)
+    times: dict[str, float] = field(default_factory=dict)
+
+
+def check(path: Path) -> Case:
+    """Read a case file and everything it names; nothing is computed.
+
+    Raises:
+        InputError: With every fault found.
+    """
+    case = load_case(path)
+    durations = checked_durations(case.motions)
+    longest = case.pounding.duration or max(durations)
+    if case.pounding.time_step > longest / 2.0:
+        expected = f"at most half of what is computed, {longest:g} s"
+        raise InputError([Fault(path, "pounding.time_step", case.pounding.time_step, expected)])
+    for stage in STAGES:
+        program_key(stage.rooms)
+    return case
+
+
+def run(
+    path: Path,
+    *,
+    out: Path | None = None,
+    stage: str | None = None,
+    resume: bool = False,
+    fresh: bool = False,
+) -> Run:
+    """Run a case up to a stage and write its folder.
+
+    A finished stage with the same inputs is reused; a changed input recomputes from there on.
+    Collective under `mpirun`: every rank calls it with the same arguments.
+
+    Args:
+        path: The case file.
+        out: The run's folder; ``runs/<name of the case file>`` when None.
+        stage: The last stage to run; all stages when None.
+        resume: Go on with the run in the folder; it must hold one.
+        fresh: Compute everything again.
+
+    Raises:
+        InputError: The case is not usable, or the folder is not; nothing is written then.
+        ImpactfemError: A computation or a file failed.
+    """
+    folder = out if out is not None else Path("runs") / path.stem
+
+    def prepare() -> Case:
+        check_stage_name(stage)
+        case = check(path)
+        asked_stages(case, stage)
+        open_folder(folder, resume)
+        return case
+
+    case = on_root(prepare)
+    with mirrored(folder / LOG, rank()):
+        result = Run(folder, [], published_values(case))
+        started = datetime.now(UTC).isoformat(timespec="seconds")
+        LOGGER.info("%s -> %s", case.title, folder)
+        stages = asked_stages(case, stage)
+        for one in stages:
+            _run_stage(one, case, result, fresh)
+        on_root(lambda: _write_results(case, result, stages, started))
+    return result
+
+
+def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool) -> None:
+    folder = result.folder
+    key = on_root(lambda: stage.key(case))
+    if on_root(lambda: not fresh and is_finished(folder, stage.name, key)):
+        LOGGER.info("stage %s: finished before with the same inputs, reused", stage.name)
+        result.reused.append(stage.name)
+    else:
+        with Steps(stage.steps, quiet=rank() != 0) as steps:
+            if stage.collective:
+                files = stage.run(case, folder, key, steps)
+            else:
+                files = on_root(lambda: stage.run(case, folder, key, steps))
+            times = {f"{stage.name}: {name}": round(t, 3) for name, t in steps.times.items()}
+            on_root(lambda: mark_finished(folder, stage.name, key, files, times))
+        LOGGER.info("stage %s: done in %.1f s", stage.name, sum(steps.times.values()))
+
+    def finish() -> tuple[list[Scalar], dict[str, float]]:
+        stage.checks(case, folder)
+        seconds = seconds_of(folder, stage.name)
+        with xr.open_dataset(folder / stage.store, engine="h5netcdf") as store:
+            return from_json(store.attrs["scalars"]), seconds
+
+    scalars, seconds = on_root(finish)
+    result.scalars += scalars
+    result.times |= seconds
+
+
+def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:
+    published = dict(result.published)
+    published |= {f"ensemble.median.{name}": v for name, v in result.published.items()}
+    write_summary(result.folder / "summary.json", result.scalars, published)
+    write_json(
+        result.folder / "provenance.json",
+        provenance(
+            case=case.path.name,
+            case_hash=case.content_hash(),
+            inputs={one.name: one.key(case) for one in stages},
+            seeds=[m.seed for m in case.motions if isinstance(m, SyntheticMotion)],
+            started=started,
+            reused=result.reused,
+            seconds=result.times,
+            ranks=size(),
+        ),
+    )

@@ -1,0 +1,39 @@
+"""What a stage of the study is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from impactfem.case import Case
+from impactfem.log import Steps
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of the study.
+
+    Args:
+        name: Its name on the command line.
+        steps: Its steps and their share of its time.
+        rooms: Rooms of the program that its results depend on; their sources are hashed before
+            anything runs.
+        key: Hash of what it depends on.
+        store: Its main file, with the scalars.
+        run: Computes and writes; gives the files that it wrote, on rank 0.
+        checks: Logs the checks of its results.
+        lacks: The section of the case file without which the stage has nothing to do; None when
+            nothing is missing.
+        collective: Whether all ranks run it together; else rank 0 does.
+    """
+
+    name: str
+    steps: dict[str, float]
+    rooms: tuple[str, ...]
+    key: Callable[[Case], str]
+    store: str
+    run: Callable[[Case, Path, str, Steps], list[Path]]
+    checks: Callable[[Case, Path], None]
+    lacks: Callable[[Case], str | None] = lambda case: None
+    collective: bool = False

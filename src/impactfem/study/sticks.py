@@ -1,0 +1,63 @@
+"""The stage `sticks`: calibrated sticks, pounding, impact forces, floor spectra."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from impactfem.case import Case
+from impactfem.log import Steps
+from impactfem.results.checks import log_stick_checks
+from impactfem.results.figures import stick_figures
+from impactfem.results.floor_products import write_floor_products
+from impactfem.results.tables import stick_tables
+from impactfem.sticks.force_history import ForceHistory, write_forces, write_forces_csv
+from impactfem.sticks.stage import STEPS, run_sticks
+from impactfem.sticks.store import write_motion, write_sticks
+from impactfem.study.inputs import inputs_key
+from impactfem.study.stage import Stage
+
+STICK_ROOMS = ("motion", "spectra", "sticks")
+STICK_INPUTS = (
+    "materials",
+    "damping",
+    "buildings",
+    "calibration",
+    "motions",
+    "contact_laws",
+    "contacts",
+    "pounding",
+    "spectra",
+)
+
+
+def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+    study = run_sticks(case, steps.step)
+    files = [folder / name for name in ("motion.nc", "forces.nc", "forces.csv", "sticks.nc")]
+    with steps.step("stores"):
+        write_motion(files[0], study, key)
+        response = study.response
+        write_forces(files[1], response, case.content_hash(), key)
+        names = tuple(pair.name for pair in response.system.pairs)
+        write_forces_csv(files[2], ForceHistory(response.time, names, response.force))
+        write_sticks(files[3], study, key)
+    with steps.step("tables and figures"):
+        files += stick_tables(folder)
+        files += stick_figures(folder)
+        files += write_floor_products(
+            folder,
+            folder / "sticks.nc",
+            broadening=case.spectra.broadening,
+            clipping=case.spectra.clipping,
+        )
+    return files
+
+
+STICKS = Stage(
+    name="sticks",
+    steps={**STEPS, "stores": 2.0, "tables and figures": 4.0},
+    rooms=STICK_ROOMS,
+    key=lambda case: inputs_key(case, STICK_INPUTS, STICK_ROOMS),
+    store="sticks.nc",
+    run=_run,
+    checks=lambda case, folder: log_stick_checks(folder, case.pounding.points_per_impact),
+)
