@@ -1,0 +1,201 @@
+"""All that impactfem knows about versions of dolfinx: 0.5 (Debian 12) to 0.9 (Debian 13).
+
+Every mesh lives on one rank (its communicator is COMM_SELF). Generations: up to 0.6 function
+spaces are made by classes and elements come from ufl; from 0.7 on by functions and from basix.ufl.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import inspect
+import logging
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import dolfinx
+import dolfinx.fem.petsc
+import numpy as np
+import ufl
+from dolfinx import fem, mesh
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+_BASIX = not hasattr(ufl, "VectorElement")  # elements moved from ufl to basix.ufl in 0.7
+_CORNERS = {"triangle": 3, "interval": 2}
+
+for _name in ("FFCx", "ffcx", "UFL", "ufl"):
+    logging.getLogger(_name).setLevel(logging.WARNING)
+
+
+@dataclass(frozen=True)
+class LocalMesh:
+    """A mesh of one rank's cells, with straight edges, in three dimensions.
+
+    Args:
+        mesh: dolfinx's mesh.
+        cells: The input's index of each of its cells, shape (n,).
+        corners: The input's vertex of each corner of each of its cells, shape (n, corners).
+    """
+
+    mesh: Any
+    cells: Index
+    corners: Index
+
+
+def local_mesh(cells: Index, vertices: Array, shape: str) -> LocalMesh:
+    """Make a mesh of this rank's cells. Not collective.
+
+    Args:
+        cells: Vertices of each cell, shape (n, 3) or (n, 2), n > 0.
+        vertices: Coordinates, each used by a cell, shape (m, 3) [m].
+        shape: "triangle" or "interval".
+    """
+    if _BASIX:
+        import basix.ufl
+
+        element = basix.ufl.element("Lagrange", shape, 1, shape=(3,))
+    else:
+        element = ufl.VectorElement("Lagrange", ufl.Cell(shape, geometric_dimension=3), 1)
+    made = mesh.create_mesh(
+        MPI.COMM_SELF, np.ascontiguousarray(cells, dtype=np.int64), vertices, ufl.Mesh(element)
+    )
+    given = np.asarray(made.geometry.input_global_indices, dtype=np.int64)
+    return LocalMesh(
+        mesh=made,
+        cells=np.asarray(made.topology.original_cell_index, dtype=np.int64),
+        corners=given[_rows(made.geometry.dofmap, _CORNERS[shape])],
+    )
+
+
+def _rows(table: Any, width: int) -> Index:
+    """A table with rows of equal length: an adjacency list before 0.7, an array since."""
+    return np.asarray(getattr(table, "array", table), dtype=np.int64).reshape(-1, width)
+
+
+def blocked_space(mesh: Any, size: int, degree: int) -> Any:
+    """Lagrange space with `size` components at each node, all of one block."""
+    return _space(mesh, "Lagrange", degree, size)
+
+
+def _space(mesh: Any, family: str, degree: int, size: int | None) -> Any:
+    if _BASIX:
+        import basix.ufl
+
+        shape = None if size is None else (size,)
+        return fem.functionspace(
+            mesh, basix.ufl.element(family, mesh.ufl_cell().cellname(), degree, shape=shape)
+        )
+    if size is None:
+        element = ufl.FiniteElement(family, mesh.ufl_cell(), degree)
+    else:
+        element = ufl.VectorElement(family, mesh.ufl_cell(), degree, dim=size)
+    with _cache() as folder:  # before 0.7 the tables of an element are compiled, too
+        return fem.FunctionSpace(mesh, element, **_options(fem.FunctionSpace, folder))
+
+
+def cell_nodes(space: Any) -> Index:
+    """The space's node numbers of each cell, shape (n_cells, nodes of a cell)."""
+    dofmap = space.dofmap
+    return _rows(dofmap.list, dofmap.dof_layout.num_dofs)
+
+
+def node_coordinates(space: Any) -> Array:
+    """Coordinates of the space's nodes, shape (n_nodes, 3) [m]."""
+    return np.asarray(space.tabulate_dof_coordinates(), dtype=np.float64)
+
+
+def cellwise(mesh: Any, values: Array) -> Any:
+    """A function that is constant on each cell.
+
+    Args:
+        mesh: dolfinx's mesh.
+        values: One number or one vector for each cell of the mesh, shape (n_cells,) or
+            (n_cells, size).
+    """
+    values = np.asarray(values, dtype=np.float64)
+    size = values.shape[1] if values.ndim == 2 else None
+    function = fem.Function(_space(mesh, "DG", 0, size))
+    # A cell's own degree of freedom need not carry the cell's number.
+    nodes = cell_nodes(function.function_space)[:, 0]
+    ordered = np.empty_like(values)
+    ordered[nodes] = values
+    function.x.array[:] = ordered.ravel()
+    return function
+
+
+def constant(mesh: Any, value: float) -> Any:
+    """A number in a form that may change without a new compilation."""
+    return fem.Constant(mesh, np.float64(value))
+
+
+def compiled(form: Any) -> Any:
+    """Compile a form, or take it from the cache of forms.
+
+    The cache is impactfem's own and locked while a form is compiled: what a killed process left
+    half-made there is thrown away instead of waited for.
+
+    Raises:
+        OSError: The cache cannot be written.
+    """
+    with _cache() as folder:
+        return fem.form(form, **_options(fem.form, folder))
+
+
+def _options(call: Any, folder: Path) -> dict[str, Any]:
+    """The options of compilation under the keyword of this version (renamed in 0.6)."""
+    names = inspect.signature(call).parameters
+    keyword = "jit_options" if "jit_options" in names else "jit_params"
+    return {keyword: {"cache_dir": folder, "timeout": 600}}
+
+
+def assembled(form: Any) -> Any:
+    """The matrix of a compiled form, a PETSc AIJ matrix on COMM_SELF. Not collective."""
+    matrix = fem.petsc.assemble_matrix(form)
+    matrix.assemble()
+    return matrix
+
+
+def version() -> str:
+    """Version of dolfinx, for the provenance of a run."""
+    return str(dolfinx.__version__)
+
+
+@contextmanager
+def _cache() -> Iterator[Path]:
+    """The folder of compiled forms, locked for this process."""
+    folder = _cache_folder()
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # given back by the kernel when a process is killed
+        for source in folder.glob("*.c"):
+            if not source.with_suffix(".c.cached").exists():
+                source.unlink()
+        before = logging.root.manager.disable
+        logging.disable(logging.INFO)  # the compiler's commands, told through the root logger
+        try:
+            yield folder
+        finally:
+            logging.disable(before)
+
+
+def _cache_folder() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    places = [Path(base), Path(tempfile.gettempdir()) / f"impactfem-{os.getuid()}"]
+    for place in places:
+        # Compiled code is bound to the versions of Python and dolfinx that made it.
+        folder = place / "impactfem" / f"forms-{dolfinx.__version__}-{sys.version_info.minor}"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / "lock").touch()
+        except OSError:
+            continue
+        return folder
+    raise OSError(f"no folder for compiled forms can be written: {', '.join(map(str, places))}")

@@ -1,0 +1,123 @@
+"""Masses of the floors: what the parts weigh, and what is added to reach given masses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.part import Part
+from impactfem.building.section import Sections
+from impactfem.errors import SolutionError
+
+Array = NDArray[np.float64]
+
+FLAT = 1e-6
+"""A slab is flat: the part of a triangle's height in its size that counts as none."""
+
+
+@dataclass(frozen=True, eq=False)
+class FloorMasses:
+    """How the mass of a building belongs to its floors.
+
+    A floor has its slab and beams, and of each wall and column the share by the lever rule: at
+    the height z between floors k − 1 and k, the part (z − z_{k−1}) / (z_k − z_{k−1}) goes to
+    floor k and the rest to floor k − 1. So half of a storey without bays goes to each.
+
+    Args:
+        parts: Mass of the parts by floor, shape (n_floors,) [kg].
+        added: Mass added on the slab of each floor, shape (n_floors,) [kg].
+        base: Mass that belongs to the base and does not move [kg].
+        on_triangles: Added mass on each triangle, shape (m,) [kg/m2].
+    """
+
+    parts: Array
+    added: Array
+    base: float
+    on_triangles: Array
+
+    @property
+    def floors(self) -> Array:
+        """Mass of each floor, shape (n_floors,) [kg]."""
+        return self.parts + self.added
+
+
+def floor_masses(
+    mesh: BuildingMesh, sections: Sections, density: float, asked: Array | None = None
+) -> FloorMasses:
+    """Masses of the floors; with given masses, what must be added evenly on the slabs.
+
+    Args:
+        mesh: The mesh; its floors are 1 to n_floors.
+        sections: Sections of its parts.
+        density: ρ of all parts [kg/m3].
+        asked: Masses of the floors, bottom to top, shape (n_floors,) [kg]; None adds nothing.
+
+    Raises:
+        SolutionError: A floor's parts weigh more than is asked, or it has no slab to add mass on.
+    """
+    areas = triangle_areas(mesh)
+    thickness = np.array([section.thickness for section in sections.shells])
+    shells = density * areas * thickness[mesh.triangle_part]
+    shares = _shares(mesh, mesh.shell_parts, mesh.triangle_part, mesh.triangles[:, :3], shells)
+    if len(mesh.lines):
+        section_areas = np.array([section.A for section in sections.beams])
+        beams = density * line_lengths(mesh) * section_areas[mesh.line_part]
+        shares += _shares(mesh, mesh.beam_parts, mesh.line_part, mesh.lines[:, :2], beams)
+    parts = shares[1:]
+    on_triangles = np.zeros(len(areas))
+    if asked is None:
+        return FloorMasses(parts, np.zeros_like(parts), float(shares[0]), on_triangles)
+    added = np.asarray(asked, dtype=np.float64) - parts
+    for k, missing in zip(mesh.floors, added, strict=True):
+        slab = _slab(mesh, k)
+        if slab.size == 0:
+            raise SolutionError(f"floor {k} has no flat slab that could carry an added mass")
+        if missing < 0.0:
+            raise SolutionError(
+                f"floor {k} weighs {parts[k - 1] / 1e3:.1f} t by its parts alone, more than the "
+                f"{(parts[k - 1] + missing) / 1e3:.1f} t that the floors table gives it"
+            )
+        on_triangles[slab] = missing / areas[slab].sum()
+    return FloorMasses(parts, added, float(shares[0]), on_triangles)
+
+
+def triangle_areas(mesh: BuildingMesh) -> Array:
+    """Area of each triangle, shape (m,) [m2]."""
+    a, b, c = (mesh.nodes[mesh.triangles[:, i]] for i in range(3))
+    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1), dtype=np.float64)
+
+
+def line_lengths(mesh: BuildingMesh) -> Array:
+    """Length of each line, shape (l,) [m]."""
+    ends = mesh.nodes[mesh.lines[:, :2]]
+    return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), dtype=np.float64)
+
+
+def _slab(mesh: BuildingMesh, floor: int) -> NDArray[np.int64]:
+    """The flat triangles of a floor; an acroterion is none."""
+    chosen = mesh.triangles_of("floor", floor)
+    corners = mesh.nodes[mesh.triangles[chosen, :3]]
+    size = np.ptp(corners, axis=1)
+    flat: NDArray[np.bool_] = size[:, 2] < FLAT * size.max(axis=1)
+    return chosen[flat]
+
+
+def _shares(
+    mesh: BuildingMesh,
+    parts: tuple[Part, ...],
+    part: NDArray[np.int32],
+    corners: NDArray[np.int64],
+    mass: Array,
+) -> Array:
+    """Mass of cells by level: the base, then the floors."""
+    level = np.array([p.level for p in parts], dtype=np.int64)[part]
+    standing = np.array([p.scaled for p in parts], dtype=bool)[part]
+    elevation = np.array([mesh.nodes[mesh.base, 2].min(), *mesh.elevations.values()])
+    z = mesh.nodes[corners, 2].mean(axis=1)
+    below, above = elevation[level - 1], elevation[level]
+    upper = np.where(standing, np.clip((z - below) / (above - below), 0.0, 1.0), 1.0)
+    lower = np.bincount(level - 1, mass * (1.0 - upper), len(elevation))
+    return np.asarray(np.bincount(level, mass * upper, len(elevation)) + lower)

@@ -1,0 +1,207 @@
+"""The building as matrices: stiffness of what stays and of what is scaled, mass, ground motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from impactfem._fenicsx import assembled, cellwise, compiled, constant
+from impactfem.building.assembly import added, global_matrix, on_pattern, without
+from impactfem.building.beam import BeamFields, beam_mass, beam_stiffness
+from impactfem.building.local import DOFS, LocalCells, local_cells
+from impactfem.building.numbering import Numbering, number_nodes
+from impactfem.building.partition import bisect
+from impactfem.building.parts import BeamCells, BuildingParts, ShellCells
+from impactfem.building.rigid_body import rigid_body
+from impactfem.building.shell import ShellFields, shell_mass, shell_stiffness
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Kind = ShellCells | BeamCells
+
+
+@dataclass(frozen=True)
+class BuildingModel:
+    """Matrices of the free degrees of freedom; clamped nodes are not among them.
+
+    A node has six, (ux, uy, uz, rx, ry, rz). All matrices share one pattern.
+
+    Args:
+        comm: Communicator.
+        nodes: Free nodes of this rank's rows in their order, shape (n_local / 6,).
+        coordinates: Their coordinates, shape (n_local / 6, 3) [m].
+        fixed: Stiffness of slabs and beams, PETSc AIJ.
+        storeys: Stiffness of walls and columns at the storey factor 1, PETSc AIJ.
+        mass: Mass matrix M, PETSc AIJ.
+        ground: M r of the free rows for unit rigid-body motions of everything, base included,
+            about the origin; the load of a ground acceleration a is −(M r) a; shape (n_local, 6).
+        total: rᵀ M r with the base, shape (6, 6) [kg, kg m, kg m2].
+        n_nodes: Number of nodes, clamped ones included.
+    """
+
+    comm: Any
+    nodes: Index
+    coordinates: Array
+    fixed: Any
+    storeys: Any
+    mass: Any
+    ground: Array
+    total: Array
+    n_nodes: int
+
+    @property
+    def n_free(self) -> int:
+        """Number of free degrees of freedom on all ranks."""
+        return int(self.mass.getSize()[0])
+
+    def stiffness(self, storey_factor: float = 1.0) -> Any:
+        """K = K_fixed + factor K_storeys, a new PETSc AIJ matrix. Collective."""
+        K = self.fixed.copy()
+        K.axpy(storey_factor, self.storeys, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        K.setOption(PETSc.Mat.Option.SPD, True)
+        return K
+
+    def rigid_body(self, origin: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
+        """Rigid-body motions about a point at this rank's rows, shape (n_local, 6)."""
+        return rigid_body(self.coordinates, np.asarray(origin))
+
+    def rows(self, nodes: Index) -> Index:
+        """First local row of each given node that is free and on this rank.
+
+        Args:
+            nodes: Nodes, shape (n,).
+
+        Returns:
+            Local row of the node's ux, or −1 where the node is clamped or on another rank,
+            shape (n,).
+        """
+        order = np.argsort(self.nodes)
+        at = np.searchsorted(self.nodes, nodes, sorter=order)
+        found = np.full(len(nodes), -1, dtype=np.int64)
+        inside = at < len(self.nodes)
+        local = order[at[inside]]
+        match = self.nodes[local] == np.asarray(nodes)[inside]
+        found[np.flatnonzero(inside)[match]] = DOFS * local[match]
+        return found
+
+
+def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
+    """Assemble the matrices of a building. Collective.
+
+    Args:
+        comm: Communicator.
+        parts: Mesh, sections, material and added mass, the same on all ranks.
+
+    Raises:
+        SolutionError: A node belongs to no cell, or mid nodes are not in the middle.
+    """
+    mesh = parts.mesh
+    kinds = parts.kinds()
+    centres = np.vstack([mesh.nodes[kind.cells].mean(axis=1) for kind in kinds])
+    weights = np.concatenate([np.full(len(k.cells), float(k.cells.shape[1])) for k in kinds])
+    joint = bisect(centres, weights, comm.size)
+    ranks = np.split(joint, np.cumsum([len(kind.cells) for kind in kinds])[:-1])
+    numbering = number_nodes(comm, len(mesh.nodes), [kind.cells for kind in kinds], ranks)
+
+    stiffness: dict[bool, list[Any]] = {False: [], True: []}
+    masses: list[Any] = []
+    for kind, rank in zip(kinds, ranks, strict=True):
+        mine = np.flatnonzero(rank == comm.rank)
+        K, M, nodes = _local_matrices(parts, kind, mine)
+        stiffness[kind.storey].append(global_matrix(K, nodes, numbering))
+        masses.append(global_matrix(M, nodes, numbering))
+    # All kinds of cells have mass: its pattern is that of the whole.
+    mass = added(masses)
+    fixed, storeys = (on_pattern(mass, stiffness[storey]) for storey in (False, True))
+    return _clamped(parts, numbering, fixed, storeys, mass)
+
+
+def _local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any, Any, Index]:
+    """Stiffness, mass and nodes of a rank's cells of one kind; None, None where it has none."""
+    if mine.size == 0:
+        return None, None, mine
+    local = local_cells(parts.mesh.nodes, kind.cells[mine])
+    chosen = mine[local.cells]
+    if isinstance(kind, ShellCells):
+        shell = _shell_fields(parts, kind, local, chosen)
+        forms = shell_stiffness(local.space, shell), shell_mass(local.space, shell)
+    else:
+        beam = _beam_fields(parts, kind, local, chosen)
+        forms = beam_stiffness(local.space, beam), beam_mass(local.space, beam)
+    K, M = (assembled(compiled(form)) for form in forms)
+    return K, M, local.nodes
+
+
+def _shell_fields(
+    parts: BuildingParts, kind: ShellCells, local: LocalCells, chosen: Index
+) -> ShellFields:
+    return ShellFields(
+        thickness=cellwise(local.mesh, kind.thickness[chosen]),
+        added_mass=cellwise(local.mesh, kind.added_mass[chosen]),
+        young_modulus=constant(local.mesh, parts.young_modulus),
+        poisson_ratio=constant(local.mesh, parts.poisson_ratio),
+        density=constant(local.mesh, parts.density),
+        drilling=constant(local.mesh, parts.drilling),
+    )
+
+
+def _beam_fields(
+    parts: BuildingParts, kind: BeamCells, local: LocalCells, chosen: Index
+) -> BeamFields:
+    sections = [kind.sections[i] for i in kind.section[chosen]]
+    values: dict[str, list[Any]] = {
+        "area": [s.A for s in sections],
+        "second_moments": [(s.I1, s.I2) for s in sections],
+        "torsion": [s.J for s in sections],
+        "shear": [(s.k1, s.k2) for s in sections],
+        "reference": [s.reference for s in sections],
+        "offset": [s.offset for s in sections],
+    }
+    return BeamFields(
+        **{name: cellwise(local.mesh, np.array(value)) for name, value in values.items()},
+        young_modulus=constant(local.mesh, parts.young_modulus),
+        poisson_ratio=constant(local.mesh, parts.poisson_ratio),
+        density=constant(local.mesh, parts.density),
+    )
+
+
+def _clamped(
+    parts: BuildingParts, numbering: Numbering, fixed: Any, storeys: Any, mass: Any
+) -> BuildingModel:
+    """Take the clamped nodes out, and keep what of the mass moves with the ground."""
+    mesh = parts.mesh
+    owned = numbering.owned
+    r = rigid_body(mesh.nodes[owned], np.zeros(3))
+    Mr = np.column_stack([_product(mass, column) for column in r.T])
+    total = numbering.comm.allreduce(r.T @ Mr)
+    clamped = np.zeros(len(mesh.nodes), dtype=bool)
+    clamped[mesh.base] = True
+    kept = ~clamped[owned]
+    dofs = np.repeat(kept, DOFS)
+    first = mass.getOwnershipRange()[0]
+    free = first + np.flatnonzero(dofs)
+    return BuildingModel(
+        comm=numbering.comm,
+        nodes=owned[kept],
+        coordinates=mesh.nodes[owned[kept]],
+        fixed=without(fixed, free),
+        storeys=without(storeys, free),
+        mass=without(mass, free),
+        ground=Mr[dofs],
+        total=total,
+        n_nodes=len(mesh.nodes),
+    )
+
+
+def _product(matrix: Any, values: Array) -> Array:
+    x, y = matrix.createVecs()
+    x.setArray(values)
+    matrix.mult(x, y)
+    result = np.array(y.getArray())
+    x.destroy()
+    y.destroy()
+    return result
