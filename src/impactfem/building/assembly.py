@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
+from scipy.sparse import csr_matrix
 
 from impactfem.building.local import DOFS
 from impactfem.building.numbering import Numbering
@@ -45,22 +46,30 @@ def global_matrix(local: Any | None, nodes: Index, numbering: Numbering) -> Any:
     return matrix
 
 
-def added(matrices: list[Any]) -> Any:
-    """Sum of matrices with any patterns. Collective. The first one becomes the sum."""
+def without_zeros(local: Any) -> Any:
+    """A matrix on COMM_SELF without the zeros that its pattern holds; the one given is destroyed."""
+    indptr, indices, values = local.getValuesCSR()
+    matrix = csr_matrix((values, indices, indptr), shape=local.getSize())
+    local.destroy()
+    matrix.eliminate_zeros()
+    kept = PETSc.Mat().createAIJ(
+        matrix.shape,
+        bsize=DOFS,
+        csr=(matrix.indptr, matrix.indices, matrix.data),
+        comm=PETSc.COMM_SELF,
+    )
+    kept.assemble()
+    return kept
+
+
+def added(matrices: list[Any], numbering: Numbering) -> Any:
+    """Sum of matrices with any patterns, which are destroyed; zero without any. Collective."""
+    if not matrices:
+        return global_matrix(None, np.empty(0, dtype=np.int64), numbering)
     total, *others = matrices
     for other in others:
         total.axpy(1.0, other, structure=PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
         other.destroy()
-    return total
-
-
-def on_pattern(pattern: Any, matrices: list[Any]) -> Any:
-    """Sum of matrices, which are destroyed, on the wider pattern of another one. Collective."""
-    total = pattern.duplicate(copy=False)
-    total.zeroEntries()
-    for matrix in matrices:
-        total.axpy(1.0, matrix, structure=PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
-        matrix.destroy()
     return total
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem._fenicsx import assembled, cellwise, compiled, constant
-from impactfem.building.assembly import added, global_matrix, on_pattern, without
+from impactfem.building.assembly import added, global_matrix, without, without_zeros
 from impactfem.building.beam import BeamFields, beam_mass, beam_stiffness
 from impactfem.building.local import DOFS, LocalCells, local_cells
 from impactfem.building.numbering import Numbering, number_nodes
@@ -28,7 +28,7 @@ Kind = ShellCells | BeamCells
 class BuildingModel:
     """Matrices of the free degrees of freedom; clamped nodes are not among them.
 
-    A node has six, (ux, uy, uz, rx, ry, rz). All matrices share one pattern.
+    A node has six, (ux, uy, uz, rx, ry, rz). The pattern of the mass is part of the stiffness's.
 
     Args:
         comm: Communicator.
@@ -61,7 +61,8 @@ class BuildingModel:
     def stiffness(self, storey_factor: float = 1.0) -> Any:
         """K = K_fixed + factor K_storeys, a new PETSc AIJ matrix. Collective."""
         K = self.fixed.copy()
-        K.axpy(storey_factor, self.storeys, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        different = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+        K.axpy(storey_factor, self.storeys, structure=different)
         K.setOption(PETSc.Mat.Option.SPD, True)
         return K
 
@@ -114,10 +115,8 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
         K, M, nodes = _local_matrices(parts, kind, mine)
         stiffness[kind.storey].append(global_matrix(K, nodes, numbering))
         masses.append(global_matrix(M, nodes, numbering))
-    # All kinds of cells have mass: its pattern is that of the whole.
-    mass = added(masses)
-    fixed, storeys = (on_pattern(mass, stiffness[storey]) for storey in (False, True))
-    return _clamped(parts, numbering, fixed, storeys, mass)
+    fixed, storeys = (added(stiffness[storey], numbering) for storey in (False, True))
+    return _clamped(parts, numbering, fixed, storeys, added(masses, numbering))
 
 
 def _local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any, Any, Index]:
@@ -133,7 +132,8 @@ def _local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any,
         beam = _beam_fields(parts, kind, local, chosen)
         forms = beam_stiffness(local.space, beam), beam_mass(local.space, beam)
     K, M = (assembled(compiled(form)) for form in forms)
-    return K, M, local.nodes
+    # Five of six entries of the mass are zero; in K they keep the blocks of a node whole.
+    return K, without_zeros(M), local.nodes
 
 
 def _shell_fields(
