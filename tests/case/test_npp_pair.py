@@ -4,12 +4,27 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import Case, KelvinVoigtLaw, load_case
+from impactfem.case import Case, GeneratedMesh, KelvinVoigtLaw, load_case
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+# Table 1: width and height in cm by index; index 6 has two parts.
+TABLE_1 = {
+    ("1", 330, 57), ("2", 300, 57), ("3", 120, 300), ("4", 90, 210), ("5", 240, 210),
+    ("6", 330, 90), ("6", 200, 270), ("7", 580, 320), ("8", 580, 270), ("9", 160, 120),
+    ("10", 160, 395),
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def case() -> Case:
-    return load_case(Path(__file__).parents[2] / "geometry" / "npp_pair.toml")
+    return load_case(GEOMETRY / "npp_pair.toml")
+
+
+@pytest.fixture(scope="module")
+def mesh(case: Case) -> GeneratedMesh:
+    assert case.structure is not None
+    assert isinstance(case.structure.mesh, GeneratedMesh)
+    return case.structure.mesh
 
 
 def test_masses_of_appendix_a(case: Case) -> None:
@@ -68,6 +83,66 @@ def test_targets_of_tables_2_to_4(case: Case) -> None:
             assert published.value == getattr(target, quantity)
 
 
+def test_structure_of_section_2(case: Case, mesh: GeneratedMesh) -> None:
+    assert case.structure is not None
+    assert case.structure.calibration is not None
+    assert case.structure.calibration.frequency == case.published["building.frequency.1"].value
+    assert (mesh.length, mesh.width, mesh.slab_thickness) == (46.2, 15.6, 0.3)
+    assert mesh.acroterion is not None
+    top = case.building("B1").elevations[-1] + mesh.acroterion.height
+    assert top == pytest.approx(30.93, abs=1e-9)
+    assert {wall.thickness for wall in mesh.walls} == {0.6, 1.0}  # "between 60 cm and 100 cm"
+    rows = [beam for beam in mesh.beams if (beam.width, beam.depth) == (0.75, 0.85)]
+    others = [beam for beam in mesh.beams if (beam.width, beam.depth) == (0.2, 0.28)]
+    assert (len(rows), len(rows) + len(others)) == (7, len(mesh.beams))
+    for beam in mesh.beams:  # below each slab
+        assert beam.floors == tuple(range(1, 9))
+        assert beam.offset == pytest.approx(-(mesh.slab_thickness + beam.depth) / 2.0)
+    assert [(c.width_x, c.width_y) for c in mesh.columns] == [(0.8, 1.2)] * 7
+    # At mid-width under the rows.
+    assert [(c.x, c.y) for c in mesh.columns] == [(b.x1, mesh.width / 2.0) for b in rows]
+
+
+def test_bays_of_table_1(mesh: GeneratedMesh) -> None:
+    sizes = {(bay.bay, round(bay.width * 100), round(bay.height * 100)) for bay in mesh.bays}
+    assert sizes == TABLE_1
+    storeys = {bay.bay: bay.storey for bay in mesh.bays}  # the 1st storey is storey 3
+    assert [storeys[str(i)] for i in range(1, 11)] == [2, 2, 3, 4, 4, 5, 6, 7, 8, 8]
+    west, east = (
+        [bay.model_dump(exclude={"wall"}) for bay in mesh.bays if bay.wall == f"gable_{side}"]
+        for side in ("west", "east")
+    )
+    assert west == east
+    assert len(west) * 2 == len(mesh.bays)
+
+
+def test_bays_end_below_the_beams(case: Case, mesh: GeneratedMesh) -> None:
+    lowest = max(-b.offset + b.depth / 2.0 for b in mesh.beams if b.beam.startswith("longitud"))
+    for bay in mesh.bays:
+        height = case.building("B1").floors[bay.storey - 1].storey_height
+        assert bay.top <= height - lowest + 1e-9
+
+
+def test_fine_mesh_is_the_same_building(case: Case, mesh: GeneratedMesh) -> None:
+    fine = load_case(GEOMETRY / "npp_pair_fine.toml")
+    assert fine.structure is not None
+    assert isinstance(fine.structure.mesh, GeneratedMesh)
+    assert fine.structure.mesh.size < mesh.size
+    assert fine.structure.mesh.model_copy(update={"size": mesh.size}) == mesh
+    assert (fine.contacts, fine.motions, fine.buildings) == (
+        case.contacts,
+        case.motions,
+        case.buildings,
+    )
+
+
+def test_published_floor_masses(case: Case) -> None:
+    for floor in case.building("B1").floors:
+        assert case.published[f"building.floor_mass.{floor.floor}"].value == floor.mass
+    modes = [case.published[f"building.effective_mass.{k}"].value for k in (1, 2, 3)]
+    assert sum(modes) == pytest.approx(13_066e3)  # section 3.1
+
+
 @pytest.mark.parametrize(
     ("name", "value", "unit"),
     [
@@ -83,6 +158,10 @@ def test_targets_of_tables_2_to_4(case: Case) -> None:
         ("frs.floor_8.peak", 63.8, "m/s2"),
         ("frs.floor_8.peak_frequency", 72.0, "Hz"),
         ("frs.floor_8.pfa", 37.0, "m/s2"),
+        ("building.frequency.2", 5.80, "Hz"),
+        ("building.frequency.3", 9.53, "Hz"),
+        ("building.effective_mass.1", 10_463e3, "kg"),
+        ("building.elements", 113_051.0, "-"),
     ],
 )
 def test_published(case: Case, name: str, value: float, unit: str) -> None:

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import load_case
+from impactfem.case import FileMesh, GeneratedMesh, load_case
 from impactfem.case.schema import json_schema
 from impactfem.case.template import write_new_case
 from impactfem.errors import InputError
@@ -11,6 +11,13 @@ from impactfem.errors import InputError
 TARGETS = "building,mode,frequency [Hz],effective_mass [t]\nwest,1,2.2,500\neast,1,1.5,500\n"
 RECORD = "time [s],acceleration [m/s2]\n0,0\n1,1\n"
 PUBLISHED = "name,value,unit,source\nmotion.pga,3,m/s2,here\n"
+WALLS = "wall,storeys,x1 [m],y1 [m],x2 [m],y2 [m],thickness [m]\na,1-3,0,0,20,0,0.2\n"
+BAYS = "bay,wall,storey,centre [m],sill [m],width [m],height [m]\n1,a,1,5,1,2,1.5\n"
+BEAMS = (
+    "beam,floors,x1 [m],y1 [m],x2 [m],y2 [m],width [m],depth [m],offset [m]\n"
+    "b,1-3,5,0,5,12,0.3,0.5,-0.375\n"
+)
+COLUMNS = "column,storeys,x [m],y [m],width_x [m],width_y [m]\nc,1-3,5,6,0.4,0.4\n"
 OTHER_WAY = "not both|together|Cannot overwrite"  # a key for the other of two ways
 
 
@@ -103,6 +110,34 @@ def test_optional_blocks(template: Path) -> None:
     assert case.calibration is not None
     assert len(case.motions) == 2
     assert case.contacts[-1].name == "west.floor_2-east.storey_3_at_0.5"
+
+
+def test_optional_structure(template: Path) -> None:
+    for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
+        (template.parent / f"new_{name}.csv").write_text(table)
+    uncommented(template, "# [structure]", None)
+    text = template.read_text(encoding="utf-8").replace("# density", "density")
+    template.write_text(text, encoding="utf-8")
+    structure = load_case(template).structure
+    assert structure is not None
+    assert isinstance(structure.mesh, GeneratedMesh)
+    assert len(structure.mesh.columns) == 1
+    # The mesh of the user's own in place of that one.
+    begin = text.index("[structure.mesh]")
+    template.write_text(text[:begin] + text[text.index("\n# In place of that mesh") :])
+    (template.parent / "new.msh").write_bytes(b"a mesh")
+    uncommented(template, "# [structure.mesh]", None)
+    structure = load_case(template).structure
+    assert structure is not None
+    assert isinstance(structure.mesh, FileMesh)
+
+
+def test_variant_as_the_template_says(template: Path) -> None:
+    said = re.search(r"extends = \"new\.toml\"", template.read_text(encoding="utf-8"))
+    assert said is not None
+    variant = template.with_name("variant.toml")
+    variant.write_text(f'{said[0]}\ntitle = "A variant"\n')
+    assert load_case(variant).title == "A variant"
 
 
 def test_nothing_is_overwritten(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def global_matrix(local: Any | None, nodes: Index, numbering: Numbering) -> Any:
 
 
 def without_zeros(local: Any) -> Any:
-    """A matrix on COMM_SELF without the zeros that its pattern holds; the one given is destroyed."""
+    """A matrix on COMM_SELF without the zeros of its pattern; the one given is destroyed."""
     indptr, indices, values = local.getValuesCSR()
     matrix = csr_matrix((values, indices, indptr), shape=local.getSize())
     local.destroy()

@@ -66,6 +66,16 @@ class BuildingModel:
         K.setOption(PETSc.Mat.Option.SPD, True)
         return K
 
+    def about(self, origin: Array) -> tuple[Array, Array]:
+        """`ground` and `total` for rotations about another point: r S, with S = [I, -e × x0; 0, I].
+
+        Args:
+            origin: x0, shape (3,) [m].
+        """
+        S = np.eye(6)
+        S[:3, 3:] = -np.cross(np.eye(3), origin).T
+        return self.ground @ S, S.T @ self.total @ S
+
     def rigid_body(self, origin: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
         """Rigid-body motions about a point at this rank's rows, shape (n_local, 6)."""
         return rigid_body(self.coordinates, np.asarray(origin))

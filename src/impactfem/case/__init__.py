@@ -1,8 +1,11 @@
 """The case file: what is studied, read from TOML and CSV with units, checked as a whole."""
 
 from impactfem.case.analysis import FrequencyGrid, Pounding, Spectra
+from impactfem.case.bays import Bay
+from impactfem.case.beams import Beam
 from impactfem.case.buildings import Building
 from impactfem.case.calibration import Calibration
+from impactfem.case.columns import Column
 from impactfem.case.contacts import (
     Contact,
     ContactLaw,
@@ -21,18 +24,27 @@ from impactfem.case.design_spectrum import (
     TableSpectrum,
 )
 from impactfem.case.ensemble import Ensemble
+from impactfem.case.file_mesh import BeamGroup, FileMesh, ShellGroup
 from impactfem.case.floors import Floor
+from impactfem.case.generated_mesh import Acroterion, GeneratedMesh
 from impactfem.case.load import load_case
 from impactfem.case.materials import Material
 from impactfem.case.model import Case
 from impactfem.case.motions import Motion, RecordMotion, SyntheticMotion, motion_files
 from impactfem.case.published import Published
+from impactfem.case.structure import FrequencyFit, Structure, structure_files
 from impactfem.case.targets import Target
+from impactfem.case.walls import Wall
 
 __all__ = [
+    "Acroterion",
+    "Bay",
+    "Beam",
+    "BeamGroup",
     "Building",
     "Calibration",
     "Case",
+    "Column",
     "Contact",
     "ContactLaw",
     "ContactPoint",
@@ -41,8 +53,11 @@ __all__ = [
     "DesignSpectrum",
     "Ensemble",
     "EurocodeSpectrum",
+    "FileMesh",
     "Floor",
+    "FrequencyFit",
     "FrequencyGrid",
+    "GeneratedMesh",
     "HertzDampLaw",
     "HertzLaw",
     "HuntCrossleyLaw",
@@ -53,10 +68,14 @@ __all__ = [
     "Pounding",
     "Published",
     "RecordMotion",
+    "ShellGroup",
     "Spectra",
+    "Structure",
     "SyntheticMotion",
     "TableSpectrum",
     "Target",
+    "Wall",
     "load_case",
     "motion_files",
+    "structure_files",
 ]

@@ -32,12 +32,16 @@ class Known:
         floors: Rows of the floor tables that could be read, by the file name in the case file.
         floors_of: The file name of the floor table of each building, by the building's name.
         targets: Rows of the target tables that could be read, by the file name.
+        material_of: The name of the material of each building, by the building's name.
+        without_density: Names of the materials that say no density.
     """
 
     groups: dict[str, tuple[str, ...] | None] = field(default_factory=dict)
     floors: dict[Path, tuple[Floor, ...]] = field(default_factory=dict)
     floors_of: dict[str, Path] = field(default_factory=dict)
     targets: dict[Path, tuple[Target, ...]] = field(default_factory=dict)
+    material_of: dict[str, str] = field(default_factory=dict)
+    without_density: frozenset[str] = frozenset()
 
     def names(self, group: str) -> tuple[str, ...] | None:
         """The names of a group, or None when they are not known."""

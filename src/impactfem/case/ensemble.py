@@ -11,6 +11,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from impactfem.case.base import Section, present
 from impactfem.case.leaf import FileName, Whole, refuse
 from impactfem.case.motions import Motion, RecordMotion
+from impactfem.case.source import Source
 from impactfem.errors import Fault
 
 Folder = Annotated[Path, FileName()]
@@ -49,25 +50,28 @@ class Ensemble(Section):
         return tuple(sorted(path for path in visible if path.is_file()))
 
 
-def ensemble_faults(path: Path, ensemble: Ensemble, motions: Sequence[Motion]) -> Iterator[Fault]:
+def ensemble_faults(
+    source: Source, ensemble: Ensemble, motions: Sequence[Motion]
+) -> Iterator[Fault]:
     """What does not go together between an ensemble and the motions of its case.
 
     Args:
-        path: The case file.
+        source: The case file.
         ensemble: The ensemble, its folder relative to the working folder.
         motions: The motions of the case.
     """
     recorded = [motion for motion in motions if isinstance(motion, RecordMotion)]
     if ensemble.motions is not None and recorded:
         expected = "synthetic motions only: other seeds of a record there are none; use records"
-        yield Fault(path, "ensemble.motions", ensemble.motions, expected)
+        yield source.fault(("ensemble", "motions"), ensemble.motions, expected)
     if ensemble.records is not None:
+        place, records = ("ensemble", "records"), str(ensemble.records)
         if len(motions) != 1 or len(recorded) != 1:
             expected = "a case with one motion of type 'record', whose file the records take"
-            yield Fault(path, "ensemble.records", str(ensemble.records), expected)
+            yield source.fault(place, records, expected)
         if not ensemble.records.is_dir():
             expected = "a folder of records; there is none of this name"
-            yield Fault(path, "ensemble.records", str(ensemble.records), expected)
+            yield source.fault(place, records, expected)
         elif len(ensemble.files()) < 2:
             expected = f"at least two records in it, found {len(ensemble.files())}"
-            yield Fault(path, "ensemble.records", str(ensemble.records), expected)
+            yield source.fault(place, records, expected)

@@ -17,11 +17,16 @@ from impactfem.case.leaf import File, Text, refuse
 from impactfem.case.materials import Material
 from impactfem.case.motions import Motion, MotionEntry
 from impactfem.case.published import Published
+from impactfem.case.structure import Structure, StructureEntry
 
 
 class CaseFile(Section):
     """A case of impactfem: buildings side by side, a ground motion, and what is computed."""
 
+    extends: File | None = Field(
+        default=None,
+        description="Another case file, which this one is laid over: it says only what differs.",
+    )
     title: Text = Field(description="Title of the case, for the report and the figures.")
     published: File | None = Field(
         default=None,
@@ -32,6 +37,9 @@ class CaseFile(Section):
     buildings: tuple[BuildingEntry, ...] = Field(min_length=1, description="The buildings.")
     calibration: CalibrationEntry | None = Field(
         default=None, description="Calibration of the sticks; left out, they are taken as given."
+    )
+    structure: StructureEntry | None = Field(
+        default=None, description="The 3D model of one building; left out, there is none."
     )
     motions: tuple[MotionEntry, ...] = Field(
         min_length=1, description="The ground motions, one a direction."
@@ -74,6 +82,7 @@ class Case(Section):
         damping: Damping of the case; each building carries the one that holds for it.
         buildings: The buildings with their material, floors and damping.
         calibration: The calibration with its targets, or None.
+        structure: The 3D model of one building, or None.
         motions: The ground motions; a record's file is relative to the working folder.
         contact_laws: Contact laws by name.
         contacts: One contact for each pair of points.
@@ -81,7 +90,8 @@ class Case(Section):
         spectra: Response spectra.
         ensemble: The ensemble of motions, or None.
         published: Published values in SI by the name of the result.
-        digest: SHA-256 of the case text and of all files it names, as hexadecimal digits.
+        digest: SHA-256 of the case text, of those it extends and of all files they name, as
+            hexadecimal digits.
     """
 
     path: Path
@@ -90,6 +100,7 @@ class Case(Section):
     damping: Damping
     buildings: tuple[Building, ...]
     calibration: Calibration | None
+    structure: Structure | None
     motions: tuple[Motion, ...]
     contact_laws: dict[str, ContactLaw]
     contacts: tuple[Contact, ...]
@@ -100,7 +111,7 @@ class Case(Section):
     digest: str
 
     def content_hash(self) -> str:
-        """SHA-256 of the case text and of every file it names, as they were when it was read."""
+        """SHA-256 of the case texts and of every file they name, as they were when read."""
         return self.digest
 
     def building(self, name: str) -> Building:

@@ -16,6 +16,9 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from impactfem.case.base import Section
+from impactfem.case.bays import Bay
+from impactfem.case.beams import Beam
+from impactfem.case.columns import Column
 from impactfem.case.design_spectrum import SpectrumPoint
 from impactfem.case.floors import Floor
 from impactfem.case.leaf import Quantity, Ratio
@@ -23,6 +26,7 @@ from impactfem.case.published import PublishedRow
 from impactfem.case.schema import json_schema
 from impactfem.case.table import leaf_of
 from impactfem.case.targets import Target
+from impactfem.case.walls import Wall
 
 __all__ = ["reference_page", "schema_text", "write_reference"]
 
@@ -49,6 +53,12 @@ program computes and reports.
 **Files** are relative to the folder of the case file. All names, of keys too, are case sensitive;
 a key that is not listed here is an error.
 
+**Variants** of a case say only what differs: `extends = "other.toml"` at the top lays a file over
+another one, which may extend a further one. Tables are laid over one another key by key; a list or
+any other value replaces what the other file says, and so does a table of another `type`. A file
+that is named stays relative to the folder of the file that names it. The schema knows one file
+only: in an editor it misses what a variant leaves out.
+
 """
 
 _TABLES = """\
@@ -69,6 +79,10 @@ _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
         "or period; several dampings one after another.",
         SpectrumPoint,
     ),
+    ("Wall table", "`walls` of `[structure.mesh]`: one row a wall.", Wall),
+    ("Bay table", "`bays` of `[structure.mesh]`: one row a rectangular opening in a wall.", Bay),
+    ("Beam table", "`beams` of `[structure.mesh]`: one row a beam.", Beam),
+    ("Column table", "`columns` of `[structure.mesh]`: one row a column.", Column),
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
 

@@ -13,11 +13,13 @@ from pydantic.fields import FieldInfo
 
 from impactfem.case.base import Section
 from impactfem.case.leaf import Quantity, Ratio, Whole, Words, nearest, read_number
+from impactfem.case.levels import Levels
 from impactfem.case.text import read_text
 from impactfem.case.unit import UnitError, scale, si_factor
 from impactfem.errors import Fault
 
 Row = TypeVar("Row", bound=Section)
+CellLeaf = Quantity | Ratio | Whole | Words | Levels
 
 _NEWLINE = re.compile(r"\r\n|\r|\n")
 _HEADER = re.compile(r"\s*([^\[\]]*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
@@ -42,7 +44,7 @@ class Table(Generic[Row]):
 class _Column:
     header: str
     field: str
-    leaf: Quantity | Ratio | Whole | Words
+    leaf: CellLeaf
     factor: float | None  # None when the unit could not be used: its cells are not read
 
 
@@ -93,10 +95,10 @@ def read_table(path: Path, row_model: type[Row], faults: list[Fault]) -> Table[R
     return Table(tuple(row for _, row in rows), tuple(number for number, _ in rows), headers)
 
 
-def leaf_of(info: FieldInfo) -> Quantity | Ratio | Whole | Words:
+def leaf_of(info: FieldInfo) -> CellLeaf:
     """The leaf of a field of a row: what its cells must be."""
     for item in info.metadata:
-        if isinstance(item, Quantity | Ratio | Whole | Words):
+        if isinstance(item, CellLeaf):
             return item
     raise TypeError(f"the field {info} of a table has no leaf")
 
@@ -210,7 +212,7 @@ def _row(
 
 def _value(cell: str, leaf: object, factor: float) -> float | int | str | None:
     """The value of a cell; None when it cannot be read as what the column holds."""
-    if isinstance(leaf, Words):
+    if isinstance(leaf, Words | Levels):
         return cell or None
     if isinstance(leaf, Whole):
         return int(cell) if re.fullmatch(r"[+-]?\d{1,9}", cell) else None
@@ -221,6 +223,8 @@ def _value(cell: str, leaf: object, factor: float) -> float | int | str | None:
 def _cell_words(leaf: object) -> str:
     if isinstance(leaf, Words):
         return "a text, the cell is empty"
+    if isinstance(leaf, Levels):
+        return leaf.phrase
     if isinstance(leaf, Whole):
         return leaf.phrase
     return "a finite number (the unit is in the header)"

@@ -1,0 +1,258 @@
+"""The mesh generator: a geometry becomes a conforming gmsh mesh of second order.
+
+All surfaces, lines and points are fragmented at once, so that whatever meets shares its nodes; the
+groups are named from what each input became.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from impactfem.building.geometry import ACROTERION, SIDES, Geometry, Wall
+from impactfem.building.gmsh_process import gmsh_session, in_own_process
+from impactfem.building.part import Mark, Part, usable_name
+from impactfem.errors import Fault, ImpactfemError, InputError
+from impactfem.files import atomic
+
+Point = tuple[float, float, float]
+Entity = tuple[int, int]
+
+_FRONTAL_DELAUNAY = 6
+_NEAR = 1e-5  # gmsh's bounding boxes are larger than the entities by 1e-7 m [m]
+
+
+def generate(geometry: Geometry, path: Path, *, source: str = "", binary: bool = True) -> None:
+    """Make the mesh of a building: MSH 4.1, second order, plane facets and straight edges.
+
+    The same geometry gives the same mesh. gmsh runs in a process of its own. Not collective.
+
+    Args:
+        geometry: What is built.
+        path: The file to write.
+        source: What the geometry comes from, for messages; the case file.
+        binary: Whether the file is binary: smaller and faster, with the same numbers.
+
+    Raises:
+        InputError: Parts lie on each other, or a name or a number of a floor is not usable.
+        ImpactfemError: The file cannot be written, or gmsh failed.
+    """
+    source = source or str(path)
+    faults = _name_faults(geometry, source)
+    if faults:
+        raise InputError(faults)
+    with atomic(path) as temporary:
+        # gmsh chooses the format by the file's suffix.
+        made = temporary.with_name(f"{temporary.name}.msh")
+        try:
+            in_own_process(_generate, geometry, made, source, binary)
+            made.replace(temporary)
+        finally:
+            made.unlink(missing_ok=True)
+
+
+@dataclass
+class _Inputs:
+    """The entities before the fragment, each with its part or mark, in order."""
+
+    names: list[Part | Mark] = field(default_factory=list)
+    entities: list[Entity] = field(default_factory=list)
+
+    def add(self, name: Part | Mark, entity: Entity) -> None:
+        self.names.append(name)
+        self.entities.append(entity)
+
+
+def _generate(geometry: Geometry, path: Path, source: str, binary: bool) -> None:
+    with gmsh_session() as gmsh:
+        try:
+            inputs = _draw(gmsh.model.occ, geometry)
+            _, became = gmsh.model.occ.fragment(inputs.entities, [])
+            gmsh.model.occ.synchronize()
+            groups = _groups(gmsh.model, geometry, inputs, became, source)
+            _name(gmsh.model, groups)
+            _set_sizes(gmsh, geometry, groups)
+            gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_DELAUNAY)
+            gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
+            gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+            gmsh.option.setNumber("Mesh.Binary", int(binary))
+            gmsh.model.mesh.generate(2)
+            gmsh.model.mesh.setOrder(2)
+            gmsh.write(str(path))
+        except InputError:
+            raise
+        except Exception as error:  # gmsh raises nothing more special
+            raise ImpactfemError(f"gmsh cannot mesh the building of {source}: {error}") from error
+
+
+def _draw(occ: Any, geometry: Geometry) -> _Inputs:
+    inputs = _Inputs()
+    Lx, Ly = geometry.length, geometry.width
+    corners = [(0.0, 0.0), (Lx, 0.0), (Lx, Ly), (0.0, Ly)]
+    sides = dict(zip(("y-", "x+", "y+", "x-"), range(4), strict=True))
+    first = sides[geometry.impact_edge]
+    impact = corners[first], corners[(first + 1) % 4]
+    for k in geometry.floors:
+        below, z = geometry.levels[k - 1], geometry.levels[k]
+        inputs.add(Part("floor", k), _plane(occ, [(x, y, z) for x, y in corners]))
+        for wall in geometry.walls:
+            if k in wall.storeys:
+                for face in _wall(occ, geometry, wall, k):
+                    inputs.add(Part("storey", k, wall.name), face)
+        for beam in geometry.beams:
+            if k in beam.floors:
+                inputs.add(Part("beam", k, beam.name), _line(occ, (*beam.start, z), (*beam.end, z)))
+        for column in geometry.columns:
+            if k in column.storeys:
+                line = _line(occ, (*column.place, below), (*column.place, z))
+                inputs.add(Part("column", k, column.name), line)
+        inputs.add(Mark("edge", k), _line(occ, (*impact[0], z), (*impact[1], z)))
+        inputs.add(Mark("centre", k), (0, occ.addPoint(Lx / 2.0, Ly / 2.0, z)))
+    if geometry.acroterion is not None:
+        z = geometry.levels[-1]
+        top = z + geometry.acroterion.height
+        for (x1, y1), (x2, y2) in zip(corners, corners[1:] + corners[:1], strict=True):
+            around = [(x1, y1, z), (x2, y2, z), (x2, y2, top), (x1, y1, top)]
+            inputs.add(Part("floor", geometry.floors[-1], ACROTERION), _plane(occ, around))
+    return inputs
+
+
+def _wall(occ: Any, geometry: Geometry, wall: Wall, k: int) -> list[Entity]:
+    """The faces of a wall in storey k, its bays cut out."""
+    (x1, y1), (x2, y2) = wall.start, wall.end
+    L = math.hypot(x2 - x1, y2 - y1)
+    below, above = geometry.levels[k - 1], geometry.levels[k]
+
+    def rectangle(s1: float, s2: float, z1: float, z2: float) -> Entity:
+        ends = [(x1 + (x2 - x1) * s / L, y1 + (y2 - y1) * s / L) for s in (s1, s2)]
+        return _plane(occ, [(*ends[0], z1), (*ends[1], z1), (*ends[1], z2), (*ends[0], z2)])
+
+    whole = rectangle(0.0, L, below, above)
+    holes = []
+    for bay in geometry.bays:
+        if bay.wall == wall.name and bay.storey == k:
+            s, sill = bay.centre - bay.width / 2.0, below + bay.sill
+            holes.append(rectangle(s, s + bay.width, sill, sill + bay.height))
+    if not holes:
+        return [whole]
+    return list(occ.cut([whole], holes)[0])
+
+
+def _line(occ: Any, start: Point, end: Point) -> Entity:
+    return 1, occ.addLine(occ.addPoint(*start), occ.addPoint(*end))
+
+
+def _plane(occ: Any, corners: list[Point]) -> Entity:
+    points = [occ.addPoint(*corner) for corner in corners]
+    turned = [*points[1:], points[0]]
+    sides = [occ.addLine(p, q) for p, q in zip(points, turned, strict=True)]
+    return 2, occ.addPlaneSurface([occ.addCurveLoop(sides)])
+
+
+Groups = dict[Part | Mark, dict[int, set[int]]]
+
+
+def _groups(
+    model: Any, geometry: Geometry, inputs: _Inputs, became: list[list[Entity]], source: str
+) -> Groups:
+    """The entities of each part and mark, by dimension."""
+    groups: Groups = defaultdict(lambda: defaultdict(set))
+    owner: dict[Entity, Part] = {}
+    faults = []
+    for name, pieces in zip(inputs.names, became, strict=True):
+        for dimension, tag in pieces:
+            groups[name][dimension].add(tag)
+            if not isinstance(name, Part):
+                continue
+            other = owner.setdefault((dimension, tag), name)
+            if other != name:
+                place = _middle(model, (dimension, tag))
+                faults.append(Fault(source, name.group, None, f"lies on {other.group} at {place}"))
+    if faults:
+        raise InputError(faults)
+    floor = Mark("base")
+    foot = geometry.levels[0]
+    for part, by_dimension in list(groups.items()):
+        if isinstance(part, Part) and part.scaled and part.level == 1:
+            dimension = part.dimension
+            own = [(dimension, tag) for tag in sorted(by_dimension[dimension])]
+            for d, tag in model.getBoundary(own, combined=False, oriented=False):
+                box = model.getBoundingBox(d, tag)
+                if abs(box[2] - foot) < _NEAR and abs(box[5] - foot) < _NEAR:
+                    groups[floor][d].add(tag)
+    return groups
+
+
+def _name(model: Any, groups: Groups) -> None:
+    for name, by_dimension in sorted(groups.items(), key=lambda item: item[0].group):
+        for dimension, tags in sorted(by_dimension.items()):
+            model.addPhysicalGroup(dimension, sorted(tags), name=name.group)
+
+
+def _set_sizes(gmsh: Any, geometry: Geometry, groups: Groups) -> None:
+    """One constant field a family, on its entities and their boundaries; the least one counts."""
+    sizes = geometry.size
+    mesh = gmsh.model.mesh
+    fields = []
+    largest = max(sizes.floor, sizes.storey, sizes.beam, sizes.column)
+    for family, size in (
+        ("floor", sizes.floor),
+        ("storey", sizes.storey),
+        ("beam", sizes.beam),
+        ("column", sizes.column),
+    ):
+        own: dict[int, set[int]] = {1: set(), 2: set()}
+        for name, by_dimension in groups.items():
+            if isinstance(name, Part) and name.family == family:
+                for dimension, tags in by_dimension.items():
+                    own[dimension] |= tags
+        if not own[1] | own[2]:
+            continue
+        constant = mesh.field.add("Constant")
+        mesh.field.setNumber(constant, "VIn", size)
+        mesh.field.setNumber(constant, "VOut", largest)
+        mesh.field.setNumbers(constant, "CurvesList", sorted(own[1]))
+        mesh.field.setNumbers(constant, "SurfacesList", sorted(own[2]))
+        fields.append(constant)
+    least = mesh.field.add("Min")
+    mesh.field.setNumbers(least, "FieldsList", fields)
+    mesh.field.setAsBackgroundMesh(least)
+    gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", largest)
+
+
+def _middle(model: Any, entity: Entity) -> str:
+    x1, y1, z1, x2, y2, z2 = model.getBoundingBox(*entity)
+    middle = (0.5 * (x1 + x2), 0.5 * (y1 + y2), 0.5 * (z1 + z2))
+    return "({:.3f}, {:.3f}, {:.3f}) m".format(*middle)
+
+
+def _name_faults(geometry: Geometry, source: str) -> list[Fault]:
+    """Faults that would make groups wrong: names, doubles, floors that are not there."""
+    faults = []
+    seen: set[Part] = set()
+    levels = set(geometry.floors)
+    if geometry.impact_edge not in SIDES:
+        expected = f"expected one of {', '.join(SIDES)}"
+        faults.append(Fault(source, "impact_edge", geometry.impact_edge, expected))
+    named = [
+        *(("storey", w.name, w.storeys) for w in geometry.walls),
+        *(("beam", b.name, b.floors) for b in geometry.beams),
+        *(("column", c.name, c.storeys) for c in geometry.columns),
+    ]
+    for family, name, own in named:
+        if not usable_name(name):
+            expected = f"the name of a {family} has a-z, 0-9 and single _ only"
+            faults.append(Fault(source, family, name, expected))
+        for k in own:
+            part = Part(family, k, name)
+            if k not in levels:
+                expected = f"expected a {family} at 1 to {max(levels, default=0)}"
+                faults.append(Fault(source, part.group, None, expected))
+            elif part in seen:
+                faults.append(Fault(source, part.group, None, "duplicate name"))
+            seen.add(part)
+    return faults

@@ -1,0 +1,98 @@
+"""gmsh in a process of its own, so that it never meets PETSc or the launcher of MPI.
+
+gmsh's wheel brings an MPI and a PETSc of its own: in a process with Debian's they print errors, and
+under `mpirun` they would take the launcher's variables for theirs.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from impactfem.errors import ImpactfemError
+
+T = TypeVar("T")
+# What Open MPI, PRRTE, PMIx and MPICH put into the environment of a rank.
+LAUNCHER_PREFIXES = ("OMPI_", "PMI_", "PMIX_", "PRTE_", "MPI_LOCAL", "HYDRA_", "PMI2_")
+
+
+def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
+    """Run a function in a new Python process and give its result. Not collective.
+
+    Args:
+        function: A function of a module that can be imported; it may import gmsh.
+        arguments: Its arguments; they and the result must be picklable.
+
+    Raises:
+        ImpactfemError: What the function raised, `InputError` with all its faults; or the process
+            ended without a result, as when gmsh crashes.
+    """
+    # -P: a file gmsh.py or numpy.py in the working folder is not taken for the package.
+    process = subprocess.run(
+        [sys.executable, "-P", "-m", __name__],
+        input=pickle.dumps((function, arguments)),
+        capture_output=True,
+        env=clean_environment(os.environ),
+        check=False,
+    )
+    if process.returncode != 0:
+        last = process.stderr.decode(errors="replace").strip()[-2000:]
+        raise ImpactfemError(
+            f"the process that runs gmsh ended with exit code {process.returncode}"
+            + (f": {last}" if last else "")
+        )
+    result, failure = pickle.loads(process.stdout)
+    if failure is not None:
+        raise failure
+    return result  # type: ignore[no-any-return]
+
+
+def clean_environment(environment: Mapping[str, str]) -> dict[str, str]:
+    """The environment without what a launcher of MPI has put there."""
+    return {
+        name: value for name, value in environment.items() if not name.startswith(LAUNCHER_PREFIXES)
+    }
+
+
+@contextmanager
+def gmsh_session() -> Iterator[Any]:
+    """The module gmsh between `initialize` and `finalize`; the same for every user and machine.
+
+    To be used inside `in_own_process`.
+    """
+    import gmsh
+
+    # The user's own options are not read: they would change the mesh.
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        yield gmsh
+    finally:
+        gmsh.finalize()
+
+
+def _serve() -> None:
+    """Run what comes by standard input; the result goes to standard output.
+
+    What gmsh prints goes to standard error.
+    """
+    out = os.dup(1)
+    os.dup2(2, 1)
+    function, arguments = pickle.loads(sys.stdin.buffer.read())
+    result, failure = None, None
+    try:
+        result = function(*arguments)
+    except ImpactfemError as error:
+        failure = error
+    with os.fdopen(out, "wb") as stream:
+        pickle.dump((result, failure), stream, protocol=pickle.HIGHEST_PROTOCOL)
+
+
+if __name__ == "__main__":
+    _serve()

@@ -1,0 +1,148 @@
+"""Sections of shells and beams, and the frame that a beam's section stands in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+E_Y: Vector = (0.0, 1.0, 0.0)
+E_Z: Vector = (0.0, 0.0, 1.0)
+SHEAR = 5.0 / 6.0  # shear factor of a rectangle, and of a plate
+_TERMS = 40  # of the series of J: the rest is below 1e-11 of it
+
+
+@dataclass(frozen=True)
+class ShellSection:
+    """Section of a shell.
+
+    Args:
+        thickness: t [m].
+    """
+
+    thickness: float
+
+
+@dataclass(frozen=True)
+class BeamSection:
+    """Section of a beam in its frame (t, n1, n2), with s1 and s2 along n1 and n2.
+
+    Args:
+        A: Area [m2].
+        I1: ∫ s2² dA, for bending that moves along n2 [m4].
+        I2: ∫ s1² dA, for bending that moves along n1 [m4].
+        J: Torsion constant [m4].
+        k1: Shear factor along n1.
+        k2: Shear factor along n2.
+        reference: Vector r that n2 is made of; not along the beam.
+        offset: From the node line to the axis of the section, in global components [m].
+    """
+
+    A: float
+    I1: float
+    I2: float
+    J: float
+    k1: float = SHEAR
+    k2: float = SHEAR
+    reference: Vector = E_Z
+    offset: Vector = (0.0, 0.0, 0.0)
+
+    @classmethod
+    def rectangle(
+        cls,
+        width: float,
+        depth: float,
+        *,
+        reference: Vector = E_Z,
+        offset: Vector = (0.0, 0.0, 0.0),
+    ) -> BeamSection:
+        """A solid rectangle, the depth h along n2 and the width b along n1.
+
+        A = b h, I1 = b h³/12, I2 = h b³/12; J by `torsion_constant`.
+
+        Args:
+            width: b, along n1 [m].
+            depth: h, along n2 [m].
+            reference: As in the class.
+            offset: As in the class [m].
+        """
+        return cls(
+            A=width * depth,
+            I1=width * depth**3 / 12.0,
+            I2=depth * width**3 / 12.0,
+            J=torsion_constant(width, depth),
+            reference=reference,
+            offset=offset,
+        )
+
+    @classmethod
+    def beam(cls, width: float, depth: float, offset: float = 0.0) -> BeamSection:
+        """A rectangular beam that is not vertical: the depth in the vertical plane.
+
+        Args:
+            width: Horizontal side [m].
+            depth: The other side, vertical for a horizontal beam [m].
+            offset: Axis above the node line, negative below [m].
+        """
+        return cls.rectangle(width, depth, reference=E_Z, offset=(0.0, 0.0, offset))
+
+    @classmethod
+    def column(cls, width_x: float, width_y: float) -> BeamSection:
+        """A rectangular column: n1 = e_x and n2 = e_y, as its tangent is e_z.
+
+        Args:
+            width_x: Side along x [m].
+            width_y: Side along y [m].
+        """
+        return cls.rectangle(width_x, width_y, reference=E_Y)
+
+    def frame(self, tangents: ArrayLike) -> tuple[Array, Array]:
+        """Directions n1 and n2 of the section: n2 = r - (r·t) t over its norm, n1 = n2 × t.
+
+        Args:
+            tangents: Unit tangents t, shape (..., 3).
+
+        Returns:
+            n1 and n2, each of the shape of the tangents.
+
+        Raises:
+            ValueError: A tangent is along the reference r, within about 0.1°.
+        """
+        t = np.asarray(tangents, dtype=np.float64)
+        r = np.asarray(self.reference) / np.linalg.norm(self.reference)
+        across = r - (t @ r)[..., None] * t
+        norm = np.linalg.norm(across, axis=-1, keepdims=True)
+        if np.any(norm < 2e-3):
+            raise ValueError(f"a beam is parallel to the reference {self.reference} of its section")
+        n2 = across / norm
+        return np.cross(n2, t), n2
+
+
+@dataclass(frozen=True)
+class Sections:
+    """The sections of a mesh's parts.
+
+    Args:
+        shells: Section of each of the mesh's `shell_parts`, in their order.
+        beams: Section of each of the mesh's `beam_parts`, in their order.
+    """
+
+    shells: tuple[ShellSection, ...]
+    beams: tuple[BeamSection, ...]
+
+
+def torsion_constant(a: float, b: float) -> float:
+    """Torsion constant J of a solid rectangle with the sides a and b [m], in [m4].
+
+    With b the longer side, the series of Saint-Venant (Timoshenko and Goodier, Theory of
+    Elasticity, section 109):
+    J = a³ b/3 (1 - 192 a/(π⁵ b) Σ tanh(n π b/(2 a))/n⁵), over odd n.
+    """
+    a, b = sorted((a, b))
+    total = sum(math.tanh(n * math.pi * b / (2.0 * a)) / n**5 for n in range(1, 2 * _TERMS, 2))
+    return a**3 * b / 3.0 * (1.0 - 192.0 * a / (math.pi**5 * b) * total)

@@ -1,0 +1,119 @@
+"""The storey stiffness factor that gives the first bending mode a frequency."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+from numpy.typing import NDArray
+
+from impactfem.building.bending import bending_modes
+from impactfem.building.model import BuildingModel
+from impactfem.dynamics.columns import inner, product
+from impactfem.dynamics.modes import Modes, modes
+from impactfem.errors import SolutionError
+from impactfem.log import LOGGER
+
+Array = NDArray[np.float64]
+
+MOST_ROUNDS = 8
+TOLERANCE = 1e-6
+"""Relative error of the frequency that is reached."""
+FARTHEST = 100.0
+"""Largest change of the factor in a round, to either side."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedBuilding:
+    """A fitted factor, with the modes of the building that has it.
+
+    Args:
+        factor: The factor on the stiffness of walls and columns.
+        modes: Modes with it.
+        rounds: Number of modal analyses it took.
+    """
+
+    factor: float
+    modes: Modes
+    rounds: int
+
+
+def fit_storey_factor(
+    model: BuildingModel, frequency: float, direction: int, start: float, count: int
+) -> FittedBuilding:
+    """Find the factor f with which the first bending mode has a frequency. Collective.
+
+    Each round computes modes Φ with the factor at hand, then finds the factor that gives the
+    frequency in their space, (Φᵀ K_fixed Φ + f Φᵀ K_storeys Φ) a = λ a. As its error is of the
+    second order in that of Φ, a round or two are enough.
+
+    Args:
+        model: The building.
+        frequency: Frequency to reach [Hz].
+        direction: 0 or 1, along x or y: the direction in which the mode moves.
+        start: First value of f.
+        count: Number of modes.
+
+    Raises:
+        SolutionError: There is no such mode among them, or no factor gives the frequency, as when
+            the slabs alone are too soft.
+    """
+    factor = start
+    for rounds in range(1, MOST_ROUNDS + 1):
+        K = model.stiffness(factor)
+        found = modes(K, model.mass, count)
+        K.destroy()
+        reached = float(found.frequency[_first_bending(model, found, direction, factor)])
+        LOGGER.debug("storey factor %.6g: first bending mode at %.8g Hz", factor, reached)
+        if abs(reached / frequency - 1.0) < TOLERANCE:
+            return FittedBuilding(factor, found, rounds)
+        factor = _reduced_fit(model, found, frequency, direction, factor)
+    raise SolutionError(
+        f"no storey factor gives the first bending mode {frequency:g} Hz: after {MOST_ROUNDS} "
+        f"modal analyses it is {reached:.6g} Hz"
+    )
+
+
+def _first_bending(model: BuildingModel, found: Modes, direction: int, factor: float) -> int:
+    gamma = model.comm.allreduce(found.shapes.T @ model.ground[:, direction])
+    bending = bending_modes(gamma**2, float(model.total[direction, direction]))
+    if bending.size == 0:
+        raise SolutionError(
+            f"none of the {found.frequency.size} lowest modes bends along {'xy'[direction]}: they "
+            f"reach {found.frequency[-1]:.4g} Hz at the storey factor {factor:.4g}"
+        )
+    return int(bending[0])
+
+
+def _reduced_fit(
+    model: BuildingModel, found: Modes, frequency: float, direction: int, factor: float
+) -> float:
+    """The factor that gives the frequency in the space of the modes at hand."""
+    fixed = _projected(model.fixed, found.shapes)
+    storeys = _projected(model.storeys, found.shapes)
+    gamma = model.comm.allreduce(found.shapes.T @ model.ground[:, direction])
+    total = float(model.total[direction, direction])
+    asked = (2.0 * math.pi * frequency) ** 2
+
+    def excess(logarithm: float) -> float:
+        values, vectors = scipy.linalg.eigh(fixed + math.exp(logarithm) * storeys)
+        bending = bending_modes((vectors.T @ gamma) ** 2, total)
+        return float(np.log(values[bending[0] if bending.size else 0] / asked))
+
+    here = math.log(factor)
+    low, high = here - math.log(FARTHEST), here + math.log(FARTHEST)
+    if not excess(low) < 0.0 < excess(high):
+        raise SolutionError(
+            f"no storey factor from {math.exp(low):.3g} to {math.exp(high):.3g} gives the first "
+            f"bending mode {frequency:g} Hz: the slabs and beams are too soft or too stiff for it"
+        )
+    return math.exp(float(scipy.optimize.brentq(excess, low, high, xtol=1e-12)))
+
+
+def _projected(matrix: Any, shapes: Array) -> Array:
+    reduced = inner(matrix, shapes, product(matrix, shapes))
+    return 0.5 * (reduced + reduced.T)

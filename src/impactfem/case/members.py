@@ -1,0 +1,183 @@
+"""What the tables of walls, beams and columns share: where members are, and what is refused."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar, TypeVar
+
+from pydantic import ValidationInfo, field_validator
+
+from impactfem.case.base import Section, present
+from impactfem.case.leaf import Words, refuse
+from impactfem.case.table import Table, column_key, read_table
+from impactfem.errors import Fault
+
+TOUCH = 1e-6  # m: what is closer than this touches
+
+MemberName = Annotated[
+    str,
+    Words(
+        "a name of a-z, 0-9 and single '_', for example 'gable_west'", "[a-z0-9]+(?:_[a-z0-9]+)*"
+    ),
+]
+
+
+@dataclass(frozen=True)
+class Site:
+    """What the tables of a structure are checked against; None is not known, and not checked.
+
+    Args:
+        length: Length of the plan along x [m].
+        width: Width of the plan along y [m].
+        heights: Height of each storey [m] by its number, which is that of the floor above it.
+    """
+
+    length: float | None = None
+    width: float | None = None
+    heights: dict[int, float] | None = None
+
+
+class Member(Section, ABC):
+    """A row of a table of walls, beams or columns."""
+
+    kind: ClassVar[str]  # what it is; the column of its name as well
+    levels_column: ClassVar[str]
+
+    @property
+    def name(self) -> str:
+        """Its name, unique in the table."""
+        return str(getattr(self, self.kind))
+
+    @property
+    def levels(self) -> tuple[int, ...]:
+        """The storeys or floors it is in."""
+        levels: tuple[int, ...] = getattr(self, self.levels_column)
+        return levels
+
+    @property
+    @abstractmethod
+    def coordinates(self) -> dict[str, float]:
+        """Coordinates in plan [m] by their column, which begins with x or y."""
+
+    @abstractmethod
+    def lies_on(self, other: Member) -> bool:
+        """Whether two of a kind share more than points in plan."""
+
+
+class Line(Member):
+    """A straight member in plan, from (x1, y1) to (x2, y2)."""
+
+    @field_validator("y2", check_fields=False)
+    @classmethod
+    def _two_ends(cls, value: float, info: ValidationInfo) -> float:
+        if present(info, ["x1", "y1", "x2"]):
+            x1, y1, x2 = (info.data[name] for name in ("x1", "y1", "x2"))
+            if math.hypot(x2 - x1, value - y1) <= TOUCH:
+                raise refuse("expected an end (x2, y2) away from (x1, y1)")
+        return value
+
+    @property
+    def coordinates(self) -> dict[str, float]:
+        """Coordinates of both ends [m] by their column."""
+        return {name: float(getattr(self, name)) for name in ("x1", "y1", "x2", "y2")}
+
+    @property
+    def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Both ends in plan [m]."""
+        x1, y1, x2, y2 = self.coordinates.values()
+        return (x1, y1), (x2, y2)
+
+    @property
+    def length(self) -> float:
+        """Distance between the ends [m]."""
+        return math.dist(*self.ends)
+
+    def lies_on(self, other: Member) -> bool:
+        """Whether two lie in one line and share more than an end."""
+        if not isinstance(other, Line):
+            return False
+        (x1, y1), (x2, y2) = self.ends
+        L = self.length
+        tx, ty = (x2 - x1) / L, (y2 - y1) / L
+        along = [(x - x1) * tx + (y - y1) * ty for x, y in other.ends]
+        across = [(y - y1) * tx - (x - x1) * ty for x, y in other.ends]
+        shared = min(L, max(along)) - max(0.0, min(along))
+        return shared > TOUCH and max(map(abs, across)) <= TOUCH
+
+
+MemberRow = TypeVar("MemberRow", bound=Member)
+
+
+def read_members(
+    path: Path, model: type[MemberRow], site: Site, faults: list[Fault]
+) -> Table[MemberRow] | None:
+    """Read a table of walls, beams or columns; what is wrong with it is appended to ``faults``.
+
+    Args:
+        path: A CSV file with the columns of the model.
+        model: ``Wall``, ``Beam`` or ``Column``.
+        site: Where they stand.
+        faults: Every fault of the table is appended here.
+
+    Returns:
+        The rows with the lines they stand on, or None when there were faults.
+    """
+    table = read_table(path, model, faults)
+    if table is None:
+        return None
+    broken = [
+        *_name_faults(path, table),
+        *_level_faults(path, table, site),
+        *_plan_faults(path, table, site),
+        *_twice_faults(path, table),
+    ]
+    faults.extend(broken)
+    return None if broken else table
+
+
+def _name_faults(path: Path, table: Table[MemberRow]) -> Iterator[Fault]:
+    seen: dict[str, int] = {}
+    for line, row in zip(table.lines, table.rows, strict=True):
+        first = seen.setdefault(row.name, line)
+        if first != line:
+            key = column_key(line, table.headers[row.kind])
+            expected = f"duplicate {row.kind}, the first is in line {first}"
+            yield Fault(path, key, row.name, expected)
+
+
+def _level_faults(path: Path, table: Table[MemberRow], site: Site) -> Iterator[Fault]:
+    for line, row in zip(table.lines, table.rows, strict=True):
+        unknown = [str(k) for k in row.levels if site.heights is not None and k not in site.heights]
+        if unknown and site.heights is not None:
+            key = column_key(line, table.headers[row.levels_column])
+            known = ", ".join(map(str, site.heights))
+            expected = f"the building has the {row.levels_column} {known}"
+            yield Fault(path, key, ", ".join(unknown), expected)
+
+
+def _plan_faults(path: Path, table: Table[MemberRow], site: Site) -> Iterator[Fault]:
+    limits = {"x": ("length", site.length), "y": ("width", site.width)}
+    for line, row in zip(table.lines, table.rows, strict=True):
+        for column, value in row.coordinates.items():
+            name, limit = limits[column[0]]
+            if limit is not None and not -TOUCH <= value <= limit + TOUCH:
+                key = column_key(line, table.headers[column])
+                expected = f"expected a {row.kind} within the plan: 0 m to its {name}, {limit:g} m"
+                yield Fault(path, key, value, expected)
+
+
+def _twice_faults(path: Path, table: Table[MemberRow]) -> Iterator[Fault]:
+    """Two of a kind in one place would be joined into one, with the section of either."""
+    rows = list(zip(table.lines, table.rows, strict=True))
+    for (first, one), (line, row) in itertools.combinations(rows, 2):
+        shared = sorted(set(one.levels) & set(row.levels))
+        if shared and row.lies_on(one):
+            key = column_key(line, table.headers[row.kind])
+            level = f"{row.levels_column.removesuffix('s')} {shared[0]}"
+            expected = f"lies on {one.name} of line {first} in {level}; expected a place of its own"
+            yield Fault(path, key, row.name, expected)

@@ -1,0 +1,207 @@
+"""The files that a case names: their bytes for the hash, their tables for the models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from impactfem.case.base import Known
+from impactfem.case.bays import Bay, read_bays
+from impactfem.case.beams import Beam
+from impactfem.case.columns import Column
+from impactfem.case.design_spectrum import SpectrumTable, read_spectrum
+from impactfem.case.floors import Floor, read_floors
+from impactfem.case.leaf import PositiveLength
+from impactfem.case.members import MemberRow, Site, read_members
+from impactfem.case.place import Place
+from impactfem.case.published import Published, read_published
+from impactfem.case.source import Source
+from impactfem.case.table import Table
+from impactfem.case.targets import Target, read_targets
+from impactfem.case.text import read_bytes
+from impactfem.case.walls import Wall
+from impactfem.errors import Fault
+
+_LENGTH: TypeAdapter[float] = TypeAdapter(PositiveLength)
+
+
+@dataclass
+class NamedFiles:
+    """The files a case names, read before the models are made.
+
+    Args:
+        source: The case file, whose content may have any faults.
+    """
+
+    source: Source
+    faults: list[Fault] = field(default_factory=list)
+    contents: dict[Path, bytes] = field(default_factory=dict)
+    floors: dict[Path, tuple[Floor, ...]] = field(default_factory=dict)
+    targets: dict[Path, tuple[Target, ...]] = field(default_factory=dict)
+    spectra: dict[Path, SpectrumTable] = field(default_factory=dict)
+    published: dict[str, Published] = field(default_factory=dict)
+    walls: tuple[Wall, ...] = ()
+    bays: tuple[Bay, ...] = ()
+    beams: tuple[Beam, ...] = ()
+    columns: tuple[Column, ...] = ()
+    floors_read: set[Path] = field(default_factory=set)
+    known: Known = field(init=False)
+
+    def __post_init__(self) -> None:
+        raw = self.source.raw
+        buildings = tables_of(raw, "buildings")
+        names = _building_names(raw)
+        self.known = Known(
+            groups={
+                "materials": _keys(raw, "materials"),
+                "contact_laws": _keys(raw, "contact_laws"),
+                "buildings": names,
+            },
+            floors=self.floors,
+            floors_of={name: Path(file) for name, file in _texts(raw, "floors").items()},
+            targets=self.targets,
+            material_of=_texts(raw, "material"),
+            without_density=_without_density(raw),
+        )
+        for index, entry in buildings:
+            self._read_floors(("buildings", index, "floors"), entry.get("floors"))
+        calibration = raw.get("calibration")
+        if isinstance(calibration, dict):
+            place = ("calibration", "targets")
+            self._read_targets(place, calibration.get("targets"), names)
+        structure = raw.get("structure")
+        if isinstance(structure, dict) and isinstance(structure.get("mesh"), dict):
+            self._read_structure(structure.get("building"), structure["mesh"])
+        for index, entry in tables_of(raw, "motions"):
+            self._open(("motions", index, "file"), entry.get("file"), "a record")
+            self._read_spectrum(("motions", index, "spectrum", "file"), entry.get("spectrum"))
+        file = self._open(("published",), raw.get("published"), "a table (CSV)")
+        if file is not None:
+            self.published = read_published(self._path(file), self.faults) or {}
+
+    def _path(self, file: Path) -> Path:
+        """A file relative to the working folder."""
+        return self.source.path.parent / file
+
+    def _open(self, place: Place, value: Any, what: str) -> Path | None:
+        """Read the bytes of a file for the hash; None when it cannot be read."""
+        if not isinstance(value, str) or not value.strip() or "\0" in value:
+            return None  # a fault of the case file's own, found by its model
+        file = Path(value)
+        if file not in self.contents:
+            content = read_bytes(self._path(file), what)
+            if isinstance(content, Fault):
+                self.faults.append(self.source.fault(place, value, content.expected))
+                return None
+            self.contents[file] = content
+        return file
+
+    def _read_floors(self, place: Place, value: Any) -> None:
+        file = self._open(place, value, "a floor table (CSV)")
+        if file is not None and file not in self.floors_read:
+            self.floors_read.add(file)  # buildings share a table: its faults are told once
+            _keep(self.floors, file, read_floors(self._path(file), self.faults))
+
+    def _read_targets(self, place: Place, value: Any, names: tuple[str, ...] | None) -> None:
+        file = self._open(place, value, "a target table (CSV)")
+        if file is not None:
+            _keep(self.targets, file, read_targets(self._path(file), names, self.faults))
+
+    def _read_spectrum(self, place: Place, entry: Any) -> None:
+        if not isinstance(entry, dict) or entry.get("type") != "table":
+            return
+        file = self._open(place, entry.get("file"), "a table of a design spectrum (CSV)")
+        table = None if file is None else read_spectrum(self._path(file), self.faults)
+        if file is not None and table is not None:
+            self.spectra[file] = table
+
+    def _read_structure(self, building: Any, mesh: dict[str, Any]) -> None:
+        if mesh.get("type") == "file":
+            self._open(("structure", "mesh", "file"), mesh.get("file"), "a mesh of gmsh (.msh)")
+        if mesh.get("type") != "generated":
+            return
+        floors = self.known.building_floors(building) if isinstance(building, str) else None
+        site = Site(
+            length=self._length(mesh.get("length")),
+            width=self._length(mesh.get("width")),
+            heights=None if floors is None else {f.floor: f.storey_height for f in floors},
+        )
+        walls = self._read_members(mesh, "walls", Wall, site)
+        self.walls = walls.rows if walls is not None else ()
+        for_bays = self._open(("structure", "mesh", "bays"), mesh.get("bays"), "a bay table (CSV)")
+        if for_bays is not None:
+            bays = read_bays(self._path(for_bays), walls, site, self.faults)
+            self.bays = bays.rows if bays is not None else ()
+        beams = self._read_members(mesh, "beams", Beam, site)
+        self.beams = beams.rows if beams is not None else ()
+        columns = self._read_members(mesh, "columns", Column, site)
+        self.columns = columns.rows if columns is not None else ()
+
+    def _read_members(
+        self, mesh: dict[str, Any], key: str, model: type[MemberRow], site: Site
+    ) -> Table[MemberRow] | None:
+        what = f"a {model.kind} table (CSV)"
+        file = self._open(("structure", "mesh", key), mesh.get(key), what)
+        if file is None:
+            return None
+        return read_members(self._path(file), model, site, self.faults)
+
+    def _length(self, value: Any) -> float | None:
+        """A length of the case file; None when it is at fault, which its model tells."""
+        try:
+            return _LENGTH.validate_python(value, context=self.known)
+        except ValidationError:
+            return None
+
+
+def tables_of(raw: dict[str, Any], key: str) -> list[tuple[int, dict[str, Any]]]:
+    """The tables of an array of tables with their index, as far as they are tables."""
+    entries = raw.get(key)
+    if not isinstance(entries, list):
+        return []
+    return [(index, entry) for index, entry in enumerate(entries) if isinstance(entry, dict)]
+
+
+def _keep(rows: dict[Path, Any], file: Path, table: Table[Any] | None) -> None:
+    if table is not None:
+        rows[file] = table.rows
+
+
+def _keys(raw: dict[str, Any], key: str) -> tuple[str, ...] | None:
+    """The names of the tables of a table; none when it is left out, None when it is broken."""
+    entries = raw.get(key, {})
+    if not isinstance(entries, dict):
+        return None
+    return tuple(name for name, entry in entries.items() if isinstance(entry, dict))
+
+
+def _building_names(raw: dict[str, Any]) -> tuple[str, ...] | None:
+    """The names of the buildings; None when one has none, so that any reference may be to it."""
+    names = [entry.get("name") for _, entry in tables_of(raw, "buildings")]
+    if not names or not all(isinstance(name, str) for name in names):
+        return None
+    return tuple(dict.fromkeys(str(name) for name in names))
+
+
+def _texts(raw: dict[str, Any], key: str) -> dict[str, str]:
+    """What the buildings say under a key, by their name, as far as both are texts."""
+    return {
+        entry["name"]: entry[key]
+        for _, entry in tables_of(raw, "buildings")
+        if isinstance(entry.get("name"), str) and isinstance(entry.get(key), str)
+    }
+
+
+def _without_density(raw: dict[str, Any]) -> frozenset[str]:
+    """Names of the materials that say no density."""
+    entries = raw.get("materials")
+    if not isinstance(entries, dict):
+        return frozenset()
+    return frozenset(
+        name
+        for name, entry in entries.items()
+        if isinstance(entry, dict) and "density" not in entry
+    )

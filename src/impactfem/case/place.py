@@ -1,0 +1,104 @@
+"""A place in a case file: keys and indices from the top, and the model that stands behind it."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+Place = tuple[int | str, ...]
+
+
+def dotted(place: Place) -> str:
+    """A place in TOML's words: ``buildings[1].floors``."""
+    key = ""
+    for part in place:
+        if isinstance(part, int):
+            key += f"[{part}]"
+        else:
+            key += f".{part}" if key else part
+    return key
+
+
+def step(current: Any, part: int | str) -> Any:
+    """What stands at a key or an index of a table or a list; None when nothing does."""
+    if isinstance(current, Mapping):
+        return current.get(part)
+    if isinstance(current, list) and isinstance(part, int) and part < len(current):
+        return current[part]
+    return None
+
+
+def value_at(place: Place, raw: Any) -> Any:
+    """What stands at a place; None when nothing does."""
+    current = raw
+    for part in place:
+        current = step(current, part)
+    return current
+
+
+def field_at(
+    model: type[BaseModel], place: Place, raw: Any
+) -> tuple[type[BaseModel] | None, FieldInfo | None]:
+    """The model that has the last key of a place, and the field of that key if it knows it.
+
+    Args:
+        model: The model of the whole file.
+        place: The place.
+        raw: The content of the file, whose tables say by their ``type`` which model is theirs.
+    """
+    annotation: Any = model
+    parent: type[BaseModel] | None = None
+    info: FieldInfo | None = None
+    current = raw
+    for part in place:
+        current_table = current
+        current = step(current, part)
+        if isinstance(part, int):
+            items = [get_args(a) for a in _alternatives(annotation) if get_origin(a) is tuple]
+            annotation = items[0][0] if items else None
+            continue
+        table = _table_of(annotation, current_table)
+        if isinstance(table, type) and issubclass(table, BaseModel):
+            parent, info = table, table.model_fields.get(part)
+            annotation = None if info is None else info.annotation
+        elif get_origin(table) is dict:
+            parent, info = None, None
+            annotation = get_args(table)[1]
+        else:
+            return None, None
+    return parent, info
+
+
+def _alternatives(annotation: Any) -> Iterator[Any]:
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        yield from _alternatives(get_args(annotation)[0])
+    elif origin in (Union, types.UnionType):
+        for arg in get_args(annotation):
+            yield from _alternatives(arg)
+    else:
+        yield annotation
+
+
+def _table_of(annotation: Any, current: Any) -> Any:
+    """The model or dict among the alternatives of an annotation, by the ``type`` of the table."""
+    tables = [
+        a
+        for a in _alternatives(annotation)
+        if get_origin(a) is dict or (isinstance(a, type) and issubclass(a, BaseModel))
+    ]
+    if len(tables) > 1 and isinstance(current, Mapping):
+        tables = [a for a in tables if _has_type(a, current.get("type"))] or tables
+    return tables[0] if tables else None
+
+
+def _has_type(table: Any, given: Any) -> bool:
+    """Whether a model is the one for a type; without a type it is the one with a default."""
+    info = getattr(table, "model_fields", {}).get("type")
+    if info is None:
+        return False
+    return not info.is_required() if given is None else given in get_args(info.annotation)

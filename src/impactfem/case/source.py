@@ -1,0 +1,197 @@
+"""A case file laid over those that it extends, and which of them says what."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from impactfem.case.leaf import FileName
+from impactfem.case.place import Place, dotted, field_at, value_at
+from impactfem.case.text import read_text
+from impactfem.errors import Fault, InputError
+
+EXTENDS = "extends"
+
+_CASE_FILE = "a case file (TOML)"
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a case file says, with the files it extends.
+
+    Args:
+        path: The case file.
+        raw: The content of all files laid over one another, which may have any faults. Names of
+            files are relative to the folder of ``path``, whichever file says them.
+        texts: The text of each file by its name relative to the folder of ``path``; the case file
+            comes first and has no name.
+        speakers: The file that says a key, by the place of the key.
+        written: Names of files as they are written, by their place, where ``raw`` has others.
+    """
+
+    path: Path
+    raw: dict[str, Any] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
+    speakers: dict[Place, Path] = field(default_factory=dict)
+    written: dict[Place, str] = field(default_factory=dict)
+
+    def file_of(self, place: Place) -> Path:
+        """The file that says a key; of one that is missing, the last one that says its table."""
+        for end in range(len(place), 0, -1):
+            if place[:end] in self.speakers:
+                return self.speakers[place[:end]]
+        return self.path
+
+    def fault(self, place: Place, value: Any, expected: str) -> Fault:
+        """A fault in the file that says a key, with the value as it is written there.
+
+        Args:
+            place: The key.
+            value: What stands there; None when nothing does.
+            expected: What was expected, in words that say how to mend it.
+        """
+        return Fault(self.file_of(place), dotted(place), self.written.get(place, value), expected)
+
+
+def read_source(path: Path, model: type[BaseModel]) -> Source:
+    """Read a case file and those it extends, and lay it over them.
+
+    Tables are laid over one another key by key; a list and any other value replaces what the
+    extended file says, and so does a table of another ``type``.
+
+    Args:
+        path: The case file.
+        model: The model of a case file, which tells the names of files from other texts.
+
+    Raises:
+        InputError: A file cannot be read or is not TOML, or a file extends itself.
+    """
+    source = Source(path)
+    folders: dict[Path, Path] = {}
+    try:
+        for file, content in reversed(list(_chain(path, source.texts, folders))):
+            _lay_over(source.raw, content, (), file, source.speakers)
+        names = list(_file_names(source.raw, (), source.raw, model))
+    except RecursionError as error:
+        raise InputError([Fault(path, "", None, "tables nested too deeply")]) from error
+    for place, name in names:
+        folder = folders[source.file_of(place)]
+        if folder != Path() and not Path(name).is_absolute():
+            source.written[place] = name
+            value_at(place[:-1], source.raw)[place[-1]] = str(folder / name)
+    return source
+
+
+def _chain(
+    path: Path, texts: dict[str, str], folders: dict[Path, Path]
+) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """A case file and what it extends, one after another, with what each says itself.
+
+    Args:
+        path: The case file.
+        texts: The text of each file is put here by its name relative to the first one's folder.
+        folders: The folder of each file relative to the first one's is put here.
+    """
+    file, name, seen = path, Path(), [path]
+    text = read_text(path, f"{_CASE_FILE}; 'impactfem new NAME' writes one to start from")
+    if isinstance(text, Fault):
+        raise InputError([text])
+    while True:
+        content = _parse(file, text)
+        texts["" if file == path else str(name)] = text
+        folders[file] = name.parent
+        extended = content.pop(EXTENDS, None)
+        yield file, content
+        if extended is None:
+            return
+        if not isinstance(extended, str) or not extended.strip() or "\0" in extended:
+            raise InputError([Fault(file, EXTENDS, extended, f"expected {FileName().phrase}")])
+        below = file.parent / extended
+        text = read_text(below, _CASE_FILE)
+        if isinstance(text, Fault):
+            raise InputError([Fault(file, EXTENDS, extended, text.expected)])
+        seen.append(below)
+        if any(below.samefile(one) for one in seen[:-1]):
+            names = " > ".join(one.name for one in seen)
+            expected = f"expected a file that does not extend this one in turn: {names}"
+            raise InputError([Fault(file, EXTENDS, extended, expected)])
+        file, name = below, name.parent / extended
+
+
+def _parse(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        reason = re.sub(r"\s*\(at .*\)$", "", str(error))
+        key = f"line {place[1]}, column {place[2]}" if place else "the end of the file"
+        line = text.splitlines()[int(place[1]) - 1].strip() if place else None
+        raise InputError([Fault(path, key, line, f"not valid TOML: {reason}")]) from error
+    except (ValueError, RecursionError) as error:
+        reason = "tables nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise InputError([Fault(path, "", None, f"not valid TOML: {reason}")]) from error
+
+
+def _lay_over(
+    under: dict[str, Any],
+    over: dict[str, Any],
+    table: Place,
+    file: Path,
+    speakers: dict[Place, Path],
+) -> None:
+    """Lay a table over another one, which is changed, and note who says what.
+
+    Args:
+        under: The table below.
+        over: The table above.
+        table: The place of both.
+        file: The file that says the table above.
+        speakers: The file that says a key, by the place of the key.
+    """
+    for key, value in over.items():
+        place, below = (*table, key), under.get(key)
+        if isinstance(value, dict) and isinstance(below, dict) and _same_type(below, value):
+            _lay_over(below, value, place, file, speakers)
+        else:
+            for old in [one for one in speakers if one[: len(place)] == place]:
+                del speakers[old]
+            under[key] = {} if isinstance(value, dict) else value
+            if isinstance(value, dict):
+                _lay_over(under[key], value, place, file, speakers)
+        speakers[place] = file
+
+
+def _same_type(below: dict[str, Any], above: dict[str, Any]) -> bool:
+    """Whether two tables may be merged: one of another type has other keys."""
+    return "type" not in above or below.get("type", above["type"]) == above["type"]
+
+
+def _file_names(
+    current: Any, place: Place, raw: dict[str, Any], model: type[BaseModel]
+) -> Iterator[tuple[Place, str]]:
+    """The names of files in a content, with their places."""
+    if isinstance(current, dict):
+        for key, value in current.items():
+            yield from _file_names(value, (*place, key), raw, model)
+    elif isinstance(current, list):
+        for index, value in enumerate(current):
+            yield from _file_names(value, (*place, index), raw, model)
+    elif isinstance(current, str) and current.strip() and "\0" not in current:
+        _, info = field_at(model, place, raw)
+        if info is not None and _has_file_name(info.annotation, info.metadata):
+            yield place, current
+
+
+def _has_file_name(annotation: Any, metadata: Any) -> bool:
+    """Whether a field holds the name of a file, required or optional."""
+    if any(isinstance(item, FileName) for item in metadata):
+        return True
+    return any(
+        _has_file_name(arg, getattr(arg, "__metadata__", ())) for arg in get_args(annotation)
+    )

@@ -1,0 +1,300 @@
+"""Case files that extend others."""
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from impactfem.case import Case, SyntheticMotion, load_case
+from impactfem.case.model import CaseFile
+from impactfem.case.source import read_source
+from impactfem.errors import Fault, InputError
+
+DATA = Path(__file__).parent / "data"
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """Copy the case into a folder below, and write files beside; gives the path of the last."""
+    for source in DATA.glob("pair*"):
+        (tmp_path / "base").mkdir(exist_ok=True)
+        shutil.copy(source, tmp_path / "base")
+
+    def files(**texts: str) -> Path:
+        for name, text in texts.items():
+            path = tmp_path / f"{name}.toml"
+            path.write_text(text, encoding="utf-8")
+        return path
+
+    return files
+
+
+def faults_of(path: Path) -> list[Fault]:
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    return list(caught.value.faults)
+
+
+def the_fault(path: Path) -> tuple[str, str, object, str]:
+    (fault,) = faults_of(path)
+    return Path(fault.file).name, fault.key, fault.value, fault.expected
+
+
+BASE = 'extends = "base/pair.toml"\n'
+
+
+def test_nothing_but_the_other(write: Write, pair: Path) -> None:
+    case, base = load_case(write(top=BASE)), load_case(pair)
+    same = base.model_copy(update={"path": case.path, "digest": case.digest})
+    assert case == same
+    assert case.digest != base.digest
+
+
+def test_tables_merge_and_all_else_replaces(write: Write, pair: Path) -> None:
+    text = f"""{BASE}
+title = "Another"
+materials.soft = {{ young_modulus = "3 GPa", poisson_ratio = 0.2 }}
+[materials.concrete]
+poisson_ratio = 0.18
+[damping]
+frequencies = ["2 Hz", "30 Hz"]
+[spectra]
+damping = ["2 %"]
+[[buildings]]
+name = "B1"
+material = "soft"
+floors = "base/pair_floors.csv"
+rigid_below = "0.06 m"
+rigid_above = "0.79 m"
+[[buildings]]
+name = "B2"
+material = "concrete"
+floors = "base/pair_floors.csv"
+rigid_below = "0.06 m"
+rigid_above = "0.79 m"
+"""
+    case, base = load_case(write(top=text)), load_case(pair)
+    assert case.title == "Another"
+    assert case.materials["concrete"].poisson_ratio == 0.18
+    assert case.materials["concrete"].young_modulus == 33e9
+    assert case.materials["soft"].young_modulus == 3e9
+    assert (case.damping.ratio, case.damping.frequencies) == (0.07, (2.0, 30.0))
+    assert case.spectra.damping == (0.02,)
+    assert case.spectra.frequencies == base.spectra.frequencies
+    assert case.buildings[0].stiffness_factor == 1.0  # 0.131 in the list that was replaced
+    assert case.contacts == base.contacts
+    assert case.published == base.published
+
+
+def test_chain(write: Write) -> None:
+    path = write(
+        middle=f'{BASE}title = "middle"\n[pounding]\npoints_per_impact = 5\nupdate = "lagged"\n',
+        top='extends = "middle.toml"\n[pounding]\nupdate = "implicit"\n',
+    )
+    case = load_case(path)
+    assert case.title == "middle"
+    assert (case.pounding.points_per_impact, case.pounding.update) == (5, "implicit")
+    assert case.pounding.time_step == pytest.approx(0.3358e-3)
+
+
+def test_a_table_of_another_type_replaces(write: Write) -> None:
+    path = write(
+        top=f'{BASE}[contact_laws.floor]\ntype = "hertz"\nstiffness = "1e10 N/m^1.5"\n',
+    )
+    assert load_case(path).contact_laws["floor"].type == "hertz"
+    # A table of the same type is merged: the damping ratio stays.
+    path = write(top=f'{BASE}[contact_laws.floor]\ntype = "kelvin-voigt"\nstiffness = "1 N/m"\n')
+    law = load_case(path).contact_laws["floor"]
+    assert (law.stiffness, law.damping_ratio) == (1.0, 0.12)
+
+
+def test_a_value_in_place_of_a_table_and_back(write: Write) -> None:
+    assert the_fault(write(top=f"{BASE}pounding = 3\n"))[:2] == ("top.toml", "pounding")
+    path = write(
+        middle=f"{BASE}pounding = 3\n",
+        top='extends = "middle.toml"\n[pounding]\ntime_step = "1 ms"\n',
+    )
+    assert load_case(path).pounding.time_step == 1e-3
+
+
+def test_files_are_relative_to_who_names_them(
+    write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record = 'direction = "y"\ntype = "record"\nfile = "sub/motion.csv"\n'
+    text = f"{BASE}[[motions]]\n{record}"
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "motion.csv").write_text("time [s],acceleration [m/s2]\n0,0\n1,1\n")
+    path = write(top=text)
+    monkeypatch.chdir(tmp_path.parent)
+    case = load_case(Path(tmp_path.name) / path.name)
+    assert case.calibration is not None
+    assert len(case.calibration.targets) == 6  # beside the other file
+    assert case.motions[0].file == Path(tmp_path.name) / "sub" / "motion.csv"
+    # And now both from one folder further.
+    (tmp_path / "variants").mkdir()
+    variant = tmp_path / "variants" / "v.toml"
+    variant.write_text('extends = "../top.toml"\n')
+    case = load_case(variant)
+    assert case.motions[0].file.resolve() == tmp_path / "sub" / "motion.csv"
+    assert len(case.buildings[0].floors) == 8
+
+
+def test_every_file_of_a_case_is_found_by_the_model(write: Write, tmp_path: Path) -> None:
+    text = """
+published = "a.csv"
+extra = "no.csv"
+buildings = [{ floors = "b.csv", name = "no.csv" }]
+calibration.targets = "c.csv"
+ensemble.records = "d"
+structure.mesh = { type = "generated", walls = "e.csv", bays = "/f.csv", impact_edge = "no.csv" }
+motions = [{ type = "record", file = "g.csv" },
+           { type = "synthetic", spectrum = { type = "table", file = "h.csv" } }]
+"""
+    (tmp_path / "base" / "all.toml").write_text(text)
+    source = read_source(write(top='extends = "base/all.toml"\n'), CaseFile)
+    written = {"a.csv", "b.csv", "c.csv", "d", "e.csv", "g.csv", "h.csv"}  # /f.csv is absolute
+    assert set(source.written.values()) == written
+    assert source.raw["published"] == "base/a.csv"
+    assert source.raw["motions"][1]["spectrum"]["file"] == "base/h.csv"
+    assert source.raw["structure"]["mesh"]["bays"] == "/f.csv"
+    assert source.raw["extra"] == "no.csv"
+
+
+@pytest.mark.parametrize(
+    ("top", "fault"),
+    [
+        # said by the case file
+        ('pounding.time_step = 3\n', ("top.toml", "pounding.time_step", 3)),
+        ('pounding.tim = 3\n', ("top.toml", "pounding.tim", None)),
+        ('[[motions]]\ndirection = "y"\n', ("top.toml", "motions[0].type", None)),
+        ('[ensemble]\nrecords = "none"\n', ("top.toml", "ensemble.records", None)),
+        ('calibration.targets = "none.csv"\n', ("top.toml", "calibration.targets", "none.csv")),
+        ('materials.soft.poisson_ratio = 0\n', ("top.toml", "materials.soft.young_modulus", None)),
+        # said by the other file, broken by this one
+        ('[contact_laws.floor]\nrestitution = 0.5\n',
+         ("pair.toml", "contact_laws.floor.damping_ratio", "12 %")),
+        ('calibration.height = "40 m"\n', ("top.toml", "calibration.height", "40 m")),
+    ],
+)  # fmt: skip
+def test_faults_name_the_file_that_says_it(
+    write: Write, top: str, fault: tuple[str, str, object]
+) -> None:
+    faults = faults_of(write(top=BASE + top))
+    found = {(Path(one.file).name, one.key): one.value for one in faults}
+    assert fault[:2] in found
+    if fault[2] is not None:
+        assert found[fault[:2]] == fault[2]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "value"),
+    [
+        ('gap = "1 cm"', 'gap = "1 s"', "contacts[0].gap", "1 s"),
+        ('gap = "1 cm"', "", "contacts[0].gap", None),
+        ('"pair_targets.csv"', '"none.csv"', "calibration.targets", "none.csv"),
+        ('"pair_published.csv"', '"none.csv"', "published", "none.csv"),
+        ('"pair_floors.csv"\naxis', '"none.csv"\naxis', "buildings[0].floors", "none.csv"),
+        ('name = "B2"', 'name = "B1"', "buildings[1].name", "B1"),
+        ("[pounding]\n", '[pounding]\nspeed = "1 m/s"\n', "pounding.speed", None),
+    ],
+)
+def test_faults_of_the_other_file(
+    write: Write, tmp_path: Path, old: str, new: str, key: str, value: object
+) -> None:
+    """Values are shown as they are written, not as they are seen from the case file."""
+    base = tmp_path / "base" / "pair.toml"
+    text = base.read_text(encoding="utf-8")
+    if old not in text:
+        raise ValueError(f"{old!r} is not there: the test does not test")
+    base.write_text(text.replace(old, new), encoding="utf-8")
+    found = {(str(one.file), one.key): one.value for one in faults_of(write(top=BASE))}
+    assert found.get((str(base), key), "not found") == value
+
+
+def test_a_key_missing_in_both(write: Write, tmp_path: Path) -> None:
+    base = tmp_path / "base" / "pair.toml"
+    text = base.read_text(encoding="utf-8")
+    base.write_text(text.replace('time_step = "0.3358 ms"', ""), encoding="utf-8")
+    assert the_fault(write(top=BASE))[:2] == ("pair.toml", "pounding.time_step")
+    # The last file that says the table is the one to mend.
+    both = f'{BASE}[pounding]\nupdate = "lagged"\n'
+    assert the_fault(write(top=both))[:2] == ("top.toml", "pounding.time_step")
+    base.write_text(text.replace("title = ", "# title = "), encoding="utf-8")
+    assert the_fault(write(top=BASE))[:2] == ("top.toml", "title")
+
+
+def test_tables_of_the_other_file(write: Write, tmp_path: Path) -> None:
+    floors = tmp_path / "base" / "pair_floors.csv"
+    floors.write_text(floors.read_text().replace("1787", "-1787"))
+    assert the_fault(write(top=BASE))[:2] == ("pair_floors.csv", "line 4, column mass [t]")
+
+
+@pytest.mark.parametrize("value", ["3", '""', '"  "', "[]", '"a\\u0000b"'])
+def test_not_a_file_name(write: Write, value: str) -> None:
+    name, key, _, expected = the_fault(write(top=f"extends = {value}\n"))
+    assert (name, key) == ("top.toml", "extends")
+    assert "expected a file name in quotes" in expected
+
+
+def test_no_such_file(write: Write) -> None:
+    path = write(top='extends = "none.toml"\n')
+    expected = "no such file; expected a case file (TOML)"
+    assert the_fault(path) == ("top.toml", "extends", "none.toml", expected)
+    path = write(middle='extends = "none.toml"\n', top='extends = "middle.toml"\n')
+    assert the_fault(path)[:3] == ("middle.toml", "extends", "none.toml")
+
+
+def test_syntax_of_the_other_file(write: Write) -> None:
+    path = write(middle="title = = 3\n", top='extends = "middle.toml"\n')
+    name, key, value, expected = the_fault(path)
+    assert (name, key, value) == ("middle.toml", "line 1, column 9", "title = = 3")
+    assert "not valid TOML" in expected
+
+
+def test_cycles(write: Write, tmp_path: Path) -> None:
+    own = write(top=f'extends = "../{tmp_path.name}/top.toml"\n')
+    name, key, _, expected = the_fault(own)
+    assert (name, key) == ("top.toml", "extends")
+    assert expected.endswith("does not extend this one in turn: top.toml > top.toml")
+    path = write(
+        last='extends = "middle.toml"\n',
+        middle='extends = "last.toml"\n',
+        top='extends = "middle.toml"\n',
+    )
+    name, key, value, expected = the_fault(path)
+    assert (name, key, value) == ("last.toml", "extends", "middle.toml")
+    assert expected.endswith("top.toml > middle.toml > last.toml > middle.toml")
+
+
+def test_a_link_to_itself(write: Write, tmp_path: Path) -> None:
+    os.symlink("top.toml", tmp_path / "again.toml")  # noqa: PTH211
+    assert "in turn" in the_fault(write(top='extends = "again.toml"\n'))[3]
+
+
+def test_nested_too_deeply(write: Write) -> None:
+    deep = ".".join("a" * 5_000)
+    assert "nested too deeply" in the_fault(write(top=f"{deep} = 1\n"))[3]
+
+
+def test_hash_covers_all_files(write: Write, tmp_path: Path) -> None:
+    path = write(middle=BASE, top='extends = "middle.toml"\n')
+    hashes = {load_case(path).digest}
+    files = ["top.toml", "middle.toml", "base/pair.toml", "base/pair_floors.csv"]
+    for name in files:
+        with (tmp_path / name).open("a") as stream:
+            stream.write("# one more comment\n")
+        hashes.add(load_case(path).digest)
+    assert len(hashes) == len(files) + 1
+    shutil.copytree(tmp_path, tmp_path / "elsewhere")
+    assert load_case(tmp_path / "elsewhere" / "top.toml").digest in hashes
+
+
+def test_the_case_is_that_of_its_own_path(write: Write) -> None:
+    path = write(top=BASE)
+    case = load_case(path)
+    assert isinstance(case, Case)
+    assert case.path == path
+    assert isinstance(case.motions[0], SyntheticMotion)

@@ -1,0 +1,379 @@
+"""The section [structure] of a case file, and its tables."""
+
+import json
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import pytest
+from pydantic import TypeAdapter
+
+from impactfem.case import FileMesh, GeneratedMesh, load_case, structure_files
+from impactfem.case.levels import Levels
+from impactfem.case.members import Site, read_members
+from impactfem.case.walls import Wall
+from impactfem.errors import Fault, InputError
+
+Structured = Callable[..., Path]
+
+FACTOR = "storey_stiffness_factor = 0.13"
+WALLS, BAYS = "pair_walls.csv", "pair_bays.csv"
+BEAMS, COLUMNS = "pair_beams.csv", "pair_columns.csv"
+SOUTH = "south,1-8,0,0,46.2,0,60"
+GABLE = "gable,2,0,0,0,15.6,60"
+DOOR = "6,south,5,10,0,2,2.7"
+WINDOW = "1,gable,2,2,2.05,3.3,57e-2"
+ALONG = "along,1-8,0,7.8,46.2,7.8"
+COLUMN = "row_1,2-8,5.775,7.8,0.8,1.2"
+FILE = """[structure.mesh]
+type = "file"
+file = "pair.msh"
+[[structure.mesh.shells]]
+groups = "floor_*"
+thickness = "25 cm"
+[[structure.mesh.shells]]
+groups = "storey_*"
+thickness = "20 cm"
+[[structure.mesh.beams]]
+groups = "column_*"
+width = "40 cm"
+depth = "50 cm"
+"""
+
+
+def faults_of(path: Path) -> dict[str, str]:
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    assert len({str(fault) for fault in caught.value.faults}) == len(caught.value.faults)
+    return {f"{Path(f.file).name}: {f.key}": f.expected for f in caught.value.faults}
+
+
+def from_file(structured: Structured, old: str = "", new: str = "") -> Path:
+    path = structured()
+    text = path.read_text(encoding="utf-8")
+    text = text[: text.index("[structure.mesh]")] + FILE
+    if old not in text:
+        raise ValueError(f"{old!r} is not there: the test does not test")
+    path.write_text(text.replace(old, new) if old else text, encoding="utf-8")
+    (path.parent / "pair.msh").write_bytes(b"$MeshFormat\n4.1 1 8\n\xff\x00")
+    return path
+
+
+def test_generated(structured: Structured) -> None:
+    case = load_case(structured())
+    structure = case.structure
+    assert structure is not None
+    assert structure.building == "B1"
+    assert structure.material is case.materials["concrete"]
+    assert structure.storey_stiffness_factor == 0.13
+    assert structure.calibration is not None
+    assert (structure.calibration.frequency, structure.calibration.direction) == (1.8, "y")
+    assert (structure.floor_masses, structure.modes, structure.drilling) == (True, 20, 1.0)
+    mesh = structure.mesh
+    assert isinstance(mesh, GeneratedMesh)
+    assert (mesh.length, mesh.width, mesh.slab_thickness, mesh.size) == (46.2, 15.6, 0.3, 0.9)
+    assert mesh.floor_size is None
+    assert mesh.acroterion is not None
+    assert (mesh.acroterion.height, mesh.impact_edge) == (0.63, "y+")
+    south, north, gable = mesh.walls
+    assert (south.name, south.thickness, south.length) == ("south", 0.6, 46.2)
+    assert north.storeys == (1, 3, 4, 5, 6, 7, 8)
+    assert gable.ends == ((0.0, 0.0), (0.0, 15.6))
+    assert [bay.bay for bay in mesh.bays] == ["6", "6", "1"]
+    assert mesh.bays[0].top == mesh.bays[1].sill == 2.7
+    assert (mesh.beams[0].beam, mesh.beams[0].offset) == ("row_1", -0.575)
+    assert mesh.columns[0].storeys == (2, 3, 4, 5, 6, 7, 8)
+    assert structure_files(structure) == ()
+    assert pickle.loads(pickle.dumps(case)) == case
+    assert json.loads(case.model_dump_json(include={"structure"}))["structure"]["building"] == "B1"
+
+
+def test_left_out(pair: Path) -> None:
+    assert load_case(pair).structure is None
+
+
+def test_only_walls_are_needed(structured: Structured) -> None:
+    path = structured(
+        (None, 'bays = "pair_bays.csv"\nbeams = "pair_beams.csv"\ncolumns = "pair_columns.csv"\n',
+         ""),
+        (None, 'acroterion = { height = "63 cm", thickness = "30 cm" }\n', ""),
+        (None, 'calibration = { frequency = "1.80 Hz", direction = "y" }\n', ""),
+        (None, "storey_stiffness_factor = 0.13\n", ""),
+    )  # fmt: skip
+    structure = load_case(path).structure
+    assert structure is not None
+    assert isinstance(structure.mesh, GeneratedMesh)
+    assert structure.mesh.bays == structure.mesh.beams == structure.mesh.columns == ()
+    assert structure.mesh.acroterion is None
+    assert structure.calibration is None
+    assert structure.storey_stiffness_factor == 1.0
+
+
+def test_own_material(structured: Structured) -> None:
+    other = '[materials.other]\nyoung_modulus = "20 GPa"\npoisson_ratio = 0.2\n\n[damping]'
+    names = ((None, 'building = "B1"\nstorey', 'building = "B1"\nmaterial = "other"\nstorey'),)
+    path = structured(
+        (None, "[damping]", other.replace("\n\n", '\ndensity = "2 t/m3"\n\n')), *names
+    )
+    structure = load_case(path).structure
+    assert structure is not None
+    assert structure.material.density == 2000.0
+    path = structured((None, "[damping]", other), *names)
+    expected = "expected a material with a density, which is missing in [materials.other]"
+    assert faults_of(path) == {"pair.toml: structure.material": expected}
+
+
+def test_material_of_the_building_without_density(structured: Structured) -> None:
+    faults = faults_of(structured((None, 'density = "2400 kg/m3"', "")))
+    assert list(faults) == ["pair.toml: structure.material"]
+    assert "missing in [materials.concrete]" in faults["pair.toml: structure.material"]
+
+
+def test_mesh_from_a_file(structured: Structured, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = from_file(structured)
+    monkeypatch.chdir(path.parent.parent)
+    case = load_case(Path(path.parent.name) / path.name)
+    assert case.structure is not None
+    mesh = case.structure.mesh
+    assert isinstance(mesh, FileMesh)
+    assert structure_files(case.structure) == (mesh.file,)
+    assert mesh.file == Path(path.parent.name) / "pair.msh"  # relative to the working folder
+    assert [entry.groups for entry in mesh.shells] == ["floor_*", "storey_*"]
+    (column,) = mesh.beams
+    assert (column.width, column.depth, column.offset) == (0.4, 0.5, 0.0)
+
+
+def test_the_mesh_is_in_the_hash(structured: Structured) -> None:
+    path = from_file(structured)
+    before = load_case(path).digest
+    (path.parent / "pair.msh").write_bytes(b"another")
+    assert load_case(path).digest != before
+
+
+def test_tables_are_in_the_hash(structured: Structured) -> None:
+    path = structured()
+    hashes = {load_case(path).digest}
+    for name in (WALLS, BAYS, BEAMS, COLUMNS):
+        with (path.parent / name).open("a") as stream:
+            stream.write("# another comment\n")
+        hashes.add(load_case(path).digest)
+    assert len(hashes) == 5
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "expected"),
+    [
+        (
+            '"pair.msh"',
+            '"none.msh"',
+            "structure.mesh.file",
+            "no such file; expected a mesh of gmsh",
+        ),
+        ('"25 cm"', '"0 cm"', "structure.mesh.shells[0].thickness", "expected a length above 0"),
+        ('"storey_*"', '"floor_*"', "structure.mesh.shells", "'floor_*' twice"),
+        ('depth = "50 cm"', "", "structure.mesh.beams[0].depth", "missing; expected a length"),
+        ('type = "file"', "", "structure.mesh.type", "missing; expected 'generated' or 'file'"),
+        ('type = "file"', 'type = "fil"', "structure.mesh.type", "expected 'generated' or 'file'"),
+        ('file = "pair.msh"', 'walls = "pair_walls.csv"', "structure.mesh.walls", "unknown key"),
+    ],
+)
+def test_broken_mesh_from_a_file(
+    structured: Structured, old: str, new: str, key: str, expected: str
+) -> None:
+    faults = faults_of(from_file(structured, old, new))
+    assert expected in faults.get(f"pair.toml: {key}", ""), faults
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "expected"),
+    [
+        ('building = "B1"\nstorey', 'building = "B3"\nstorey', "building", "unknown building"),
+        (FACTOR, "storey_stiffness_factor = 0", "storey_stiffness_factor", "a number above 0"),
+        ('"1.80 Hz"', '"1.80 s"', "calibration.frequency", "'s' is a time"),
+        ('"1.80 Hz", direction = "y"', '"1 Hz", direction = "z"', "calibration.direction",
+         "expected 'x' or 'y'"),
+        ('"1.80 Hz", direction = "y"', '"1 Hz"', "calibration.direction", "missing"),
+        (FACTOR, 'material = "concret"', "material", "did you mean 'concrete'?"),
+        (FACTOR, "floor_masses = 1", "floor_masses", "expected true or false"),
+        (FACTOR, "modes = 0", "modes", "expected a whole number of at least 1"),
+        (FACTOR, "damping = 1", "damping", "unknown key"),
+        ('"30 cm"\nwalls', '"0 cm"\nwalls', "mesh.slab_thickness", "expected a length above 0"),
+        ('m", thickness = "30 cm"', 'm", thickness = "0 m"', "mesh.acroterion.thickness",
+         "above 0"),
+        ('"y+"', '"y"', "mesh.impact_edge", "expected 'x-' or 'x+' or 'y-' or 'y+'"),
+        ('size = "0.9 m"', "size = 0.9", "mesh.size", "the unit is missing"),
+        ('size = "0.9 m"', "", "mesh.size", "missing; expected a length"),
+        ('"pair_walls.csv"', '"none.csv"', "mesh.walls", "no such file; expected a wall table"),
+        ('"pair_bays.csv"', '"none.csv"', "mesh.bays", "no such file; expected a bay table"),
+        ('"pair_beams.csv"', '"none.csv"', "mesh.beams", "no such file; expected a beam table"),
+        ('"pair_columns.csv"', '"none.csv"', "mesh.columns", "expected a column table"),
+        ('walls = "pair_walls.csv"', "", "mesh.walls", "missing; expected a file name"),
+    ],
+)  # fmt: skip
+def test_broken_section(
+    structured: Structured, old: str, new: str, key: str, expected: str
+) -> None:
+    faults = faults_of(structured((None, old, new)))
+    assert list(faults) == [f"pair.toml: structure.{key}"]
+    assert expected in faults[f"pair.toml: structure.{key}"]
+
+
+def test_floors_with_a_gap(structured: Structured) -> None:
+    path = structured(("pair_floors.csv", "\n8,", "\n9,"), (None, "7, 8]", "7, 9]"))
+    faults = faults_of(path)
+    expected = "expected a building with floors from 1 without a gap, found 1, 2, 3, 4, 5, 6, 7, 9"
+    assert faults.pop("pair.toml: structure.building") == expected
+    # Its tables name storey 8.
+    assert {key.split(":")[0] for key in faults} == {WALLS, BEAMS, COLUMNS}
+
+
+TABLE_FAULTS = [
+    # walls
+    (WALLS, "gable,2", "south,2", "line 4, column wall", "duplicate wall, the first is in line 2"),
+    (WALLS, "gable,2", "Gable,2", "line 4, column wall", "expected a name of a-z, 0-9"),
+    (WALLS, "gable,2", ",2", "line 4, column wall", "the cell is empty"),
+    (WALLS, GABLE, "gable,2,0,0,0,15.6,0", "line 4, column thickness [cm]",
+     "expected a length above 0"),
+    (WALLS, GABLE, "gable,2,0,0,0,0,60", "line 4, column y2 [m]", "expected an end (x2, y2) away"),
+    (WALLS, GABLE, "gable,2,0,0,0,15.7,60", "line 4, column y2 [m]",
+     "expected a wall within the plan: 0 m to its width, 15.6 m"),
+    (WALLS, GABLE, "gable,2,-1,0,0,15.6,60", "line 4, column x1 [m]", "0 m to its length, 46.2 m"),
+    (WALLS, SOUTH, "south,1-9,0,0,46.2,0,60", "line 2, column storeys",
+     "the building has the storeys 1, 2, 3, 4, 5, 6, 7, 8"),
+    (WALLS, GABLE, "gable,0,0,0,0,15.6,60", "line 4, column storeys", "expected numbers of stor"),
+    (WALLS, GABLE, "gable,3-2,0,0,0,15.6,60", "line 4, column storeys", "expected numbers of stor"),
+    (WALLS, GABLE, "gable,two,0,0,0,15.6,60", "line 4, column storeys", "expected numbers of stor"),
+    (WALLS, GABLE, "gable,,0,0,0,15.6,60", "line 4, column storeys", "expected numbers of storeys"),
+    (WALLS, GABLE, "gable,2,46.2,0,40,0,60", "line 4, column wall", "lies on south of line 2 in"),
+    (WALLS, GABLE, "gable,2,10,0,20,0,60", "line 4, column wall", "in storey 2; expected a place"),
+    # bays
+    (BAYS, WINDOW, "1,gabel,2,2,1,1,1", "line 4, column wall", "did you mean 'gable'?"),
+    (BAYS, WINDOW, "1,gable,3,2,1,1,1", "line 4, column storey",
+     "expected a storey of gable, which stands in 2"),
+    (BAYS, WINDOW, "1,gable,2,2,1,0,1", "line 4, column width [m]", "expected a length above 0"),
+    (BAYS, WINDOW, "1,gable,2,2,-1,1,1", "line 4, column sill [m]", "a length of at least 0"),
+    (BAYS, WINDOW, "1,gable,2,0.4,1,1,1", "line 4, column centre [m]",
+     "the bay goes from -0.1 m to 0.9 m along gable; expected 0 m to 15.6 m at most"),
+    (BAYS, WINDOW, "1,gable,2,15.2,1,1,1", "line 4, column centre [m]", "to 15.7 m along gable"),
+    (BAYS, WINDOW, "1,gable,2,7.8,1,16,1", "line 4, column width [m]", "expected 0 m to 15.6 m"),
+    (BAYS, WINDOW, "1,gable,2,2,1.63,1,1", "line 4, column sill [m]",
+     "the bay goes up to 2.63 m; expected at most the height of storey 2, 2.62 m"),
+    (BAYS, WINDOW, "1,gable,2,2,0,1,3", "line 4, column height [m]", "storey 2, 2.62 m"),
+    (BAYS, WINDOW, "1,gable,2,7.8,0,15.6,2.62", "line 4, column bay",
+     "nothing is left of gable in storey 2"),
+    (BAYS, "6,south,5,10,2.7", "6,south,5,10,2.6", "line 3, column centre [m]",
+     "bay 6 overlaps bay 6 of line 2 in south, storey 5"),
+    (BAYS, "6,south,5,10,2.7", "7,south,5,10,0", "line 3, column centre [m]", "bay 7 overlaps"),
+    # beams
+    (BEAMS, "along", "row_1", "line 3, column beam", "duplicate beam"),
+    (BEAMS, ALONG, "along,1-8,0,16,46.2,7.8", "line 3, column y1 [m]", "a beam within the plan"),
+    (BEAMS, ALONG, "along,8-10,0,7.8,46.2,7.8", "line 3, column floors", "has the floors 1, 2"),
+    (BEAMS, ALONG, "along,8,5.775,7,5.775,8", "line 3, column beam", "lies on row_1 of line"),
+    (BEAMS, "0.2,0.28", "0.2,0", "line 3, column depth [m]", "expected a length above 0"),
+    # columns
+    (COLUMNS, COLUMN, "row_1,2,50,7.8,1,1", "line 2, column x [m]", "a column within the plan"),
+    (COLUMNS, COLUMN, "row_1,9,5,7.8,1,1", "line 2, column storeys", "has the storeys 1, 2"),
+    (COLUMNS, COLUMN, f"{COLUMN}\nrow_2{COLUMN[5:]}", "line 3, column column", "lies on row_1 of"),
+    (COLUMNS, COLUMN, f"{COLUMN}\nrow_1,1,9,9,1,1", "line 3, column column", "duplicate column"),
+    (COLUMNS, COLUMN, "row_1,2,5,7.8,0,1", "line 2, column width_x [m]", "above 0"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("file", "old", "new", "key", "expected"), TABLE_FAULTS)
+def test_broken_table(
+    structured: Structured, file: str, old: str, new: str, key: str, expected: str
+) -> None:
+    faults = faults_of(structured((file, old, new)))
+    assert list(faults) == [f"{file}: {key}"]
+    assert expected in faults[f"{file}: {key}"]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        (BAYS, WINDOW, "1,gable,2,0.5,0,1,2.62"),  # at the corner, from floor to floor
+        (BAYS, WINDOW, f"{WINDOW}\n1,gable,2,5.3,2.05,3.3,0.57"),  # equal ones that touch
+        (BAYS, "6,south,5,10,2.7,3.3", "6,south,6,10,2.7,3.3"),  # another storey
+        (WALLS, GABLE, "gable,2,0,0.3,46.2,0.3,60\n"),  # beside another, no bay in reach
+        (WALLS, GABLE, f"{GABLE}\nmore,2,0,15.6,46.2,15.6,60"),  # where north is not
+        (WALLS, GABLE, f"{GABLE}\nmore,1-8,46.2,0,46.2,15.6,60\ntwo,1-8,5,0,9,15.6,60"),
+        (BEAMS, ALONG, "along,1-8,0,0,5.775,0"),  # end to end with the other, on a wall
+        (COLUMNS, COLUMN, f"{COLUMN}\nrow_2,1{COLUMN[9:]}"),  # one above the other
+    ],
+)
+def test_accepted(structured: Structured, file: str, old: str, new: str) -> None:
+    assert load_case(structured((file, old, new))).structure is not None
+
+
+def test_all_faults_of_all_tables_at_once(structured: Structured) -> None:
+    path = structured(
+        (None, 'gap = "1 cm"', 'gap = "-1 cm"'),
+        (None, 'impact_edge = "y+"', 'impact_edge = "y"'),
+        (WALLS, GABLE, "gable,2,0,0,0,15.7,60"),
+        (BAYS, WINDOW, f"{WINDOW}\n2,gable,2,3,2.1,1,0.2"),
+        (BEAMS, ALONG, "along,9,0,16,46.2,7.8"),
+        (COLUMNS, COLUMN, "row_1,2-8,5.775,7.8,0.8,0"),
+    )
+    assert set(faults_of(path)) == {
+        "pair.toml: contacts[0].gap",
+        "pair.toml: structure.mesh.impact_edge",
+        f"{WALLS}: line 4, column y2 [m]",
+        f"{BAYS}: line 5, column centre [m]",
+        f"{BEAMS}: line 3, column floors",
+        f"{BEAMS}: line 3, column y1 [m]",
+        f"{COLUMNS}: line 2, column width_y [m]",
+    }
+
+
+def test_what_needs_a_broken_part_is_not_checked(structured: Structured) -> None:
+    path = structured(
+        (None, 'length = "46.20 m"', 'length = "46.20"'),
+        ("pair_floors.csv", "1787", "x"),
+        (WALLS, SOUTH, "south,1-9,0,0,99,0,-60"),
+        (BAYS, WINDOW, "1,nowhere,9,99,9,1,9"),
+        (BEAMS, ALONG, "along,9,0,7.8,99,7.8"),
+    )
+    assert set(faults_of(path)) == {
+        "pair.toml: structure.mesh.length",
+        "pair_floors.csv: line 4, column mass [t]",
+        f"{WALLS}: line 2, column thickness [cm]",
+    }
+
+
+def test_structure_that_is_no_table(structured: Structured) -> None:
+    path = structured()
+    text = path.read_text(encoding="utf-8")
+    text = text[: text.index("[structure]")]
+    for junk in ("[structure]\nmesh = 1\n", "[[structure]]\n", "[structure.mesh]\ntype = 3\n"):
+        path.write_text(text + junk, encoding="utf-8")
+        faults = faults_of(path)
+        assert faults
+        assert all(key.startswith("pair.toml: structure") for key in faults)
+
+
+def test_coinciding_walls_at_an_angle(tmp_path: Path) -> None:
+    header = "wall,storeys,x1 [m],y1 [m],x2 [m],y2 [m],thickness [m]\n"
+    path = tmp_path / "walls.csv"
+    first = "a,1,0,0,8,6,0.2\n"
+    for second, twice in [
+        ("b,1,4,3,12,9,0.2", True),
+        ("b,1,12,9,4,3,0.2", True),  # from the other end
+        ("b,2,4,3,12,9,0.2", False),  # in another storey
+        ("b,1,8,6,12,9,0.2", False),  # end to end
+        ("b,1,4,3.1,12,9.1,0.2", False),  # beside it
+        ("b,1,4,3,12,8.9,0.2", False),  # at an angle
+    ]:
+        path.write_text(header + first + second)
+        faults: list[Fault] = []
+        table = read_members(path, Wall, Site(), faults)
+        assert (table is None) == twice == bool(faults), second
+
+
+@pytest.mark.parametrize(
+    ("text", "levels"),
+    [("3", (3,)), ("2-4", (2, 3, 4)), (" 1 3  5-7 ", (1, 3, 5, 6, 7)), ("4-4", (4,))],
+)
+def test_levels(text: str, levels: tuple[int, ...]) -> None:
+    adapter = TypeAdapter(Annotated[tuple[int, ...], Levels("storeys")])
+    assert adapter.validate_python(text) == levels == adapter.validate_python(list(levels))
