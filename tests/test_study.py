@@ -107,7 +107,8 @@ class TestFinished:
         case = study.check(finished.case)
         assert found["impactfem"] == __version__
         assert found["case"] == "small.toml" and found["case_hash"] == case.content_hash()
-        assert found["inputs"] == {"sticks": study.STAGES[0].key(case)}
+        (sticks,) = (stage for stage in study.STAGES if stage.name == "sticks")
+        assert found["inputs"] == {"sticks": sticks.key(case)}
         assert found["seeds"] == [1] and found["ranks"] == 1 and found["reused"] == []
         assert found["packages"]["numpy"] == np.__version__
         assert "unknown" not in found["packages"].values()
@@ -350,7 +351,7 @@ class TestFolder:
 
 class TestInput:
     def test_an_unknown_stage(self, finished, tmp_path):
-        with pytest.raises(InputError, match="--stage = 'roof': one of the stages sticks"):
+        with pytest.raises(InputError, match="'roof': one of the stages building, sticks"):
             study.run(finished.case, out=tmp_path / "run", stage="roof")
         assert not list(tmp_path.iterdir())
 

@@ -44,6 +44,16 @@ def world() -> Any | None:
     return MPI.COMM_WORLD if MPI.COMM_WORLD.size > 1 else None
 
 
+def communicator() -> Any:
+    """The communicator of all ranks under `mpirun`; that of this process alone otherwise."""
+    comm = world()
+    if comm is not None:
+        return comm
+    from mpi4py import MPI
+
+    return MPI.COMM_SELF
+
+
 def rank() -> int:
     """Rank of this process; 0 in a program of one process."""
     comm = world()

@@ -80,6 +80,11 @@ class BuildingModel:
         """Rigid-body motions about a point at this rank's rows, shape (n_local, 6)."""
         return rigid_body(self.coordinates, np.asarray(origin))
 
+    def node_of(self, row: int) -> int:
+        """The node of a global row. Collective."""
+        every = np.concatenate(self.comm.allgather(self.nodes))
+        return int(every[row // DOFS])
+
     def rows(self, nodes: Index) -> Index:
         """First local row of each given node that is free and on this rank.
 

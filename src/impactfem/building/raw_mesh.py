@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.gmsh_process import gmsh_session
+from impactfem.building.gmsh_session import gmsh_session
 from impactfem.errors import Fault, InputError
 
 Ints = NDArray[np.int64]

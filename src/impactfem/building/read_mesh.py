@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from impactfem.building.gmsh_process import in_own_process
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.mesh_groups import assemble
 from impactfem.building.raw_mesh import read_raw
+from impactfem.own_process import in_own_process
 
 
 def read_mesh(path: Path) -> BuildingMesh:

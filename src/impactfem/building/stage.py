@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from impactfem.building.from_case import geometry_of, sections_of
 from impactfem.building.generate import generate
 from impactfem.building.masses import FloorMasses, floor_masses
+from impactfem.building.mesh import place
 from impactfem.building.mesh_report import MeshReport, mesh_report
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
@@ -23,6 +24,7 @@ from impactfem.building.storey_factor import fit_storey_factor
 from impactfem.case import Case
 from impactfem.case.file_mesh import FileMesh
 from impactfem.case.structure import Structure
+from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.dynamics.modes import Modes, modes
 from impactfem.errors import Fault, InputError, SolutionError
 from impactfem.log import LOGGER
@@ -131,7 +133,10 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
         model = assemble_building(comm, parts)
         _log_memory(comm, f"{model.n_free} free degrees of freedom, {comm.size} ranks")
     with step("modes"):
-        factor, found = _modes(model, structure)
+        try:
+            factor, found = _modes(model, structure)
+        except SingularMatrixError as error:
+            raise _mechanism(parts, model, error) from error
         _log_memory(comm, f"{structure.modes} modes")
     ground, total = model.about(_base_middle(parts))
     return BuildingStudy(
@@ -166,6 +171,23 @@ def _modes(model: BuildingModel, structure: Structure) -> tuple[float, Modes]:
     found = modes(K, model.mass, structure.modes)
     K.destroy()
     return factor, found
+
+
+def _mechanism(parts: BuildingParts, model: BuildingModel, error: SingularMatrixError) -> Exception:
+    """Say which part of a mechanism moves. Collective."""
+    mesh = parts.mesh
+    node = model.node_of(error.row)
+    groups = {mesh.shell_parts[k].group for k in mesh.triangle_part[_with(mesh.triangles, node)]}
+    groups |= {mesh.beam_parts[k].group for k in mesh.line_part[_with(mesh.lines, node)]}
+    return SolutionError(
+        f"the structure is a mechanism: its node at {place(mesh.nodes[node])} in "
+        f"{', '.join(sorted(groups))} moves most without any force ({error})"
+    )
+
+
+def _with(cells: NDArray[np.int64], node: int) -> NDArray[np.bool_]:
+    found: NDArray[np.bool_] = (cells == node).any(axis=1)
+    return found
 
 
 def _structure(case: Case) -> Structure:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, known_of
 from impactfem.case.floors import Floor
@@ -36,6 +36,11 @@ class _Calibration(Section):
     )
     height: PositiveLength = Field(
         description="Height from the base to the highest mass centre, which is kept."
+    )
+    from_structure: StrictBool = Field(
+        default=False,
+        description="Whether the bending modes of the 3D model take the place of the frequencies "
+        "and masses in the target table's rows of its building; their weights stay.",
     )
     starts: Annotated[int, Whole(1)] = Field(
         default=8, description="Number of starting points of the least-squares fit."

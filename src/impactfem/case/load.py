@@ -53,6 +53,7 @@ def load_case(path: str | Path) -> Case:
     case = _resolve(source, case_file, files)
     if case.ensemble is not None:
         faults.extend(ensemble_faults(source, case.ensemble, case.motions))
+    faults.extend(_loop_faults(source, case))
     if faults:
         raise InputError(faults)
     return case
@@ -144,6 +145,20 @@ def _motion(motion: Motion, folder: Path) -> Motion:
         spectrum = motion.spectrum.model_copy(update={"file": folder / motion.spectrum.file})
         return motion.model_copy(update={"spectrum": spectrum})
     return motion
+
+
+def _loop_faults(source: Source, case: Case) -> Iterator[Fault]:
+    """A calibration on the 3D model's modes, without the 3D model of a building it names."""
+    if case.calibration is None or not case.calibration.from_structure:
+        return
+    named = {target.building for target in case.calibration.targets}
+    if case.structure is None:
+        expected = "a section [structure], whose modes are the targets"
+    elif case.structure.building not in named:
+        expected = f"targets of the building of [structure], {case.structure.building}"
+    else:
+        return
+    yield source.fault(("calibration", "from_structure"), True, expected)
 
 
 def _spectrum_faults(source: Source, case_file: CaseFile, files: NamedFiles) -> Iterator[Fault]:

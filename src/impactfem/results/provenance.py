@@ -9,7 +9,22 @@ from typing import Any
 
 import impactfem
 
-PACKAGES = ("numpy", "scipy", "numba", "xarray", "h5netcdf", "pydantic", "pint", "matplotlib")
+PACKAGES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "xarray",
+    "h5netcdf",
+    "pydantic",
+    "pint",
+    "matplotlib",
+    "fenics-dolfinx",
+    "petsc4py",
+    "slepc4py",
+    "mpi4py",
+    "gmsh",
+    "pyvista",
+)
 
 
 def provenance(**facts: Any) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 
 from impactfem.case import Case
@@ -13,25 +12,24 @@ from impactfem.results.floor_products import write_floor_products
 from impactfem.sticks.ensemble import run_ensemble
 from impactfem.sticks.ensemble_store import write_ensemble
 from impactfem.sticks.from_case import calibration_of, system_of
-from impactfem.study.inputs import inputs_key, published_values
+from impactfem.study.inputs import published_values
 from impactfem.study.stage import Stage
-from impactfem.study.sticks import STICK_INPUTS, STICK_ROOMS
+from impactfem.study.sticks import STICK_INPUTS, STICK_ROOMS, stick_inputs_key
+from impactfem.study.structure_targets import with_structure_targets
 
 
 def _key(case: Case) -> str:
-    inputs = inputs_key(case, (*STICK_INPUTS, "ensemble"), STICK_ROOMS)
-    digest = hashlib.sha256(inputs.encode())
-    for file in case.ensemble.files() if case.ensemble is not None else ():
-        digest.update(file.read_bytes())
-    return digest.hexdigest()
+    files = tuple(case.ensemble.files()) if case.ensemble is not None else ()
+    return stick_inputs_key(case, (*STICK_INPUTS, "ensemble", "published"), files)
 
 
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+    case = on_root(lambda: with_structure_targets(case, folder))
     with steps.step("sticks"):
         calibration = on_root(lambda: calibration_of(case))
         ready = (calibration, system_of(case, calibration))
     sections = tuple(section for section in STICK_INPUTS if section != "motions")
-    members_key = on_root(lambda: inputs_key(case, sections, STICK_ROOMS))
+    members_key = on_root(lambda: stick_inputs_key(case, sections))
     with workers() as executor:
         if executor is None:
             return []  # this rank has worked for rank 0 until now
@@ -68,5 +66,6 @@ ENSEMBLE = Stage(
     run=_run,
     checks=lambda case, folder: log_ensemble(folder, published_values(case)),
     lacks=lambda case: "ensemble" if case.ensemble is None else None,
+    needs=lambda case: ("sticks",),
     collective=True,
 )

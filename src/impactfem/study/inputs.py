@@ -10,26 +10,34 @@ import impactfem
 from impactfem.case import Case, motion_files
 
 
-def inputs_key(case: Case, sections: tuple[str, ...], rooms: tuple[str, ...]) -> str:
-    """Hash of the program's version and rooms, of sections of the case, and of its records.
+def inputs_key(
+    case: Case,
+    sections: tuple[str, ...],
+    rooms: tuple[str, ...],
+    files: tuple[Path, ...] = (),
+) -> str:
+    """Hash of the program's version and rooms, of sections of the case, and of files.
 
     Args:
         case: The case.
         sections: Names of the sections of the case file that count. With ``motions`` the records
             that they name count too.
-        rooms: Names of the folders of the program whose sources count.
+        rooms: Names of the folders of the program, or of its files, whose sources count.
+        files: Further files whose content counts.
 
     Returns:
         The hash, as hexadecimal digits.
     """
     digest = hashlib.sha256(program_key(rooms).encode())
-    # What is in a record counts, not where it lies.
-    nowhere = {"motions": {"__all__": {"file"}}}
+    # What is in a record or a mesh counts, not where it lies.
+    nowhere = {"motions": {"__all__": {"file"}}, "structure": {"mesh": {"file"}}}
     digest.update(case.model_dump_json(include=set(sections), exclude=nowhere).encode())
     if "motions" in sections:
         for motion in case.motions:
             for file in motion_files(motion):
                 digest.update(file.read_bytes())
+    for file in files:
+        digest.update(file.read_bytes())
     return digest.hexdigest()
 
 
@@ -41,14 +49,15 @@ def program_key(rooms: tuple[str, ...]) -> str:
 
     Args:
         rooms: Names of folders of the program; the Python files in each count, not those of
-            folders below.
+            folders below. Or names of files.
 
     Returns:
         The hash, as hexadecimal digits.
     """
     digest = hashlib.sha256(impactfem.__version__.encode())
     for room in rooms:
-        for source in sorted((Path(impactfem.__file__).parent / room).glob("*.py")):
+        place = Path(impactfem.__file__).parent / room
+        for source in [place] if place.is_file() else sorted(place.glob("*.py")):
             digest.update(source.read_bytes())
     return digest.hexdigest()
 

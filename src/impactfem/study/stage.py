@@ -25,6 +25,7 @@ class Stage:
         checks: Logs the checks of its results.
         lacks: The section of the case file without which the stage has nothing to do; None when
             nothing is missing.
+        needs: Names of the stages whose files it reads.
         collective: Whether all ranks run it together; else rank 0 does.
     """
 
@@ -36,4 +37,5 @@ class Stage:
     run: Callable[[Case, Path, str, Steps], list[Path]]
     checks: Callable[[Case, Path], None]
     lacks: Callable[[Case], str | None] = lambda case: None
+    needs: Callable[[Case], tuple[str, ...]] = lambda case: ()
     collective: bool = False

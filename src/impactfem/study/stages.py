@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from impactfem.case import Case
 from impactfem.errors import Fault, InputError
+from impactfem.study.building import BUILDING
 from impactfem.study.ensemble import ENSEMBLE
 from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICKS
 
-STAGES: tuple[Stage, ...] = (STICKS, ENSEMBLE)
+STAGES: tuple[Stage, ...] = (BUILDING, STICKS, ENSEMBLE)
 
 
 def stage_names() -> list[str]:
@@ -29,18 +30,29 @@ def check_stage_name(name: str | None) -> None:
 
 
 def asked_stages(case: Case, last: str | None) -> list[Stage]:
-    """The stages up to the last one asked for that the case has the input for.
+    """The stages to run, in order.
 
     Args:
         case: The case.
-        last: Name of the last stage; None for all.
+        last: Name of a stage, which runs with all that it needs; None for all stages that the case
+            has the input for.
 
     Raises:
-        InputError: The case lacks what the last stage needs.
+        InputError: The case lacks what the stage needs.
     """
-    stages = STAGES if last is None else STAGES[: stage_names().index(last) + 1]
-    missing = stages[-1].lacks(case)
-    if last is not None and missing is not None:
-        expected = f"a section [{missing}], which the stage {last} needs"
-        raise InputError([Fault(case.path, missing, None, expected)])
-    return [one for one in stages if one.lacks(case) is None]
+    if last is None:
+        return [stage for stage in STAGES if stage.lacks(case) is None]
+    by_name = {stage.name: stage for stage in STAGES}
+    wanted, ahead = set(), [last]
+    while ahead:
+        name = ahead.pop()
+        if name not in wanted:
+            wanted.add(name)
+            ahead += by_name[name].needs(case)
+    stages = [stage for stage in STAGES if stage.name in wanted]
+    for stage in stages:
+        missing = stage.lacks(case)
+        if missing is not None:
+            expected = f"a section [{missing}], which the stage {stage.name} needs"
+            raise InputError([Fault(case.path, missing, None, expected)])
+    return stages

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 from impactfem.case import Case
@@ -13,8 +14,10 @@ from impactfem.results.tables import stick_tables
 from impactfem.sticks.force_history import ForceHistory, write_forces, write_forces_csv
 from impactfem.sticks.stage import STEPS, run_sticks
 from impactfem.sticks.store import write_motion, write_sticks
+from impactfem.study.building import building_key
 from impactfem.study.inputs import inputs_key
 from impactfem.study.stage import Stage
+from impactfem.study.structure_targets import from_structure, with_structure_targets
 
 STICK_ROOMS = ("motion", "spectra", "sticks")
 STICK_INPUTS = (
@@ -30,8 +33,22 @@ STICK_INPUTS = (
 )
 
 
+def stick_inputs_key(case: Case, sections: tuple[str, ...], files: tuple[Path, ...] = ()) -> str:
+    """Hash of what sticks depend on: with targets from the 3D model on all that it depends on.
+
+    Args:
+        case: The case.
+        sections: Names of the sections of the case file that count.
+        files: Further files whose content counts.
+    """
+    key = inputs_key(case, sections, STICK_ROOMS, files)
+    if not from_structure(case):
+        return key
+    return hashlib.sha256(f"{key}{building_key(case)}".encode()).hexdigest()
+
+
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
-    study = run_sticks(case, steps.step)
+    study = run_sticks(with_structure_targets(case, folder), steps.step)
     files = [folder / name for name in ("motion.nc", "forces.nc", "forces.csv", "sticks.nc")]
     with steps.step("stores"):
         write_motion(files[0], study, key)
@@ -56,8 +73,9 @@ STICKS = Stage(
     name="sticks",
     steps={**STEPS, "stores": 2.0, "tables and figures": 4.0},
     rooms=STICK_ROOMS,
-    key=lambda case: inputs_key(case, STICK_INPUTS, STICK_ROOMS),
+    key=lambda case: stick_inputs_key(case, STICK_INPUTS),
     store="sticks.nc",
     run=_run,
+    needs=lambda case: ("building",) if from_structure(case) else (),
     checks=lambda case, folder: log_stick_checks(folder, case.pounding.points_per_impact),
 )

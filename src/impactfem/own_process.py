@@ -1,7 +1,8 @@
-"""gmsh in a process of its own, so that it never meets PETSc or the launcher of MPI.
+"""A process of its own for libraries that do not go with PETSc and MPI in one.
 
 gmsh's wheel brings an MPI and a PETSc of its own: in a process with Debian's they print errors, and
-under `mpirun` they would take the launcher's variables for theirs.
+under `mpirun` they would take the launcher's variables for theirs. VTK's wheel crashes beside
+dolfinx where both use the C++ library's regular expressions, and without a usable OpenGL.
 """
 
 from __future__ import annotations
@@ -10,8 +11,7 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from impactfem.errors import ImpactfemError
@@ -25,12 +25,12 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
     """Run a function in a new Python process and give its result. Not collective.
 
     Args:
-        function: A function of a module that can be imported; it may import gmsh.
+        function: A function of a module that can be imported; it may import gmsh or pyvista.
         arguments: Its arguments; they and the result must be picklable.
 
     Raises:
         ImpactfemError: What the function raised, `InputError` with all its faults; or the process
-            ended without a result, as when gmsh crashes.
+            ended without a result, as when a library crashes.
     """
     # -P: a file gmsh.py or numpy.py in the working folder is not taken for the package.
     process = subprocess.run(
@@ -43,7 +43,7 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
     if process.returncode != 0:
         last = process.stderr.decode(errors="replace").strip()[-2000:]
         raise ImpactfemError(
-            f"the process that runs gmsh ended with exit code {process.returncode}"
+            f"the process that runs {function.__module__} ended with exit code {process.returncode}"
             + (f": {last}" if last else "")
         )
     result, failure = pickle.loads(process.stdout)
@@ -59,28 +59,10 @@ def clean_environment(environment: Mapping[str, str]) -> dict[str, str]:
     }
 
 
-@contextmanager
-def gmsh_session() -> Iterator[Any]:
-    """The module gmsh between `initialize` and `finalize`; the same for every user and machine.
-
-    To be used inside `in_own_process`.
-    """
-    import gmsh
-
-    # The user's own options are not read: they would change the mesh.
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("General.NumThreads", 1)
-        yield gmsh
-    finally:
-        gmsh.finalize()
-
-
 def _serve() -> None:
     """Run what comes by standard input; the result goes to standard output.
 
-    What gmsh prints goes to standard error.
+    What is printed goes to standard error.
     """
     out = os.dup(1)
     os.dup2(2, 1)

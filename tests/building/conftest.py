@@ -1,0 +1,263 @@
+"""A small building and its mesh, the shipped mesh of a user, and meshes made panel by panel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from impactfem.building.generate import generate
+from impactfem.building.geometry import (
+    Acroterion,
+    Bay,
+    Beam,
+    Column,
+    Geometry,
+    MeshSize,
+    Wall,
+)
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.mesh_groups import assemble
+from impactfem.building.model import BuildingModel, assemble_building
+from impactfem.building.part import Part
+from impactfem.building.parts import BuildingParts
+from impactfem.building.raw_mesh import RawMesh, read_raw
+from impactfem.building.section import BeamSection, Sections, ShellSection
+from impactfem.own_process import in_own_process
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+FRAME = Path(__file__).parents[2] / "geometry" / "frame.msh"
+
+
+@pytest.fixture(scope="session")
+def small_geometry() -> Geometry:
+    """8 m by 5 m, two storeys: beams that cross, end inside a slab, and lie on a wall's edge; a
+    column under the mass centre and one alone; a window, and a door of two rectangles."""
+    return Geometry(
+        length=8.0,
+        width=5.0,
+        levels=(0.0, 3.0, 5.8),
+        slab_thickness=0.25,
+        walls=(
+            Wall("south", (1, 2), (0.0, 0.0), (8.0, 0.0), 0.3),
+            Wall("north", (1, 2), (0.0, 5.0), (8.0, 5.0), 0.3),
+            Wall("inner", (1,), (8.0, 1.0), (6.0, 3.0), 0.2),
+        ),
+        bays=(
+            Bay("window", "south", 1, 1.75, 0.9, 1.5, 1.2),
+            Bay("door", "south", 1, 5.5, 0.0, 1.0, 2.1),
+            Bay("door", "south", 1, 5.5, 2.1, 2.0, 0.4),
+            Bay("hatch", "north", 2, 0.5, 2.3, 1.0, 0.5),
+        ),
+        beams=(
+            Beam("long", (1, 2), (0.0, 2.5), (8.0, 2.5), 0.3, 0.5, -0.375),
+            Beam("cross", (1, 2), (3.0, 0.0), (3.0, 5.0), 0.3, 0.5),
+            Beam("oblique", (1,), (5.2, 1.1), (6.7, 3.9), 0.3, 0.5),
+            Beam("rim", (1,), (0.0, 0.0), (8.0, 0.0), 0.2, 0.3),
+            Beam("face", (2,), (0.0, 5.0), (8.0, 5.0), 0.2, 0.3),
+        ),
+        columns=(
+            Column("middle", (1, 2), (4.0, 2.5), 0.4, 0.6),
+            Column("alone", (1, 2), (7.5, 4.1), 0.4, 0.4),
+        ),
+        acroterion=Acroterion(0.6, 0.2),
+        size=MeshSize.uniform(1.0),
+    )
+
+
+@pytest.fixture(scope="session")
+def small_file(small_geometry: Geometry, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("small") / "small.msh"
+    generate(small_geometry, path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def small_raw(small_file: Path) -> RawMesh:
+    return in_own_process(read_raw, small_file)
+
+
+@pytest.fixture(scope="session")
+def small_mesh(small_raw: RawMesh, small_file: Path) -> BuildingMesh:
+    return assemble(small_raw, small_file)
+
+
+@pytest.fixture(scope="session")
+def frame_file() -> Path:
+    """The mesh that is shipped as a user's own."""
+    return FRAME
+
+
+@dataclass
+class Panels:
+    """Panels and lines with shared nodes; points that coincide are one node."""
+
+    points: list[Array] = field(default_factory=list)
+    numbers: dict[tuple[float, ...], int] = field(default_factory=dict)
+    triangles: list[list[int]] = field(default_factory=list)
+    triangle_parts: list[Part] = field(default_factory=list)
+    lines: list[list[int]] = field(default_factory=list)
+    line_parts: list[Part] = field(default_factory=list)
+    sections: dict[Part, Any] = field(default_factory=dict)
+
+    def node(self, point: Array) -> int:
+        key = tuple(float(x) + 0.0 for x in np.round(point, 9))
+        if key not in self.numbers:
+            self.numbers[key] = len(self.points)
+            self.points.append(point)
+        return self.numbers[key]
+
+    def panel(
+        self,
+        corner: Sequence[float],
+        a: Sequence[float],
+        b: Sequence[float],
+        n: tuple[int, int],
+        part: Part,
+        thickness: float,
+    ) -> None:
+        """A parallelogram from a corner along the vectors a and b, in n[0] by n[1] pairs."""
+        self.sections[part] = ShellSection(thickness)
+        origin, along_a, along_b = (np.array(v, dtype=float) for v in (corner, a, b))
+        for i in range(n[0]):
+            for j in range(n[1]):
+                square = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+                p, q, r, s = (origin + along_a * k / n[0] + along_b * m / n[1] for k, m in square)
+                halves = ((p, q, r), (p, r, s)) if (i + j) % 2 else ((p, q, s), (q, r, s))
+                for p, q, r in halves:
+                    mids = ((p + q) / 2, (q + r) / 2, (r + p) / 2)
+                    self.triangles.append([self.node(x) for x in (p, q, r, *mids)])
+                    self.triangle_parts.append(part)
+
+    def line(
+        self,
+        start: Sequence[float],
+        end: Sequence[float],
+        n: int,
+        part: Part,
+        section: BeamSection,
+    ) -> None:
+        """A line of n beam elements."""
+        self.sections[part] = section
+        first, last = np.array(start, dtype=float), np.array(end, dtype=float)
+        for i in range(n):
+            p, q = (first + (last - first) * k / n for k in (i, i + 1))
+            self.lines.append([self.node(x) for x in (p, q, (p + q) / 2)])
+            self.line_parts.append(part)
+
+    def at(self, *conditions: tuple[int, float]) -> Ints:
+        """Nodes where each (axis, coordinate) holds."""
+        found = [all(abs(x[k] - value) < 1e-9 for k, value in conditions) for x in self.points]
+        return np.flatnonzero(found)
+
+    def sides_at(self, *conditions: tuple[int, float]) -> Ints:
+        """Sides of triangles, as lines (ends, middle), where each (axis, coordinate) holds."""
+        there = set(self.at(*conditions))
+        found = {
+            (*sorted((t[i], t[j])), t[m])
+            for t in self.triangles
+            for i, j, m in ((0, 1, 3), (1, 2, 4), (2, 0, 5))
+            if {t[i], t[j]} <= there
+        }
+        return np.array(sorted(found), dtype=np.int64)
+
+    def parts(
+        self,
+        *,
+        base: Iterable[int] = (),
+        centres: dict[int, int] | None = None,
+        edges: dict[int, Ints] | None = None,
+        turn: Array | None = None,
+        added: Array | None = None,
+        drilling: float = 1.0,
+    ) -> BuildingParts:
+        """The building, of concrete and turned in space by a matrix of rotation."""
+        shell_parts = tuple(sorted(set(self.triangle_parts)))
+        beam_parts = tuple(sorted(set(self.line_parts)))
+        mesh = BuildingMesh(
+            nodes=np.array(self.points) @ (np.eye(3) if turn is None else turn.T),
+            triangles=np.array(self.triangles, dtype=np.int64).reshape(-1, 6),
+            triangle_part=np.array([shell_parts.index(p) for p in self.triangle_parts], np.int32),
+            lines=np.array(self.lines, dtype=np.int64).reshape(-1, 3),
+            line_part=np.array([beam_parts.index(p) for p in self.line_parts], np.int32),
+            shell_parts=shell_parts,
+            beam_parts=beam_parts,
+            edges=edges or {},
+            centres=centres or {},
+            base=np.array(sorted(base), dtype=np.int64),
+        )
+        sections = Sections(
+            tuple(self.sections[p] for p in shell_parts),
+            tuple(self.sections[p] for p in beam_parts),
+        )
+        if added is None:
+            added = np.zeros(len(mesh.triangles))
+        return BuildingParts(mesh, sections, 33e9, 0.2, 2500.0, added, drilling)
+
+
+@pytest.fixture(scope="session")
+def new_panels() -> type[Panels]:
+    return Panels
+
+
+@pytest.fixture
+def panels() -> Panels:
+    return Panels()
+
+
+@pytest.fixture(scope="session")
+def house() -> BuildingParts:
+    """Two slabs of 4 m by 3 m at 3 m and 6.5 m, on two walls and a column.
+
+    The wall at x = 2 m meets the slabs inside: three shells at an edge on floor 2, four on
+    floor 1. A beam hangs below floor 1 at y = 3 m; floor 2 has an acroterion at y = 0.
+    """
+    p = Panels()
+    levels = (0.0, 3.0, 6.5)
+    for k in (1, 2):
+        foot, z = levels[k - 1], levels[k]
+        up = (0.0, 0.0, z - foot)
+        p.panel((0, 0, z), (4, 0, 0), (0, 3, 0), (4, 3), Part("floor", k), 0.3)
+        p.panel((0, 0, foot), (4, 0, 0), up, (4, 2), Part("storey", k, "south"), 0.5)
+        p.panel((2, 0, foot), (0, 2, 0), up, (2, 2), Part("storey", k, "inner"), 0.4)
+        p.line((4, 3, foot), (4, 3, z), 2, Part("column", k), BeamSection.column(0.4, 0.6))
+    p.panel((0, 0, 6.5), (4, 0, 0), (0, 0, 0.6), (4, 1), Part("floor", 2, "acroterion"), 0.2)
+    p.line((0, 3, 3), (4, 3, 3), 4, Part("beam", 1), BeamSection.beam(0.3, 0.5, -0.4))
+    centres = {k: int(p.at((0, 2.0), (1, 1.0), (2, levels[k]))[0]) for k in (1, 2)}
+    edges = {k: p.sides_at((1, 3.0), (2, levels[k])) for k in (1, 2)}
+    return p.parts(base=p.at((2, 0.0)), centres=centres, edges=edges)
+
+
+@pytest.fixture(scope="session")
+def assembled() -> Callable[[BuildingParts], BuildingModel]:
+    """Assemble a building on this process alone."""
+    return lambda parts: assemble_building(MPI.COMM_SELF, parts)
+
+
+@pytest.fixture(scope="session")
+def csr() -> Callable[[Any], csr_matrix]:
+    """A matrix of PETSc on one rank as one of SciPy."""
+
+    def converted(matrix: Any) -> csr_matrix:
+        indptr, indices, values = matrix.getValuesCSR()
+        return csr_matrix((values, indices, indptr), shape=matrix.getSize())
+
+    return converted
+
+
+@pytest.fixture(scope="session")
+def turn() -> Array:
+    """A rotation that leaves no axis where it was."""
+    a, b = 0.7, -1.1
+    about_z = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    about_x = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
+    turned: Array = about_x @ about_z
+    return turned

@@ -1,0 +1,185 @@
+"""From the case: the geometry with its levels, and a section for each part of a mesh."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactfem.building.from_case import geometry_of, sections_of
+from impactfem.building.generate import generate
+from impactfem.building.geometry import Beam, Column, MeshSize, Wall
+from impactfem.building.mesh_report import mesh_report
+from impactfem.building.quality import areas
+from impactfem.building.read_mesh import read_mesh
+from impactfem.building.section import BeamSection, ShellSection
+from impactfem.case import load_case
+from impactfem.case.file_mesh import BeamGroup, FileMesh, ShellGroup
+from impactfem.errors import InputError
+
+PAIR = Path(__file__).parents[2] / "geometry" / "npp_pair.toml"
+SHELLS = (
+    ShellGroup(groups="floor_*", thickness=0.25),
+    ShellGroup(groups="storey_[12]_west", thickness=0.2),
+)
+BEAMS = (
+    BeamGroup(groups="beam_*", width=0.3, depth=0.5, offset=-0.125),
+    BeamGroup(groups="column_*", width=0.4, depth=0.6),
+)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return load_case(PAIR)
+
+
+@pytest.fixture(scope="module")
+def frame(frame_file):
+    return read_mesh(frame_file)
+
+
+@pytest.fixture
+def structure(pair, frame_file):
+    """The structure of the case with a mesh from a file, its groups as given."""
+
+    def made(shells=SHELLS, beams=BEAMS):
+        mesh = FileMesh(type="file", file=str(frame_file), shells=shells, beams=beams)
+        return pair.structure.model_copy(update={"mesh": mesh})
+
+    return made
+
+
+def test_the_geometry_of_the_paper_s_building(pair):
+    geometry = geometry_of(pair)
+    assert (geometry.length, geometry.width) == (46.2, 15.6)
+    assert len(geometry.floors) == 8
+    assert geometry.levels[0] == 0.0
+    # The mass centre of floor 8, and the top of the acroterion (section 2 of the paper).
+    assert geometry.levels[-1] == pytest.approx(30.30)
+    assert geometry.acroterion is not None
+    assert geometry.levels[-1] + geometry.acroterion.height == pytest.approx(30.93)
+    assert geometry.impact_edge == "y+"
+    assert geometry.size == MeshSize.uniform(0.9)
+    assert Wall("gable_west", tuple(range(2, 9)), (0, 0), (0, 15.6), 0.6) in geometry.walls
+    rows = [beam for beam in geometry.beams if (beam.width, beam.depth) == (0.75, 0.85)]
+    assert len(rows) == 7
+    assert rows[3] == Beam(
+        "transverse_4", tuple(range(1, 9)), (23.1, 0), (23.1, 15.6), 0.75, 0.85, -0.575
+    )
+    assert [(c.width_x, c.width_y) for c in geometry.columns] == [(0.8, 1.2)] * 7
+    assert geometry.columns[3] == Column("row_4", tuple(range(2, 9)), (23.1, 7.8), 0.8, 1.2)
+    assert len({bay.name for bay in geometry.bays}) == 10  # the indices of Table 1
+
+
+@pytest.mark.parametrize(
+    ("name", "elements", "dofs"),
+    [
+        ("npp_pair.toml", 0, 250_000),
+        pytest.param("npp_pair_fine.toml", 113_000, 1_300_000, marks=pytest.mark.slow),
+    ],
+)
+def test_the_mesh_of_the_paper_s_building(name, elements, dofs, tmp_path):
+    case = load_case(PAIR.with_name(name))
+    geometry = geometry_of(case)
+    path = tmp_path / "building.msh"
+    generate(geometry, path)
+    mesh = read_mesh(path)
+    report = mesh_report(mesh, sections_of(case.structure, mesh))
+    assert report.elements >= elements
+    assert report.dofs >= dofs
+    assert report.quality_mean > 0.95
+    assert not report.warnings
+    slabs = 8 * 46.2 * 15.6 + 2 * (46.2 + 15.6) * 0.63
+    walls = sum(
+        np.hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1])
+        * (geometry.levels[k] - geometry.levels[k - 1])
+        for wall in geometry.walls
+        for k in wall.storeys
+    ) - sum(bay.width * bay.height for bay in geometry.bays)
+    for family, area in (("floor", slabs), ("storey", walls)):
+        own = areas(mesh.nodes, mesh.triangles[mesh.triangles_of(family)])
+        assert own.sum() == pytest.approx(area, rel=1e-9)
+    ends = mesh.nodes[mesh.lines[:, :2]]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    assert length[mesh.lines_of("beam")].sum() == pytest.approx(8 * (7 * 15.6 + 5 * 46.2))
+    height = geometry.levels[8] - geometry.levels[1]
+    assert length[mesh.lines_of("column")].sum() == pytest.approx(7 * height)
+
+
+def test_sizes_by_part(pair):
+    mesh = pair.structure.mesh.model_copy(update={"floor_size": 0.4, "column_size": 2.0})
+    finer = pair.model_copy(update={"structure": pair.structure.model_copy(update={"mesh": mesh})})
+    assert geometry_of(finer).size == MeshSize(floor=0.4, storey=0.9, beam=0.9, column=2.0)
+
+
+def test_a_case_without_a_generated_mesh(pair, structure):
+    with pytest.raises(ValueError, match="no structure with a generated mesh"):
+        geometry_of(pair.model_copy(update={"structure": None}))
+    with pytest.raises(ValueError, match="no structure with a generated mesh"):
+        geometry_of(pair.model_copy(update={"structure": structure()}))
+
+
+def test_sections_of_a_file(structure, frame):
+    sections = sections_of(structure(), frame)
+    found = dict(zip((part.group for part in frame.shell_parts), sections.shells, strict=True))
+    assert found["floor_2"] == ShellSection(0.25)
+    assert found["storey_1_west"] == ShellSection(0.2)
+    found = dict(zip((part.group for part in frame.beam_parts), sections.beams, strict=True))
+    assert found["beam_1_south"] == BeamSection.beam(0.3, 0.5, -0.125)
+    assert found["column_2_north_east"] == BeamSection.column(0.4, 0.6)
+
+
+def faults(structure, frame):
+    with pytest.raises(InputError) as caught:
+        sections_of(structure, frame)
+    assert all(Path(fault.file).name == "frame.msh" for fault in caught.value.faults)
+    return [f"{fault.key}: {fault.expected}" for fault in caught.value.faults]
+
+
+def test_a_group_that_no_pattern_matches(structure, frame):
+    assert faults(structure(beams=BEAMS[:1]), frame) == [
+        f"column_{k}_{where}: no pattern matches it of structure.mesh.beams in the case"
+        for k in (1, 2)
+        for where in ("north_east", "south_east")
+    ]
+
+
+def test_a_group_that_two_patterns_match(structure, frame):
+    shells = (*SHELLS, ShellGroup(groups="floor_2*", thickness=0.3))
+    assert faults(structure(shells=shells), frame) == [
+        "floor_2: matched by 'floor_*', 'floor_2*'; expected one of structure.mesh.shells in the "
+        "case"
+    ]
+
+
+def test_a_pattern_that_matches_no_group(structure, frame):
+    shells = (*SHELLS, ShellGroup(groups="storey_3*", thickness=0.3))
+    (fault,) = faults(structure(shells=shells), frame)
+    assert fault == (
+        ": no group for structure.mesh.shells with the pattern 'storey_3*'; the mesh has floor_1, "
+        "floor_2, storey_1_west, storey_2_west"
+    )
+
+
+def test_a_column_with_an_offset(structure, frame):
+    beams = (BEAMS[0], BEAMS[1].model_copy(update={"offset": 0.1}))
+    assert faults(structure(beams=beams), frame)[0] == (
+        "column_1_north_east: an offset; expected none for columns"
+    )
+
+
+def test_beams_that_stand_and_columns_that_lie(structure, frame):
+    swapped = {"beam": "column", "column": "beam"}
+    parts = tuple(replace(part, family=swapped[part.family]) for part in frame.beam_parts)
+    order = sorted(range(len(parts)), key=lambda i: parts[i])
+    renamed = replace(
+        frame,
+        beam_parts=tuple(parts[i] for i in order),
+        line_part=np.array([order.index(i) for i in frame.line_part.tolist()], dtype=np.int32),
+    )
+    beams = (BEAMS[0], BEAMS[1])
+    found = faults(structure(beams=beams), renamed)
+    assert found[0].startswith("beam_1_north_east: at (6.000, 4.000, ")
+    assert found[0].endswith("a vertical beam; expected a group column_<k>")
+    assert found[-1].startswith("column_2_east: at (6.000, ")
+    assert found[-1].endswith("a column along y; expected a group beam_<k>")

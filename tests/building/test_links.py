@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+
+from impactfem.building.links import RigidLink, linked
+from impactfem.building.part import Part
+from impactfem.building.section import BeamSection
+from impactfem.errors import SolutionError
+
+E, G = 33e9, 33e9 / 2.4
+H, ARM, REACH = 4.0, 0.7, 1.5
+COLUMN = BeamSection.column(0.8, 1.2)
+BEAM = BeamSection.beam(0.3, 0.5)
+
+
+@pytest.fixture
+def arm(panels, assembled):
+    """A column of 4 m, and a beam of 1.5 m along x that starts 0.7 m beside the column's top."""
+    panels.line((0, 0, 0), (0, 0, H), 3, Part("column", 1), COLUMN)
+    panels.line((ARM, 0, H), (ARM + REACH, 0, H), 2, Part("beam", 1), BEAM)
+    parts = panels.parts(base=panels.at((2, 0.0)))
+    model = assembled(parts)
+    top, start, end = (panels.node(np.array([x, 0.0, H])) for x in (0, ARM, ARM + REACH))
+    return model, parts.mesh.nodes, top, start, end
+
+
+def tip(arm, csr, axis, load=1e6):
+    """Displacements of the beam's end under a force there, by the linked model."""
+    model, X, top, start, end = arm
+    small, T = linked(model, [RigidLink(top, np.array([start]))], X)
+    row = small.rows(np.array([end]))[0]
+    f = np.zeros(small.n_free)
+    f[row + axis] = load
+    w = spsolve(csr(small.stiffness()), f)
+    return w[row : row + 3], csr(T) @ w
+
+
+def test_a_force_down_the_column(arm, csr):
+    """w = P (H/(E A) + a² H/(E I) + b³/(3 E I_b) + b/(k G A_b)), a the arm of P at the column."""
+    w, _ = tip(arm, csr, 2)
+    a = ARM + REACH
+    exact = 1e6 * (
+        H / (E * COLUMN.A)
+        + a**2 * H / (E * COLUMN.I2)
+        + REACH**3 / (3.0 * E * BEAM.I1)
+        + REACH / (BEAM.k2 * G * BEAM.A)
+    )
+    assert w[2] == pytest.approx(exact, rel=1e-9)
+    # The column's top turns by M H/(E I) and moves along x by M H²/(2 E I), with M = −P a.
+    assert w[0] == pytest.approx(-1e6 * a * H**2 / (2.0 * E * COLUMN.I2), rel=1e-9)
+
+
+def test_a_force_across_twists_the_column(arm, csr):
+    w, _ = tip(arm, csr, 1)
+    a = ARM + REACH
+    exact = 1e6 * (
+        H**3 / (3.0 * E * COLUMN.I1)
+        + H / (COLUMN.k2 * G * COLUMN.A)
+        + a**2 * H / (G * COLUMN.J)
+        + REACH**3 / (3.0 * E * BEAM.I2)
+        + REACH / (BEAM.k1 * G * BEAM.A)
+    )
+    assert w[1] == pytest.approx(exact, rel=1e-9)
+
+
+def test_the_follower_moves_with_the_master(arm, csr):
+    model, X, top, start, _ = arm
+    _, every = tip(arm, csr, 1)
+    rows = model.rows(np.array([top, start]))
+    master, follower = (every[row : row + 6] for row in rows)
+    assert follower[3:] == pytest.approx(master[3:], rel=1e-13)
+    expected = master[:3] + np.cross(master[3:], X[start] - X[top])
+    assert follower[:3] == pytest.approx(expected, rel=1e-13, abs=1e-18)
+    assert np.abs(follower[:3] - master[:3]).max() > 1e-4
+
+
+def test_what_the_smaller_model_is(arm, csr):
+    model, X, top, start, _ = arm
+    small, T = linked(model, [RigidLink(top, np.array([start]))], X)
+    assert sorted(small.nodes) == sorted(set(model.nodes) - {start})
+    assert small.coordinates.tolist() == X[small.nodes].tolist()
+    assert small.n_free == model.n_free - 6
+    t = csr(T)
+    # Rigid-body motions of the kept nodes are those of all, and so are total and ground.
+    assert t @ small.rigid_body() == pytest.approx(model.rigid_body(), abs=1e-13)
+    assert small.ground == pytest.approx(t.T @ model.ground, abs=1e-9)
+    for one, two in ((small.mass, model.mass), (small.stiffness(), model.stiffness())):
+        full = (t.T @ csr(two) @ t).toarray()
+        assert csr(one).toarray() == pytest.approx(full, rel=1e-12, abs=1e-12 * abs(full).max())
+
+
+def test_without_links(arm, csr):
+    model, X, *_ = arm
+    same, T = linked(model, [], X)
+    assert same.nodes.tolist() == model.nodes.tolist()
+    assert abs(csr(T) - np.eye(model.n_free)).max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("links", "message"),
+    [
+        ([(0, [1]), (2, [1])], "a node follows two masters, one of them 2"),
+        ([(0, [1, 1])], "a node follows two masters"),
+        ([(0, [1]), (1, [2])], "node 1 follows another one and cannot be a master"),
+        ([(0, [0])], "node 0 follows another one and cannot be a master"),
+        ([(3, [1])], "node 3 is clamped and cannot be part of a rigid link"),
+        ([(0, [3])], "node 3 is clamped"),
+    ],
+)
+def test_what_cannot_be_linked(panels, assembled, links, message):
+    for x in range(4):
+        panels.node(np.array([float(x), 0.0, 0.0]))
+    panels.line((0, 0, 0), (3, 0, 0), 3, Part("beam", 1), BEAM)
+    parts = panels.parts(base=[3])
+    made = [RigidLink(master, np.array(followers)) for master, followers in links]
+    with pytest.raises(SolutionError, match=message):
+        linked(assembled(parts), made, parts.mesh.nodes)

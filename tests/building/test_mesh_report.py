@@ -1,0 +1,147 @@
+"""The report of a mesh against what can be counted and measured by hand."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactfem.building.mesh_report import free_edges, mesh_report
+from impactfem.building.section import Sections, ShellSection
+
+
+@pytest.fixture(scope="module")
+def small_sections(small_geometry, small_mesh):
+    return small_geometry.sections(small_mesh.shell_parts, small_mesh.beam_parts)
+
+
+@pytest.fixture(scope="module")
+def report(small_mesh, small_sections):
+    return mesh_report(small_mesh, small_sections)
+
+
+def test_counts(report, small_mesh):
+    assert report.shells == len(small_mesh.triangles)
+    assert report.beams == len(small_mesh.lines)
+    assert report.elements == sum(part.elements for part in report.parts)
+    assert report.dofs == 6 * report.nodes
+    assert report.dofs - report.free_dofs == 6 * len(small_mesh.base)
+    groups = [part.group for part in report.parts]
+    assert groups[:3] == ["floor_1", "floor_2", "floor_2_acroterion"]
+    column = report.parts[groups.index("column_1_alone")]
+    assert column.nodes == 2 * column.elements + 1
+    assert column.size == pytest.approx(3.0 / column.elements)
+    assert column.quality_min is None
+
+
+def test_nodes_obey_euler(report, small_mesh):
+    """A slab without holes: vertices - sides + triangles = 1, and a middle node on each side."""
+    slab = report.parts[0]
+    corners = len(np.unique(small_mesh.triangles[small_mesh.triangles_of("floor", 1), :3]))
+    assert corners - (slab.nodes - corners) + slab.elements == 1
+
+
+def test_free_edges(report):
+    """Rims, by hand: base and joints do not count."""
+    ends = 4.0 * 3.0 + 2.0 * 3.0  # of the facades and of the inner wall
+    window = 2.0 * (1.5 + 1.2)
+    door = 2.0 * 2.1 + (2.0 - 1.0) + 2.0 * 0.4 + 2.0  # jambs, shoulders, jambs above, lintel
+    hatch = 1.0 + 0.5 - 0.5  # in a corner under the slab: sill and a jamb, less the wall's end
+    assert report.free_edges == pytest.approx(
+        {
+            "floor_1": 2.0 * 5.0,  # west and east stand on no wall
+            "floor_2": 26.0,  # the top of the acroterion
+            "storey_1": ends + window + door,
+            "storey_2": 4.0 * 2.8 + hatch,
+        },
+        rel=1e-12,
+    )
+
+
+def test_a_torn_joint_shows_as_a_free_edge(small_mesh):
+    """The slab's nodes are not the walls' any more: the joints are free on both sides."""
+    slab = small_mesh.triangles_of("floor", 1)
+    triangles = small_mesh.triangles.copy()
+    own, inverse = np.unique(triangles[slab], return_inverse=True)
+    triangles[slab] = len(small_mesh.nodes) + inverse.reshape(len(slab), 6)
+    nodes = np.vstack([small_mesh.nodes, small_mesh.nodes[own]])
+    torn = free_edges(replace(small_mesh, nodes=nodes, triangles=triangles))
+    assert torn["floor_1"] == pytest.approx(2.0 * (8.0 + 5.0))
+    assert torn["storey_1"] == pytest.approx(free_edges(small_mesh)["storey_1"] + np.sqrt(8.0))
+
+
+def test_size_over_thickness(small_mesh, small_sections):
+    thin = Sections(
+        tuple(replace(s, thickness=0.1 * s.thickness) for s in small_sections.shells),
+        small_sections.beams,
+    )
+    before, after = mesh_report(small_mesh, small_sections), mesh_report(small_mesh, thin)
+    assert after.size_over_thickness == pytest.approx(10.0 * before.size_over_thickness)
+    assert before.size_over_thickness < 8.0
+    assert not before.warnings
+    (warning,) = after.warnings
+    assert "larger than 8 thicknesses, the worst in " in warning
+    assert "bending will be too stiff" in warning
+
+
+def test_size_over_thickness_is_the_longest_side(small_mesh, small_sections):
+    sections = Sections(tuple(ShellSection(0.5) for _ in small_sections.shells), ())
+    found = mesh_report(small_mesh, sections).size_over_thickness
+    vertices = small_mesh.nodes[small_mesh.triangles[:, :3]]
+    longest = max(
+        np.linalg.norm(t[i] - t[j]) for t in vertices for i, j in ((0, 1), (1, 2), (2, 0))
+    )
+    assert found == pytest.approx(longest / 0.5)
+
+
+def test_dropped_nodes_and_poor_triangles_are_warned_of(small_mesh, small_sections):
+    nodes = small_mesh.nodes.copy()
+    a, b = small_mesh.triangles[small_mesh.triangles_of("floor", 1)[0], :2]
+    nodes[a] = 0.02 * nodes[a] + 0.98 * nodes[b]
+    poor = replace(small_mesh, nodes=nodes, dropped=np.array([[1.0, 2.0, 3.0]]))
+    report = mesh_report(poor, small_sections)
+    assert report.dropped == 1
+    assert report.quality_min < 0.2
+    text = "\n".join(report.warnings)
+    assert "have a radius ratio below 0.2, the worst in floor_1 at (" in text
+    assert "1 nodes of the file belong to no shell or beam and are dropped" in text
+    assert "the first at (1.000, 2.000, 3.000) m" in text
+
+
+def test_duplicates_are_counted(small_mesh, small_sections):
+    assert mesh_report(small_mesh, small_sections).duplicates == 0
+    nodes = small_mesh.nodes.copy()
+    nodes[1] = nodes[0]
+    assert mesh_report(replace(small_mesh, nodes=nodes), small_sections).duplicates == 1
+
+
+def test_levels_join_the_parts(report, small_mesh):
+    levels = {level.group: level for level in report.levels}
+    assert list(levels) == [
+        f"{f}_{k}" for f in ("floor", "storey", "beam", "column") for k in (1, 2)
+    ]
+    for family in ("floor", "storey", "beam", "column"):
+        for k in (1, 2):
+            start = f"{family}_{k}"
+            own = [part for part in report.parts if f"{part.group}_".startswith(f"{start}_")]
+            assert levels[start].elements == sum(part.elements for part in own)
+    # The slab and the acroterion share the nodes of the slab's edge.
+    slab, acroterion = (p for p in report.parts if p.group.startswith("floor_2"))
+    nodes = small_mesh.nodes
+    rim = np.isclose(nodes[:, 2], 5.8) & np.isclose(
+        np.min(np.abs(nodes[:, [0, 0, 1, 1]] - [0.0, 8.0, 0.0, 5.0]), axis=1), 0.0
+    )
+    assert levels["floor_2"].nodes == slab.nodes + acroterion.nodes - rim.sum()
+    assert levels["floor_2"].quality_min == min(slab.quality_min, acroterion.quality_min)
+
+
+def test_text_and_dictionary(report):
+    text = report.as_text()
+    first = report.levels[0]
+    assert text.splitlines()[1].split()[:3] == ["floor_1", str(first.elements), str(first.nodes)]
+    assert f"{report.dofs} degrees of freedom, {report.free_dofs} of them free" in text
+    assert "duplicate nodes: 0; nodes of no element, dropped: 0" in text
+    read = json.loads(json.dumps(report.as_dict()))
+    assert read["elements"] == report.elements
+    assert read["parts"][0]["group"] == "floor_1"
+    assert read["free_edges"] == report.free_edges

@@ -1,0 +1,159 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import eigsh, spsolve
+
+from impactfem.building.part import Part
+from impactfem.building.section import BeamSection
+from impactfem.errors import SolutionError
+
+SHELL = Part("floor", 1)
+
+
+@pytest.fixture(scope="module")
+def model(house, assembled):
+    return assembled(house)
+
+
+def shells_and_beams(house):
+    """Mass and centre of each cell of the house [kg], [m]."""
+    mesh, found = house.mesh, []
+    for triangle, part in zip(mesh.triangles, mesh.triangle_part, strict=True):
+        a, b, c = mesh.nodes[triangle[:3]]
+        area = 0.5 * np.linalg.norm(np.cross(b - a, c - a))
+        found.append((2500.0 * area * house.sections.shells[part].thickness, (a + b + c) / 3.0))
+    for line, part in zip(mesh.lines, mesh.line_part, strict=True):
+        a, b, _ = mesh.nodes[line]
+        section = house.sections.beams[part]
+        mass = 2500.0 * np.linalg.norm(b - a) * section.A
+        found.append((mass, 0.5 * (a + b) + section.offset))
+    return found
+
+
+def test_clamped_nodes_are_not_in_the_matrices(model, house):
+    mesh = house.mesh
+    assert sorted(model.nodes) == np.setdiff1d(np.arange(len(mesh.nodes)), mesh.base).tolist()
+    assert model.n_free == 6 * len(model.nodes) == model.fixed.getSize()[0]
+    assert model.n_nodes == len(mesh.nodes)
+    assert model.coordinates.tolist() == mesh.nodes[model.nodes].tolist()
+
+
+def test_mass_and_its_centre(model, house):
+    """x m = ∫ ρ x: the first moments of the total are those of the cells."""
+    masses, centres = zip(*shells_and_beams(house), strict=True)
+    mass, first = sum(masses), np.array(masses) @ np.array(centres)
+    assert model.total[:3, :3] == pytest.approx(mass * np.eye(3), rel=1e-12, abs=1e-8)
+    moments = [[0.0, first[2], -first[1]], [-first[2], 0.0, first[0]], [first[1], -first[0], 0.0]]
+    assert model.total[:3, 3:] == pytest.approx(np.array(moments), rel=1e-11, abs=1e-7)
+    assert model.total == pytest.approx(model.total.T, rel=1e-12, abs=1e-7)
+
+
+def test_rigid_body_motions_of_the_free_house(house, assembled, csr):
+    """Joints of three and four shells, an eccentric beam and columns: six motions cost nothing."""
+    free = assembled(replace(house, mesh=replace(house.mesh, base=np.empty(0, dtype=np.int64))))
+    K = csr(free.stiffness(0.13))
+    motions = free.rigid_body()
+    assert np.abs(K @ motions).max() < 1e-13 * np.abs(K).max() * np.abs(motions).max()
+    M = csr(free.mass)
+    assert motions.T @ (M @ motions) == pytest.approx(free.total, rel=1e-12, abs=1e-7)
+    assert free.ground == pytest.approx(M @ motions, rel=1e-12, abs=1e-7)
+    # Shifted by less than the first elastic eigenvalue: six are zero, and no seventh.
+    values = np.sort(eigsh(K, 8, M, sigma=-1e3, return_eigenvectors=False))
+    assert np.abs(values[:6]).max() < 1e-8 * values[6]
+
+
+def test_rotations_about_another_point(house, assembled, csr):
+    """`about` is what M and the motions about that point give."""
+    free = assembled(replace(house, mesh=replace(house.mesh, base=np.empty(0, dtype=np.int64))))
+    origin = (1.0, -2.0, 5.0)
+    motions = free.rigid_body(origin)
+    ground, total = free.about(np.array(origin))
+    assert ground == pytest.approx(csr(free.mass) @ motions, rel=1e-11, abs=1e-7)
+    assert total == pytest.approx(motions.T @ ground, rel=1e-11, abs=1e-6)
+    assert abs(total - free.total).max() > 1e3
+
+
+def test_the_clamped_house_has_none(model, csr):
+    K = csr(model.stiffness(0.13))
+    assert abs(K - K.T).max() < 1e-15 * abs(K).max()
+    assert np.linalg.eigvalsh(K.toarray())[0] > 0.0
+
+
+def test_ground_motion_takes_the_base_along(model, csr):
+    """M r with the base: the parts of M between free and clamped nodes count."""
+    free_part = csr(model.mass) @ model.rigid_body()
+    missing = model.ground - free_part
+    above_a_cell = np.repeat(model.coordinates[:, 2] > 2.0, 6)
+    assert np.abs(missing[above_a_cell]).max() < 1e-9
+    assert np.abs(missing[~above_a_cell]).max() > 1.0
+
+
+def test_the_factor_scales_walls_and_columns_alone(model, csr):
+    fixed, storeys = csr(model.fixed), csr(model.storeys)
+    expected = fixed + 0.5 * storeys
+    assert abs(csr(model.stiffness(0.5)) - expected).max() < 1e-15 * abs(expected).max()
+    x, y, z = model.coordinates.T
+    between = np.repeat(np.isclose(z, 1.5) | np.isclose(z, 4.75), 6)  # of walls and columns
+    slab = np.repeat(np.isclose(z, 3.0) & (x > 2.0) & (x < 4.0) & (y > 0.0), 6)  # slab and beam
+    assert abs(fixed[between]).max() == 0.0 < abs(storeys[between]).max()
+    assert abs(storeys[slab]).max() == 0.0 < abs(fixed[slab]).max()
+
+
+def test_a_storey_twice_as_stiff_moves_half(panels, assembled, csr):
+    """A column under a tip load, u = P L³/(3 E I) + P L/(k G A), over the factor."""
+    panels.line((0, 0, 0), (0, 0, 4), 3, Part("column", 1), BeamSection.column(0.8, 1.2))
+    model = assembled(panels.parts(base=panels.at((2, 0.0))))
+    top = model.rows(panels.at((2, 4.0)))[0]
+    load = np.zeros(model.n_free)
+    load[top + 1] = 1e6
+    A, inertia, G = 0.96, 0.8 * 1.2**3 / 12.0, 33e9 / 2.4
+    exact = 1e6 * (64.0 / (3.0 * 33e9 * inertia) + 4.0 / (5.0 / 6.0 * G * A))
+    for factor in (1.0, 2.0, 0.13):
+        u = spsolve(csr(model.stiffness(factor)), load)
+        assert u[top + 1] == pytest.approx(exact / factor, rel=1e-10)
+
+
+def test_the_stiffness_is_the_callers(model):
+    """A copy: scaled by its owner, the model keeps its own."""
+    before = model.fixed.norm()
+    model.stiffness().scale(7.0)
+    assert model.fixed.norm() == before
+
+
+def test_rows(model, house):
+    clamped = int(house.mesh.base[0])
+    asked = np.array([model.nodes[5], clamped, model.nodes[0], model.nodes[-1]])
+    last = 6 * (len(model.nodes) - 1)
+    assert model.rows(asked).tolist() == [30, -1, 0, last]
+    beyond = np.array([model.n_nodes - 1, model.n_nodes])
+    assert model.rows(beyond).tolist()[1] == -1
+    assert model.rows(np.empty(0, dtype=np.int64)).size == 0
+
+
+def test_a_node_without_cells(house, assembled):
+    nodes = np.vstack([house.mesh.nodes, [9.0, 9.0, 9.0]])
+    with pytest.raises(SolutionError, match=f"node {len(nodes) - 1} belongs to no shell"):
+        assembled(replace(house, mesh=replace(house.mesh, nodes=nodes)))
+
+
+def test_the_order_of_cells_and_nodes_changes_nothing(house, model, assembled, csr):
+    """The same house with nodes renumbered and cells shuffled, node by node."""
+    mesh, rng = house.mesh, np.random.default_rng(2)
+    new = rng.permutation(len(mesh.nodes))  # new number of each node
+    nodes = np.empty_like(mesh.nodes)
+    nodes[new] = mesh.nodes
+    order = rng.permutation(len(mesh.triangles))
+    shuffled = replace(
+        mesh,
+        nodes=nodes,
+        triangles=new[mesh.triangles[order]],
+        triangle_part=mesh.triangle_part[order],
+        lines=new[mesh.lines],
+        base=np.sort(new[mesh.base]),
+    )
+    other = assembled(replace(house, mesh=shuffled))
+    rows = (other.rows(new[model.nodes])[:, None] + np.arange(6)).ravel()
+    for one, two in ((model.stiffness(), other.stiffness()), (model.mass, other.mass)):
+        first, second = csr(one), csr(two)[rows][:, rows]
+        assert abs(first - second).max() < 1e-13 * abs(first).max()

@@ -1,0 +1,90 @@
+"""The matrices of a building do not depend on the number of ranks."""
+
+import pickle
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import eigsh
+
+from impactfem.building.part import Part
+from impactfem.building.section import BeamSection
+
+SCRIPT = Path(__file__).with_name("on_ranks.py")
+HOUSE, TINY = 0, 1
+RANKS = (2, 3, 4)
+
+
+@pytest.fixture(scope="module")
+def of_ranks(house, new_panels, under_mpirun, tmp_path_factory):
+    """The house, and two triangles with a beam, on a number of ranks."""
+    folder, made = tmp_path_factory.mktemp("ranks"), {}
+    panels = new_panels()
+    panels.panel((0, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1), Part("floor", 1), 0.3)
+    panels.line((0, 1, 0), (2, 1, 0), 1, Part("beam", 1), BeamSection.beam(0.3, 0.5, -0.4))
+    tiny = panels.parts(base=panels.at((0, 0.0)), edges={1: panels.sides_at((1, 1.0))})
+    end, corner = panels.at((0, 2.0), (1, 1.0))[0], panels.at((0, 2.0), (1, 0.0))[0]
+    # On the house a slab's corner follows a node of the other slab, far from it.
+    high = house.mesh.edges[2][0, 0], house.mesh.edges[1][-1, 1]
+    (folder / "in").write_bytes(pickle.dumps([(house, high), (tiny, (end, corner))]))
+
+    def run(ranks):
+        if ranks not in made:
+            out = folder / str(ranks)
+            ended = under_mpirun(ranks, sys.executable, SCRIPT, folder / "in", out)
+            assert ended.returncode == 0, ended.stderr
+            made[ranks] = pickle.loads(out.read_bytes())
+        return made[ranks]
+
+    return run
+
+
+def first_eigenvalue(result):
+    K, M = result["K"].tocsc(), result["M"].tocsc()
+    return eigsh(K, 1, M, sigma=0.0, v0=np.ones(K.shape[0]), return_eigenvectors=False)[0]
+
+
+@pytest.mark.parametrize("building", [HOUSE, TINY])
+@pytest.mark.parametrize("ranks", RANKS)
+def test_same_numbers(of_ranks, ranks, building):
+    one, many = of_ranks(1)[building], of_ranks(ranks)[building]
+    for name in ("K", "M", "linked K"):
+        assert abs(many[name] - one[name]).max() < 1e-14 * abs(one[name]).max(), name
+    for name in ("ground", "linked ground", "load", "total"):
+        assert many[name] == pytest.approx(one[name], rel=1e-13, abs=1e-9), name
+    u = one["displacement"]
+    assert np.abs(many["displacement"] - u).max() < 1e-9 * np.abs(u).max() > 0.0
+    assert first_eigenvalue(many) == pytest.approx(first_eigenvalue(one), rel=1e-9)
+
+
+@pytest.mark.parametrize("ranks", RANKS)
+def test_ranks_share_the_work(of_ranks, ranks):
+    rows = of_ranks(ranks)[HOUSE]["rows of a rank"]
+    total = sum(of_ranks(1)[HOUSE]["rows of a rank"])
+    assert len(rows) == ranks and sum(rows) == total and min(rows) > 0.5 * total / ranks
+
+
+def test_more_ranks_than_cells(of_ranks):
+    rows = of_ranks(4)[TINY]["rows of a rank"]
+    assert len(rows) == 4 and 0 in rows
+
+
+def test_a_torn_joint_would_be_seen(house, assembled, csr):
+    """The inner wall ends below floor 2 in nodes of its own: another first eigenvalue."""
+    mesh = house.mesh
+    wall = mesh.triangle_part == mesh.shell_parts.index(Part("storey", 2, "inner"))
+    joint = np.unique(mesh.triangles[wall])
+    joint = joint[(mesh.nodes[joint, 2] == 6.5) & (mesh.nodes[joint, 1] > 0.0)]
+    assert len(joint) == 4
+    own = np.arange(len(mesh.nodes))
+    own[joint] = len(mesh.nodes) + np.arange(len(joint))
+    triangles = np.where(wall[:, None], own[mesh.triangles], mesh.triangles)
+    nodes = np.vstack([mesh.nodes, mesh.nodes[joint]])
+    torn = replace(house, mesh=replace(mesh, nodes=nodes, triangles=triangles))
+    right, wrong = (
+        first_eigenvalue({"K": csr(model.stiffness(0.13)), "M": csr(model.mass)})
+        for model in map(assembled, (house, torn))
+    )
+    assert wrong < 0.999 * right
