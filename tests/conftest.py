@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import os
 import shutil
+import subprocess
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -129,6 +131,30 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs without figures, which take most of the time."""
     monkeypatch.setattr(sticks, "stick_figures", lambda *_: [])
     monkeypatch.setattr(floor_products, "floor_figures", lambda *_: [])
+
+
+@pytest.fixture(scope="session")
+def under_mpirun() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Run a command on some ranks, which may be more than there are processors."""
+    mpirun = shutil.which("mpirun")
+    if mpirun is None:
+        raise FileNotFoundError("mpirun: Debian's python3-mpi4py brings it")
+    environment = {
+        **{k: v for k, v in os.environ.items() if not k.startswith("OMPI_COMM")},
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMPI_MCA_rmaps_base_oversubscribe": "1",
+        "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+        "OMP_NUM_THREADS": "1",
+    }
+
+    def run(ranks: int, *words: object) -> subprocess.CompletedProcess[str]:
+        command = [mpirun, "-n", str(ranks), *map(str, words)]
+        return subprocess.run(
+            command, capture_output=True, text=True, env=environment, timeout=180, check=False
+        )
+
+    return run
 
 
 @pytest.fixture(autouse=True)

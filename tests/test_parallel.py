@@ -2,8 +2,6 @@
 
 import json
 import os
-import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -58,28 +56,6 @@ def test_workers_of_one_process(monkeypatch):
         assert list(executor.map(abs, [-1, 2, -3])) == [1, 2, 3]
         assert list(executor.map(os.getenv, ["OMP_NUM_THREADS"])) == ["1"]
     assert os.environ["OMP_NUM_THREADS"] == "2"
-
-
-@pytest.fixture
-def under_mpirun():
-    mpirun = shutil.which("mpirun")
-    assert mpirun is not None, "Debian's python3-mpi4py brings mpirun"
-    environment = {
-        **{k: v for k, v in os.environ.items() if not k.startswith("OMPI_COMM")},
-        "OMPI_ALLOW_RUN_AS_ROOT": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-        "OMPI_MCA_rmaps_base_oversubscribe": "1",
-        "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
-        "OMP_NUM_THREADS": "1",
-    }
-
-    def run(ranks, *words):
-        command = [mpirun, "-n", str(ranks), *map(str, words)]
-        return subprocess.run(
-            command, capture_output=True, text=True, env=environment, timeout=180, check=False
-        )
-
-    return run
 
 
 @pytest.mark.parametrize("ranks", [2, 3])

@@ -12,6 +12,7 @@ import logging
 import os
 import sys
 import tempfile
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -181,7 +182,10 @@ def _cache() -> Iterator[Path]:
         before = logging.root.manager.disable
         logging.disable(logging.INFO)  # the compiler's commands, told through the root logger
         try:
-            yield folder
+            with warnings.catch_warnings():
+                # FFCx leaves the closing of the source it makes to the garbage collector.
+                warnings.simplefilter("ignore", ResourceWarning)
+                yield folder
         finally:
             logging.disable(before)
 

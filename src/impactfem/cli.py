@@ -118,11 +118,12 @@ def verify(
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the rows to this file.")
     ] = None,
+    full: Annotated[bool, typer.Option("--full", help="The heavy benchmarks, too.")] = False,
 ) -> None:
     """Compute the verification manual again on this machine."""
     from impactfem.verify import manual
 
-    rows = manual.verify(only, json_file)
+    rows = manual.verify(only, json_file, full)
     _show(manual.as_table(rows))
     failed = [row for row in rows if not row.passed]
     typer.echo(f"{len(rows) - len(failed)} of {len(rows)} within tolerance")

@@ -2,6 +2,8 @@
 
 import json
 import math
+import subprocess
+import sys
 
 import pytest
 
@@ -67,6 +69,16 @@ def test_a_benchmark_can_fail(rows, name):
         ("Newmark", 0.05),
         ("energy identity", 1e-9),
         ("piecewise-linear", 1e-10),
+        ("membrane patch", 1e-9),
+        ("bending patch", 1e-9),
+        ("rigid-body", 1e-10),
+        ("FV32", 2e-3),
+        ("FV12", 0.02),
+        ("Scordelis-Lo", 1.0),
+        ("pinched cylinder", 1.0),
+        ("L-frame", 0.01),
+        ("T-beam", 2e-3),
+        ("eccentric beam", 2e-3),
     ],
 )
 def test_what_is_asked_is_there(rows, words, largest):
@@ -122,15 +134,44 @@ def test_a_part_of_the_names(monkeypatch):
 
     names = ["contact_a", "contact_b", "other"]
     monkeypatch.setattr(manual, "BENCHMARKS", {name: benchmark(name) for name in names})
+    monkeypatch.setattr(manual, "FULL", {"contact_fine": benchmark("contact_fine")})
     manual.verify("contact")
     assert ran == ["contact_a", "contact_b"]
     ran.clear()
     manual.verify()
     assert ran == names
+    ran.clear()
+    manual.verify("contact", full=True)
+    assert ran == ["contact_a", "contact_b", "contact_fine"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", manual.FULL)
+def test_a_heavy_benchmark(name):
+    rows = manual.FULL[name]()
+    assert rows and [row.quantity for row in rows if not row.passed] == []
+
+
+def test_only_shells_need_dolfinx():
+    """The manual is read, and the other benchmarks run, on a machine without it."""
+    script = (
+        "import sys\n"
+        "sys.modules.update(dict.fromkeys(('dolfinx', 'petsc4py', 'ufl', 'slepc4py')))\n"
+        "from impactfem.verify import manual\n"
+        "assert manual.verify('oscillator_sdll06')\n"
+        "try:\n"
+        "    manual.verify('shell_patch')\n"
+        "except ImportError:\n"
+        "    print('needs it')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "needs it\n"
 
 
 def test_an_unknown_name(tmp_path):
-    with pytest.raises(InputError, match=r"--only = 'roof'.*shock_on_wall.*cantilever"):
+    expected = r"--only = 'roof'.*shock_on_wall.*cantilever.*--full of mindlin_plate_fine"
+    with pytest.raises(InputError, match=expected):
         manual.verify("roof", tmp_path / "a.json")
     assert not list(tmp_path.iterdir())
 

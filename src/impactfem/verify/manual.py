@@ -10,7 +10,26 @@ from rich.table import Table
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER
-from impactfem.verify import contact, integrator, laws, motion, oscillator, pairs, spectra, sticks
+from impactfem.verify import (
+    beams,
+    contact,
+    eccentric_beam,
+    integrator,
+    laws,
+    mindlin_plate,
+    motion,
+    nafems,
+    oscillator,
+    pairs,
+    pinched_cylinder,
+    scordelis_lo,
+    shell_frames,
+    shell_patch,
+    shell_rigid,
+    spectra,
+    sticks,
+    waves,
+)
 from impactfem.verify.row import Row
 
 BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
@@ -37,23 +56,47 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "peak_reduction": spectra.clipping,
     "sdld25": spectra.chain_spectra,
     "paper_case": sticks.paper_case,
+    "shell_rigid_body": shell_rigid.rigid_body_modes,
+    "shell_patch": shell_patch.patch_tests,
+    "mindlin_plate": mindlin_plate.simply_supported,
+    "nafems_fv12": nafems.free_plate,
+    "nafems_fv32": nafems.tapered_membrane,
+    "scordelis_lo": scordelis_lo.scordelis_lo,
+    "pinched_cylinder": pinched_cylinder.pinched_cylinder,
+    "l_frame": shell_frames.l_frame,
+    "t_beam": shell_frames.t_beam,
+    "eccentric_beam": eccentric_beam.eccentric_beam,
+    "beam_cantilevers": beams.cantilevers,
+    "beam_frequencies": beams.frequencies,
+    "beam_rigid_body": beams.rigid_body_modes,
+    "slab_pulses": waves.slab_pulses,
+    "wave_speed_order": waves.wave_speed_order,
 }
+FULL: dict[str, Callable[[], list[Row]]] = {
+    "mindlin_plate_fine": mindlin_plate.simply_supported_fine,
+    "pinched_cylinder_fine": pinched_cylinder.pinched_cylinder_fine,
+}
+"""Benchmarks that take more than a few seconds each, run only when asked for."""
 
 
-def verify(only: str | None = None, json_file: Path | None = None) -> list[Row]:
+def verify(only: str | None = None, json_file: Path | None = None, full: bool = False) -> list[Row]:
     """Run the benchmarks.
 
     Args:
         only: Only those with this in their name; all when None.
         json_file: Where to write the rows as JSON.
+        full: Whether the heavy ones run, too.
 
     Raises:
         InputError: No benchmark has `only` in its name.
         ImpactfemError: The file cannot be written.
     """
-    chosen = {name: run for name, run in BENCHMARKS.items() if only is None or only in name}
+    known = {**BENCHMARKS, **FULL} if full else BENCHMARKS
+    chosen = {name: run for name, run in known.items() if only is None or only in name}
     if not chosen:
-        expected = f"a part of one of the names {', '.join(BENCHMARKS)}"
+        expected = f"a part of one of the names {', '.join(known)}"
+        if not full:
+            expected += f"; or with --full of {', '.join(FULL)}"
         raise InputError([Fault("command line", "--only", only, expected)])
     rows: list[Row] = []
     for name, run in chosen.items():

@@ -1,0 +1,102 @@
+"""Patch tests of the shell element on distorted meshes in a plane of no special direction."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.verify.row import Row
+from impactfem.verify.shell_meshes import ROTATION, building_mesh, flat, panel
+from impactfem.verify.shell_model import Material, ShellModel, shell_model
+
+Array = NDArray[np.float64]
+
+CONCRETE = Material(E=33e9, nu=0.2, rho=2500.0)
+STATES = {"xx": (1.0, 0.0, 0.0), "yy": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, 1.0)}
+"""Components (xx, yy, xy) of a constant strain or curvature, the last one as tensor component."""
+LENGTH, WIDTH = 6.0, 4.0
+
+
+def patch_tests() -> list[Row]:
+    """Constant membrane strains, and constant curvatures without shear.
+
+    The boundary nodes are given all six components of the exact state; what the inner nodes do,
+    and the energy, are compared with it. Linear displacements with the in-plane rotation as
+    drilling rotation, and quadratic deflections with θ such that γ = 0, both lie in the element's
+    space and meet its shear and drilling energies with none, so both are exact to rounding.
+    Constant shear is not asked for: with its linear curvature it needs a cubic deflection.
+    """
+    rows = []
+    for t in (0.06, 0.6):
+        model, place = _model(t)
+        for kind, state in (("membrane", membrane_state), ("bending", bending_state)):
+            off, energies = [], []
+            for strain in STATES.values():
+                exact = _turned(state(place, strain))
+                found = model.prescribed(exact, model.rows(_boundary(model)))
+                away = np.abs(found - exact).reshape(-1, 2, 3).max(axis=(0, 2))
+                size = np.abs(exact).reshape(-1, 2, 3).max(axis=(0, 2))
+                off.append(float((away[size > 0.0] / size[size > 0.0]).max()))
+                energy = 0.5 * found @ (model.K @ found)
+                energies.append(abs(energy / _energy(kind, t, strain) - 1.0))
+            for quantity, values in (("displacement or rotation", off), ("energy", energies)):
+                rows.append(
+                    Row(
+                        f"{kind} patch test",
+                        f"largest error of the {quantity}, size over thickness {1.5 / t:.3g}",
+                        0.0,
+                        float(max(values)),
+                        "-",
+                        1e-9,
+                        "constant strain, closed form; patch test of Irons",
+                        absolute=True,
+                    )
+                )
+    return rows
+
+
+def membrane_state(place: Array, strain: tuple[float, float, float]) -> Array:
+    """Displacement and rotation of a constant strain, with a turn in the plane, shape (n, 6)."""
+    xx, yy, xy = strain
+    turn = 0.7
+    gradient = np.array([[xx, xy - turn], [xy + turn, yy]])
+    state = np.zeros((len(place), 6))
+    state[:, :2] = place[:, :2] @ gradient.T
+    state[:, 5] = turn
+    return state
+
+
+def bending_state(place: Array, curvature: tuple[float, float, float]) -> Array:
+    """Deflection and rotation of a constant curvature κ = sym ∇β, β = −∇w, shape (n, 6)."""
+    xx, yy, xy = curvature
+    x, y = place[:, 0], place[:, 1]
+    state = np.zeros((len(place), 6))
+    state[:, 2] = -(0.5 * xx * x**2 + 0.5 * yy * y**2 + xy * x * y)
+    state[:, 4] = xx * x + xy * y  # β_x
+    state[:, 3] = -(xy * x + yy * y)  # −β_y
+    return state
+
+
+def _energy(kind: str, t: float, strain: tuple[float, float, float]) -> float:
+    """½ A D(ε):ε times t, or t³/12."""
+    xx, yy, xy = strain
+    E, nu = CONCRETE.E, CONCRETE.nu
+    density = E / (1.0 - nu**2) * (xx**2 + yy**2 + 2.0 * nu * xx * yy + 2.0 * (1.0 - nu) * xy**2)
+    return 0.5 * LENGTH * WIDTH * density * (t if kind == "membrane" else t**3 / 12.0)
+
+
+def _model(t: float) -> tuple[ShellModel, Array]:
+    """A distorted rectangle, turned, and its nodes before the turn."""
+    place, triangles = panel(4, 4, flat((LENGTH, 0.0, 0.0), (0.0, WIDTH, 0.0)), 0.35)
+    return shell_model(building_mesh(place @ ROTATION.T, triangles), CONCRETE, t), place
+
+
+def _boundary(model: ShellModel) -> NDArray[np.bool_]:
+    x, y = (model.nodes @ ROTATION)[:, :2].T
+    boundary: NDArray[np.bool_] = np.minimum(x, LENGTH - x) < 1e-9
+    boundary |= np.minimum(y, WIDTH - y) < 1e-9
+    return boundary
+
+
+def _turned(state: Array) -> Array:
+    return np.hstack([state[:, :3] @ ROTATION.T, state[:, 3:] @ ROTATION.T]).ravel()

@@ -1,0 +1,99 @@
+"""Rigid-body motions of shell parts: six motions without energy, drilling included, no more."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse.linalg
+from numpy.typing import NDArray
+
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.rigid_body import rigid_body
+from impactfem.building.section import BeamSection
+from impactfem.verify.row import Row
+from impactfem.verify.shell_meshes import ROTATION, building_mesh, flat, joined, lines_at, panel
+from impactfem.verify.shell_model import Material, ShellModel, shell_model
+
+CONCRETE = Material(E=33e9, nu=0.2, rho=2500.0)
+ZERO = 1e-11
+"""An eigenvalue below this part of the largest one is zero; the next ones are above 1e-9."""
+
+
+def rigid_body_modes() -> list[Row]:
+    """Free parts in no special direction, far from the origin, on distorted meshes.
+
+    For each unit motion r of the six: |rᵀ K r| over the norm of K. Then the number of zero
+    eigenvalues of K: six, so that no other motion is free, either. Last, the drilling energy is
+    there: a turn φ about the normal with the rotations turned the wrong way, θ = −φ n, costs
+    ½ c μ t (2 φ)² A.
+    """
+    rows = []
+    for label, model in _parts().items():
+        r = rigid_body(model.nodes, model.nodes.mean(axis=0))
+        r /= np.linalg.norm(r, axis=0)
+        energy = np.abs(r.T @ (model.K @ r)).max() / scipy.sparse.linalg.norm(model.K)
+        values = scipy.linalg.eigvalsh(model.K.toarray())
+        rows += [
+            Row(
+                "rigid-body modes",
+                f"largest energy over the norm of K, {label}",
+                0.0,
+                float(energy),
+                "-",
+                1e-15,
+                "rigid motions strain nothing",
+                absolute=True,
+            ),
+            Row(
+                "rigid-body modes",
+                f"zero eigenvalues, {label}",
+                6.0,
+                float(np.count_nonzero(np.abs(values) < ZERO * values[-1])),
+                "-",
+                0.0,
+                "a free body has six",
+            ),
+        ]
+    return [*rows, _wrong_way()]
+
+
+def _parts() -> dict[str, ShellModel]:
+    def turned(mesh: tuple[NDArray[np.float64], NDArray[np.int64]]) -> BuildingMesh:
+        nodes, triangles = mesh
+        return building_mesh(nodes @ ROTATION.T + [40.0, -25.0, 30.0], triangles)
+
+    skew = panel(4, 3, flat((6.0, 1.0, 0.0), (1.5, 4.0, 0.0)), 0.3)
+    roof = panel(4, 3, lambda a, b: (5.0 * np.sin(a), 5.0 * np.cos(a), 4.0 * b), 0.3)
+    along = (6.0, 0.0, 0.0)
+    wings = ((0.0, 0.0, -2.0), (0.0, 2.0, 0.0), (0.0, -2.0, 0.0))
+    nodes, triangles, _ = joined([panel(3, 2, flat(along, wing)) for wing in wings])
+    joint = lines_at(triangles, (nodes[:, 1] == 0.0) & (nodes[:, 2] == 0.0))
+    tee = turned((nodes, triangles))
+    tee = building_mesh(tee.nodes, triangles, lines=joint)
+    beam = BeamSection.rectangle(0.4, 0.7, reference=(0.3, 0.2, 0.9), offset=(0.1, 0.2, -0.5))
+    return {
+        "thin skew plate": shell_model(turned(skew), CONCRETE, 0.06),
+        "thick skew plate": shell_model(turned(skew), CONCRETE, 0.9),
+        "curved panel": shell_model(turned(roof), CONCRETE, 0.3),
+        "T-joint with an eccentric beam": shell_model(tee, CONCRETE, 0.3, beam=beam),
+    }
+
+
+def _wrong_way() -> Row:
+    length, width, t, phi = 6.0, 4.0, 0.3, 1e-3
+    nodes, triangles = panel(4, 3, flat((length, 0.0, 0.0), (0.0, width, 0.0)), 0.3)
+    model = shell_model(building_mesh(nodes @ ROTATION.T, triangles), CONCRETE, t)
+    motion = np.zeros((len(nodes), 6))
+    normal = ROTATION[:, 2]
+    motion[:, :3] = phi * np.cross(normal, model.nodes)
+    motion[:, 3:] = -phi * normal
+    energy = 0.5 * motion.ravel() @ (model.K @ motion.ravel())
+    return Row(
+        "rigid-body modes",
+        "energy of rotations against the turn of a plate",
+        0.5 * CONCRETE.G * t * (2.0 * phi) ** 2 * length * width,
+        float(energy),
+        "J",
+        1e-10,
+        "the element's drilling energy (Hughes and Brezzi 1989), closed form",
+    )

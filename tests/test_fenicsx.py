@@ -1,0 +1,192 @@
+"""The room of dolfinx's versions: the cache of compiled forms, and who imports what."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import dolfinx
+import numpy as np
+import pytest
+import ufl
+
+import impactfem
+from impactfem import _fenicsx
+
+SOURCES = Path(impactfem.__file__).parent
+TRIANGLE = np.array([[0, 1, 2]]), np.array([[0.0, 0, 0], [2.0, 0, 0], [0, 3.0, 0]])
+
+
+@pytest.fixture
+def cache(monkeypatch, tmp_path):
+    """An empty cache of forms."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "impactfem"
+
+
+def mass_form(factor=1.0):
+    mesh = _fenicsx.local_mesh(*TRIANGLE, "triangle").mesh
+    space = _fenicsx.blocked_space(mesh, 6, 2)
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    return _fenicsx.constant(mesh, factor) * ufl.inner(u, v) * ufl.dx(mesh)
+
+
+def total(factor=1.0):
+    """∫ factor · 1 · 1 over the first component of a triangle of 3 m2."""
+    matrix = _fenicsx.assembled(_fenicsx.compiled(mass_form(factor)))
+    indptr, indices, values = matrix.getValuesCSR()
+    rows = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
+    return values[(rows % 6 == 0) & (indices % 6 == 0)].sum()
+
+
+def test_forms_are_compiled_once(cache):
+    assert total() == pytest.approx(3.0)
+    compiled = {path: path.stat().st_mtime_ns for path in cache.glob("*/*.so")}
+    assert compiled
+    # Another value of a constant is no other form.
+    assert total(2.0) == pytest.approx(6.0)
+    assert {path: path.stat().st_mtime_ns for path in cache.glob("*/*.so")} == compiled
+
+
+def test_what_a_killed_compilation_left_is_thrown_away(cache):
+    """A `.c` without its mark: FFCx would wait for a process that is no more, and then give up."""
+    assert total() == pytest.approx(3.0)
+    libraries = list(cache.glob("*/*.so"))
+    for library in libraries:
+        name = library.name.split(".")[0]
+        library.unlink()
+        library.with_name(f"{name}.c.cached").unlink()
+        library.with_name(f"{name}.c").write_text("half a source")
+    assert total() == pytest.approx(3.0)
+    assert sorted(cache.glob("*/*.so")) == sorted(libraries)
+
+
+def test_finished_forms_stay(cache):
+    folder = _fenicsx._cache_folder()
+    for name in ("done.c", "done.c.cached", "half.c"):
+        (folder / name).touch()
+    with _fenicsx._cache() as found:
+        assert found == folder
+    assert sorted(path.name for path in folder.glob("*.c*")) == ["done.c", "done.c.cached"]
+
+
+LOCK = """
+import fcntl, sys
+try:
+    fcntl.flock(open(sys.argv[1], "w"), fcntl.LOCK_EX | fcntl.LOCK_NB)
+except BlockingIOError:
+    print("taken")
+"""
+
+
+def test_the_cache_is_locked_while_a_form_is_compiled(cache):
+    def asked_by_another_process(folder):
+        command = [sys.executable, "-I", "-c", LOCK, folder / "lock"]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+    with _fenicsx._cache() as folder:
+        assert asked_by_another_process(folder) == "taken"
+    assert asked_by_another_process(folder) == ""
+
+
+def test_a_cache_that_cannot_be_written(monkeypatch, tmp_path):
+    """A file stands where the folder should be: the next place is taken."""
+    blocked = tmp_path / "blocked"
+    blocked.touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    monkeypatch.setattr(_fenicsx.tempfile, "gettempdir", lambda: str(tmp_path))
+    folder = _fenicsx._cache_folder()
+    assert folder.parent.parent == tmp_path / f"impactfem-{os.getuid()}"
+    assert total() == pytest.approx(3.0)
+    assert list(folder.glob("*.so"))
+
+
+def test_no_cache_can_be_written(monkeypatch, tmp_path):
+    blocked = tmp_path / "blocked"
+    blocked.touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    monkeypatch.setattr(_fenicsx.tempfile, "gettempdir", lambda: str(blocked))
+    with pytest.raises(OSError, match=r"no folder for compiled forms can be written: .*blocked"):
+        _fenicsx._cache_folder()
+
+
+def test_the_cache_belongs_to_versions(cache):
+    name = _fenicsx._cache_folder().name
+    assert name == f"forms-{dolfinx.__version__}-{sys.version_info.minor}"
+
+
+def test_version():
+    assert _fenicsx.version() == dolfinx.__version__
+    assert re.match(r"0\.\d+\.\d+", _fenicsx.version())
+
+
+def test_values_go_to_their_cells():
+    """A value on each cell of a mesh whose cells dolfinx may have put in another order."""
+    x = np.arange(9.0)
+    cells = np.column_stack([np.arange(8), np.arange(1, 9)])[::-1]
+    made = _fenicsx.local_mesh(cells, np.outer(x, [1.0, 2.0, 2.0]), "interval")
+    # The middle of a cell's ends: its place, which the integral of a product with x shows.
+    values = np.random.default_rng(5).random((8, 2))
+    function = _fenicsx.cellwise(made.mesh, values[made.cells])
+    s = ufl.SpatialCoordinate(made.mesh)[0]
+    space = _fenicsx.blocked_space(made.mesh, 1, 2)
+    test = ufl.TestFunction(space)[0] * ufl.TrialFunction(space)[0]
+    for k in (0, 1):
+        matrix = _fenicsx.assembled(_fenicsx.compiled(function[k] * s * test * ufl.dx(made.mesh)))
+        # Cell i, from x to x + 1 with ds = 3 dx: ∫ s ds = 3 (x + ½).
+        exact = 3.0 * values[:, k] @ (cells[:, 0] + 0.5)
+        assert matrix.getValuesCSR()[2].sum() == pytest.approx(exact, rel=1e-12)
+
+
+def imports(path):
+    """Names of the modules that a source imports anywhere in it."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {name.name for name in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add(node.module or "")
+    return found
+
+
+def importers(*packages, inside="."):
+    return {
+        str(path.relative_to(SOURCES))
+        for path in (SOURCES / inside).rglob("*.py")
+        if any(name == p or name.startswith(f"{p}.") for name in imports(path) for p in packages)
+    }
+
+
+def test_one_file_knows_dolfinx():
+    assert importers("dolfinx", "basix", "ffcx") == {"_fenicsx.py"}
+
+
+@pytest.mark.parametrize("room", ["case", "motion", "results", "spectra", "sticks"])
+def test_rooms_without_finite_elements(room):
+    assert not importers("petsc4py", "slepc4py", "ufl", "impactfem._fenicsx", inside=room)
+
+
+def test_dynamics_knows_matrices_only():
+    assert not importers("impactfem.building", "impactfem._fenicsx", "ufl", inside="dynamics")
+    assert importers("petsc4py", inside="dynamics")
+
+
+@pytest.mark.parametrize(
+    ("module", "heavy"),
+    [
+        *((name, False) for name in ("cli", "case", "sticks.stage", "spectra", "motion")),
+        ("building.model", True),
+    ],
+)
+def test_what_is_loaded(module, heavy):
+    """In a process of its own: dolfinx and PETSc are there after `building.model` alone."""
+    script = (
+        f"import sys, impactfem.{module}\n"
+        "print({'dolfinx', 'petsc4py', 'slepc4py', 'ufl'} & set(sys.modules) or '')"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert bool(ended.stdout.strip()) is heavy, ended.stdout
