@@ -92,3 +92,38 @@ def test_bad_input_on_two_ranks_is_told_once(under_mpirun, new_case, tmp_path):
     assert ended.returncode == 2 and "Traceback" not in ended.stderr
     assert ended.stderr.count("error: ") == 1 and "contacts[0].gap" in ended.stderr
     assert not (tmp_path / "run").exists()
+
+
+ALONE = """
+import sys
+from mpi4py import MPI
+from petsc4py import PETSc
+from impactfem import cli, study
+from impactfem.errors import SolutionError
+
+def run(*_, **__):
+    if MPI.COMM_WORLD.rank == 1:
+        raise {error}
+    MPI.COMM_WORLD.barrier()
+
+study.run = run
+sys.argv = ["impactfem", "run", "any.toml"]
+cli.main()
+"""
+
+
+@pytest.mark.parametrize("error", ["SolutionError('here')", "ZeroDivisionError('here')"])
+def test_a_rank_that_fails_alone_takes_the_others_with_it(error, under_mpirun, tmp_path):
+    """Rank 0 waits in a barrier: without an abort it would wait for ever."""
+    script = tmp_path / "alone.py"
+    script.write_text(ALONE.format(error=error), encoding="utf-8")
+    ended = under_mpirun(2, sys.executable, script)
+    assert ended.returncode == 1 and "here" in ended.stderr
+
+
+def test_an_error_of_all_ranks_is_told_once(under_mpirun, tmp_path):
+    script = tmp_path / "all.py"
+    text = ALONE.format(error="SolutionError('here')").replace("rank == 1", "size == 2")
+    script.write_text(text, encoding="utf-8")
+    ended = under_mpirun(2, sys.executable, script)
+    assert ended.returncode == 1 and ended.stderr.count("error: here") == 1

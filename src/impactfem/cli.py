@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import traceback
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +14,7 @@ from rich.table import Table
 
 from impactfem import __version__, log
 from impactfem.errors import ImpactfemError, InputError
-from impactfem.parallel import OtherRankError, rank
+from impactfem.parallel import OtherRankError, abort, all_stop, exit_code, rank, size
 
 app = typer.Typer(
     help="Earthquake pounding of adjacent buildings, and what it does to the equipment inside.",
@@ -146,16 +147,24 @@ def bench(
 def main() -> None:
     """Entry point: errors become one clear message each and an exit code, never a traceback.
 
-    Exit codes: 0 done, 1 a computation or check failed, 2 the input is not usable.
+    Exit codes: 0 done, 1 a computation or check failed, 2 the input is not usable. Under `mpirun`
+    a rank that fails alone takes the others with it.
     """
     try:
         app()
     except OtherRankError as error:
+        all_stop()
         raise SystemExit(error.exit_code) from None
-    except InputError as error:
-        for fault in error.faults:
-            print(f"error: {fault}", file=sys.stderr)
-        raise SystemExit(2) from None
     except ImpactfemError as error:
-        print(f"error: {error}", file=sys.stderr)
-        raise SystemExit(1) from None
+        together = all_stop()
+        if rank() == 0 or not together:
+            for line in error.faults if isinstance(error, InputError) else [error]:
+                print(f"error: {line}", file=sys.stderr)
+        if not together:
+            abort(exit_code(error))
+        raise SystemExit(exit_code(error)) from None
+    except Exception:
+        if size() == 1:
+            raise
+        traceback.print_exc()
+        abort(1)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from impactfem.errors import ImpactfemError
 
 T = TypeVar("T")
 THREADS = "OMP_NUM_THREADS"
+PATIENCE = 5.0
+"""How long a rank that failed waits for the others to fail, too [s]."""
 # Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
 LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
 
@@ -91,6 +95,30 @@ def on_root(action: Callable[[], T]) -> T:
     if code is not None:
         raise OtherRankError(code)
     return comm.bcast(result, root=0)  # type: ignore[no-any-return]
+
+
+def all_stop() -> bool:
+    """Whether all ranks come here within a few seconds, as they do when all find one error."""
+    comm = world()
+    if comm is None:
+        return True
+    arrived = comm.Ibarrier()
+    last = time.monotonic() + PATIENCE
+    while not arrived.Test():
+        if time.monotonic() > last:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+def abort(code: int) -> NoReturn:
+    """End all ranks at once: others may wait for this one in a collective call, for ever."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    comm = world()
+    if comm is not None:
+        comm.Abort(code)
+    raise SystemExit(code)
 
 
 def exit_code(error: BaseException) -> int:
