@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from impactfem import __version__, cli
-from impactfem.bench import figures
+from impactfem.bench import suite
+from impactfem.bench.figure import Figure
 from impactfem.errors import SolutionError
 from impactfem.study import sticks
 from impactfem.verify import manual
@@ -339,9 +340,9 @@ class TestVerify:
 
 
 def test_bench(program, tmp_path, monkeypatch):
-    measured = [figures.Figure("a kernel", 0.2, "s", 0.3)]
-    monkeypatch.setattr(figures, "_pounding", lambda: measured)
-    monkeypatch.setattr(figures, "_oscillators", list)
+    measured = [Figure("a kernel", 0.2, "s", 0.3)]
+    monkeypatch.setitem(suite.GROUPS, "sticks", lambda: measured)
+    monkeypatch.setitem(suite.GROUPS, "spectra", list)
     ended = program("bench", "--json", tmp_path / "bench.json")
     assert ended.code == 0 and "a kernel" in ended.out and "met" in ended.out
     assert json.loads((tmp_path / "bench.json").read_text())[0]["met"] is True

@@ -134,14 +134,23 @@ def verify(
 
 @app.command()
 def bench(
+    groups: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[GROUP]...",
+            help="sticks, spectra, building (the paper-size mesh, some minutes); the first two "
+            "when left out.",
+        ),
+    ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the figures to this file.")
     ] = None,
 ) -> None:
     """Measure speed on this machine, as ratios in one run."""
-    from impactfem.bench import figures
+    from impactfem.bench import suite
+    from impactfem.bench.figure import as_table
 
-    _show(figures.as_table(figures.measure(json_file)))
+    _show(as_table(suite.measure(groups or (), json_file)))
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from impactfem.bench.figures import Figure
+from impactfem.bench.figure import Figure
 from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
 from impactfem.building.model import assemble_building

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 import pytest
 from rich.console import Console
 
-from impactfem.bench import figures
-from impactfem.bench.figures import Figure
+from impactfem.bench import spectra, sticks, suite
+from impactfem.bench.figure import Figure, as_table
+from impactfem.errors import InputError
 
 
 @pytest.mark.parametrize(
@@ -35,7 +36,7 @@ def test_table():
     ]
     console = Console(width=100, record=True, file=None, quiet=False)
     with console.capture() as capture:
-        console.print(figures.as_table(made))
+        console.print(as_table(made))
     fast, slow, told = [line for line in capture.get().splitlines() if "│" in line][-3:]
     assert "≤ 0.3" in fast and "met" in fast
     assert "≥ 1.5e+09" in slow and "MISSED" in slow
@@ -50,19 +51,19 @@ class Rates:
 
 
 def test_oscillators_are_shown_as_ratios_too(monkeypatch):
-    monkeypatch.setattr(figures, "measure_throughput", Rates)
-    made = {figure.name: figure for figure in figures._oscillators()}
+    monkeypatch.setattr(spectra, "measure_throughput", Rates)
+    made = {figure.name: figure for figure in spectra.spectrum_figures()}
     assert made["oscillator kernel, one core"].met is True
     assert made["kernel over plain loop"].value == pytest.approx(6.0)
     assert made["kernel over lfilter"].value == pytest.approx(15.0)
 
 
 def test_json(tmp_path, monkeypatch):
-    monkeypatch.setattr(figures, "measure_throughput", Rates)
+    monkeypatch.setattr(spectra, "measure_throughput", Rates)
     pounding = [Figure("pounding", 0.4, "s", 0.3)]
-    monkeypatch.setattr(figures, "_pounding", lambda: pounding)
+    monkeypatch.setitem(suite.GROUPS, "sticks", lambda: pounding)
     path = tmp_path / "bench.json"
-    made = figures.measure(path)
+    made = suite.measure(json_file=path)
     entries = json.loads(path.read_text(encoding="utf-8"))
     assert [entry["name"] for entry in entries] == [figure.name for figure in made]
     assert set(entries[0]) == {"name", "value", "unit", "target", "at_most", "met"}
@@ -71,5 +72,14 @@ def test_json(tmp_path, monkeypatch):
 
 def test_the_best_of_several():
     calls = []
-    assert figures._best(lambda: calls.append(1), 5) >= 0.0
+    assert sticks._best(lambda: calls.append(1), 5) >= 0.0
     assert len(calls) == 5
+
+
+def test_groups(monkeypatch):
+    for name in suite.GROUPS:
+        monkeypatch.setitem(suite.GROUPS, name, lambda name=name: [Figure(name, 1.0, "-")])
+    assert [figure.name for figure in suite.measure()] == list(suite.QUICK)
+    assert [figure.name for figure in suite.measure(["building"])] == ["building"]
+    with pytest.raises(InputError, match="GROUP = 'roof': one of the groups sticks, spectra"):
+        suite.measure(["roof", "sticks"])

@@ -1,0 +1,50 @@
+"""The groups of performance figures of `impactfem bench`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from impactfem.bench.figure import Figure
+from impactfem.bench.spectra import spectrum_figures
+from impactfem.bench.sticks import stick_figures
+from impactfem.errors import Fault, InputError
+from impactfem.files import write_json
+
+
+def _building() -> list[Figure]:
+    # dolfinx is loaded only when it is needed.
+    from impactfem.bench.building import building_figures
+
+    return building_figures()
+
+
+GROUPS: dict[str, Callable[[], list[Figure]]] = {
+    "sticks": stick_figures,
+    "spectra": spectrum_figures,
+    "building": _building,
+}
+QUICK = ("sticks", "spectra")
+"""Groups that run when none is named: those that take seconds."""
+
+
+def measure(groups: Sequence[str] = (), json_file: Path | None = None) -> list[Figure]:
+    """Measure figures.
+
+    Args:
+        groups: Names of groups; those that take seconds when empty.
+        json_file: Where to write them as JSON; nowhere when None.
+
+    Raises:
+        InputError: There is no such group.
+        ImpactfemError: The file cannot be written, or the source tree is missing.
+    """
+    expected = f"one of the groups {', '.join(GROUPS)}"
+    faults = [Fault("command line", "GROUP", g, expected) for g in groups if g not in GROUPS]
+    if faults:
+        raise InputError(faults)
+    figures = [figure for group in groups or QUICK for figure in GROUPS[group]()]
+    if json_file is not None:
+        write_json(json_file, [{**asdict(figure), "met": figure.met} for figure in figures])
+    return figures
