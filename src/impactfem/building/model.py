@@ -66,6 +66,18 @@ class BuildingModel:
         K.setOption(PETSc.Mat.Option.SPD, True)
         return K
 
+    def take_stiffness(self, storey_factor: float) -> Any:
+        """K, made from `fixed` and `storeys`, which are gone afterwards. Collective.
+
+        For large models: their memory is a good part of what a factorisation needs.
+        """
+        K = self.fixed
+        different = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+        K.axpy(storey_factor, self.storeys, structure=different)
+        self.storeys.destroy()
+        K.setOption(PETSc.Mat.Option.SPD, True)
+        return K
+
     def about(self, origin: Array) -> tuple[Array, Array]:
         """`ground` and `total` for rotations about another point: r S, with S = [I, -e × x0; 0, I].
 
