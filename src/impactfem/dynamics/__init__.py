@@ -1,0 +1,1 @@
+"""Linear dynamics of large models: matrices of PETSc in, arrays out."""

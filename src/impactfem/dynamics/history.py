@@ -1,0 +1,121 @@
+"""What is recorded of a response, and the recorder that sums it over the ranks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from impactfem.dynamics.energy import Energy
+from impactfem.dynamics.state import State
+from impactfem.errors import SolutionError
+
+Array = NDArray[np.float64]
+
+QUANTITIES = ("displacement", "velocity", "acceleration")
+
+
+@dataclass(frozen=True)
+class History:
+    """What was recorded, the same on all ranks.
+
+    Args:
+        step: Numbers of the times, shape (n_t,).
+        motion: By quantity (of QUANTITIES), the motion of the probes, shape (n_t, n_probes).
+        energy: The energies.
+    """
+
+    step: NDArray[np.int64]
+    motion: dict[str, Array]
+    energy: Energy
+
+
+class Recorder:
+    """Numbers of this rank, one row a time, summed over the ranks chunk by chunk.
+
+    Args:
+        A: Matrix whose rows are those of the states.
+        probes: Global rows to record.
+        record: Which of QUANTITIES.
+        chunk: Rows kept between two sums.
+
+    Raises:
+        SolutionError: An unknown quantity, a row that does not exist.
+    """
+
+    def __init__(
+        self,
+        A: PETSc.Mat,
+        probes: Sequence[int] | NDArray[np.int64],
+        record: Sequence[str],
+        chunk: int,
+    ) -> None:
+        rows = np.asarray(probes, dtype=np.int64)
+        wrong = [name for name in record if name not in QUANTITIES]
+        outside = rows[(rows < 0) | (rows >= A.getSize()[0])]
+        if wrong or outside.size:
+            raise SolutionError(f"cannot record {', '.join(wrong) or f'row {outside[0]}'}")
+        start, end = A.getOwnershipRange()
+        self.comm = A.getComm().tompi4py()
+        self.record = tuple(record)
+        self.place = np.flatnonzero((rows >= start) & (rows < end))
+        self.local = rows[self.place] - start
+        self.probes = rows.size
+        self.buffer = np.zeros((chunk, 4 + len(self.record) * rows.size))
+        self.filled = 0
+        self.parts: list[History] = []
+
+    def put(self, state: State, energies: tuple[float, float, float, float]) -> None:
+        """Keep the motion of the probes, and kinetic, elastic, newly damped, newly put in energy.
+
+        All are those of this rank.
+        """
+        row = self.buffer[self.filled]
+        row[:4] = energies
+        for k, name in enumerate(self.record):
+            row[4 + k * self.probes + self.place] = getattr(state, name)[self.local]
+        self.filled += 1
+
+    def reduce(self, state: State) -> History:
+        """Sum over the ranks what was put since the last call. Collective.
+
+        Sets the energies of the state.
+
+        Raises:
+            SolutionError: Not all numbers are finite.
+        """
+        total = self.comm.allreduce(self.buffer[: self.filled])
+        if not np.all(np.isfinite(total)):
+            raise SolutionError(f"the response is not finite before step {state.step}")
+        damped = state.damped + np.cumsum(total[:, 2])
+        work = state.input + np.cumsum(total[:, 3])
+        state.damped, state.input = float(damped[-1]), float(work[-1])
+        motion = np.split(total[:, 4:], len(self.record), axis=1) if self.record else []
+        part = History(
+            step=np.arange(state.step + 1 - self.filled, state.step + 1),
+            motion=dict(zip(self.record, motion, strict=True)),
+            energy=Energy(total[:, 0], total[:, 1], damped, work),
+        )
+        self.filled = 0
+        self.parts.append(part)
+        return part
+
+    def history(self) -> History:
+        """All that was recorded."""
+        energies = [part.energy for part in self.parts]
+        return History(
+            step=np.concatenate([part.step for part in self.parts]),
+            motion={
+                name: np.concatenate([part.motion[name] for part in self.parts])
+                for name in self.record
+            },
+            energy=Energy(
+                *(
+                    np.concatenate([getattr(energy, name) for energy in energies])
+                    for name in ("kinetic", "elastic", "damped", "input")
+                )
+            ),
+        )

@@ -1,0 +1,319 @@
+"""Linear response in time by Newmark's average acceleration, in full order.
+
+With C = α M + β K + C₊, the equilibrium M a + C v + K u = f at two times, added, and the rules
+u₁ = u₀ + Δt/2 (v₀ + v₁), v₁ = v₀ + Δt/2 (a₀ + a₁) (β = 1/4, γ = 1/2) give for w = v₀ + v₁
+
+    S w = r,   r = f₀ + f₁ + 4/Δt M v₀ - 2 K u₀,   S = (2/Δt + α) M + (β + Δt/2) K + C₊,
+
+    u₁ = u₀ + Δt/2 w,   v₁ = w - v₀,   a₁ = 2/Δt (w - 2 v₀) - a₀.
+
+One solve and one product, M w, make a step: M v₁ = M w - M v₀, and K w follows from S w = r.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import TracebackType
+
+import numba
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from impactfem.dynamics.columns import product, wrapped
+from impactfem.dynamics.factorisation import Factorisation
+from impactfem.dynamics.history import QUANTITIES, History, Recorder
+from impactfem.dynamics.pencil import combined
+from impactfem.dynamics.state import State
+from impactfem.errors import SolutionError
+
+Array = NDArray[np.float64]
+
+CHUNK = 100
+"""Steps between two sums over the ranks."""
+
+
+class Newmark:
+    """A linear system, its step and its loads. A context manager that frees the memory.
+
+    Args:
+        K: Stiffness, symmetric, positive definite (AIJ).
+        M: Mass, symmetric, positive definite (AIJ), on part of the pattern of K. It is
+            multiplied at each step, so it should not store zeros.
+        time_step: Δt [s].
+        patterns: Rows of this rank of the spatial patterns of the loads, shape (n_local, m); the
+            load at time i is patterns @ amplitudes[i].
+        alpha: α of C = α M + β K + C₊ [1/s].
+        beta: β [s].
+        C: C₊, symmetric (AIJ); for damping by part. It is multiplied at each step.
+
+    Raises:
+        SolutionError: The step is not positive.
+
+    All methods are collective.
+    """
+
+    def __init__(
+        self,
+        K: PETSc.Mat,
+        M: PETSc.Mat,
+        time_step: float,
+        patterns: Array,
+        *,
+        alpha: float = 0.0,
+        beta: float = 0.0,
+        C: PETSc.Mat | None = None,
+    ) -> None:
+        if not time_step > 0.0:
+            raise SolutionError(f"a time step of {time_step} s: it must be positive")
+        self.time_step = time_step
+        self.alpha = alpha
+        self.beta = beta
+        self._K, self._M, self._C = K, M, C
+        self._patterns = np.asarray(patterns, dtype=np.float64)
+        self._factor: Factorisation | None = None
+
+    def __enter__(self) -> Newmark:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.destroy()
+
+    def destroy(self) -> None:
+        """Free the memory; the system is of no use afterwards."""
+        if self._factor is not None:
+            self._factor.destroy()
+
+    @property
+    def memory(self) -> float:
+        """Memory of the factorisation, all ranks together; 0 before the first step [B]."""
+        return 0.0 if self._factor is None else self._factor.memory
+
+    def factorise(self) -> Factorisation:
+        """The factorisation of S, made at the first call."""
+        if self._factor is None:
+            dt = self.time_step
+            S = combined(self.beta + dt / 2.0, self._K, 2.0 / dt + self.alpha, self._M)
+            if self._C is not None:
+                S.axpy(1.0, self._C, structure=PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+            self._factor = Factorisation(S, name="the matrix of the time step")
+            S.destroy()
+        return self._factor
+
+    def start(
+        self,
+        amplitude: Array,
+        displacement: Array | None = None,
+        velocity: Array | None = None,
+    ) -> State:
+        """State at step 0 with the acceleration that is in equilibrium with it.
+
+        Args:
+            amplitude: Amplitudes of the loads at step 0, shape (m,).
+            displacement: u₀, shape (n_local,); default 0.
+            velocity: v₀, shape (n_local,); default 0.
+        """
+        n = self._patterns.shape[0]
+        u = np.zeros(n) if displacement is None else np.array(displacement, dtype=np.float64)
+        v = np.zeros(n) if velocity is None else np.array(velocity, dtype=np.float64)
+        momentum, Kv = product(self._M, v[:, None])[:, 0], product(self._K, v[:, None])[:, 0]
+        restoring = product(self._K, u[:, None])[:, 0]
+        out_of_balance = self._patterns @ np.asarray(amplitude, dtype=np.float64) - restoring
+        out_of_balance -= self.alpha * momentum + self.beta * Kv
+        if self._C is not None:
+            out_of_balance -= product(self._C, v[:, None])[:, 0]
+        acceleration = np.zeros(n)
+        if self._M.getComm().tompi4py().allreduce(float(out_of_balance @ out_of_balance)) > 0.0:
+            with Factorisation(self._M, name="the mass matrix") as factor:
+                acceleration = factor.solve_block(out_of_balance[:, None])[:, 0]
+        return State(0, u, v, acceleration, momentum, restoring)
+
+    def static(self, amplitude: Array) -> State:
+        """State at step 0 at rest in the deformed shape of the loads.
+
+        Args:
+            amplitude: Amplitudes of the loads at step 0, shape (m,).
+        """
+        f = self._patterns @ np.asarray(amplitude, dtype=np.float64)
+        with Factorisation(self._K, name="the stiffness matrix") as factor:
+            u = factor.solve_block(f[:, None])[:, 0]
+        zero = np.zeros_like(u)
+        # K u and not f: the energy counts what the state has.
+        return State(0, u, zero, zero.copy(), zero.copy(), product(self._K, u[:, None])[:, 0])
+
+    def march(
+        self,
+        state: State,
+        amplitudes: Array,
+        *,
+        last: int | None = None,
+        probes: Sequence[int] | NDArray[np.int64] = (),
+        record: Sequence[str] = QUANTITIES,
+        each_step: Callable[[State], None] | None = None,
+        each_chunk: Callable[[State, History], None] | None = None,
+        chunk: int = CHUNK,
+    ) -> History:
+        """Step on from a state, which moves along.
+
+        Args:
+            state: Where to start; changed in place.
+            amplitudes: Amplitudes of the loads at all times from step 0 on, shape (n_t, m).
+            last: Step to stop at; default n_t - 1.
+            probes: Global rows whose motion is recorded.
+            record: Which of QUANTITIES are recorded.
+            each_step: Called after each step, for snapshots; must not change the state.
+            each_chunk: Called with the state and what was recorded since the last call, for
+                checkpoints; must not change the state.
+            chunk: Steps between two such calls.
+
+        Returns:
+            The history from the given state, included, to the last step.
+
+        Raises:
+            SolutionError: The response is not finite; the state is beyond the last step.
+        """
+        amplitudes = np.asarray(amplitudes, dtype=np.float64)
+        last = amplitudes.shape[0] - 1 if last is None else last
+        if not state.step <= last < amplitudes.shape[0]:
+            raise SolutionError(
+                f"from step {state.step} to step {last} with loads up to step"
+                f" {amplitudes.shape[0] - 1}"
+            )
+        factor = self.factorise()
+        recorder = Recorder(self._M, probes, record, chunk)
+        stepper = _Stepper(self, factor, state)
+        recorder.put(state, _stored(state))
+        recorder.reduce(state)
+        while state.step < last:
+            end = min(last, (state.step // chunk + 1) * chunk)
+            while state.step < end:
+                energies = stepper.step(amplitudes[state.step], amplitudes[state.step + 1])
+                recorder.put(state, energies)
+                if each_step is not None:
+                    each_step(state)
+            part = recorder.reduce(state)
+            if each_chunk is not None:
+                each_chunk(state, part)
+        stepper.destroy()
+        return recorder.history()
+
+
+class _Stepper:
+    """The vectors of the loop, made once."""
+
+    def __init__(self, system: Newmark, factor: Factorisation, state: State) -> None:
+        self.system, self.factor, self.state = system, factor, state
+        patterns = scipy.sparse.csr_matrix(system._patterns)
+        self.F = PETSc.Mat().createAIJ(
+            patterns.shape,
+            csr=(patterns.indptr, patterns.indices, patterns.data),
+            comm=PETSc.COMM_SELF,
+        )
+        n, m = patterns.shape
+        self.sum = np.zeros(m)
+        self.f, self.r, self.w, self.Mw, self.Cw = (np.zeros(n) for _ in range(5))
+        self.sum_vector = PETSc.Vec().createWithArray(self.sum, comm=PETSc.COMM_SELF)
+        self.f_vector = PETSc.Vec().createWithArray(self.f, comm=PETSc.COMM_SELF)
+        self.r_vector, self.w_vector, self.Mw_vector, self.Cw_vector = (
+            wrapped(system._M, array) for array in (self.r, self.w, self.Mw, self.Cw)
+        )
+
+    def step(self, before: Array, after: Array) -> tuple[float, float, float, float]:
+        """One step; energies of this rank: kinetic, elastic, newly damped, newly put in."""
+        system, state = self.system, self.state
+        np.add(before, after, out=self.sum)
+        self.F.mult(self.sum_vector, self.f_vector)
+        _right_side(system.time_step, self.f, state.momentum, state.restoring, self.r)
+        self.factor.solve(self.r_vector, self.w_vector)
+        system._M.mult(self.w_vector, self.Mw_vector)
+        if system._C is not None:
+            system._C.mult(self.w_vector, self.Cw_vector)
+        energies: tuple[float, float, float, float] = _advance(
+            system.time_step,
+            system.alpha,
+            system.beta,
+            self.f,
+            self.r,
+            self.w,
+            self.Mw,
+            self.Cw,
+            state.displacement,
+            state.velocity,
+            state.acceleration,
+            state.momentum,
+            state.restoring,
+        )
+        state.step += 1
+        return energies
+
+    def destroy(self) -> None:
+        for item in (
+            self.F,
+            self.sum_vector,
+            self.f_vector,
+            self.r_vector,
+            self.w_vector,
+            self.Mw_vector,
+            self.Cw_vector,
+        ):
+            item.destroy()
+
+
+def _stored(state: State) -> tuple[float, float, float, float]:
+    kinetic = 0.5 * float(state.velocity @ state.momentum)
+    elastic = 0.5 * float(state.displacement @ state.restoring)
+    return kinetic, elastic, 0.0, 0.0
+
+
+@numba.njit(cache=True)
+def _right_side(dt: float, f: Array, p: Array, q: Array, r: Array) -> None:
+    """Fill r = f + 4/Δt p - 2 q."""
+    for i in range(r.size):
+        r[i] = f[i] + 4.0 / dt * p[i] - 2.0 * q[i]
+
+
+@numba.njit(cache=True)
+def _advance(
+    dt: float,
+    alpha: float,
+    beta: float,
+    f: Array,
+    r: Array,
+    w: Array,
+    Mw: Array,
+    Cw: Array,
+    u: Array,
+    v: Array,
+    a: Array,
+    p: Array,
+    q: Array,
+) -> tuple[float, float, float, float]:
+    """Move u, v, a, p = M v and q = K u on by one step; energies as the stepper gives them."""
+    kinetic, elastic, damped, put_in = 0.0, 0.0, 0.0, 0.0
+    mass = 2.0 / dt + alpha
+    stiffness = beta + dt / 2.0
+    # Sums of short sums: the rounding of one long sum would show in the balance of energy.
+    for first in range(0, u.size, 512):
+        k, e, d, s = 0.0, 0.0, 0.0, 0.0
+        for i in range(first, min(first + 512, u.size)):
+            Kw = (r[i] - mass * Mw[i] - Cw[i]) / stiffness
+            d += w[i] * (alpha * Mw[i] + beta * Kw + Cw[i])
+            s += w[i] * f[i]
+            a[i] = 2.0 / dt * (w[i] - 2.0 * v[i]) - a[i]
+            u[i] += dt / 2.0 * w[i]
+            v[i] = w[i] - v[i]
+            p[i] = Mw[i] - p[i]
+            q[i] += dt / 2.0 * Kw
+            k += v[i] * p[i]
+            e += u[i] * q[i]
+        kinetic += k
+        elastic += e
+        damped += d
+        put_in += s
+    return 0.5 * kinetic, 0.5 * elastic, dt / 4.0 * damped, dt / 4.0 * put_in

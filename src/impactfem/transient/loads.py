@@ -1,0 +1,125 @@
+"""The loads of the 3D model: the ground motion, and the impact forces on the floors' edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import trapezoid
+
+from impactfem.building.edge_load import edge_load
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.model import BuildingModel
+from impactfem.sticks.force_history import ForceHistory
+from impactfem.sticks.pounding import interpolate_ground
+from impactfem.transient.resampling import project
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EdgeForce:
+    """The force on the edge of a floor.
+
+    Args:
+        name: Its name, "floor 8".
+        floor: Number of the floor.
+        direction: Unit vector along which a positive amplitude acts on the building.
+    """
+
+    name: str
+    floor: int
+    direction: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Loads as fixed patterns in space with amplitudes in time.
+
+    The ground motion comes first: displacements are relative to the ground, which moves with the
+    acceleration a, so that its load is −M r a.
+
+    Args:
+        time_step: Δt [s].
+        ground: Ground acceleration, shape (n_steps + 1, 3) [m/s2].
+        directions: Components (0, 1, 2) in which the ground moves.
+        edges: The forces on edges; only those that are not zero.
+        force: Their amplitudes, shape (n_steps + 1, n_edges) [N].
+        impulse_error: Largest difference of an impulse before and after resampling, over the
+            largest impulse.
+    """
+
+    time_step: float
+    ground: Array
+    directions: tuple[int, ...]
+    edges: tuple[EdgeForce, ...]
+    force: Array
+    impulse_error: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the patterns in their order."""
+        return (*(f"ground {'xyz'[c]}" for c in self.directions), *(e.name for e in self.edges))
+
+    @property
+    def amplitudes(self) -> Array:
+        """Amplitudes of all patterns, shape (n_steps + 1, n_patterns) [m/s2, N]."""
+        return np.column_stack([self.ground[:, list(self.directions)], self.force])
+
+    def patterns(self, model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> Array:
+        """Patterns at this rank's rows, shape (n_local, n_patterns).
+
+        Args:
+            model: The building.
+            mesh: Its mesh.
+            eccentricity: Of the line loads, along the edges [m].
+        """
+        columns = [-model.ground[:, c] for c in self.directions]
+        for edge in self.edges:
+            load = edge_load(mesh, edge.floor, eccentricity)
+            columns.append(load.vector(model, edge.direction))
+        return np.asfortranarray(np.column_stack(columns))
+
+
+def make_loads(
+    motions: list[tuple[int, float, Array]],
+    forces: ForceHistory,
+    edges: list[EdgeForce],
+    time_step: float,
+    n_steps: int,
+) -> Loads:
+    """Loads at the time step of the 3D model.
+
+    Args:
+        motions: Component, time step [s] and acceleration [m/s2] of each ground motion.
+        forces: Impact forces.
+        edges: What each of their pairs does to the building, in the order of the pairs; forces on
+            the same edge in the same direction add.
+        time_step: Δt [s].
+        n_steps: Number of steps.
+    """
+    acting = [(e, f) for e, f in zip(edges, forces.force.T, strict=True) if np.any(f != 0.0)]
+    kept = list(dict.fromkeys(edge for edge, _ in acting))
+    given = np.zeros((len(forces.time), len(kept)))
+    for edge, history in acting:
+        given[:, kept.index(edge)] += history
+    force = project(forces.time, given, time_step, n_steps)
+    before = _integral(forces.time, given, time_step * n_steps)
+    after = _integral(time_step * np.arange(n_steps + 1), force, time_step * n_steps)
+    largest = np.abs(before).max(initial=0.0)
+    return Loads(
+        time_step=time_step,
+        ground=interpolate_ground(motions, time_step, n_steps + 1),
+        directions=tuple(sorted({component for component, _, _ in motions})),
+        edges=tuple(kept),
+        force=force,
+        impulse_error=float(np.abs(after - before).max(initial=0.0) / largest) if largest else 0.0,
+    )
+
+
+def _integral(time: Array, values: Array, end: float) -> Array:
+    """∫ f dt from 0 to the end of a function that is straight between its samples, shape (m,)."""
+    inside = np.append(time[time < end], end)
+    f = [np.interp(inside, time, column, right=0.0) for column in values.T]
+    return np.array([trapezoid(column, inside) for column in f])

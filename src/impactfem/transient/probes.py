@@ -1,0 +1,92 @@
+"""Where the response is looked at: points of the building, as nodes of its mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from impactfem.building.mesh import BuildingMesh, place
+from impactfem.errors import SolutionError
+
+Array = NDArray[np.float64]
+
+LINE_POINTS = 9
+"""Points of the line across the top floor (figure 14 of the paper)."""
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A node whose motion is recorded.
+
+    Args:
+        name: Its name.
+        node: The node.
+        distance: From where it was asked for to the node [m].
+    """
+
+    name: str
+    node: int
+    distance: float = 0.0
+
+
+def nearest_node(mesh: BuildingMesh, name: str, point: Array, farthest: float) -> Probe:
+    """The probe nearest to a point.
+
+    Args:
+        mesh: The mesh.
+        name: Name of the probe.
+        point: Coordinates [m].
+        farthest: Largest distance that is taken for the point itself [m].
+
+    Raises:
+        SolutionError: The point is outside the building; names the nearest node.
+    """
+    distance, node = cKDTree(mesh.nodes).query(np.asarray(point))
+    if distance > farthest:
+        raise SolutionError(
+            f"the probe {name} at {place(np.asarray(point))} is outside the building: the nearest "
+            f"node, at {place(mesh.nodes[node])}, is {distance:.3g} m away"
+        )
+    return Probe(name, int(node), float(distance))
+
+
+def standard_probes(mesh: BuildingMesh) -> list[Probe]:
+    """The points that are always there.
+
+    The mass centre of each floor, the middle of its impact edge, and on the top floor a line from
+    the middle of the impact edge to the opposite edge, at right angles to it (figure 14).
+    """
+    probes = [Probe(f"centre_{k}", mesh.centres[k]) for k in mesh.floors]
+    probes += [Probe(f"edge_{k}", _middle_of_edge(mesh, k)) for k in sorted(mesh.edges)]
+    return [*probes, *_line(mesh, mesh.floors[-1])]
+
+
+def _middle_of_edge(mesh: BuildingMesh, floor: int) -> int:
+    nodes = np.unique(mesh.edges[floor])
+    where = mesh.nodes[nodes]
+    middle = 0.5 * (where.min(axis=0) + where.max(axis=0))
+    return int(nodes[np.argmin(np.linalg.norm(where - middle, axis=1))])
+
+
+def _line(mesh: BuildingMesh, floor: int) -> list[Probe]:
+    """Nodes of the floor's slab nearest to the points of the line; numbered from the edge."""
+    nodes = np.unique(mesh.triangles[mesh.triangles_of("floor", floor)])
+    start = mesh.nodes[_middle_of_edge(mesh, floor)]
+    level = np.abs(mesh.nodes[nodes, 2] - start[2]) < 1e-6 * max(1.0, abs(start[2]))
+    nodes = nodes[level]
+    where = mesh.nodes[nodes]
+    edge = np.ptp(mesh.nodes[np.unique(mesh.edges[floor])], axis=0)
+    across = 1 - int(np.argmax(edge[:2]))
+    low, high = where[:, across].min(), where[:, across].max()
+    far = high if abs(start[across] - low) < abs(start[across] - high) else low
+    tree = cKDTree(where)
+    probes = []
+    for number, share in enumerate(np.linspace(0.0, 1.0, LINE_POINTS), start=1):
+        point = start.copy()
+        point[across] += share * (far - start[across])
+        distance, found = tree.query(point)
+        probes.append(Probe(f"line_{number}", int(nodes[found]), float(distance)))
+    return probes

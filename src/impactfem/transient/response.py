@@ -1,0 +1,102 @@
+"""The response at nodes from a reduced model: histories and floor response spectra, with a band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.case import Spectra
+from impactfem.dynamics.modal_response import ModalHistory, modal_response
+from impactfem.parallel import threads
+from impactfem.spectra import ResponseSpectra, response_spectra
+from impactfem.transient.loads import Loads
+from impactfem.transient.reduced_basis import ReducedBasis
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SAFETY = 2.0
+"""Factor on the difference of two nested models in the error band."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodeResponse:
+    """Histories at nodes.
+
+    Args:
+        time_step: Δt [s].
+        displacement: Relative to the ground, shape (n_t, n_nodes, 3) [m].
+        acceleration: Absolute, same shape [m/s2].
+    """
+
+    time_step: float
+    displacement: Array
+    acceleration: Array
+
+
+def modal_histories(
+    basis: ReducedBasis,
+    loads: Loads,
+    damping: tuple[float, float],
+    *,
+    scheme: str = "exact",
+    nested: bool = False,
+) -> ModalHistory:
+    """Modal coordinates under the loads.
+
+    Args:
+        basis: The basis; it has the patterns of the loads.
+        loads: The loads.
+        damping: α [1/s] and β [s].
+        scheme: "exact" or "newmark".
+        nested: Of the nested model.
+
+    Raises:
+        KeyError: The basis has no pattern of one of the loads.
+    """
+    model = basis.nested if nested else basis.model
+    amplitudes = np.zeros((len(loads.ground), len(basis.loads)))
+    for name, history in zip(loads.names, loads.amplitudes.T, strict=True):
+        if name not in basis.loads:
+            raise KeyError(f"the reduced basis has no load {name}")
+        amplitudes[:, basis.loads.index(name)] = history
+    return modal_response(model, amplitudes, loads.time_step, *damping, scheme=scheme)
+
+
+def node_response(
+    basis: ReducedBasis, history: ModalHistory, loads: Loads, nodes: Index, *, nested: bool = False
+) -> NodeResponse:
+    """Histories at nodes.
+
+    Args:
+        basis: The basis.
+        history: Modal coordinates of its model, or of the nested one.
+        loads: The loads, for the ground's motion.
+        nodes: Nodes that the basis was made for, shape (n,).
+        nested: Whether the history is the nested model's.
+    """
+    shapes = basis.of(basis.nested if nested else basis.model, nodes)
+    flat = shapes.reshape(-1, shapes.shape[2])
+    shape = (-1, len(nodes), 3)
+    return NodeResponse(
+        time_step=loads.time_step,
+        displacement=(flat @ history.displacement).T.reshape(shape),
+        acceleration=(flat @ history.acceleration).T.reshape(shape) + loads.ground[:, None, :],
+    )
+
+
+def node_spectra(response: NodeResponse, spectra: Spectra) -> ResponseSpectra:
+    """Spectra of all nodes and directions; records are ordered node by node, x y z each."""
+    n_t = len(response.acceleration)
+    return response_spectra(
+        response.acceleration.reshape(n_t, -1).T,
+        response.time_step,
+        spectra.frequency_values,
+        spectra.damping,
+        points_per_cycle=spectra.points_per_cycle,
+        method=spectra.method,
+        threads=threads(),
+        absolute=False,
+    )
