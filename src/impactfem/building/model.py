@@ -97,6 +97,13 @@ class BuildingModel:
         every = np.concatenate(self.comm.allgather(self.nodes))
         return int(every[row // DOFS])
 
+    def global_rows(self, nodes: Index) -> Index:
+        """First global row of each given node, −1 where it is clamped, shape (n,). Collective."""
+        every = np.concatenate(self.comm.allgather(self.nodes))
+        place = np.full(self.n_nodes, -1, dtype=np.int64)
+        place[every] = DOFS * np.arange(len(every))
+        return place[np.asarray(nodes)]
+
     def rows(self, nodes: Index) -> Index:
         """First local row of each given node that is free and on this rank.
 
