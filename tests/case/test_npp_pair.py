@@ -143,6 +143,41 @@ def test_published_floor_masses(case: Case) -> None:
     assert sum(modes) == pytest.approx(13_066e3)  # section 3.1
 
 
+def test_transient_of_section_4(case: Case, mesh: GeneratedMesh) -> None:
+    transient = case.transient
+    assert transient is not None
+    assert (transient.time_step, transient.duration) == (1e-3, 10.0)  # 10 001 times
+    assert transient.maximum_frequency < 0.5 / transient.time_step
+    top = case.building("B1").elevations[-1]
+    corners = {(x, y) for x in (0.0, mesh.length) for y in (0.0, mesh.width)}
+    points = [place for probe in transient.probes for _, place in probe.points]
+    assert {(x, y) for x, y, _ in points} == corners
+    assert [z for _, _, z in points] == pytest.approx([top] * 4, abs=1e-9)
+    for probe in transient.probes:
+        assert probe.point is not None
+        assert ("impact" in probe.name) == (probe.point[1] == mesh.width)  # building 2 beyond it
+    peaks = ("frs.floor_8", "transient.frs.floor_8")
+    at = {case.published[f"{name}.peak_frequency"].value for name in peaks}
+    assert at | {case.published["transient.frs.near_highest_at"].value} < set(
+        transient.field_frequencies
+    )
+
+
+def test_published_waves_and_ratios(case: Case, mesh: GeneratedMesh) -> None:
+    published = {name: entry.value for name, entry in case.published.items()}
+    # Equation 8: the printed speed needs 2500 kg/m3, section 2 has 2400 kg/m3.
+    concrete = case.materials["concrete"]
+    shear_modulus = concrete.young_modulus / (2.0 * (1.0 + concrete.poisson_ratio))
+    assert published["transient.wave_speed"] == pytest.approx((shear_modulus / 2500) ** 0.5, abs=1)
+    assert concrete.density == 2400.0
+    crossing = mesh.width / published["transient.wave_speed"]
+    assert published["transient.wave_crossing"] == pytest.approx(crossing, rel=0.01)
+    for what in ("peak", "peak_frequency"):
+        ratio = published[f"transient.frs.floor_8.{what}"] / published[f"frs.floor_8.{what}"]
+        over = published[f"transient.frs.floor_8.{what}_over_sticks"]
+        assert over == pytest.approx(ratio, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     ("name", "value", "unit"),
     [
@@ -162,6 +197,19 @@ def test_published_floor_masses(case: Case) -> None:
         ("building.frequency.3", 9.53, "Hz"),
         ("building.effective_mass.1", 10_463e3, "kg"),
         ("building.elements", 113_051.0, "-"),
+        ("transient.frs.floor_8.peak", 68.1, "m/s2"),
+        ("transient.frs.floor_8.peak_frequency", 91.0, "Hz"),
+        ("transient.frs.far_highest_below", 75.0, "Hz"),
+        ("transient.frs.near_highest_at", 85.0, "Hz"),
+        ("transient.frs.floor_7_above_floor_8.lowest", 36.0, "Hz"),
+        ("transient.frs.floor_7_above_floor_8.highest", 152.0, "Hz"),
+        ("transient.pfa.edge_max", 110.0, "m/s2"),
+        ("transient.pfa.floor_7", 56.0, "m/s2"),
+        ("transient.transfer.floor_8", 1.5e-6, "1/kg"),
+        ("transient.transfer.floor_7", 2.5e-6, "1/kg"),
+        ("transient.psd_ratio", 100.0, "-"),
+        ("transient.wave_crossing", 6.7e-3, "s"),
+        ("transient.wave_speed", 2345.0, "m/s"),
     ],
 )
 def test_published(case: Case, name: str, value: float, unit: str) -> None:

@@ -152,10 +152,12 @@ ensemble.records = "d"
 structure.mesh = { type = "generated", walls = "e.csv", bays = "/f.csv", impact_edge = "no.csv" }
 motions = [{ type = "record", file = "g.csv" },
            { type = "synthetic", spectrum = { type = "table", file = "h.csv" } }]
+transient = { forces = "i.nc", probes = [{ name = "no.csv", group = "no.csv", from = "no.csv" }] }
 """
     (tmp_path / "base" / "all.toml").write_text(text)
     source = read_source(write(top='extends = "base/all.toml"\n'), CaseFile)
-    written = {"a.csv", "b.csv", "c.csv", "d", "e.csv", "g.csv", "h.csv"}  # /f.csv is absolute
+    # /f.csv is absolute.
+    written = {"a.csv", "b.csv", "c.csv", "d", "e.csv", "g.csv", "h.csv", "i.nc"}
     assert set(source.written.values()) == written
     assert source.raw["published"] == "base/a.csv"
     assert source.raw["motions"][1]["spectrum"]["file"] == "base/h.csv"

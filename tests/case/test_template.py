@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import FileMesh, GeneratedMesh, load_case
+from impactfem.case import FileMesh, GeneratedMesh, Transient, load_case
 from impactfem.case.schema import json_schema
 from impactfem.case.template import write_new_case
 from impactfem.errors import InputError
@@ -18,6 +18,7 @@ BEAMS = (
     "b,1-3,5,0,5,12,0.3,0.5,-0.375\n"
 )
 COLUMNS = "column,storeys,x [m],y [m],width_x [m],width_y [m]\nc,1-3,5,6,0.4,0.4\n"
+FORCES = "time [s],west.floor_3-east.floor_3 [N]\n0,0\n1,1\n"
 OTHER_WAY = "not both|together|Cannot overwrite"  # a key for the other of two ways
 
 
@@ -130,6 +131,25 @@ def test_optional_structure(template: Path) -> None:
     structure = load_case(template).structure
     assert structure is not None
     assert isinstance(structure.mesh, FileMesh)
+
+
+def test_optional_transient(template: Path) -> None:
+    for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
+        (template.parent / f"new_{name}.csv").write_text(table)
+    (template.parent / "new_forces.csv").write_text(FORCES)
+    uncommented(template, "# [structure]", None)
+    uncommented(template, "# [transient]", None)
+    text = template.read_text(encoding="utf-8").replace("# density", "density")
+    template.write_text(text, encoding="utf-8")
+    transient = load_case(template).transient
+    assert transient is not None
+    assert transient.forces == template.parent / "new_forces.csv"
+    names = [name for probe in transient.probes for name, _ in probe.points]
+    assert names == ["corner", "aisle_1", "aisle_2", "aisle_3", "aisle_4", "aisle_5"]
+    assert transient.probes[2].group == "edge_3"
+    # The defaults are those it shows; of the duration, the forces and the probes there is none.
+    shown = {"duration": None, "forces": None, "probes": ()}
+    assert transient.model_copy(update=shown) == Transient(time_step=1e-3)
 
 
 def test_variant_as_the_template_says(template: Path) -> None:

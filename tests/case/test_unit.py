@@ -33,6 +33,8 @@ from impactfem.case.unit import KINDS, UnitError, identify, scale, si_factor, to
         ("g/cm3", unit.DENSITY, 1e3),
         ("t m2", unit.INERTIA, 1e3),
         ("mm4", unit.SECOND_MOMENT, 1e-12),
+        ("1/t", unit.ACCELERANCE, 1e-3),
+        ("m/s2/N", unit.ACCELERANCE, 1.0),
     ],
 )
 def test_factor(text: str, kind: unit.Kind, factor: float) -> None:

@@ -11,6 +11,7 @@ from impactfem.sticks.force_history import (
     write_forces,
     write_forces_csv,
 )
+from impactfem.sticks.pair_ends import PairEnds
 from impactfem.sticks.pounding import End, Pair, System, simulate
 from impactfem.sticks.stick import build_stick
 
@@ -79,7 +80,27 @@ def test_a_storey_point_and_a_wall(floors, tmp_path):
         assert data["floor_a"].values == [2]
         assert data["building_b"].values == [""] and data["floor_b"].values == [0]
         assert np.isnan(data["relative_height_b"].values).all()
-    assert read_forces(path).pairs == ("wall",)
+    history = read_forces(path)
+    assert history.pairs == ("wall",)
+    assert history.ends.relative_height_a == pytest.approx([0.25])
+    assert (history.ends.building_b, history.ends.floor_b) == (("",), (0,))
+
+
+def test_ends_there_and_back(response, tmp_path):
+    path = tmp_path / "forces.nc"
+    write_forces(path, response, "abc123", "key")
+    history = read_forces(path)
+    assert history.inputs == "key"
+    ends = history.ends
+    assert (ends.building_a, ends.building_b) == (("a", "a"), ("b", "b"))
+    assert (ends.floor_a, ends.floor_b) == ((1, 2), (1, 2))
+    assert np.isnan(ends.relative_height_a).all() and np.isnan(ends.relative_height_b).all()
+    assert ends.normal == pytest.approx(np.tile(Y, (2, 1)))
+    second = history.of([1])
+    assert (second.pairs, second.ends.floor_a) == (("a2-b2",), (2,))
+    assert np.array_equal(second.force[:, 0], response.force[:, 1])
+    assert second.ends.normal.shape == (1, 3) and second.inputs == "key"
+    assert history.of([1, 0]).ends.floor_b == (2, 1)
 
 
 def test_no_pairs(response, tmp_path):
@@ -88,6 +109,7 @@ def test_no_pairs(response, tmp_path):
     history = read_forces(path)
     assert history.pairs == () and history.force.shape == (5, 0)
     assert history.impulse.shape == (0,)
+    assert history.ends.building_a == () and history.ends.normal.shape == (0, 3)
 
 
 def test_csv_there_and_back(response, tmp_path):
@@ -97,6 +119,7 @@ def test_csv_there_and_back(response, tmp_path):
     assert path.read_text().splitlines()[0] == "time [s],a1-b1 [N],a2-b2 [N]"
     found = read_forces(path)
     assert found.pairs == history.pairs and found.case_hash == ""
+    assert found.ends == PairEnds() and found.of([1]).ends == PairEnds()
     assert found.time == pytest.approx(history.time, abs=1e-12)
     assert np.abs(found.force - history.force).max() < 1e-8 * history.force.max()
     assert history.force.max() > 0.0
@@ -154,6 +177,50 @@ def test_minimal_file_of_another_program(minimal, tmp_path):
     assert history.pairs == ("left", "right") and history.case_hash == ""
     assert history.force.dtype == float and history.force[2, 1] == 5.0
     assert history.time == pytest.approx([0.0, 0.1, 0.2])
+    assert history.ends == PairEnds() and history.inputs == ""
+
+
+def test_ends_of_another_program(minimal, tmp_path):
+    """Floors as decimals, and no coordinate along the axis; what is missing is not known."""
+    minimal["floor_a"] = ("pair", [3.0, 4.0])
+    minimal["building_a"] = ("pair", ["left house", "right house"])
+    minimal["normal"] = (("pair", "axis"), [[0.6, 0.8, 0.0], [0.0, -1.0, 0.0]])
+    ends = read_forces(write(minimal, tmp_path / "foreign.nc")).ends
+    assert ends.floor_a == (3, 4) and ends.building_a == ("left house", "right house")
+    assert ends.normal[0] == pytest.approx([0.6, 0.8, 0.0])
+    assert ends.building_b is None and ends.relative_height_a is None
+
+
+@pytest.mark.parametrize(
+    ("name", "dims", "values", "message"),
+    [
+        ("floor_a", "pair", [1.5, 2.0], r"floor_a = \[1\.5, 2\.0\]: whole numbers"),
+        ("floor_b", "pair", [np.nan, 2.0], r"floor_b = \[nan, 2\.0\]: whole numbers"),
+        ("floor_b", "pair", ["one", "two"], r"a readable force history.*one"),
+        ("floor_a", "time", [1, 2, 3], r"floor_a = \('time',\): along pair"),
+        ("building_a", (), "house", r"building_a = \(\): along pair"),
+        ("relative_height_a", "pair", [0.5, 1.5], "relative_height_a = .*: 0 to 1, or nan"),
+        ("relative_height_b", "pair", [-0.1, np.nan], "relative_height_b = .*: 0 to 1, or nan"),
+        ("normal", ("pair", "axis"), [[0, 1, 0], [0, 2, 0]], "normal = .*: a unit vector"),
+        ("normal", ("pair", "axis"), [[0, 1, 0], [0, np.nan, 0]], "normal = .*: a unit vector"),
+        ("normal", ("pair", "axis"), [[0, 1], [1, 0]], r"normal = .*\(pair, axis\), of x, y, z"),
+        ("normal", ("axis", "pair"), [[0, 0], [1, 1], [0, 0]], r"normal = \('axis', 'pair'\)"),
+        ("normal", "pair", [1.0, 1.0], r"normal = \('pair',\): the dimensions"),
+        ("axis", "axis", ["y", "x", "z"], r"axis = \['y', 'x', 'z'\]: x, y, z"),
+    ],
+)
+def test_faults_of_the_ends(minimal, tmp_path, name, dims, values, message):
+    minimal[name] = (dims, values)
+    with pytest.raises(InputError, match=message):
+        read_forces(write(minimal, tmp_path / "foreign.nc"))
+
+
+def test_faults_of_the_ends_at_once(minimal, tmp_path):
+    minimal["floor_a"] = ("pair", [1.5, 2.0])
+    minimal["normal"] = ("pair", [1.0, 1.0])
+    with pytest.raises(InputError) as caught:
+        read_forces(write(minimal, tmp_path / "foreign.nc"))
+    assert [fault.key for fault in caught.value.faults] == ["floor_a", "normal"]
 
 
 def broken(minimal, fault):

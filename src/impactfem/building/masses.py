@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.part import Part
+from impactfem.building.quality import areas as triangle_areas
 from impactfem.building.section import Sections
 from impactfem.errors import SolutionError
 
@@ -58,7 +59,7 @@ def floor_masses(
     Raises:
         SolutionError: A floor's parts weigh more than is asked, or it has no slab to add mass on.
     """
-    areas = triangle_areas(mesh)
+    areas = triangle_areas(mesh.nodes, mesh.triangles)
     thickness = np.array([section.thickness for section in sections.shells])
     shells = density * areas * thickness[mesh.triangle_part]
     shares = _shares(mesh, mesh.shell_parts, mesh.triangle_part, mesh.triangles[:, :3], shells)
@@ -82,12 +83,6 @@ def floor_masses(
             )
         on_triangles[slab] = missing / areas[slab].sum()
     return FloorMasses(parts, added, float(shares[0]), on_triangles)
-
-
-def triangle_areas(mesh: BuildingMesh) -> Array:
-    """Area of each triangle, shape (m,) [m2]."""
-    a, b, c = (mesh.nodes[mesh.triangles[:, i]] for i in range(3))
-    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1), dtype=np.float64)
 
 
 def line_lengths(mesh: BuildingMesh) -> Array:

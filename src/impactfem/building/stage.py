@@ -196,13 +196,16 @@ def _structure(case: Case) -> Structure:
     return case.structure
 
 
-def _mesh_file(case: Case, folder: Path) -> Path:
-    """The mesh: generated into the folder, or the user's own."""
+def mesh_of_run(case: Case, folder: Path) -> Path:
+    """The mesh file of a run: the user's own, or the one generated into its folder."""
     mesh = _structure(case).mesh
-    if isinstance(mesh, FileMesh):
-        return mesh.file
-    path = folder / MESH
-    generate(geometry_of(case), path, source=str(case.path))
+    return mesh.file if isinstance(mesh, FileMesh) else folder / MESH
+
+
+def _mesh_file(case: Case, folder: Path) -> Path:
+    path = mesh_of_run(case, folder)
+    if path == folder / MESH:
+        generate(geometry_of(case), path, source=str(case.path))
     return path
 
 

@@ -31,9 +31,11 @@ from impactfem.case.load import load_case
 from impactfem.case.materials import Material
 from impactfem.case.model import Case
 from impactfem.case.motions import Motion, RecordMotion, SyntheticMotion, motion_files
+from impactfem.case.probe import Probe
 from impactfem.case.published import Published
 from impactfem.case.structure import FrequencyFit, Structure, structure_files
 from impactfem.case.targets import Target
+from impactfem.case.transient import Transient, transient_files
 from impactfem.case.walls import Wall
 
 __all__ = [
@@ -66,6 +68,7 @@ __all__ = [
     "Material",
     "Motion",
     "Pounding",
+    "Probe",
     "Published",
     "RecordMotion",
     "ShellGroup",
@@ -74,8 +77,10 @@ __all__ = [
     "SyntheticMotion",
     "TableSpectrum",
     "Target",
+    "Transient",
     "Wall",
     "load_case",
     "motion_files",
     "structure_files",
+    "transient_files",
 ]

@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from impactfem.case.leaf import Leaf, nearest
-from impactfem.case.place import Place, field_at, step, value_at
+from impactfem.case.place import Place, field_at, fields_by_key, step, value_at
 from impactfem.case.source import Source
 from impactfem.errors import Fault
 
@@ -67,10 +67,13 @@ def _fault(
     kind, value = item["type"], item["input"]
     parent, info = field_at(model, place, raw)
     if kind == "fault":
+        if info is None and parent is not None and place[-1] in parent.model_fields:
+            # A key that is left out goes by the name of its field, which is not always the key.
+            place = (*place[:-1], parent.model_fields[str(place[-1])].alias or place[-1])
         missing = value_at(place, raw) is None
         return place, None if missing else value, item["msg"]
     if kind == "extra_forbidden":
-        known = list(parent.model_fields) if parent is not None else []
+        known = list(fields_by_key(parent)) if parent is not None else []
         return place, None, f"unknown key; {nearest(str(place[-1]), known)}"
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
         # A table with a name of the user's choice has no field of its own, but that of all of them.

@@ -21,6 +21,7 @@ from impactfem.case.motions import Motion, RecordMotion
 from impactfem.case.named_files import NamedFiles, tables_of
 from impactfem.case.source import Source, read_source
 from impactfem.case.structure import Mesh, Structure, StructureEntry
+from impactfem.case.transient import Transient, transient_faults
 from impactfem.errors import Fault, InputError
 
 
@@ -45,6 +46,7 @@ def load_case(path: str | Path) -> Case:
     except ValidationError as error:
         faults.extend(explain(error, source, CaseFile))
     faults.extend(_duplicates(source))
+    faults.extend(_lacks_structure(source))
     faults.extend(files.faults)
     if case_file is not None:
         faults.extend(_spectrum_faults(source, case_file, files))
@@ -53,6 +55,13 @@ def load_case(path: str | Path) -> Case:
     case = _resolve(source, case_file, files)
     if case.ensemble is not None:
         faults.extend(ensemble_faults(source, case.ensemble, case.motions))
+    if case.transient is not None and case.structure is not None:
+        floors = len(case.building(case.structure.building).floors)
+        faults.extend(
+            transient_faults(
+                source, case.transient, case.structure.mesh, floors, _computed_duration(case)
+            )
+        )
     faults.extend(_loop_faults(source, case))
     if faults:
         raise InputError(faults)
@@ -73,6 +82,22 @@ def _duplicates(source: Source) -> Iterator[Fault]:
                 yield source.fault((group, index, key), value, expected)
 
 
+def _lacks_structure(source: Source) -> Iterator[Fault]:
+    """A response in time without the 3D model that responds, from the file as it stands."""
+    if "transient" in source.raw and "structure" not in source.raw:
+        expected = "expected a section [structure] beside it: the 3D model that moves"
+        yield source.fault(("transient",), None, expected)
+
+
+def _computed_duration(case: Case) -> float | None:
+    """Time that is computed of the sticks [s]; None when a record has to be read to know it."""
+    if case.pounding.duration is not None:
+        return case.pounding.duration
+    lasting = [None if isinstance(m, RecordMotion) else m.duration for m in case.motions]
+    known = [duration for duration in lasting if duration is not None]
+    return max(known) if len(known) == len(lasting) else None
+
+
 def _resolve(source: Source, case_file: CaseFile, files: NamedFiles) -> Case:
     folder = source.path.parent
     return Case(
@@ -83,6 +108,7 @@ def _resolve(source: Source, case_file: CaseFile, files: NamedFiles) -> Case:
         buildings=tuple(_building(entry, case_file, files) for entry in case_file.buildings),
         calibration=_calibration(case_file.calibration, files),
         structure=_structure(case_file.structure, case_file, files, folder),
+        transient=_transient(case_file.transient, folder),
         motions=tuple(_motion(motion, folder) for motion in case_file.motions),
         contact_laws=case_file.contact_laws,
         contacts=expand(case_file.contacts),
@@ -135,6 +161,12 @@ def _mesh(entry: GeneratedMeshEntry | FileMesh, files: NamedFiles, folder: Path)
     shared = {name: getattr(entry, name) for name in GeneratedMeshEntry.model_fields}
     tables = {name: getattr(files, name) for name in ("walls", "bays", "beams", "columns")}
     return GeneratedMesh(**shared | tables)
+
+
+def _transient(transient: Transient | None, folder: Path) -> Transient | None:
+    if transient is None or transient.forces is None:
+        return transient
+    return transient.model_copy(update={"forces": folder / transient.forces})
 
 
 def _motion(motion: Motion, folder: Path) -> Motion:

@@ -18,6 +18,7 @@ from impactfem.case.materials import Material
 from impactfem.case.motions import Motion, MotionEntry
 from impactfem.case.published import Published
 from impactfem.case.structure import Structure, StructureEntry
+from impactfem.case.transient import Transient
 
 
 class CaseFile(Section):
@@ -40,6 +41,11 @@ class CaseFile(Section):
     )
     structure: StructureEntry | None = Field(
         default=None, description="The 3D model of one building; left out, there is none."
+    )
+    transient: Transient | None = Field(
+        default=None,
+        description="The response of the 3D model in time, which needs [structure]; left out, it "
+        "is not computed.",
     )
     motions: tuple[MotionEntry, ...] = Field(
         min_length=1, description="The ground motions, one a direction."
@@ -83,6 +89,7 @@ class Case(Section):
         buildings: The buildings with their material, floors and damping.
         calibration: The calibration with its targets, or None.
         structure: The 3D model of one building, or None.
+        transient: Its response in time, or None; the forces are relative to the working folder.
         motions: The ground motions; a record's file is relative to the working folder.
         contact_laws: Contact laws by name.
         contacts: One contact for each pair of points.
@@ -101,6 +108,7 @@ class Case(Section):
     buildings: tuple[Building, ...]
     calibration: Calibration | None
     structure: Structure | None
+    transient: Transient | None
     motions: tuple[Motion, ...]
     contact_laws: dict[str, ContactLaw]
     contacts: tuple[Contact, ...]

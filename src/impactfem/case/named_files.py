@@ -75,6 +75,10 @@ class NamedFiles:
         structure = raw.get("structure")
         if isinstance(structure, dict) and isinstance(structure.get("mesh"), dict):
             self._read_structure(structure.get("building"), structure["mesh"])
+        transient = raw.get("transient")
+        if isinstance(transient, dict):
+            what = "a force history (NetCDF or CSV)"
+            self._open(("transient", "forces"), transient.get("forces"), what)
         for index, entry in tables_of(raw, "motions"):
             self._open(("motions", index, "file"), entry.get("file"), "a record")
             self._read_spectrum(("motions", index, "spectrum", "file"), entry.get("spectrum"))

@@ -63,7 +63,7 @@ def field_at(
             continue
         table = _table_of(annotation, current_table)
         if isinstance(table, type) and issubclass(table, BaseModel):
-            parent, info = table, table.model_fields.get(part)
+            parent, info = table, fields_by_key(table).get(str(part))
             annotation = None if info is None else info.annotation
         elif get_origin(table) is dict:
             parent, info = None, None
@@ -71,6 +71,11 @@ def field_at(
         else:
             return None, None
     return parent, info
+
+
+def fields_by_key(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """The fields of a model by their keys in the file, which may be aliases: ``from``."""
+    return {info.alias or name: info for name, info in model.model_fields.items()}
 
 
 def _alternatives(annotation: Any) -> Iterator[Any]:

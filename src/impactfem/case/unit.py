@@ -59,6 +59,7 @@ HERTZ_STIFFNESS = Kind("a stiffness of Hertz contact", "N/m^1.5", "2.75e9 N/m^1.
 FLEXIBILITY = Kind("a flexibility", "m/N", "1e-11 m/N")
 IMPULSE = Kind("an impulse", "N s", "829 kN s")
 ENERGY = Kind("an energy", "J", "4 kJ")
+ACCELERANCE = Kind("an acceleration per force", "1/kg", "1.5e-6 1/kg")
 
 KINDS = (
     *(LENGTH, AREA, SECOND_MOMENT, MASS, INERTIA, DENSITY, TIME, FREQUENCY, RATE),
@@ -72,6 +73,7 @@ KINDS = (
         FLEXIBILITY,
         IMPULSE,
         ENERGY,
+        ACCELERANCE,
     ),
 )
 

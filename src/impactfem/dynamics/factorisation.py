@@ -23,14 +23,17 @@ CONDITION = 1e13
 A mechanism leaves rounding, some 1e-16 to 1e-14, where its pivot should be zero."""
 
 _PREFIX = "impactfem_"
-# The ordering stays MUMPS's own choice: PORD for a large matrix, whose factor on buildings has up to
-# 30 % fewer entries than that of minimum degree (AMD, AMF, QAMD) and no more than that of nested
+# The ordering stays MUMPS's own choice: PORD for a large matrix, whose factor on buildings has no
+# more entries, and up to 30 % fewer, than that of minimum degree (AMD, AMF, QAMD) or of nested
 # dissection by METIS or SCOTCH, which Debian's MUMPS lacks. PORD ends the program on tiny ones.
 _OPTIONS = {
     "mat_mumps_icntl_27": BLOCK,  # right-hand sides at once
 }
 _INDEFINITE = {
     "mat_mumps_icntl_24": 1,  # null pivots are counted; PETSc gives no inertia without
+}
+_SINGLE = {
+    "mat_mumps_icntl_15": 0,  # analysed entry by entry, not block by block
 }
 _ROOM = (20, 60, 200)
 """Work space beyond MUMPS's estimate in per cent, tried in turn for pivots that are put off."""
@@ -72,6 +75,8 @@ class Factorisation:
             nodes with six degrees of freedom) makes the analysis faster and the factor smaller.
             Marked as symmetric, and as positive definite or not.
         definite: A is positive definite: Cholesky. Else LDLᵀ with pivoting.
+        full_blocks: The blocks of A are full, as those of a stiffness. To be False for a mass: its
+            factor then has a fraction of the entries.
         name: What A is, for messages.
 
     Raises:
@@ -81,7 +86,14 @@ class Factorisation:
     Making one, solving and `destroy` are collective.
     """
 
-    def __init__(self, A: PETSc.Mat, *, definite: bool = True, name: str = "the matrix") -> None:
+    def __init__(
+        self,
+        A: PETSc.Mat,
+        *,
+        definite: bool = True,
+        full_blocks: bool = True,
+        name: str = "the matrix",
+    ) -> None:
         self.definite = definite
         self.name = name
         self._N = int(A.getSize()[0])
@@ -93,10 +105,12 @@ class Factorisation:
         A.setOption(PETSc.Mat.Option.SPD, definite)
         if definite:
             _refuse_empty_rows(A, name)
-        self._F = _factor(A, definite)
+        kind = {**({} if definite else _INDEFINITE), **({} if full_blocks else _SINGLE)}
+        self._F = _factor(A, kind)
         failed, detail = self._F.getMumpsInfog(1), self._F.getMumpsInfog(2)
         if definite and (failed in (-10, -40) or (failed == 0 and not self._is_definite(A))):
             self.destroy()
+            A.setOption(PETSc.Mat.Option.SPD, False)
             raise _not_definite(A, name)
         if failed < 0:
             self.destroy()
@@ -189,19 +203,18 @@ def _give_back() -> None:
         trim(0)
 
 
-def _factor(A: PETSc.Mat, definite: bool) -> PETSc.Mat:
+def _factor(A: PETSc.Mat, kind: dict[str, int]) -> PETSc.Mat:
     """The factor; whether MUMPS succeeded is to be asked from it."""
     for room in _ROOM:
-        F = _factor_within(A, definite, room)
+        F = _factor_within(A, {"mat_mumps_icntl_14": room, **_OPTIONS, **kind})
         if F.getMumpsInfog(1) not in (-8, -9) or room == _ROOM[-1]:
             break
         F.destroy()
     return F
 
 
-def _factor_within(A: PETSc.Mat, definite: bool, room: int) -> PETSc.Mat:
+def _factor_within(A: PETSc.Mat, wanted: dict[str, int]) -> PETSc.Mat:
     options = PETSc.Options()
-    wanted = {"mat_mumps_icntl_14": room, **_OPTIONS, **({} if definite else _INDEFINITE)}
     # By the options database: what is set on the factor itself before its first use is lost in
     # PETSc 3.18. What the user has set there stays.
     mine = {_PREFIX + key: value for key, value in wanted.items()}

@@ -90,8 +90,9 @@ class Recorder:
         total = self.comm.allreduce(self.buffer[: self.filled])
         if not np.all(np.isfinite(total)):
             raise SolutionError(f"the response is not finite before step {state.step}")
-        damped = state.damped + np.cumsum(total[:, 2])
-        work = state.input + np.cumsum(total[:, 3])
+        # One by one from the first step on, so that it does not matter where chunks begin.
+        damped = np.cumsum(np.append(state.damped, total[:, 2]))[1:]
+        work = np.cumsum(np.append(state.input, total[:, 3]))[1:]
         state.damped, state.input = float(damped[-1]), float(work[-1])
         motion = np.split(total[:, 4:], len(self.record), axis=1) if self.record else []
         part = History(

@@ -14,7 +14,7 @@ damping, CDC 2005; full reorthogonalisation as in Grimme, Sorensen and Van Doore
 
 from __future__ import annotations
 
-from typing import Any
+from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,39 +22,58 @@ from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.factorisation import Factorisation
+from impactfem.dynamics.pencil import combined
+from impactfem.errors import SolutionError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 DEPENDENT = 1e-9
-"""Part of a vector outside the basis, over its length, below which it counts as dependent."""
+"""Part of a vector outside the basis, over its length, up to which it counts as dependent: the
+rounding of a solve. What is left out violates A V = V T + Q S by as much."""
+
+CHUNK = 64
+"""Vectors that memory is set aside for at once. The system gives it when they are written."""
 
 
 class KrylovBasis:
-    """The basis, built block by block. Making one, `add` and `grow` are collective.
+    """The basis, built block by block. A context manager that frees the factorisation.
+
+    Making one, `add`, `grow`, `shifted_tail` and `destroy` are collective.
 
     Args:
-        K: Stiffness matrix, positive definite (PETSc AIJ).
-        M: Mass matrix, positive definite, on part of the pattern of K.
+        K: Stiffness, symmetric, positive definite (AIJ).
+        M: Mass, symmetric, positive definite (AIJ), on part of the pattern of K.
         shift: σ0 [1/s2].
-        capacity: Vectors that memory is set aside for at first.
 
     Raises:
-        SolutionError: The matrices are not positive definite.
+        SolutionError: K + σ0 M is not positive definite.
     """
 
-    def __init__(self, K: Any, M: Any, shift: float, capacity: int = 64) -> None:
+    def __init__(self, K: PETSc.Mat, M: PETSc.Mat, shift: float) -> None:
         self.shift = shift
-        self._M = M
-        self._shifted = K.copy()
-        subset = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
-        self._shifted.axpy(shift, M, structure=subset)
-        self._factor = Factorisation(self._shifted, name="the shifted stiffness matrix")
-        self._vectors = np.empty((M.getLocalSize()[0], capacity), order="F")
-        self._T = np.zeros((capacity, capacity))
-        self._R = np.zeros((capacity, 0))
-        self._closed = np.zeros(capacity, dtype=bool)
+        self.K, self.M = K, M
+        shifted = combined(1.0, K, shift, M)
+        self._factor = Factorisation(shifted, name="the shifted stiffness matrix")
+        shifted.destroy()
+        self._chunks: list[Array] = []
+        # The vectors: first those of V, then those of Q.
         self._size = 0
+        self._count = 0
+        self._T = np.zeros((0, 0))
+        self._R = np.zeros((0, 0))
+        self._sizes: list[int] = []
+
+    def __enter__(self) -> KrylovBasis:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.destroy()
 
     def destroy(self) -> None:
         """Free the factorisation; the basis stays and cannot grow any more. Collective."""
@@ -63,54 +82,73 @@ class KrylovBasis:
     @property
     def size(self) -> int:
         """Number of vectors of the reduced space."""
-        return int(self._closed.sum())
+        return self._size
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """The size after each block step: those of the spaces nested in this one."""
+        return tuple(self._sizes)
 
     @property
     def V(self) -> Array:
-        """The basis at this rank's rows, shape (n_local, size)."""
-        if self._closed[: self.size].all():
-            return self._vectors[:, : self.size]
-        return self._vectors[:, : self._size][:, self._closed[: self._size]]
+        """The basis at this rank's rows, shape (n_local, size): a copy, unless it is small."""
+        return self._columns(0, self._size)
+
+    def rows(self, index: Index) -> Array:
+        """The basis at some of this rank's rows, without a copy of the others.
+
+        Args:
+            index: The rows, counted from the first of this rank, of any shape.
+
+        Returns:
+            The shape of `index` with the size of the basis as a further axis.
+        """
+        pieces = [piece[index] for piece in self._pieces(0, self._size)]
+        return np.concatenate([np.empty((*np.shape(index), 0)), *pieces], axis=-1)
 
     @property
     def T(self) -> Array:
         """Vᵀ M A V, shape (size, size) [s2]."""
-        T: Array = self._T[np.ix_(self._closed, self._closed)]
-        return T
+        return self._T[: self._size, : self._size]
 
     @property
     def R(self) -> Array:
         """Coordinates of (K + σ0 M)⁻¹ F of each load pattern, shape (size, n_patterns)."""
-        R: Array = self._R[self._closed]
-        return R
+        return self._R[: self._size]
 
     @property
     def Q(self) -> Array:
         """The tail: what A V has outside the space, shape (n_local, n_tail)."""
-        Q: Array = self._vectors[:, np.flatnonzero(self._open())]
-        return Q
+        return self._columns(self._size, self._count)
 
     @property
     def S(self) -> Array:
         """Qᵀ M A V, shape (n_tail, size) [s2]."""
-        S: Array = self._T[np.ix_(self._open(), self._closed)]
-        return S
+        return self._T[self._size :, : self._size]
 
     def shifted_tail(self) -> Array:
         """(K + σ0 M) Q, shape (n_local, n_tail). Collective."""
-        return product(self._shifted, np.asfortranarray(self.Q))
+        Q = self.Q
+        Z = product(self.M, Q)
+        Z *= self.shift
+        Z += product(self.K, Q)
+        return Z
 
     def add(self, F: Array) -> None:
         """Add load patterns; the space of those before stays. Collective.
 
+        Patterns that are zero, or that depend on others, bring in no vector.
+
         Args:
             F: Load patterns at this rank's rows, shape (n_local, m).
+
+        Raises:
+            SolutionError: A pattern has values that are not numbers.
         """
+        before = self._R.shape[1]
         coordinates = self._append(self._factor.solve_block(F))
-        R = np.zeros((len(self._R), self._R.shape[1] + F.shape[1]))
-        R[:, : self._R.shape[1]] = self._R
-        R[: self._size, self._R.shape[1] :] = coordinates
-        self._R = R
+        self._R = _padded(self._R, self._count, before + F.shape[1])
+        self._R[:, before:] = coordinates
         self.grow(1)
 
     def grow(self, steps: int) -> int:
@@ -120,77 +158,101 @@ class KrylovBasis:
             Number of vectors that came into the space; fewer, or none, when it holds all that the
             loads can reach.
         """
-        before = self.size
+        before = self._size
         for _ in range(steps):
-            front = np.flatnonzero(self._open())
-            if front.size == 0:
+            tail = slice(self._size, self._count)
+            if tail.start == tail.stop:
                 break
-            block = np.asfortranarray(self._vectors[:, front])
-            coordinates = self._append(self._factor.solve_block(product(self._M, block)))
-            self._T[: self._size, front] = coordinates
-            self._T[front, : self._size] = coordinates.T
-            self._closed[front] = True
-        return self.size - before
-
-    def _open(self) -> NDArray[np.bool_]:
-        """The vectors whose image under A is not known yet."""
-        there = np.arange(len(self._closed)) < self._size
-        opened: NDArray[np.bool_] = there & ~self._closed
-        return opened
+            coordinates = self._append(self._factor.solve_block(product(self.M, self.Q)))
+            self._T = _padded(self._T, self._count, self._count)
+            self._T[:, tail] = coordinates
+            self._T[tail, :] = coordinates.T
+            self._R = _padded(self._R, self._count, self._R.shape[1])
+            self._size = tail.stop
+            self._sizes.append(self._size)
+        return self._size - before
 
     def _append(self, X: Array) -> Array:
-        """Make the basis hold the columns of X; gives their coordinates, shape (size, k)."""
-        M = self._M
-        length = np.sqrt(np.diag(inner(M, X, product(M, X))))
-        k = X.shape[1]
-        coordinates = np.zeros((self._size, k))
-        factor = np.eye(k)
-        for turn in range(2):
-            old = self._vectors[:, : self._size]
-            known = inner(M, old, product(M, X))
-            X -= old @ known
-            coordinates += known @ factor
-            # Within the block: X = X' B by its Gram matrix, with dependent directions left out.
-            gram = inner(M, X, product(M, X))
-            left = np.sqrt(np.maximum(np.diag(gram), 0.0))
-            scale = np.where(left > 0.0, 1.0 / np.where(left > 0.0, left, 1.0), 0.0)
-            values, vectors = np.linalg.eigh(gram * np.outer(scale, scale))
-            if turn == 0:
-                keep = (values > DEPENDENT) & self._reaches(left, length, vectors)
-            else:
-                keep = values > 0.5  # nearly orthonormal already
-            B = np.sqrt(values[keep])[:, None] * vectors[:, keep].T * left
-            X = np.asfortranarray(X @ (scale[:, None] * vectors[:, keep] / np.sqrt(values[keep])))
-            factor = B @ factor
-        return self._store(X, coordinates, factor)
+        """Make the basis hold the columns of X, which change; gives their coordinates.
 
-    @staticmethod
-    def _reaches(left: Array, length: Array, vectors: Array) -> NDArray[np.bool_]:
-        """Directions of the block that stand out of the space by more than rounding."""
-        share = np.where(length > 0.0, left / np.where(length > 0.0, length, 1.0), 0.0)
-        outside: NDArray[np.bool_] = (vectors**2).T @ share**2 > DEPENDENT**2
-        return outside
+        The shape of what it gives is (number of vectors, then, k).
+        """
+        MX = product(self.M, X)
+        length = np.sqrt(np.diag(inner(self.M, X, MX)))
+        if not np.all(np.isfinite(length)):
+            raise SolutionError("a load pattern has values that are not numbers")
+        old = self._pieces(0, self._count)
+        ends = np.cumsum([piece.shape[1] for piece in old])[:-1]
+        coordinates = np.zeros((self._count, X.shape[1]))
+        B = np.eye(X.shape[1])
+        # Twice is enough, and needed: what is left of a nearly dependent vector is mostly rounding.
+        for least in (DEPENDENT * length, np.zeros_like(length)):
+            known = self._products(old, MX)
+            for piece, part in zip(old, np.split(known, ends), strict=False):
+                X -= piece @ part
+            coordinates += known @ B
+            X, inside = _orthonormal(self.M, X, least)
+            B = inside @ B
+            MX = product(self.M, X)
+        self._store(X)
+        return np.vstack([coordinates, B])
 
-    def _store(self, X: Array, coordinates: Array, factor: Array) -> Array:
-        new = X.shape[1]
-        need = self._size + new
-        if need > len(self._closed):
-            self._enlarge(max(need, len(self._closed) * 3 // 2))
-        self._vectors[:, self._size : need] = X
-        self._size = need
-        return np.vstack([coordinates, factor])
+    def _products(self, old: list[Array], MX: Array) -> Array:
+        """Vᵀ M X of all vectors there are, shape (number of them, k)."""
+        local = np.concatenate([np.empty((0, MX.shape[1])), *(piece.T @ MX for piece in old)])
+        total: Array = self.M.getComm().tompi4py().allreduce(local)
+        return total
 
-    def _enlarge(self, capacity: int) -> None:
-        have = self._size
-        vectors = np.empty((len(self._vectors), capacity), order="F")
-        vectors[:, :have] = self._vectors[:, :have]
-        self._vectors = vectors
-        T = np.zeros((capacity, capacity))
-        T[:have, :have] = self._T[:have, :have]
-        self._T = T
-        R = np.zeros((capacity, self._R.shape[1]))
-        R[:have] = self._R[:have]
-        self._R = R
-        closed = np.zeros(capacity, dtype=bool)
-        closed[:have] = self._closed[:have]
-        self._closed = closed
+    def _store(self, X: Array) -> None:
+        for x in X.T:
+            at = self._count % CHUNK
+            if at == 0:
+                self._chunks.append(np.empty((X.shape[0], CHUNK), order="F"))
+            self._chunks[-1][:, at] = x
+            self._count += 1
+
+    def _pieces(self, first: int, last: int) -> list[Array]:
+        """The vectors of a range, as they are stored."""
+        bounds = [
+            (chunk, max(first - start, 0), min(last - start, CHUNK))
+            for start, chunk in zip(range(0, last, CHUNK), self._chunks, strict=False)
+        ]
+        return [chunk[:, begin:end] for chunk, begin, end in bounds if begin < end]
+
+    def _columns(self, first: int, last: int) -> Array:
+        pieces = self._pieces(first, last)
+        if len(pieces) == 1:
+            return pieces[0]
+        return np.hstack([np.empty((self.M.getLocalSize()[0], 0), order="F"), *pieces])
+
+
+def _orthonormal(M: PETSc.Mat, X: Array, least: Array) -> tuple[Array, Array]:
+    """M-orthonormal columns Q and B, with X = Q B but for what is left out; X is overwritten.
+
+    Column by column, each twice. A Gram matrix of the block would lose half of the digits.
+
+    Args:
+        M: Mass.
+        X: Columns, shape (n_local, k).
+        least: Length up to which what is left of each column is left out, shape (k,).
+    """
+    MX = product(M, X)
+    B = np.zeros((X.shape[1], X.shape[1]))
+    n = 0
+    for j in range(X.shape[1]):
+        x, Mx = X[:, j], MX[:, j]
+        for _ in range(2):
+            known = inner(M, X[:, :n], Mx[:, None])
+            x -= X[:, :n] @ known[:, 0]
+            Mx -= MX[:, :n] @ known[:, 0]
+            B[:n, j] += known[:, 0]
+        left = float(np.sqrt(max(inner(M, x[:, None], Mx[:, None])[0, 0], 0.0)))
+        if left > least[j]:
+            X[:, n], MX[:, n] = x / left, Mx / left
+            B[n, j] = left
+            n += 1
+    return X[:, :n], B[:n]
+
+
+def _padded(A: Array, rows: int, columns: int) -> Array:
+    return np.pad(A, ((0, rows - A.shape[0]), (0, columns - A.shape[1])))

@@ -130,7 +130,7 @@ class Newmark:
             out_of_balance -= product(self._C, v[:, None])[:, 0]
         acceleration = np.zeros(n)
         if self._M.getComm().tompi4py().allreduce(float(out_of_balance @ out_of_balance)) > 0.0:
-            with Factorisation(self._M, name="the mass matrix") as factor:
+            with Factorisation(self._M, full_blocks=False, name="the mass matrix") as factor:
                 acceleration = factor.solve_block(out_of_balance[:, None])[:, 0]
         return State(0, u, v, acceleration, momentum, restoring)
 

@@ -6,7 +6,8 @@ x = Φ z with Φ = V Y, where T Y = Y Θ, Yᵀ Y = I, and
     z̈ + (α + β λ) ż + λ z = b p(t),   λ = 1/θ − σ0,   b = Θ⁻¹ Yᵀ R.
 
 Its residual at the angular frequency ω, for p = exp(iωt), lies in a few directions,
-r = −(σ − σ0) (1 + iωβ) (K + σ0 M) Q S Y z.
+
+    r = F − (K + iωC − ω²M) x = −(σ − σ0) (1 + iωβ) (K + σ0 M) Q S Y z.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from petsc4py import PETSc
 from impactfem.dynamics.columns import inner
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.krylov import KrylovBasis
+from impactfem.errors import SolutionError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -35,7 +37,7 @@ class ReducedModel:
         load: b, shape (r, n_patterns).
         coordinates: Y, shape (size of the basis, r).
         shift: σ0 [1/s2].
-        tail: S Y, shape (n_tail, r).
+        tail: S Y, shape (n_tail, r) [s2].
     """
 
     eigenvalue: Array
@@ -53,12 +55,12 @@ class ReducedModel:
         """Φ at some rows of the basis.
 
         Args:
-            basis: Rows of V, shape (n, size of the basis).
+            basis: Rows of V, shape (n, size), of this basis or of one that it is nested in.
 
         Returns:
             The same rows of Φ, shape (n, r).
         """
-        return np.asarray(basis @ self.coordinates, dtype=np.float64)
+        return np.asarray(basis[:, : len(self.coordinates)] @ self.coordinates, dtype=np.float64)
 
     def amplitude(self, omega: Array, alpha: float, beta: float) -> Complex:
         """Modal coordinates z for the loads exp(iωt), one pattern at a time.
@@ -71,9 +73,28 @@ class ReducedModel:
         Returns:
             Shape (n, r, n_patterns).
         """
+        return np.asarray(self._factor(omega, alpha, beta)[:, :, None] * self.load)
+
+    def transfer(self, basis: Array, omega: Array, alpha: float, beta: float) -> Complex:
+        """Displacements at some rows under the loads exp(iωt), one pattern at a time.
+
+        Args:
+            basis: As of `shapes`.
+            omega: ω, shape (n_freq,) [rad/s].
+            alpha: α [1/s].
+            beta: β [s].
+
+        Returns:
+            Shape (n_freq, n, n_patterns) [m per unit of the load].
+        """
+        shapes, factor = self.shapes(basis), self._factor(omega, alpha, beta)
+        return np.stack([factor @ (shapes * b).T for b in self.load.T], axis=-1)
+
+    def _factor(self, omega: Array, alpha: float, beta: float) -> Complex:
+        """1 / (λ + iω (α + β λ) − ω²), shape (n_freq, r)."""
         s = 1j * np.asarray(omega)[:, None]
-        transfer = 1.0 / (s * s + (alpha + beta * self.eigenvalue) * s + self.eigenvalue)
-        return np.asarray(transfer[:, :, None] * self.load)
+        damping = alpha + beta * self.eigenvalue
+        return np.asarray(1.0 / (s * s + damping * s + self.eigenvalue), dtype=np.complex128)
 
 
 def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
@@ -81,14 +102,23 @@ def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
 
     Args:
         basis: The basis.
-        size: Number of its vectors to take; all when None.
+        size: Number of its vectors to take; all when None. Those of `basis.sizes` give the models
+            that the basis had on its way.
+
+    Raises:
+        SolutionError: There are not so many vectors, or they do not hold all load patterns.
     """
-    n = basis.size if size is None else min(size, basis.size)
+    n = basis.size if size is None else size
+    if not 0 <= n <= basis.size:
+        raise SolutionError(f"{n} vectors of a reduced basis of {basis.size}")
     T, R = basis.T, basis.R
+    if np.any(R[n:]):
+        raise SolutionError(f"the first {n} vectors of the reduced basis do not hold all loads")
     # What A V_n has outside V_n: the later vectors of the basis, and the tail.
     outside = np.vstack([T[n:, :n], basis.S[:, :n]])
     theta, Y = np.linalg.eigh(0.5 * (T[:n, :n] + T[:n, :n].T))
-    keep = theta > 1e-14 * theta[-1]
+    # As M is definite, θ > 0 but for rounding.
+    keep = theta > 1e-14 * np.max(theta, initial=0.0)
     theta, Y = theta[keep][::-1], Y[:, keep][:, ::-1]
     return ReducedModel(
         eigenvalue=1.0 / theta - basis.shift,
@@ -99,34 +129,66 @@ def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
     )
 
 
+def nested_size(basis: KrylovBasis, share: float) -> int:
+    """The size of a nested model that has about a share of the vectors.
+
+    Args:
+        basis: The basis.
+        share: Wanted size over the size of the basis, below 1.
+
+    Raises:
+        SolutionError: The basis has not taken a block step since the last loads came in.
+    """
+    sizes = [n for n in basis.sizes if n < basis.size and not np.any(basis.R[n:])]
+    if not sizes:
+        raise SolutionError("no smaller space of the reduced basis holds all loads: let it grow")
+    return min(sizes, key=lambda n: abs(n - share * basis.size))
+
+
+def dual_norm(M: PETSc.Mat, mass: Factorisation, F: Array) -> Array:
+    """√(fᵀ M⁻¹ f) of each column, shape (k,). Collective.
+
+    Args:
+        M: Mass.
+        mass: Its factorisation.
+        F: Loads, or rows of probes as columns, shape (n_local, k).
+    """
+    return np.sqrt(np.diag(inner(M, F, mass.solve_block(F))))
+
+
 class Residual:
-    """Norms of the residual, √(rᴴ M⁻¹ r). Making one is collective.
+    """Norms √(rᴴ M⁻¹ r) of the residual of the model of all of a basis. Making one is collective.
 
     Args:
         basis: The basis as it stands.
-        M: Mass matrix.
-        F: Its load patterns, shape (n_local, n_patterns).
+        mass: Factorisation of its mass matrix.
     """
 
-    def __init__(self, basis: KrylovBasis, M: PETSc.Mat, F: Array) -> None:
+    def __init__(self, basis: KrylovBasis, mass: Factorisation) -> None:
         Z = basis.shifted_tail()
-        with Factorisation(M, name="the mass matrix") as factor:
-            self._gram = inner(M, Z, factor.solve_block(Z))
-            self.load_norm: Array = np.sqrt(np.diag(inner(M, F, factor.solve_block(F))))
+        self._gram = inner(basis.M, Z, mass.solve_block(Z))
+        self._size = basis.size
 
     def norms(self, model: ReducedModel, omega: Array, alpha: float, beta: float) -> Array:
-        """‖r‖ for the loads exp(iωt), shape (n, n_patterns); of the full basis' model only.
+        """‖r‖ for the loads exp(iωt), one pattern at a time.
 
         Args:
             model: The reduced model of all of the basis.
             omega: ω, shape (n,) [rad/s].
             alpha: α [1/s].
             beta: β [s].
+
+        Returns:
+            Shape (n, n_patterns).
+
+        Raises:
+            SolutionError: The model is a nested one, or of the basis before it grew.
         """
+        if (len(model.coordinates), len(model.tail)) != (self._size, len(self._gram)):
+            raise SolutionError("the residual of another model than that of the whole basis")
         s = 1j * np.asarray(omega)
         sigma = s * (s + alpha) / (1.0 + s * beta)
-        z = model.amplitude(omega, alpha, beta)
-        w = np.einsum("tr,nrm->ntm", model.tail, z)
-        squares = np.einsum("ntm,tu,num->nm", w.conj(), self._gram, w).real
+        w = model.tail @ model.amplitude(omega, alpha, beta)
+        squares = np.sum(w.conj() * (self._gram @ w), axis=1).real
         scale = np.abs((sigma - model.shift) * (1.0 + s * beta))
         return np.asarray(scale[:, None] * np.sqrt(np.maximum(squares, 0.0)))

@@ -14,6 +14,9 @@
 - `gap` (pair) [m], `law` (pair): the contact law in words and numbers
 - attributes `title`, `case_hash`, and `inputs`, the hash of what the stage depends on
 
+A file of another program needs `time`, `force` and `pair`; of the rest what is there is read and
+must be whole.
+
 A CSV file has the columns `time [s]` and one `<pair name> [N]` for each pair; points and normals
 come from the case file then.
 """
@@ -21,7 +24,8 @@ come from the case file then.
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,10 +36,10 @@ from scipy.integrate import trapezoid
 
 from impactfem.errors import Fault, InputError
 from impactfem.files import atomic, write_netcdf
+from impactfem.sticks.pair_ends import AXES, PairEnds, read_ends
 from impactfem.sticks.pounding import End, Response
 
 Array = NDArray[np.float64]
-AXES = ["x", "y", "z"]
 REQUIRED = {"time": "s", "force": "N"}
 
 
@@ -48,17 +52,31 @@ class ForceHistory:
         pairs: Unique names of the pairs.
         force: Forces, positive in compression, shape (n_t, m) [N].
         case_hash: Hash of the case that made them; empty where unknown.
+        inputs: Hash of what the stage that made them depends on; empty where unknown.
+        ends: What the pairs are between, as far as the file says so.
     """
 
     time: Array
     pairs: tuple[str, ...]
     force: Array
     case_hash: str = ""
+    inputs: str = ""
+    ends: PairEnds = field(default_factory=PairEnds)
 
     @property
     def impulse(self) -> Array:
         """Time integral of each pair's force by the trapezoidal rule, shape (m,) [N s]."""
         return np.asarray(trapezoid(self.force, self.time, axis=0))
+
+    def of(self, columns: Sequence[int]) -> ForceHistory:
+        """The history of some of the pairs, by their indices."""
+        chosen = list(columns)
+        return replace(
+            self,
+            pairs=tuple(self.pairs[j] for j in chosen),
+            force=self.force[:, chosen],
+            ends=self.ends.of(chosen),
+        )
 
 
 def write_forces(path: Path, response: Response, case_hash: str, key: str = "") -> None:
@@ -161,6 +179,7 @@ def _read_netcdf(path: Path) -> ForceHistory:
         elif not faults and dataset["force"].dims != ("time", "pair"):
             found = dataset["force"].dims
             faults.append(Fault(path, "force", found, "the dimensions (time, pair)"))
+        ends = PairEnds() if faults else read_ends(path, dataset, faults)
         if faults:
             raise InputError(faults)
         return ForceHistory(
@@ -168,6 +187,8 @@ def _read_netcdf(path: Path) -> ForceHistory:
             pairs=tuple(str(name) for name in dataset["pair"].values),
             force=np.array(dataset["force"], dtype=float),
             case_hash=str(dataset.attrs.get("case_hash", "")),
+            inputs=str(dataset.attrs.get("inputs", "")),
+            ends=ends,
         )
 
 

@@ -8,8 +8,9 @@ from impactfem.study.building import BUILDING
 from impactfem.study.ensemble import ENSEMBLE
 from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICKS
+from impactfem.study.transient import TRANSIENT
 
-STAGES: tuple[Stage, ...] = (BUILDING, STICKS, ENSEMBLE)
+STAGES: tuple[Stage, ...] = (BUILDING, STICKS, ENSEMBLE, TRANSIENT)
 
 
 def stage_names() -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +10,15 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from impactfem.building.mesh import BuildingMesh, place
+from impactfem.building.part import Mark, Part, parse_group
+from impactfem.building.quality import side_lengths
+from impactfem.case.probe import Probe as CaseProbe
 from impactfem.errors import SolutionError
 
 Array = NDArray[np.float64]
 
+FARTHEST = 1.0
+"""Distance of a point to its node that is always taken, whatever the size of the elements [m]."""
 LINE_POINTS = 9
 """Points of the line across the top floor (figure 14 of the paper)."""
 
@@ -30,6 +36,45 @@ class Probe:
     name: str
     node: int
     distance: float = 0.0
+
+
+def case_probes(mesh: BuildingMesh, asked: Sequence[CaseProbe]) -> list[Probe]:
+    """The probes that are always there, and those that the case asks for.
+
+    Args:
+        mesh: The mesh.
+        asked: Probes of the case.
+
+    Raises:
+        SolutionError: A probe is outside the building, or the mesh has no such group.
+    """
+    probes = standard_probes(mesh)
+    farthest = max(FARTHEST, 0.5 * float(side_lengths(mesh.nodes, mesh.triangles).mean()))
+    for one in asked:
+        if one.group is not None:
+            nodes = _group(mesh, one.group)
+            probes += [Probe(one.numbered(k), int(n)) for k, n in enumerate(nodes, start=1)]
+        probes += [nearest_node(mesh, name, np.array(p), farthest) for name, p in one.points]
+    return probes
+
+
+def _group(mesh: BuildingMesh, group: str) -> NDArray[np.int64]:
+    """The free nodes of a physical group, ascending."""
+    named = parse_group(group)
+    if isinstance(named, Mark) and named.kind == "centre" and named.level in mesh.centres:
+        return np.array([mesh.centres[named.level]])
+    if isinstance(named, Mark) and named.kind == "edge" and named.level in mesh.edges:
+        return np.unique(mesh.edges[named.level])
+    if isinstance(named, Part):
+        for parts, cells, part in (
+            (mesh.shell_parts, mesh.triangles, mesh.triangle_part),
+            (mesh.beam_parts, mesh.lines, mesh.line_part),
+        ):
+            chosen = [k for k, one in enumerate(parts) if one == named]
+            if chosen:
+                nodes = np.unique(cells[part == chosen[0]])
+                return np.setdiff1d(nodes, mesh.base)
+    raise SolutionError(f"the probe's group {group} has no free nodes in this mesh")
 
 
 def nearest_node(mesh: BuildingMesh, name: str, point: Array, farthest: float) -> Probe:

@@ -1,0 +1,171 @@
+"""The response of the 3D model in time: how it is computed, and where it is looked at."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, StrictBool, ValidationInfo, field_validator
+
+from impactfem.case.base import Section, present
+from impactfem.case.generated_mesh import GeneratedMesh
+from impactfem.case.leaf import File, Frequency, Length, PositiveTime, Ratio, Whole, refuse
+from impactfem.case.place import value_at
+from impactfem.case.probe import Probe, name_fault
+from impactfem.case.source import Source
+from impactfem.case.structure import Mesh
+from impactfem.errors import Fault
+
+
+class Transient(Section):
+    """The 3D model in time, under the ground motion and the impact forces of the sticks.
+
+    The forces act as line loads on the edges of the floors. Spectra are those of ``[spectra]``, the
+    damping is that of the building, on all its parts.
+    """
+
+    solver: Literal["reduced", "full", "both"] = Field(
+        default="reduced",
+        description="'reduced' on a basis of few vectors; 'full' integrates all unknowns, which "
+        "takes much longer; 'both' holds the reduced one against the full one.",
+    )
+    duration: PositiveTime | None = Field(
+        default=None, description="Time that is computed; default what is computed of the sticks."
+    )
+    time_step: PositiveTime = Field(description="Time step of the 3D model.")
+    maximum_frequency: Frequency = Field(
+        default=450.0,
+        description="Frequency up to which the reduced basis is good; spectra above are marked.",
+    )
+    tolerance: Annotated[float, Ratio(above=0, below=1)] = Field(
+        default=0.005,
+        description="Relative error of the reduced transfer functions at the probes, by nested "
+        "bases.",
+    )
+    shift: Frequency = Field(
+        default=60.0, description="Frequency that the reduced basis is expanded about."
+    )
+    largest_basis: Annotated[int, Whole(1)] = Field(
+        default=1200, description="Largest number of vectors of the reduced basis."
+    )
+    eccentricity: Length = Field(
+        default=0.0,
+        description="Distance of the impact forces from the middle of the edges, along them.",
+    )
+    forces: File | None = Field(
+        default=None,
+        description="Impact forces of another program (NetCDF or CSV) in place of the sticks'.",
+    )
+    fields: tuple[Literal["pfa", "psa"], ...] = Field(
+        default=("pfa", "psa"),
+        description="Maps over all nodes of the floors: of the peak acceleration, of the "
+        "pseudo-acceleration at field_frequencies.",
+    )
+    field_frequencies: tuple[Frequency, ...] = Field(
+        default=(10.0, 75.0, 85.0),
+        description="Frequencies of the maps of pseudo-acceleration.",
+    )
+    snapshots: StrictBool = Field(
+        default=True, description="Whether pictures of the waves at the main impact are made."
+    )
+    export: StrictBool = Field(
+        default=False, description="Whether the motion of the whole model is written for ParaView."
+    )
+    checkpoint_every: PositiveTime = Field(
+        default=1.0,
+        description="Computed time between two states from which the full solver can go on.",
+    )
+    probes: tuple[Probe, ...] = Field(
+        default=(), description="Points that are looked at, beside those that are always there."
+    )
+
+    @field_validator("time_step")
+    @classmethod
+    def _step_in_duration(cls, value: float, info: ValidationInfo) -> float:
+        duration = info.data.get("duration")
+        fault = step_fault(value, duration) if duration is not None else None
+        if fault is not None:
+            raise refuse(fault)
+        return value
+
+    @field_validator("fields")
+    @classmethod
+    def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if len(set(value)) < len(value):
+            raise refuse("expected each map once")
+        return value
+
+    @field_validator("field_frequencies")
+    @classmethod
+    def _increasing(cls, value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        if any(b <= a for a, b in itertools.pairwise(value)):
+            raise refuse("expected increasing frequencies")
+        if not value and present(info, ["fields"]) and "psa" in info.data["fields"]:
+            raise refuse("expected at least one frequency, or fields without 'psa'")
+        return value
+
+    @field_validator("probes")
+    @classmethod
+    def _own_names(cls, value: tuple[Probe, ...]) -> tuple[Probe, ...]:
+        fault = name_fault(value)
+        if fault is not None:
+            raise refuse(fault)
+        return value
+
+
+def step_fault(time_step: float, duration: float) -> str | None:
+    """What is wrong with a time step [s] for a duration [s], in words; None when nothing is."""
+    if time_step > duration / 2.0:
+        return f"expected at most half of the duration, {duration:g} s"
+    return None
+
+
+def transient_files(transient: Transient) -> tuple[Path, ...]:
+    """The files that the response depends on besides those of the case: forces from elsewhere."""
+    return () if transient.forces is None else (transient.forces,)
+
+
+def transient_faults(
+    source: Source, transient: Transient, mesh: Mesh, floors: int, computed: float | None
+) -> Iterator[Fault]:
+    """What does not go together between the response in time and the rest of its case.
+
+    Args:
+        source: The case file.
+        transient: The response in time.
+        mesh: The mesh of the structure.
+        floors: Number of floors of its building.
+        computed: Time that is computed of the sticks [s]; None when it is not known yet.
+    """
+    if computed is not None:
+        yield from _time_faults(source, transient, computed)
+    if isinstance(mesh, GeneratedMesh):
+        edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
+        if abs(transient.eccentricity) > edge / 2.0:
+            expected = f"expected a distance within the edge, {edge / 2.0:g} m to either side"
+            yield _fault(source, "eccentricity", expected)
+    for index, probe in enumerate(transient.probes):
+        level = re.search("_([1-9][0-9]*)", probe.group or "")
+        if level is not None and int(level[1]) > floors:
+            place = ("transient", "probes", index, "group")
+            expected = f"expected a number of 1 to {floors}, the floors of the building"
+            yield source.fault(place, probe.group, expected)
+
+
+def _time_faults(source: Source, transient: Transient, computed: float) -> Iterator[Fault]:
+    """A duration without forces of the sticks, or a step that is long for their duration."""
+    if transient.duration is None:
+        fault = step_fault(transient.time_step, computed)
+        if fault is not None:
+            yield _fault(source, "time_step", fault)
+    elif transient.forces is None and transient.duration > computed * (1.0 + 1e-9):
+        expected = f"expected at most what is computed of the sticks, {computed:g} s"
+        yield _fault(source, "duration", expected)
+
+
+def _fault(source: Source, key: str, expected: str) -> Fault:
+    place = ("transient", key)
+    return source.fault(place, value_at(place, source.raw), expected)

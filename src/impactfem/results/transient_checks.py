@@ -1,0 +1,54 @@
+"""The checks of the stage `transient` in words: loads, basis, band, samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import xarray as xr
+
+from impactfem.log import LOGGER
+from impactfem.scalar import from_json
+
+IMPULSE = 1e-9
+ENERGY = 1e-9
+POINTS = 10.0
+"""Points in a cycle of the highest frequency of the response below which it is told."""
+
+
+def log_transient_checks(folder: Path) -> None:
+    """Log the checks of the stage, as warnings where one fails.
+
+    Args:
+        folder: The run's folder, with `transient.nc`.
+    """
+    with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store:
+        values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
+        step = float(store["time"][1] - store["time"][0])
+        highest = float(store.attrs["maximum_frequency"])
+    lines = [
+        (
+            values["transient.impulse_error"] < IMPULSE,
+            f"transient: impulses kept to {values['transient.impulse_error']:.1e}",
+        ),
+        (
+            1.0 / (highest * step) >= POINTS,
+            f"transient: {1.0 / (highest * step):.1f} points in a cycle of {highest:g} Hz at the "
+            f"step of {1e3 * step:g} ms",
+        ),
+    ]
+    if "transient.band_max" in values:
+        share = 100.0 * values["transient.band_max"]
+        lines.append((share < 5.0, f"transient: error band of the spectra at most {share:.2g} %"))
+    if "transient.energy_residual" in values:
+        residual = values["transient.energy_residual"]
+        lines.append((residual < ENERGY, f"transient: energy identity to {residual:.1e}"))
+    if "transient.reduced_against_full" in values:
+        error = 100.0 * values["transient.reduced_against_full"]
+        lines.append(
+            (error < 0.5, f"transient: spectra of reduced and full differ by {error:.2g} %")
+        )
+    for good, line in lines:
+        if good:
+            LOGGER.info("%s", line)
+        else:
+            LOGGER.warning("warning: %s", line)

@@ -1,0 +1,278 @@
+"""Impact forces that fit the building: whose they are, long enough, and each on a floor's edge."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.mesh import BuildingMesh
+from impactfem.case import Case, Contact
+from impactfem.case.leaf import nearest
+from impactfem.errors import Fault, InputError
+from impactfem.log import LOGGER
+from impactfem.sticks.force_history import ForceHistory
+from impactfem.transient.loads import EdgeForce
+
+Array = NDArray[np.float64]
+
+ALIGNED = 1e-3
+"""Largest difference of a pair's normal, a unit vector, from where it has to point."""
+
+
+@dataclass(frozen=True, eq=False)
+class PairEnd:
+    """One end of a pair.
+
+    Args:
+        building: Its building; empty for a rigid wall.
+        floor: Number of the floor, or of the one above for a point inside a storey.
+        relative_height: Height in the storey, 0 to 1; None for a point of a floor.
+        outward: Unit vector towards the other end, shape (3,).
+    """
+
+    building: str
+    floor: int
+    relative_height: float | None
+    outward: Array
+
+    @property
+    def place(self) -> str:
+        """The end in words."""
+        if self.building == "":
+            return "a rigid wall"
+        if self.relative_height is None:
+            return f"floor {self.floor} of {self.building}"
+        return f"storey {self.floor} of {self.building} at {self.relative_height:g} of its height"
+
+
+Ends = dict[int, tuple[PairEnd, PairEnd]]
+
+
+def checked_forces(
+    history: ForceHistory,
+    path: Path,
+    case: Case,
+    mesh: BuildingMesh,
+    duration: float,
+    inputs: str = "",
+) -> tuple[ForceHistory, list[EdgeForce]]:
+    """The impact forces on the building of the 3D model, after every check that can be made.
+
+    The pairs are those of the case. In a case without contacts they are those of the file, which
+    says then what they are between.
+
+    Args:
+        history: The forces, as read.
+        path: Their file, for messages.
+        case: The case, with a structure.
+        mesh: The mesh of its building.
+        duration: Time that is to be computed [s].
+        inputs: Hash of what this run's sticks depend on; empty for forces of another program. A
+            file that was made from anything else is used with a warning.
+
+    Returns:
+        The history of the pairs that touch the building, and what a positive force of each does to
+        it: it pushes the edge of a floor inwards.
+
+    Raises:
+        InputError: With every fault of the forces.
+        ValueError: The case has no structure.
+    """
+    if case.structure is None:
+        raise ValueError("a case without a structure has no edges that forces could act on")
+    building = case.structure.building
+    ends: Ends = {}
+    faults: list[Fault] = []
+    if case.contacts:
+        ends, faults = _ends_by_case(history, path, case, building)
+    elif history.pairs:
+        ends, faults = _ends_by_file(history, path, building)
+    faults += _length_faults(history, path, duration)
+    mine = {j: end for j, pair in ends.items() for end in pair if end.building == building}
+    outward = {floor: outward_normal(mesh, floor) for floor in mesh.edges}
+    for j, end in mine.items():
+        faults += _end_faults(path, history.pairs[j], end, outward)
+    if faults:
+        raise InputError(faults)
+    _warn_of_other_inputs(history, path, case, inputs)
+    edges = [_edge_force(end.floor, outward[end.floor]) for end in mine.values()]
+    return history.of(list(mine)), edges
+
+
+def outward_normal(mesh: BuildingMesh, floor: int) -> Array:
+    """The horizontal unit vector at right angles to the edge of a floor, out of the building.
+
+    Args:
+        mesh: The mesh.
+        floor: Number of the floor, which has an edge.
+
+    Returns:
+        The vector, shape (3,).
+    """
+    edge = mesh.nodes[np.unique(mesh.edges[floor]), :2]
+    middle = 0.5 * (edge.min(axis=0) + edge.max(axis=0))
+    along = np.linalg.svd(edge - edge.mean(axis=0), full_matrices=False)[2][0]
+    # Rounded, so that an edge along an axis has a normal along the other one.
+    normal = np.round([along[1], -along[0], 0.0], 12)
+    slab = mesh.nodes[np.unique(mesh.triangles[mesh.triangles_of("floor", floor)]), :2]
+    side = 1.0 if normal[:2] @ (middle - slab.mean(axis=0)) > 0.0 else -1.0
+    return np.asarray(side * normal / np.linalg.norm(normal) + 0.0)
+
+
+def _edge_force(floor: int, outward: Array) -> EdgeForce:
+    # The edge's own normal, not the pair's: all pairs of a floor are one load then.
+    x, y, z = (float(-component) + 0.0 for component in outward)
+    return EdgeForce(f"floor {floor}", floor, (x, y, z))
+
+
+def _ends_by_case(
+    history: ForceHistory, path: Path, case: Case, building: str
+) -> tuple[Ends, list[Fault]]:
+    """Both ends of the pairs, by their index, as the contacts of the case say; what is wrong."""
+    contacts = {contact.name: contact for contact in case.contacts}
+    faults: list[Fault] = []
+    ends: Ends = {}
+    for j, name in enumerate(history.pairs):
+        if name not in contacts:
+            expected = f"a pair of the case; {nearest(name, list(contacts))}"
+            faults.append(Fault(path, "pair", name, expected))
+            continue
+        ends[j] = _ends_of_contact(contacts[name])
+        faults += _contradictions(history, path, j, ends[j])
+    for name, contact in contacts.items():
+        touches = building in (contact.a.building, contact.b.building)
+        if touches and name not in history.pairs:
+            expected = f"the forces of the pair {name} of the case, which touches {building}"
+            faults.append(Fault(path, "pair", None, expected))
+    return ends, faults
+
+
+def _ends_of_contact(contact: Contact) -> tuple[PairEnd, PairEnd]:
+    normal = np.array(contact.normal)
+    a, b = (
+        PairEnd(
+            point.building,
+            point.floor if point.floor is not None else int(point.storey or 0),
+            point.relative_height,
+            outward,
+        )
+        for point, outward in ((contact.a, normal), (contact.b, -normal))
+    )
+    return a, b
+
+
+def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[Ends, list[Fault]]:
+    """Both ends of the pairs as the file says, in a case without contacts; what is wrong."""
+    said = history.ends
+    buildings, floors = (said.building_a, said.building_b), (said.floor_a, said.floor_b)
+    if None in buildings or None in floors or said.normal is None:
+        names = ("building_a", "building_b", "floor_a", "floor_b", "normal")
+        missing = ", ".join(name for name in names if getattr(said, name) is None)
+        expected = "what each pair is between (NetCDF only): the case has no contacts to say it"
+        return {}, [Fault(path, missing, None, expected)]
+    heights = (said.relative_height_a, said.relative_height_b)
+    ends: Ends = {}
+    faults: list[Fault] = []
+    for j, name in enumerate(history.pairs):
+        a, b = (
+            PairEnd(names[j], numbers[j], _height(height, j), sign * said.normal[j])
+            for names, numbers, height, sign in zip(
+                buildings, floors, heights, (1.0, -1.0), strict=True
+            )
+            if names is not None and numbers is not None
+        )
+        if a.building == b.building:
+            expected = "another building than that of a, or none for a rigid wall"
+            faults.append(Fault(path, f"pair {name}, building_b", b.building, expected))
+        else:
+            ends[j] = (a, b)
+    if not faults and all(building not in (a.building, b.building) for a, b in ends.values()):
+        found = sorted({end.building for pair in ends.values() for end in pair} - {""})
+        expected = f"a pair that touches {building}, the building of the 3D model"
+        faults.append(Fault(path, "building_a, building_b", found, expected))
+    return ends, faults
+
+
+def _height(heights: Array | None, j: int) -> float | None:
+    return None if heights is None or math.isnan(heights[j]) else float(heights[j])
+
+
+def _contradictions(
+    history: ForceHistory, path: Path, j: int, ends: tuple[PairEnd, PairEnd]
+) -> Iterator[Fault]:
+    """What the file says of a pair, and the case says otherwise."""
+    pair = f"pair {history.pairs[j]}"
+    for side, end in zip("ab", ends, strict=True):
+        for name, wanted in (("building", end.building), ("floor", end.floor)):
+            said = getattr(history.ends, f"{name}_{side}")
+            if said is not None and said[j] != wanted:
+                yield Fault(path, f"{pair}, {name}_{side}", said[j], f"{wanted}, as in the case")
+        heights = getattr(history.ends, f"relative_height_{side}")
+        height = _height(heights, j)
+        if heights is not None and not _same(height, end.relative_height):
+            found = "nan" if height is None else height
+            expected = f"a point of {end.place}, as in the case"
+            yield Fault(path, f"{pair}, relative_height_{side}", found, expected)
+    normal = history.ends.normal
+    if normal is not None and np.abs(normal[j] - ends[0].outward).max() > ALIGNED:
+        expected = f"{_words(ends[0].outward)}, as in the case"
+        yield Fault(path, f"{pair}, normal", _words(normal[j]), expected)
+
+
+def _same(a: float | None, b: float | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return abs(a - b) < 1e-9
+
+
+def _length_faults(history: ForceHistory, path: Path, duration: float) -> Iterator[Fault]:
+    """Forces that end too early; their last step may be cut, as whole steps make no duration."""
+    step = float(history.time[-1]) / (len(history.time) - 1)
+    if history.time[-1] < duration - step:
+        expected = f"forces up to {duration:g} s, which is to be computed"
+        yield Fault(path, "time", f"up to {history.time[-1]:g} s", expected)
+
+
+def _end_faults(path: Path, pair: str, end: PairEnd, outward: dict[int, Array]) -> Iterator[Fault]:
+    """Why a pair cannot act on the edge of a floor."""
+    if end.relative_height is not None:
+        expected = "a point of a floor: forces act on the edges of slabs in the 3D model"
+        yield Fault(path, f"pair {pair}", end.place, expected)
+        return
+    if end.floor not in outward:
+        known = ", ".join(map(str, sorted(outward))) or "none"
+        expected = f"a floor whose edge (group edge_{end.floor}) is in the mesh, which has {known}"
+        yield Fault(path, f"pair {pair}", end.place, expected)
+        return
+    edge = outward[end.floor]
+    key, found = f"pair {pair}, normal out of {end.building}", _words(end.outward)
+    if abs(end.outward[2]) > ALIGNED:
+        yield Fault(path, key, found, "a horizontal normal")
+    elif np.linalg.norm(end.outward - (end.outward @ edge) * edge) > ALIGNED:
+        expected = f"a normal at right angles to the edge of floor {end.floor}, {_words(edge)}"
+        yield Fault(path, key, found, expected)
+    elif end.outward @ edge < 0.0:
+        expected = (
+            f"the other building on the side of the edge of floor {end.floor}, {_words(edge)}; "
+            "the opposite side has none"
+        )
+        yield Fault(path, key, found, expected)
+
+
+def _words(vector: Array) -> str:
+    return "({})".format(", ".join(f"{float(x) + 0.0:g}" for x in vector))
+
+
+def _warn_of_other_inputs(history: ForceHistory, path: Path, case: Case, inputs: str) -> None:
+    """Say so where forces were made from another case; their pairs are those of this one."""
+    if inputs and history.inputs:
+        other = history.inputs != inputs
+    else:
+        other = history.case_hash not in ("", case.content_hash())
+    if other:
+        LOGGER.warning("warning: %s was made from another case, or by another version", path)

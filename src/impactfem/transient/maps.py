@@ -1,0 +1,207 @@
+"""Fields over the floors: peak acceleration and spectra of every node, and the waves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.parts import BuildingParts
+from impactfem.case import Spectra
+from impactfem.dynamics.modal_response import ModalHistory
+from impactfem.parallel import threads
+from impactfem.spectra import logarithmic_frequencies, response_spectra
+from impactfem.transient.loads import Loads
+from impactfem.transient.reduced_basis import ReducedBasis
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+AT_ONCE = 256
+SNAPSHOTS = (0.0, 0.5, 1.0)
+"""Times of the wave pictures, from the start to the end of the main impact."""
+BEFORE, AFTER = 0.01, 0.03
+"""Of the map of the acceleration over the line across the top floor, about the main impact [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class FloorMaps:
+    """Fields at the vertices of the floors, and waves on the top floor.
+
+    Args:
+        nodes: Vertices of all floors, ascending, shape (n,).
+        frequency: Of the spectra, shape (n_f,) [Hz].
+        damping: Of the spectra, the first of the case.
+        psa: Pseudo-acceleration, shape (n, 3, n_f) [m/s2].
+        pfa: Peak acceleration, shape (n, 3) [m/s2].
+        points_per_cycle: Samples in a cycle of the highest frequency.
+        wave_nodes: All nodes of the top floor, ascending, shape (m,).
+        wave_times: Times of the snapshots, shape (s,) [s].
+        wave_displacement: Relative to the ground, shape (s, m, 3) [m].
+        wave_acceleration: Absolute, same shape [m/s2].
+        membrane_force: Normal force along y of each triangle of the top floor, shape (s, k) [N/m].
+        wave_triangles: Those triangles, shape (k,).
+    """
+
+    nodes: Index
+    frequency: Array
+    damping: float
+    psa: NDArray[np.float32]
+    pfa: Array
+    points_per_cycle: float
+    wave_nodes: Index
+    wave_times: Array
+    wave_displacement: Array
+    wave_acceleration: Array
+    membrane_force: Array
+    wave_triangles: Index
+
+
+def floor_vertices(mesh: BuildingMesh) -> Index:
+    """Vertices of all floors, acroterion included, ascending."""
+    return np.asarray(np.unique(mesh.triangles[mesh.triangles_of("floor"), :3]), dtype=np.int64)
+
+
+def top_floor(mesh: BuildingMesh) -> tuple[Index, Index]:
+    """Triangles of the top floor's slab, and all of its nodes."""
+    top = mesh.floors[-1]
+    chosen = mesh.triangles_of("floor", top)
+    z = mesh.nodes[mesh.triangles[chosen, :3], 2]
+    flat = chosen[np.ptp(z, axis=1) < 1e-6]
+    return flat, np.unique(mesh.triangles[flat])
+
+
+def looked_at(mesh: BuildingMesh, probes: Index) -> Index:
+    """All nodes that a reduced basis must keep: probes, floors, and the waves' nodes."""
+    every = np.concatenate([probes, floor_vertices(mesh), top_floor(mesh)[1]])
+    return np.asarray(np.unique(every), dtype=np.int64)
+
+
+def floor_maps(
+    parts: BuildingParts,
+    basis: ReducedBasis,
+    history: ModalHistory,
+    loads: Loads,
+    spectra: Spectra,
+    *,
+    main_impact: tuple[float, float] | None,
+    points_per_cycle: float,
+    progress: Callable[[float], None] = lambda part: None,
+) -> FloorMaps:
+    """Compute all fields.
+
+    Args:
+        parts: The building.
+        basis: Its reduced basis.
+        history: Modal coordinates.
+        loads: The loads.
+        spectra: The case's spectra; their highest frequency and first damping count.
+        main_impact: Start and end of the main impact [s]; None without one.
+        points_per_cycle: Samples asked for in a cycle of the highest frequency; 0 takes the
+            records as they are.
+        progress: Called with the part of the work that is done.
+    """
+    mesh = parts.mesh
+    nodes = floor_vertices(mesh)
+    values = spectra.frequency_values
+    frequency = logarithmic_frequencies(min(values), max(values), 66)
+    damping = float(spectra.damping[0])
+    psa = np.empty((len(nodes), 3, len(frequency)), dtype=np.float32)
+    pfa = np.empty((len(nodes), 3))
+    reached = 0.0
+    for first in range(0, len(nodes), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        records = _records(basis, history.acceleration, nodes[part])
+        for c in range(3):
+            records[c::3] += loads.ground[:, c]
+        found = response_spectra(
+            records,
+            loads.time_step,
+            frequency,
+            [damping],
+            points_per_cycle=max(points_per_cycle, 2.0),
+            threads=threads(),
+            absolute=False,
+        )
+        psa[part] = found.psa[0].reshape(-1, 3, len(frequency))
+        pfa[part] = found.zpa.reshape(-1, 3)
+        reached = found.points_per_cycle
+        progress(min(1.0, (first + AT_ONCE) / len(nodes)))
+    triangles, wave_nodes = top_floor(mesh)
+    times, displacement, acceleration = _snapshots(basis, history, loads, wave_nodes, main_impact)
+    return FloorMaps(
+        nodes=nodes,
+        frequency=frequency,
+        damping=damping,
+        psa=psa,
+        pfa=pfa,
+        points_per_cycle=reached,
+        wave_nodes=wave_nodes,
+        wave_times=times,
+        wave_displacement=displacement,
+        wave_acceleration=acceleration,
+        membrane_force=_membrane_force(parts, triangles, wave_nodes, displacement),
+        wave_triangles=triangles,
+    )
+
+
+def _records(basis: ReducedBasis, modal: Array, nodes: Index) -> Array:
+    """Histories of nodes, shape (3 n, n_t); x y z of each node."""
+    shapes = basis.of(basis.model, nodes)
+    return np.asarray(shapes.reshape(-1, shapes.shape[2]) @ modal)
+
+
+def _snapshots(
+    basis: ReducedBasis,
+    history: ModalHistory,
+    loads: Loads,
+    nodes: Index,
+    main_impact: tuple[float, float] | None,
+) -> tuple[Array, Array, Array]:
+    """Times, displacements and accelerations of nodes at the snapshots."""
+    if main_impact is None:
+        return np.zeros(0), np.zeros((0, len(nodes), 3)), np.zeros((0, len(nodes), 3))
+    start, end = main_impact
+    last = len(loads.ground) - 1
+    wanted = [start + share * (end - start) for share in SNAPSHOTS]
+    steps = np.unique(np.clip(np.rint(np.array(wanted) / loads.time_step).astype(int), 0, last))
+    shape = (len(nodes), 3, len(steps))
+    u = _records(basis, history.displacement[:, steps], nodes).reshape(shape)
+    a = _records(basis, history.acceleration[:, steps], nodes).reshape(shape)
+    a += loads.ground[steps].T[None]
+    return steps * loads.time_step, u.transpose(2, 0, 1), a.transpose(2, 0, 1)
+
+
+def _membrane_force(
+    parts: BuildingParts, triangles: Index, nodes: Index, displacement: Array
+) -> Array:
+    """N_y = t E / (1 − ν²) (ε_y + ν ε_x) at the centres of flat triangles, shape (s, k) [N/m].
+
+    At the centre of a six-node triangle with straight sides the gradient of u is
+    Σ_i ∇λ_i (u_i / 3 + 4/3 (sum of the two mid nodes beside vertex i)), λ the area coordinates.
+    """
+    mesh = parts.mesh
+    cells = mesh.triangles[triangles]
+    xy = mesh.nodes[cells[:, :3], :2]
+    (x0, y0), (x1, y1), (x2, y2) = (xy[:, i].T for i in range(3))
+    twice = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+    gradient = np.stack(
+        [
+            np.stack([y1 - y2, x2 - x1], axis=-1),
+            np.stack([y2 - y0, x0 - x2], axis=-1),
+            np.stack([y0 - y1, x1 - x0], axis=-1),
+        ],
+        axis=1,
+    )
+    gradient = gradient / twice[:, None, None]
+    u = displacement[:, np.searchsorted(nodes, cells)][..., :2]
+    # N_i = λ_i (2 λ_i − 1) and 4 λ_i λ_j: at λ = 1/3 their derivatives are 1/3 and 4/3.
+    mids = np.stack([u[:, :, 3] + u[:, :, 5], u[:, :, 3] + u[:, :, 4], u[:, :, 4] + u[:, :, 5]], 2)
+    weights = u[:, :, :3] / 3.0 + 4.0 / 3.0 * mids
+    strain = np.einsum("skic,kid->skcd", weights, gradient)
+    nu = parts.poisson_ratio
+    modulus = parts.young_modulus / (1.0 - nu**2) * parts.thickness()[triangles]
+    return np.asarray(modulus * (strain[:, :, 1, 1] + nu * strain[:, :, 0, 0]))

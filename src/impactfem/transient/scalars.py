@@ -1,0 +1,106 @@
+"""The scalar results of the stage `transient`, by the names of `summary.json`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.scalar import Scalar
+from impactfem.transient.stage import TransientStudy
+
+Array = NDArray[np.float64]
+
+
+def transient_scalars(study: TransientStudy) -> list[Scalar]:
+    """All scalars of the stage; spectra at the first damping, along the first motion."""
+    return [*_solver(study), *_floors(study), *_edges(study), *_material(study)]
+
+
+def shown_direction(study: TransientStudy) -> int:
+    """Component of the first ground motion."""
+    return "xyz".index(study.case.motions[0].direction)
+
+
+def _solver(study: TransientStudy) -> list[Scalar]:
+    spectra = study.spectra
+    scalars = [
+        Scalar("transient.impulse_error", study.loads.impulse_error, "-", "of the resampling"),
+        Scalar("transient.points_per_cycle", spectra.points_per_cycle, "-", "highest frequency"),
+    ]
+    if study.basis is not None:
+        known = spectra.frequency <= _highest(study)
+        moved = study.psa[..., known] > 1e-3 * study.psa.max()
+        share = (study.band[..., known] / study.psa[..., known])[moved]
+        note = f"up to {_highest(study):g} Hz, nodes and directions that move"
+        scalars += [
+            Scalar("transient.basis_vectors", float(len(study.basis.model.eigenvalue)), "-"),
+            Scalar("transient.basis_difference", study.basis.difference, "-", "of nested models"),
+            Scalar("transient.band_max", float(share.max()), "-", note),
+        ]
+    if study.full is not None:
+        residual = study.full.energy.residual
+        scalars.append(Scalar("transient.energy_residual", residual, "-", "of the full model"))
+    if study.full_error is not None:
+        note = "largest relative difference of a spectrum, both by Newmark at the same step"
+        scalars.append(Scalar("transient.reduced_against_full", study.full_error, "-", note))
+    return scalars
+
+
+def _highest(study: TransientStudy) -> float:
+    transient = study.case.transient
+    return transient.maximum_frequency if transient is not None else math.inf
+
+
+def _floors(study: TransientStudy) -> list[Scalar]:
+    """Floor response spectra at the mass centres."""
+    c = shown_direction(study)
+    scalars = []
+    for index, probe in enumerate(study.probes):
+        if not probe.name.startswith("centre_"):
+            continue
+        floor = probe.name.removeprefix("centre_")
+        psa = study.psa[0, index, c]
+        largest = int(np.argmax(psa))
+        displacement = float(np.abs(study.response.displacement[:, index, c]).max())
+        scalars += [
+            Scalar(f"transient.frs.floor_{floor}.peak", float(psa[largest]), "m/s2"),
+            Scalar(
+                f"transient.frs.floor_{floor}.peak_frequency",
+                float(study.spectra.frequency[largest]),
+                "Hz",
+            ),
+            Scalar(f"transient.pfa.floor_{floor}", float(study.pfa[index, c]), "m/s2"),
+            Scalar(f"transient.displacement.floor_{floor}", displacement, "m"),
+        ]
+    return scalars
+
+
+def _edges(study: TransientStudy) -> list[Scalar]:
+    c = shown_direction(study)
+    names = [probe.name for probe in study.probes]
+    pfa = study.pfa[:, c]
+    scalars = [
+        Scalar(f"transient.pfa.{name}", float(pfa[k]), "m/s2", "middle of the impact edge")
+        for k, name in enumerate(names)
+        if name.startswith("edge_")
+    ]
+    line = [k for k, name in enumerate(names) if name.startswith("line_")]
+    if line:
+        ends = float(max(pfa[line[0]], pfa[line[-1]]))
+        note = "largest of both edges of the top floor, at the ends of the line across it"
+        scalars.append(Scalar("transient.pfa.edge_max", ends, "m/s2", note))
+    return scalars
+
+
+def _material(study: TransientStudy) -> list[Scalar]:
+    """Wave speeds of the slabs' material, equation 8 of the paper and what it should be."""
+    E, nu, rho = study.parts.young_modulus, study.parts.poisson_ratio, study.parts.density
+    shear = math.sqrt(E / (2.0 * rho * (1.0 + nu)))
+    plate = math.sqrt(E / (rho * (1.0 - nu**2)))
+    note = "waves normal to the edge; a load normal to the edge makes these"
+    return [
+        Scalar("transient.wave_speed", shear, "m/s", "equation 8: shear waves in the plane"),
+        Scalar("transient.plate_wave_speed", plate, "m/s", note),
+    ]

@@ -1,0 +1,381 @@
+"""The stage `transient`: ground motion and impacts on the 3D building."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.model import BuildingModel, assemble_building
+from impactfem.building.parts import BuildingParts
+from impactfem.building.stage import read_parts
+from impactfem.case import Case
+from impactfem.case.transient import Transient
+from impactfem.log import LOGGER
+from impactfem.motion.from_case import ground_motions
+from impactfem.parallel import on_root
+from impactfem.spectra import ResponseSpectra
+from impactfem.sticks.force_history import read_forces
+from impactfem.transient.band import SAFETY, spectrum_band
+from impactfem.transient.forces import checked_forces
+from impactfem.transient.full_run import FullRun, run_full
+from impactfem.transient.loads import Loads, make_loads
+from impactfem.transient.maps import FloorMaps, floor_maps, looked_at
+from impactfem.transient.probes import Probe, case_probes
+from impactfem.transient.reduced_basis import ReducedBasis, build_basis
+from impactfem.transient.response import (
+    NodeResponse,
+    modal_histories,
+    node_response,
+    node_spectra,
+)
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Step = Callable[[str], AbstractContextManager[None]]
+Progress = Callable[[str, float], None]
+
+BASIS = "transient_basis.npz"
+CHECKPOINTS = "transient_checkpoints"
+QUIET = 0.01
+"""Part of the largest force below which an impact has not begun, or has ended."""
+
+
+@dataclass(frozen=True, eq=False)
+class TransientStudy:
+    """What the stage computed; on rank 0.
+
+    Args:
+        case: The case.
+        parts: The building.
+        probes: Where it was looked.
+        loads: The loads.
+        response: Histories at the probes by the solver that was asked for.
+        spectra: Their floor response spectra.
+        band: Half width of the error band of each PSa, shape (n_dampings, n_probes, 3,
+            n_frequencies) [m/s2]; zero for the full model.
+        pfa_band: Of each peak acceleration, shape (n_probes, 3) [m/s2].
+        basis: The reduced basis; None for the full model alone.
+        maps: Fields over the floors; None without.
+        full: The run in full order; None for the reduced model alone.
+        full_error: With both solvers the largest relative difference of a spectrum by the reduced
+            model from the full one's, both at the same step; None otherwise.
+    """
+
+    case: Case
+    parts: BuildingParts
+    probes: tuple[Probe, ...]
+    loads: Loads
+    response: NodeResponse
+    spectra: ResponseSpectra
+    band: Array
+    pfa_band: Array
+    basis: ReducedBasis | None
+    maps: FloorMaps | None
+    full: FullRun | None
+    full_error: float | None
+
+    @property
+    def psa(self) -> Array:
+        """Pseudo-acceleration, shape (n_dampings, n_probes, 3, n_frequencies) [m/s2]."""
+        return by_probe(self.spectra.psa, len(self.probes))
+
+    @property
+    def pfa(self) -> Array:
+        """Peak acceleration, shape (n_probes, 3) [m/s2]."""
+        largest: Array = np.abs(self.response.acceleration).max(axis=0)
+        return largest
+
+    @property
+    def main_impact(self) -> tuple[float, float] | None:
+        """Start and end of the impact with the largest force [s]; None without an impact."""
+        return main_impact(self.loads)
+
+
+def by_probe(values: Array, probes: int) -> Array:
+    """Spectra of records as (n_dampings, n_probes, 3, n_frequencies)."""
+    return values.reshape(values.shape[0], probes, 3, -1)
+
+
+def main_impact(loads: Loads) -> tuple[float, float] | None:
+    """Start and end of the impact with the largest force on an edge [s]; None without one."""
+    if not loads.edges:
+        return None
+    force = loads.force[:, int(np.argmax(np.abs(loads.force).max(axis=0)))]
+    peak = int(np.argmax(np.abs(force)))
+    touching = force > QUIET * force[peak]
+    start = peak
+    while start > 0 and touching[start - 1]:
+        start -= 1
+    end = peak
+    while end < len(force) - 1 and touching[end + 1]:
+        end += 1
+    return start * loads.time_step, end * loads.time_step
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What a run needs beside the matrices.
+
+    Args:
+        parts: The building.
+        probes: Where it is looked.
+        loads: The loads.
+        storey_factor: Factor on walls and columns.
+        damping: α [1/s] and β [s].
+    """
+
+    parts: BuildingParts
+    probes: tuple[Probe, ...]
+    loads: Loads
+    storey_factor: float
+    damping: tuple[float, float]
+
+
+def prepare(
+    case: Case, mesh_file: Path, forces_file: Path, storey_factor: float, inputs: str
+) -> Prepared:
+    """Read mesh, motions and forces. Not collective.
+
+    Args:
+        case: The case; it has a structure and a transient part.
+        mesh_file: The mesh of the building.
+        forces_file: The impact forces of the sticks, where the case names none of its own.
+        storey_factor: Factor on walls and columns.
+        inputs: Hash of what the sticks of this run depend on.
+
+    Raises:
+        InputError: The mesh or the forces are not usable.
+        SolutionError: A probe is outside the building.
+    """
+    transient, structure = _asked(case), case.structure
+    if structure is None:
+        raise ValueError("the case has no structure")
+    parts, _, _ = read_parts(case, mesh_file)
+    path = transient.forces or forces_file
+    history = read_forces(path)
+    duration = transient.duration or float(history.time[-1])
+    own = "" if transient.forces is not None else inputs
+    forces, edges = checked_forces(history, path, case, parts.mesh, duration, own)
+    n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
+    motions = [
+        ("xyz".index(m.direction), m.accelerogram.time_step, m.accelerogram.acceleration)
+        for m in ground_motions(case.motions)
+    ]
+    return Prepared(
+        parts=parts,
+        probes=tuple(case_probes(parts.mesh, transient.probes)),
+        loads=make_loads(motions, forces, edges, transient.time_step, n_steps),
+        storey_factor=storey_factor,
+        damping=case.building(structure.building).damping.coefficients,
+    )
+
+
+def run_transient(
+    case: Case,
+    prepared: Prepared,
+    folder: Path,
+    comm: Any,
+    step: Step,
+    *,
+    basis_key: str,
+    key: str,
+    within: Progress = lambda name, part: None,
+) -> TransientStudy | None:
+    """Run the stage. Collective.
+
+    Args:
+        case: The case.
+        prepared: What `prepare` gave, the same on all ranks.
+        folder: Where the basis and checkpoints are kept.
+        comm: Communicator of the matrices.
+        step: Called with the name of each step ("matrices", "basis", "time steps", "spectra",
+            "maps"), which runs inside its context.
+        basis_key: Hash of what the reduced basis depends on.
+        key: Hash of what the stage depends on.
+        within: Called with the name of a step and the part of it that is done.
+
+    Returns:
+        The results on rank 0, None on the others.
+
+    Raises:
+        SolutionError: The basis does not reach its tolerance, or the response is not finite.
+    """
+    transient = _asked(case)
+    reduced, full = transient.solver != "full", transient.solver != "reduced"
+    loads = prepared.loads
+    nodes = np.array([probe.node for probe in prepared.probes])
+    basis = None
+    if reduced:
+        basis = on_root(lambda: _stored_basis(folder / BASIS, basis_key, loads))
+    run = None
+    if full or basis is None:
+        with step("matrices"):
+            model = assemble_building(comm, prepared.parts)
+            K = model.take_stiffness(prepared.storey_factor)
+            patterns = loads.patterns(model, prepared.parts.mesh, transient.eccentricity)
+        if reduced and basis is None:
+            with step("basis"):
+                basis = _build(transient, prepared, model, K, patterns, nodes, within)
+                on_root(lambda: _write(basis, folder / BASIS, basis_key))
+        if full:
+            with step("time steps"):
+                run = run_full(
+                    model,
+                    K,
+                    loads,
+                    patterns,
+                    prepared.damping,
+                    nodes,
+                    checkpoints=folder / CHECKPOINTS,
+                    key=key,
+                    every=max(1, round(transient.checkpoint_every / loads.time_step)),
+                    progress=lambda part: within("time steps", part),
+                )
+    if comm.rank != 0:
+        return None
+    return _results(case, prepared, basis, run, nodes, step, within)
+
+
+def _asked(case: Case) -> Transient:
+    if case.transient is None:
+        raise ValueError("the case has no transient part")
+    return case.transient
+
+
+def _stored_basis(path: Path, key: str, loads: Loads) -> ReducedBasis | None:
+    found = ReducedBasis.read(path, key)
+    if found is None or not set(loads.names) <= set(found.loads):
+        return None
+    LOGGER.info("transient: the reduced basis of %s is used again", path.name)
+    return found
+
+
+def _write(basis: ReducedBasis | None, path: Path, key: str) -> None:
+    if basis is not None:
+        basis.write(path, key)
+
+
+def _build(
+    transient: Transient,
+    prepared: Prepared,
+    model: BuildingModel,
+    K: Any,
+    patterns: Array,
+    nodes: Index,
+    within: Progress,
+) -> ReducedBasis:
+    basis = build_basis(
+        model,
+        K,
+        patterns,
+        prepared.loads.names,
+        probes=nodes,
+        nodes=looked_at(prepared.parts.mesh, nodes),
+        damping=prepared.damping,
+        maximum_frequency=transient.maximum_frequency,
+        shift=transient.shift,
+        tolerance=transient.tolerance,
+        largest=transient.largest_basis,
+        progress=lambda part: within("basis", part),
+    )
+    LOGGER.info(
+        "transient: reduced basis of %d vectors for %d loads; it and a nested one differ by %.2g %%"
+        " up to %g Hz",
+        len(basis.model.eigenvalue),
+        len(basis.loads),
+        100.0 * basis.difference,
+        transient.maximum_frequency,
+    )
+    return basis
+
+
+def _results(
+    case: Case,
+    prepared: Prepared,
+    basis: ReducedBasis | None,
+    run: FullRun | None,
+    nodes: Index,
+    step: Step,
+    within: Progress,
+) -> TransientStudy:
+    transient, loads, damping = _asked(case), prepared.loads, prepared.damping
+    maps = None
+    full_error = None
+    with step("spectra"):
+        if basis is None:
+            if run is None:
+                raise ValueError("neither a basis nor a full run")
+            response = run.response
+            spectra = node_spectra(response, case.spectra)
+            band = np.zeros_like(by_probe(spectra.psa, len(nodes)))
+            pfa_band = np.zeros((len(nodes), 3))
+        else:
+            history = modal_histories(basis, loads, damping)
+            response = node_response(basis, history, loads, nodes)
+            spectra = node_spectra(response, case.spectra)
+            coarse = node_response(
+                basis,
+                modal_histories(basis, loads, damping, nested=True),
+                loads,
+                nodes,
+                nested=True,
+            )
+            other = node_spectra(coarse, case.spectra)
+            fine_psa, coarse_psa = (by_probe(s.psa, len(nodes)) for s in (spectra, other))
+            band = spectrum_band(fine_psa, coarse_psa, spectra.frequency)
+            apart = np.abs(response.acceleration - coarse.acceleration).max(axis=0)
+            pfa_band = SAFETY * apart
+            if run is not None:
+                full_error = _against_full(case, basis, loads, damping, nodes, run)
+    if basis is not None and (transient.fields or transient.snapshots):
+        with step("maps"):
+            maps = floor_maps(
+                prepared.parts,
+                basis,
+                history,
+                loads,
+                case.spectra,
+                main_impact=main_impact(loads) if transient.snapshots else None,
+                points_per_cycle=0.0,
+                progress=lambda part: within("maps", part),
+            )
+    return TransientStudy(
+        case=case,
+        parts=prepared.parts,
+        probes=prepared.probes,
+        loads=loads,
+        response=response,
+        spectra=spectra,
+        band=band,
+        pfa_band=pfa_band,
+        basis=basis,
+        maps=maps,
+        full=run,
+        full_error=full_error,
+    )
+
+
+def _against_full(
+    case: Case,
+    basis: ReducedBasis,
+    loads: Loads,
+    damping: tuple[float, float],
+    nodes: Index,
+    run: FullRun,
+) -> float:
+    """Largest relative difference of the spectra, both solvers with Newmark at the same step."""
+    transient = _asked(case)
+    history = modal_histories(basis, loads, damping, scheme="newmark")
+    same = node_spectra(node_response(basis, history, loads, nodes), case.spectra)
+    truth = node_spectra(run.response, case.spectra)
+    known = same.frequency <= transient.maximum_frequency
+    moved = truth.zpa > 1e-3 * truth.zpa.max()
+    ratio = same.psa[:, moved][..., known] / truth.psa[:, moved][..., known]
+    return float(np.abs(ratio - 1.0).max())

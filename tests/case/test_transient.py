@@ -1,0 +1,398 @@
+"""The section [transient] of a case file, and its probes."""
+
+import json
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from impactfem.building.part import parse_group
+from impactfem.case import Probe, Transient, load_case, transient_files
+from impactfem.case.transient import step_fault
+from impactfem.errors import InputError
+
+Structured = Callable[..., Path]
+With = Callable[..., Path]
+
+SHORT = '[transient]\ntime_step = "1 ms"\n'
+FULL = """[transient]
+solver = "both"
+duration = "10 s"
+time_step = "1 ms"
+maximum_frequency = "300 Hz"
+tolerance = "1 %"
+shift = "50 Hz"
+largest_basis = 500
+eccentricity = "-2 m"
+forces = "others.nc"
+fields = ["psa"]
+field_frequencies = ["10 Hz", "20 Hz"]
+snapshots = false
+export = true
+checkpoint_every = "0.5 s"
+"""
+POINT = '[[transient.probes]]\nname = "corner"\npoint = ["0 m", "15.6 m", "3030 cm"]\n'
+LINE = """[[transient.probes]]
+name = "row"
+from = ["0 m", "1 m", "3 m"]
+to = ["8 m", "1 m", "7 m"]
+count = 5
+"""
+GROUP = '[[transient.probes]]\nname = "top"\ngroup = "edge_8"\n'
+
+
+@pytest.fixture
+def with_transient(structured: Structured) -> With:
+    """A case with a structure and a section [transient], with texts of it replaced."""
+
+    def write(section: str = SHORT, *edits: tuple[str, str], case: tuple[str, str] = ("", "")):
+        for old, new in edits:
+            if old not in section:
+                raise ValueError(f"{old!r} is not there: the test does not test")
+            section = section.replace(old, new)
+        path = structured((None, *case)) if case[0] else structured()
+        with path.open("a", encoding="utf-8") as stream:
+            stream.write(section)
+        (path.parent / "others.nc").write_bytes(b"forces")
+        return path
+
+    return write
+
+
+def faults_of(path: Path) -> dict[str, str]:
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    faults = caught.value.faults
+    assert {Path(fault.file).name for fault in faults} == {"pair.toml"}
+    assert len({fault.key for fault in faults}) == len(faults), faults
+    return {fault.key: fault.expected for fault in faults}
+
+
+def transient_of(path: Path) -> Transient:
+    transient = load_case(path).transient
+    assert transient is not None
+    return transient
+
+
+def test_left_out(pair: Path, structured: Structured) -> None:
+    assert load_case(pair).transient is None
+    assert load_case(structured()).transient is None
+
+
+def test_defaults(with_transient: With) -> None:
+    transient = transient_of(with_transient())
+    assert transient == Transient(time_step=1e-3)
+    assert (transient.solver, transient.duration) == ("reduced", None)
+    assert (transient.maximum_frequency, transient.shift) == (450.0, 60.0)
+    assert (transient.tolerance, transient.largest_basis) == (0.005, 1200)
+    assert (transient.eccentricity, transient.forces) == (0.0, None)
+    assert (transient.fields, transient.field_frequencies) == (("pfa", "psa"), (10.0, 75.0, 85.0))
+    assert (transient.snapshots, transient.export, transient.checkpoint_every) == (True, False, 1.0)
+    assert (transient.probes, transient_files(transient)) == ((), ())
+
+
+def test_every_key(with_transient: With, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = with_transient(FULL + POINT + LINE + GROUP)
+    monkeypatch.chdir(path.parent.parent)
+    case = load_case(Path(path.parent.name) / path.name)
+    transient = case.transient
+    assert transient is not None
+    forces = Path(path.parent.name) / "others.nc"  # relative to the working folder
+    assert transient.forces == forces
+    assert transient_files(transient) == (forces,)
+    assert transient == Transient(
+        solver="both",
+        duration=10.0,
+        time_step=1e-3,
+        maximum_frequency=300.0,
+        tolerance=0.01,
+        shift=50.0,
+        largest_basis=500,
+        eccentricity=-2.0,
+        forces=forces,
+        fields=("psa",),
+        field_frequencies=(10.0, 20.0),
+        snapshots=False,
+        export=True,
+        checkpoint_every=0.5,
+        probes=transient.probes,
+    )
+    assert [probe.name for probe in transient.probes] == ["corner", "row", "top"]
+    assert pickle.loads(pickle.dumps(case)) == case
+    assert json.loads(case.model_dump_json(include={"transient"}))["transient"]["shift"] == 50.0
+
+
+def test_points_of_probes(with_transient: With) -> None:
+    corner, row, top = transient_of(with_transient(SHORT + POINT + LINE + GROUP)).probes
+    assert corner.points == (("corner", (0.0, 15.6, 30.3)),)
+    assert [name for name, _ in row.points] == ["row_1", "row_2", "row_3", "row_4", "row_5"]
+    assert [place for _, place in row.points] == [
+        (0.0, 1.0, 3.0), (2.0, 1.0, 4.0), (4.0, 1.0, 5.0), (6.0, 1.0, 6.0), (8.0, 1.0, 7.0),
+    ]  # fmt: skip
+    assert (top.points, top.group, top.numbered(3)) == ((), "edge_8", "top_3")
+
+
+def test_ends_of_a_line_are_met_exactly() -> None:
+    probe = Probe.model_validate({"name": "a", "from": (0.1, 0, 0), "to": (46.2, 1, 0), "count": 9})
+    assert (probe.points[0][1], probe.points[-1][1]) == ((0.1, 0.0, 0.0), (46.2, 1.0, 0.0))
+
+
+def test_no_maps(with_transient: With) -> None:
+    transient = transient_of(with_transient(f"{SHORT}fields = []\nfield_frequencies = []\n"))
+    assert (transient.fields, transient.field_frequencies) == ((), ())
+
+
+def test_the_forces_are_in_the_hash(with_transient: With) -> None:
+    path = with_transient(FULL)
+    before = load_case(path).digest
+    (path.parent / "others.nc").write_bytes(b"other forces")
+    assert load_case(path).digest != before
+
+
+def test_without_structure(pair: Path, tmp_path: Path) -> None:
+    path = tmp_path / "top.toml"
+    path.write_text(f'extends = "{pair}"\n{SHORT}')
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    (fault,) = caught.value.faults
+    assert (fault.file, fault.key) == (path, "transient")
+    assert fault.expected.startswith("expected a section [structure] beside it")
+
+
+def test_with_a_structure_at_fault(with_transient: With) -> None:
+    path = with_transient(case=("storey_stiffness_factor = 0.13", "storey_stiffness_factor = 0"))
+    assert list(faults_of(path)) == ["structure.storey_stiffness_factor"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "expected"),
+    [
+        ('"both"', '"fast"', "solver", "expected 'reduced' or 'full' or 'both'"),
+        ('"10 s"', '"0 s"', "duration", "expected a time above 0"),
+        ('"10 s"', "10", "duration", "the unit is missing"),
+        ('"10 s"', '"nan s"', "duration", "expected a time with its unit"),
+        ('time_step = "1 ms"', "", "time_step", "missing; expected a time with its unit"),
+        ('"1 ms"', '"1 mm"', "time_step", "'mm' is a length"),
+        ('"1 ms"', "nan", "time_step", "the unit is missing"),
+        ('"1 ms"', '"1e999 s"', "time_step", "expected a finite value"),
+        ('"1 ms"', '"-1 ms"', "time_step", "expected a time above 0"),
+        ('"1 ms"', '"5.001 s"', "time_step", "expected at most half of the duration, 10 s"),
+        ('"300 Hz"', '"0 Hz"', "maximum_frequency", "expected a frequency above 0"),
+        ('"300 Hz"', '"300 rad/s"', "maximum_frequency", "no unit for a frequency"),
+        ('"1 %"', "0", "tolerance", "expected a number above 0 and below 1"),
+        ('"1 %"', '"100 %"', "tolerance", "expected a number above 0 and below 1"),
+        ('"1 %"', "nan", "tolerance", "expected a number above 0 and below 1"),
+        ('"50 Hz"', '"-50 Hz"', "shift", "expected a frequency above 0"),
+        ("500", "0", "largest_basis", "expected a whole number of at least 1"),
+        ("500", "500.0", "largest_basis", "expected a whole number"),
+        ('"-2 m"', '"-2 s"', "eccentricity", "'s' is a time"),
+        ('"-2 m"', '"-23.2 m"', "eccentricity", "within the edge, 23.1 m to either side"),
+        ('"others.nc"', '"none.nc"', "forces", "no such file; expected a force history"),
+        ('"others.nc"', '"."', "forces", "this is a directory"),
+        ('"others.nc"', "3", "forces", "expected a file name in quotes"),
+        ('["psa"]', '["psv"]', "fields[0]", "expected a list, each value 'pfa' or 'psa'"),
+        ('["psa"]', '["psa", "psa"]', "fields", "expected each map once"),
+        ('"20 Hz"]', '"10 Hz"]', "field_frequencies", "expected increasing frequencies"),
+        ('["10 Hz", "20 Hz"]', "[]", "field_frequencies", "at least one frequency, or fields"),
+        ('["10 Hz", "20 Hz"]', '["0 Hz"]', "field_frequencies[0]", "expected a frequency above 0"),
+        ("false", '"no"', "snapshots", "expected true or false"),
+        ("true", "1", "export", "expected true or false"),
+        ('"0.5 s"', '"0 s"', "checkpoint_every", "expected a time above 0"),
+        ('shift = "50 Hz"', 'shft = "50 Hz"', "shft", "unknown key; did you mean 'shift'?"),
+    ],
+)
+def test_broken_section(with_transient: With, old: str, new: str, key: str, expected: str) -> None:
+    load_case(with_transient(FULL))
+    faults = faults_of(with_transient(FULL, (old, new)))
+    assert list(faults) == [f"transient.{key}"]
+    assert expected in faults[f"transient.{key}"]
+
+
+def test_faults_of_several_keys_at_once(with_transient: With) -> None:
+    path = with_transient(
+        FULL + LINE + GROUP, ('"1 %"', '"1 m"'), ('"10 s"', "10"), ("count = 5\n", ""),
+        ("edge_8", "edge_0"),
+    )  # fmt: skip
+    assert set(faults_of(path)) == {
+        *("transient.tolerance", "transient.duration"),
+        *("transient.probes[0].count", "transient.probes[1].group"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("section", "pounding", "fault"),
+    [
+        (SHORT, "16.79 s", None),
+        (f'{SHORT}duration = "16.79 s"\n', "16.79 s", None),
+        (f'{SHORT}duration = "16.8 s"\n', "16.79 s",
+         ("duration", "16.8 s", "at most what is computed of the sticks, 16.79 s")),
+        # Forces of another program may last longer than the sticks are computed.
+        (f'{SHORT}duration = "20 s"\nforces = "others.nc"\n', "16.79 s", None),
+        # That of the longest motion, where the sticks have none of their own.
+        (f'{SHORT}duration = "16.8 s"\n', None,
+         ("duration", "16.8 s", "at most what is computed of the sticks, 16.79 s")),
+        (SHORT.replace("1 ms", "0.2 s"), "0.4 s", None),
+        (SHORT.replace("1 ms", "0.2 s"), "0.39 s",
+         ("time_step", "0.2 s", "at most half of the duration, 0.39 s")),
+    ],
+)  # fmt: skip
+def test_against_what_is_computed_of_the_sticks(
+    with_transient: With, section: str, pounding: str | None, fault: tuple[str, str, str] | None
+) -> None:
+    new = "[pounding]\n" if pounding is None else f'[pounding]\nduration = "{pounding}"\n'
+    path = with_transient(section, case=('[pounding]\nduration = "16.79 s"\n', new))
+    if fault is None:
+        load_case(path)
+        return
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    (found,) = caught.value.faults
+    assert (found.key, found.value) == (f"transient.{fault[0]}", fault[1])
+    assert fault[2] in found.expected
+
+
+def test_a_record_s_duration_is_not_known_yet(with_transient: With) -> None:
+    path = with_transient(
+        f'{SHORT}duration = "1000 s"\n', case=('[pounding]\nduration = "16.79 s"\n', "[pounding]\n")
+    )
+    (path.parent / "record.csv").write_text("time [s],acceleration [m/s2]\n0,0\n1,1\n")
+    text = path.read_text(encoding="utf-8")
+    begin, end = text.index("[[motions]]"), text.index("[contact_laws.floor]")
+    record = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "record.csv"\n\n'
+    path.write_text(text[:begin] + record + text[end:], encoding="utf-8")
+    assert transient_of(path).duration == 1000.0
+
+
+def test_step_fault() -> None:
+    assert step_fault(0.5, 1.0) is None
+    assert step_fault(0.51, 1.0) == "expected at most half of the duration, 1 s"
+
+
+@pytest.mark.parametrize(
+    ("probe", "old", "new", "key", "expected"),
+    [
+        (POINT, 'name = "corner"\n', "", "name", "missing; expected a name"),
+        (POINT, '"corner"', '"8th"', "name", "expected a name of letters"),
+        (POINT, '"corner"', '"a b"', "name", "expected a name of letters"),
+        (POINT, ', "3030 cm"', "", "point", "expected a list of 3 values"),
+        (POINT, '"3030 cm"', '"3030 cm", "1 m"', "point", "expected a list of 3 values"),
+        (POINT, '"3030 cm"', '"nan m"', "point[2]", "expected a length with its unit"),
+        (POINT, '"3030 cm"', "inf", "point[2]", "the unit is missing"),
+        (POINT, '"3030 cm"', '"3 s"', "point[2]", "'s' is a time"),
+        (POINT, 'point = ["0 m", "15.6 m", "3030 cm"]\n', "", "group",
+         "missing; expected one of point, or from with to and count, or group"),
+        (POINT, 'name = "corner"', 'name = "corner"\ngroup = "edge_8"', "group",
+         "expected one way only"),
+        (POINT, 'name = "corner"', 'name = "corner"\ncount = 3', "count",
+         "expected no count, only beside from and to"),
+        (LINE, 'name = "row"', 'name = "row"\npoint = ["0 m", "0 m", "0 m"]', "from",
+         "expected one way only"),
+        (LINE, 'name = "row"', 'name = "row"\ngroup = "edge_8"', "group", "expected one way only"),
+        (LINE, 'from = ["0 m", "1 m", "3 m"]\n', "", "to", "expected from and to together"),
+        (LINE, 'to = ["8 m", "1 m", "7 m"]\n', "", "to", "expected from and to together"),
+        (LINE, "from", "start", "start", "unknown key; known: name, point, from, to, count, group"),
+        (LINE, "from", "frm", "frm", "unknown key; did you mean 'from'?"),
+        (LINE, '["8 m", "1 m", "7 m"]', '["0 m", "100 cm", "3 m"]', "to", "another point"),
+        (LINE, "count = 5\n", "", "count", "missing; expected a whole number of at least 2"),
+        (LINE, "5", "1", "count", "expected a whole number of at least 2"),
+        (LINE, '["0 m", "1 m", "3 m"]', '["0 m", "1 m"]', "from", "expected a list of 3 values"),
+        (GROUP, "edge_8", "roof", "group", "the name of a physical group of the mesh, for example"),
+        (GROUP, "edge_8", "edge_9", "group", "expected a number of 1 to 8, the floors of the"),
+        (GROUP, "edge_8", "floor_10_acroterion", "group", "expected a number of 1 to 8"),
+        (GROUP, '"edge_8"', "8", "group", "the name of a physical group"),
+    ],
+)  # fmt: skip
+def test_broken_probe(
+    with_transient: With, probe: str, old: str, new: str, key: str, expected: str
+) -> None:
+    load_case(with_transient(SHORT + probe))
+    faults = faults_of(with_transient(SHORT + probe, (old, new)))
+    fault = faults.pop(f"transient.probes[0].{key}")
+    assert expected in fault
+    # A key that is not known is missing elsewhere.
+    assert set(faults) <= ({"transient.probes[0].to"} if "unknown key" in fault else set())
+
+
+def test_probes_that_are_none(with_transient: With) -> None:
+    assert "expected" in faults_of(with_transient(f"{SHORT}probes = 3\n"))["transient.probes"]
+    assert list(faults_of(with_transient(f"{SHORT}probes = [3]\n"))) == ["transient.probes[0]"]
+
+
+@pytest.mark.parametrize("name", ["edge_8", "floor_8_acroterion", "storey_12", "base", "centre_1"])
+def test_group_names(name: str) -> None:
+    assert Probe(name="a", group=name).group == name
+    assert parse_group(name) is not None
+
+
+@pytest.mark.parametrize(
+    "name", ["edge_0", "edge", "edge_8_a", "floor_8_", "floor_8_A", "floor_8__a", "base_1", "roof"]
+)
+def test_no_group_names(name: str) -> None:
+    with pytest.raises(ValidationError, match="the name of a physical group"):
+        Probe(name="a", group=name)
+    assert parse_group(name) is None
+
+
+def point(name: str) -> Probe:
+    return Probe(name=name, point=(0.0, 0.0, 0.0))
+
+
+def line(name: str, count: int = 3) -> Probe:
+    return Probe.model_validate(
+        {"name": name, "from": (0.0, 0.0, 0.0), "to": (1.0, 0.0, 0.0), "count": count}
+    )
+
+
+def group(name: str) -> Probe:
+    return Probe(name=name, group="edge_1")
+
+
+UNIQUE = "expected unique names"
+THERE = "are always there"
+
+
+@pytest.mark.parametrize(
+    ("probes", "expected"),
+    [
+        ((point("a"), point("b"), line("c"), group("d")), None),
+        ((point("a"), point("a")), UNIQUE),
+        ((point("a"), line("a")), UNIQUE),
+        ((line("a"), group("a")), UNIQUE),
+        ((line("a"), point("a_3")), UNIQUE),
+        ((point("a_3"), line("a")), UNIQUE),
+        ((line("a"), point("a_4")), None),  # it ends at a_3
+        ((group("a"), point("a_4")), UNIQUE),  # it may have four nodes
+        ((line("a"), point("a_03")), None),
+        ((line("a"), line("a_1")), None),  # a_1_1
+        ((line("a"), line("a_1"), point("a_1_2")), UNIQUE),
+        ((point("centre_3"),), THERE),
+        ((point("edge_8"),), THERE),
+        ((point("line_12"),), THERE),
+        ((point("line"), point("edge"), point("centre")), None),
+        ((line("line"),), THERE),
+        ((group("edge"),), THERE),
+        ((point("edges_8"), point("my_edge_8"), point("edge_8_b"), point("Edge_8")), None),
+    ],
+)
+def test_names_of_probes(probes: tuple[Probe, ...], expected: str | None) -> None:
+    if expected is None:
+        assert Transient(time_step=1e-3, probes=probes).probes == probes
+        return
+    with pytest.raises(ValidationError, match=expected):
+        Transient(time_step=1e-3, probes=probes)
+
+
+def test_names_of_probes_in_a_file(with_transient: With) -> None:
+    faults = faults_of(with_transient(SHORT + POINT + LINE, ('"row"', '"corner"')))
+    assert faults == {"transient.probes": "expected unique names, found corner and corner"}
+    faults = faults_of(with_transient(SHORT + POINT, ('"corner"', '"edge_8"')))
+    assert list(faults) == ["transient.probes"]
+
+
+@pytest.mark.parametrize("key", ["time_step", "maximum_frequency", "tolerance", "eccentricity"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_made_from_python(key: str, value: float) -> None:
+    with pytest.raises(ValidationError, match="expected a"):
+        Transient.model_validate({"time_step": 1e-3, key: value})
