@@ -59,7 +59,7 @@ def test_the_geometry_of_the_paper_s_building(pair):
     assert geometry.acroterion is not None
     assert geometry.levels[-1] + geometry.acroterion.height == pytest.approx(30.93)
     assert geometry.impact_edge == "y+"
-    assert geometry.size == MeshSize.uniform(0.9)
+    assert geometry.size == MeshSize.uniform(1.0)
     assert Wall("gable_west", tuple(range(2, 9)), (0, 0), (0, 15.6), 0.6) in geometry.walls
     rows = [beam for beam in geometry.beams if (beam.width, beam.depth) == (0.75, 0.85)]
     assert len(rows) == 7
@@ -109,7 +109,7 @@ def test_the_mesh_of_the_paper_s_building(name, elements, dofs, tmp_path):
 def test_sizes_by_part(pair):
     mesh = pair.structure.mesh.model_copy(update={"floor_size": 0.4, "column_size": 2.0})
     finer = pair.model_copy(update={"structure": pair.structure.model_copy(update={"mesh": mesh})})
-    assert geometry_of(finer).size == MeshSize(floor=0.4, storey=0.9, beam=0.9, column=2.0)
+    assert geometry_of(finer).size == MeshSize(floor=0.4, storey=1.0, beam=1.0, column=2.0)
 
 
 def test_a_case_without_a_generated_mesh(pair, structure):

@@ -204,7 +204,7 @@ def test_published_waves_and_ratios(case: Case, mesh: GeneratedMesh) -> None:
         ("transient.frs.floor_7_above_floor_8.lowest", 36.0, "Hz"),
         ("transient.frs.floor_7_above_floor_8.highest", 152.0, "Hz"),
         ("transient.pfa.edge_max", 110.0, "m/s2"),
-        ("transient.pfa.floor_7", 56.0, "m/s2"),
+        ("transient.pfa.edge_7", 56.0, "m/s2"),
         ("transient.transfer.floor_8", 1.5e-6, "1/kg"),
         ("transient.transfer.floor_7", 2.5e-6, "1/kg"),
         ("transient.psd_ratio", 100.0, "-"),

@@ -230,6 +230,7 @@ def test_faults_of_several_keys_at_once(with_transient: With) -> None:
          ("duration", "16.8 s", "at most what is computed of the sticks, 16.79 s")),
         # Forces of another program may last longer than the sticks are computed.
         (f'{SHORT}duration = "20 s"\nforces = "others.nc"\n', "16.79 s", None),
+        (f'{SHORT.replace("1 ms", "0.2 s")}forces = "others.nc"\n', "0.39 s", None),
         # That of the longest motion, where the sticks have none of their own.
         (f'{SHORT}duration = "16.8 s"\n', None,
          ("duration", "16.8 s", "at most what is computed of the sticks, 16.79 s")),

@@ -113,9 +113,9 @@ def lines_through_triangles(nodes: Array, triangles: Ints, lines: Ints, near: fl
 def _frames(vertices: Array) -> tuple[Array, Array]:
     """Unit normal of each triangle, and for each vertex the direction inwards from its side."""
     along = np.roll(vertices, -1, axis=1) - vertices
-    normal = np.cross(along[:, 0], along[:, 1])
+    normal = np.asarray(np.cross(along[:, 0], along[:, 1]), dtype=np.float64)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    inward = np.cross(normal[:, None], along)
+    inward = np.asarray(np.cross(normal[:, None], along), dtype=np.float64)
     inward /= np.linalg.norm(inward, axis=2)[:, :, None]
     return normal, inward
 

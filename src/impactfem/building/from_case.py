@@ -163,7 +163,7 @@ def _direction_faults(
     along = ends[:, 1] - ends[:, 0]
     tangents = along / np.linalg.norm(along, axis=1)[:, None]
     for i, (part, section) in enumerate(zip(mesh.beam_parts, sections, strict=True)):
-        for line in np.flatnonzero(mesh.line_part == i).tolist():
+        for line in np.flatnonzero(mesh.line_part == i):
             try:
                 section.frame(tangents[line])
             except ValueError:

@@ -138,8 +138,9 @@ def _conforming(mesh: BuildingMesh) -> Found:
     through = lines_through_triangles(mesh.nodes, mesh.triangles, mesh.lines, NEAR)
     seen: dict[tuple[str, str], list[int]] = {}
     for pairs, groups in ((on_triangles, shells), (on_lines, beams), (through, shells)):
-        for cell, node in pairs.tolist():
-            seen.setdefault((owners[node], groups[cell]), []).append(node)
+        for cell, node in pairs:
+            both = str(owners[node]), str(groups[cell])
+            seen.setdefault(both, []).append(int(node))
     for (a, b), some in sorted(seen.items()):
         count = len(set(some))
         what = "1 node lies" if count == 1 else f"{count} nodes lie"
@@ -198,7 +199,7 @@ def _node_groups(mesh: BuildingMesh) -> Names:
 def _by_group(cells: Ints, owner: Names) -> Iterator[tuple[str, Ints]]:
     """These cells by their group."""
     sets: dict[str, list[int]] = {}
-    for cell in cells.tolist():
-        sets.setdefault(owner[cell], []).append(cell)
+    for cell in cells:
+        sets.setdefault(str(owner[cell]), []).append(int(cell))
     for group, some in sorted(sets.items()):
         yield group, np.array(some)

@@ -214,11 +214,11 @@ class _Marks:
         lines = np.concatenate([block.nodes for block in self._found.marks[mark]])
         ordered = lines.copy()
         ordered[:, :2].sort(axis=1)
-        known = {tuple(side) for side in sides(self._slabs[k]).tolist()}
-        for line in ordered.tolist():
-            if tuple(line) not in known:
+        known = {tuple(int(n) for n in side) for side in sides(self._slabs[k])}
+        for line in ordered:
+            if tuple(int(n) for n in line) not in known:
                 expected = f"expected lines that are sides of triangles of floor_{k}"
-                self._refuse(mark, line[2], expected)
+                self._refuse(mark, int(line[2]), expected)
                 break
         own: Ints = self._number[lines]
         return own

@@ -205,9 +205,9 @@ def free_edges(mesh: BuildingMesh) -> dict[str, float]:
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     by_part = np.bincount(owner[alone], weights=length, minlength=len(mesh.shell_parts))
     total: dict[str, float] = {}
-    for part, one in zip(mesh.shell_parts, by_part.tolist(), strict=True):
+    for part, one in zip(mesh.shell_parts, by_part, strict=True):
         name = f"{part.family}_{part.level}"
-        total[name] = total.get(name, 0.0) + one
+        total[name] = total.get(name, 0.0) + float(one)
     return total
 
 

@@ -33,7 +33,9 @@ class Transient(Section):
         "takes much longer; 'both' holds the reduced one against the full one.",
     )
     duration: PositiveTime | None = Field(
-        default=None, description="Time that is computed; default what is computed of the sticks."
+        default=None,
+        description="Time that is computed; default what is computed of the sticks, or as long as "
+        "the forces of another program last.",
     )
     time_step: PositiveTime = Field(description="Time step of the 3D model.")
     maximum_frequency: Frequency = Field(
@@ -140,7 +142,7 @@ def transient_faults(
         floors: Number of floors of its building.
         computed: Time that is computed of the sticks [s]; None when it is not known yet.
     """
-    if computed is not None:
+    if computed is not None and transient.forces is None:
         yield from _time_faults(source, transient, computed)
     if isinstance(mesh, GeneratedMesh):
         edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
@@ -156,12 +158,12 @@ def transient_faults(
 
 
 def _time_faults(source: Source, transient: Transient, computed: float) -> Iterator[Fault]:
-    """A duration without forces of the sticks, or a step that is long for their duration."""
+    """A duration that the forces of the sticks do not last, or a step that is long for them."""
     if transient.duration is None:
         fault = step_fault(transient.time_step, computed)
         if fault is not None:
             yield _fault(source, "time_step", fault)
-    elif transient.forces is None and transient.duration > computed * (1.0 + 1e-9):
+    elif transient.duration > computed * (1.0 + 1e-9):
         expected = f"expected at most what is computed of the sticks, {computed:g} s"
         yield _fault(source, "duration", expected)
 

@@ -39,7 +39,7 @@ CHUNK = 64
 class KrylovBasis:
     """The basis, built block by block. A context manager that frees the factorisation.
 
-    Making one, `add`, `grow`, `shifted_tail` and `destroy` are collective.
+    Making one, and its methods but `rows`, are collective.
 
     Args:
         K: Stiffness, symmetric, positive definite (AIJ).
@@ -133,6 +133,18 @@ class KrylovBasis:
         Z *= self.shift
         Z += product(self.K, Q)
         return Z
+
+    def dual_norm(self, F: Array) -> Array:
+        """√(fᵀ (K + σ0 M)⁻¹ f) of each column. Collective.
+
+        Args:
+            F: Loads, or the rows of probes as columns, shape (n_local, k).
+
+        Returns:
+            Shape (k,).
+        """
+        squares = np.diag(inner(self.M, F, self._factor.solve_block(F)))
+        return np.asarray(np.sqrt(np.maximum(squares, 0.0)), dtype=np.float64)
 
     def add(self, F: Array) -> None:
         """Add load patterns; the space of those before stays. Collective.

@@ -64,9 +64,9 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
     n = int(K.getSize()[0])
     if not 0 < count <= n:
         raise SolutionError(f"{count} modes cannot be computed for {n} degrees of freedom")
-    values = np.empty(0)
-    shapes = np.empty((K.getLocalSize()[0], 0))
-    residual = np.empty(0)
+    values: Array = np.empty(0)
+    shapes: Array = np.empty((K.getLocalSize()[0], 0))
+    residual: Array = np.empty(0)
     wanted = min(n, count + 2)
     below = 0
     for turn in range(ROUNDS):

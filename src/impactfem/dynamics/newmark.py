@@ -128,7 +128,7 @@ class Newmark:
         out_of_balance -= self.alpha * momentum + self.beta * Kv
         if self._C is not None:
             out_of_balance -= product(self._C, v[:, None])[:, 0]
-        acceleration = np.zeros(n)
+        acceleration: Array = np.zeros(n)
         if self._M.getComm().tompi4py().allreduce(float(out_of_balance @ out_of_balance)) > 0.0:
             with Factorisation(self._M, full_blocks=False, name="the mass matrix") as factor:
                 acceleration = factor.solve_block(out_of_balance[:, None])[:, 0]

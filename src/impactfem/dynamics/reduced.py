@@ -17,10 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner
-from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.errors import SolutionError
 
@@ -145,28 +143,24 @@ def nested_size(basis: KrylovBasis, share: float) -> int:
     return min(sizes, key=lambda n: abs(n - share * basis.size))
 
 
-def dual_norm(M: PETSc.Mat, mass: Factorisation, F: Array) -> Array:
-    """√(fᵀ M⁻¹ f) of each column, shape (k,). Collective.
-
-    Args:
-        M: Mass.
-        mass: Its factorisation.
-        F: Loads, or rows of probes as columns, shape (n_local, k).
-    """
-    return np.sqrt(np.diag(inner(M, F, mass.solve_block(F))))
+def shift_of(omega: Array, alpha: float, beta: float) -> Complex:
+    """σ = iω (iω + α) / (1 + iωβ) of each ω, shape (n,) [1/s2]."""
+    s = 1j * np.asarray(omega)
+    return np.asarray(s * (s + alpha) / (1.0 + s * beta), dtype=np.complex128)
 
 
 class Residual:
-    """Norms √(rᴴ M⁻¹ r) of the residual of the model of all of a basis. Making one is collective.
+    """Norms of the residual of the model of all of a basis, √(rᴴ (K + σ0 M)⁻¹ r).
+
+    They are |σ − σ0| |1 + iωβ| √(wᴴ Qᵀ (K + σ0 M) Q w) with w = S Y z: this norm costs no solve.
+    Making one is collective.
 
     Args:
         basis: The basis as it stands.
-        mass: Factorisation of its mass matrix.
     """
 
-    def __init__(self, basis: KrylovBasis, mass: Factorisation) -> None:
-        Z = basis.shifted_tail()
-        self._gram = inner(basis.M, Z, mass.solve_block(Z))
+    def __init__(self, basis: KrylovBasis) -> None:
+        self._gram = inner(basis.M, basis.Q, basis.shifted_tail())
         self._size = basis.size
 
     def norms(self, model: ReducedModel, omega: Array, alpha: float, beta: float) -> Array:
@@ -186,9 +180,8 @@ class Residual:
         """
         if (len(model.coordinates), len(model.tail)) != (self._size, len(self._gram)):
             raise SolutionError("the residual of another model than that of the whole basis")
-        s = 1j * np.asarray(omega)
-        sigma = s * (s + alpha) / (1.0 + s * beta)
         w = model.tail @ model.amplitude(omega, alpha, beta)
         squares = np.sum(w.conj() * (self._gram @ w), axis=1).real
-        scale = np.abs((sigma - model.shift) * (1.0 + s * beta))
+        away = np.abs(shift_of(omega, alpha, beta) - model.shift)
+        scale = away * np.abs(1.0 + 1j * beta * np.asarray(omega))
         return np.asarray(scale[:, None] * np.sqrt(np.maximum(squares, 0.0)))

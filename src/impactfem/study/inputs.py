@@ -30,7 +30,11 @@ def inputs_key(
     """
     digest = hashlib.sha256(program_key(rooms).encode())
     # What is in a record or a mesh counts, not where it lies.
-    nowhere = {"motions": {"__all__": {"file"}}, "structure": {"mesh": {"file"}}}
+    nowhere = {
+        "motions": {"__all__": {"file"}},
+        "structure": {"mesh": {"file"}},
+        "transient": {"forces"},
+    }
     digest.update(case.model_dump_json(include=set(sections), exclude=nowhere).encode())
     if "motions" in sections:
         for motion in case.motions:

@@ -106,7 +106,8 @@ def make_loads(
         given[:, kept.index(edge)] += history
     force = project(forces.time, given, time_step, n_steps)
     before = _integral(forces.time, given, time_step * n_steps)
-    after = _integral(time_step * np.arange(n_steps + 1), force, time_step * n_steps)
+    grid = time_step * np.arange(n_steps + 1, dtype=np.float64)
+    after = _integral(grid, force, time_step * n_steps)
     largest = np.abs(before).max(initial=0.0)
     return Loads(
         time_step=time_step,

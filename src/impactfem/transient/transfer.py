@@ -44,7 +44,7 @@ def transfer_functions(
         damping: α [1/s] and β [s].
         highest: Highest frequency [Hz].
     """
-    frequency = np.geomspace(LOWEST, highest, COUNT)
+    frequency = np.asarray(np.geomspace(LOWEST, highest, COUNT), dtype=np.float64)
     omega = 2.0 * math.pi * frequency
     chosen = [k for k, name in enumerate(basis.loads) if not name.startswith("ground")]
     shapes = basis.of(basis.model, nodes).reshape(3 * len(nodes), -1)
