@@ -138,8 +138,8 @@ def bench(
         list[str] | None,
         typer.Argument(
             metavar="[GROUP]...",
-            help="sticks, spectra, building (the paper-size mesh, some minutes); the first two "
-            "when left out.",
+            help="sticks, spectra, building and transient (the paper-size mesh, some minutes "
+            "each); the first two when left out.",
         ),
     ] = None,
     json_file: Annotated[

@@ -38,7 +38,7 @@ def building_figures() -> list[Figure]:
         generated = time.perf_counter() - start
         parts, _, report = read_parts(case, path)
         read = time.perf_counter() - start - generated
-    _load_forms()
+    load_forms()
     start = time.perf_counter()
     model = assemble_building(communicator(), parts)
     assembled = time.perf_counter() - start
@@ -72,7 +72,7 @@ def building_figures() -> list[Figure]:
     ]
 
 
-def _load_forms() -> None:
+def load_forms() -> None:
     """Compile the forms, or load them: a small building has the same."""
     case = load_case(shipped_case("frame.toml"))
     parts, _, _ = read_parts(case, shipped_case("frame.msh"))

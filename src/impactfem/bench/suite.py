@@ -20,10 +20,17 @@ def _building() -> list[Figure]:
     return building_figures()
 
 
+def _transient() -> list[Figure]:
+    from impactfem.bench.transient import transient_figures
+
+    return transient_figures()
+
+
 GROUPS: dict[str, Callable[[], list[Figure]]] = {
     "sticks": stick_figures,
     "spectra": spectrum_figures,
     "building": _building,
+    "transient": _transient,
 }
 QUICK = ("sticks", "spectra")
 """Groups that run when none is named: those that take seconds."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import impactfem
 from impactfem.case import Case, motion_files
@@ -30,7 +31,7 @@ def inputs_key(
     """
     digest = hashlib.sha256(program_key(rooms).encode())
     # What is in a record or a mesh counts, not where it lies.
-    nowhere = {
+    nowhere: dict[str, Any] = {
         "motions": {"__all__": {"file"}},
         "structure": {"mesh": {"file"}},
         "transient": {"forces"},
