@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
-from petsc4py import PETSc
 from scipy.sparse import csr_matrix, vstack
 
 from impactfem.building.edge_load import edge_load
 from impactfem.building.links import RigidLink, linked
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
+from impactfem.dynamics.factorisation import Factorisation
 
 Array = NDArray[np.float64]
 
@@ -50,16 +50,9 @@ def gathered_matrix(model: BuildingModel, matrix: Any) -> csr_matrix | None:
 
 
 def displacement(K: Any, load: Array) -> Array:
-    """K⁻¹ f by MUMPS on all ranks, at this rank's rows."""
-    solver = PETSc.KSP().create(K.getComm())
-    solver.setOperators(K)
-    solver.setType("preonly")
-    solver.getPC().setType("cholesky")
-    solver.getPC().setFactorSolverType("mumps")
-    u, f = K.createVecs()
-    f.setArray(load)
-    solver.solve(f, u)
-    return np.array(u.getArray())
+    """K⁻¹ f at this rank's rows."""
+    with Factorisation(K) as factor:
+        return factor.solve_block(load[:, None])[:, 0]
 
 
 def results(comm: Any, parts: BuildingParts, link: tuple[int, int]) -> dict[str, Any]:

@@ -89,7 +89,9 @@ def test_a_floor_without_a_slab_is_refused(house):
 def test_areas_and_lengths(house):
     mesh = house.mesh
     walls = 4 * 3.0 + 4 * 3.5 + 2 * 3.0 + 2 * 3.5
-    assert triangle_areas(mesh).sum() == pytest.approx(24.0 + walls + 2.4, rel=1e-13)
+    assert triangle_areas(mesh.nodes, mesh.triangles).sum() == pytest.approx(
+        24.0 + walls + 2.4, rel=1e-13
+    )
     assert line_lengths(mesh).sum() == pytest.approx(4.0 + 6.5, rel=1e-13)
 
 
