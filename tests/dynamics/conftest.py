@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -39,5 +40,67 @@ def chain() -> Callable[..., np.ndarray]:
         K[0, 0] -= not first
         K[-1, -1] -= not last
         return K
+
+    return make
+
+
+@dataclass(frozen=True)
+class Membrane:
+    """A rectangular membrane, held along the side x = 0, in bilinear elements with their mass.
+
+    Dof (ny + 1) i + j is the node i + 1 along x, j along y. K and M are sums of products of those
+    of a string each way, so that the eigenvalues are known: those of two strings added.
+    """
+
+    K: np.ndarray
+    M: np.ndarray
+    eigenvalue: np.ndarray
+    nx: int
+    ny: int
+
+    @property
+    def loads(self) -> np.ndarray:
+        """Two line loads along the side x = L and one along y = 0, shape (n, 3)."""
+        F = np.zeros((len(self.K), 3))
+        side = slice(-(self.ny + 1), None)
+        F[side, 0] = 1.0
+        F[side, 1] = np.linspace(0.0, 1.0, self.ny + 1) ** 2
+        F[:: self.ny + 1, 2] = np.linspace(1.0, 3.0, self.nx)
+        return F
+
+    def transfer(self, omega: np.ndarray, alpha: float, beta: float, F: Any) -> np.ndarray:
+        """Displacements by a dense complex solve at each frequency, shape (n_freq, n, m)."""
+        return np.stack([np.linalg.solve(self.dynamic(w, alpha, beta), F) for w in omega])
+
+    def dynamic(self, omega: float, alpha: float, beta: float) -> np.ndarray:
+        """K + iωC − ω²M."""
+        C = alpha * self.M + beta * self.K
+        return np.asarray(self.K + 1j * omega * C - omega**2 * self.M)
+
+
+@pytest.fixture(scope="session")
+def membrane() -> Callable[..., Membrane]:
+    """Make a membrane of 1 m x 0.8 m and nx x ny elements, with waves of 20 m/s."""
+
+    def string(n: int, length: float, held: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        h = length / n
+        ends = np.ones(n + 1)
+        ends[[0, -1]] = 0.5
+        beside = np.eye(n + 1, k=1) + np.eye(n + 1, k=-1)
+        k, m = (2.0 * np.diag(ends) - beside) / h, (4.0 * np.diag(ends) + beside) * h / 6.0
+        first = 1 if held else 0
+        angle = (np.arange(first, n + 1) - 0.5 * first) * np.pi / n
+        values = 6.0 / h**2 * (1.0 - np.cos(angle)) / (2.0 + np.cos(angle))
+        return k[first:, first:], m[first:, first:], values
+
+    def make(nx: int = 14, ny: int = 11) -> Membrane:
+        (kx, mx, x), (ky, my, y) = string(nx, 1.0, True), string(ny, 0.8, False)
+        return Membrane(
+            K=400.0 * (np.kron(kx, my) + np.kron(mx, ky)),
+            M=np.kron(mx, my),
+            eigenvalue=400.0 * np.sort(np.add.outer(x, y).ravel()),
+            nx=nx,
+            ny=ny,
+        )
 
     return make

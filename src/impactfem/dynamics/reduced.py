@@ -88,6 +88,19 @@ class ReducedModel:
         shapes, factor = self.shapes(basis), self._factor(omega, alpha, beta)
         return np.stack([factor @ (shapes * b).T for b in self.load.T], axis=-1)
 
+    def outside(self, omega: Array, alpha: float, beta: float) -> Complex:
+        """What A x has outside the space under the loads exp(iωt): w = S Y z.
+
+        Args:
+            omega: ω, shape (n,) [rad/s].
+            alpha: α [1/s].
+            beta: β [s].
+
+        Returns:
+            Shape (n, n_tail, n_patterns); its norm is that of A x there in the mass.
+        """
+        return np.asarray(self.tail @ self.amplitude(omega, alpha, beta))
+
     def _factor(self, omega: Array, alpha: float, beta: float) -> Complex:
         """1 / (λ + iω (α + β λ) − ω²), shape (n_freq, r)."""
         s = 1j * np.asarray(omega)[:, None]
@@ -180,7 +193,7 @@ class Residual:
         """
         if (len(model.coordinates), len(model.tail)) != (self._size, len(self._gram)):
             raise SolutionError("the residual of another model than that of the whole basis")
-        w = model.tail @ model.amplitude(omega, alpha, beta)
+        w = model.outside(omega, alpha, beta)
         squares = np.sum(w.conj() * (self._gram @ w), axis=1).real
         away = np.abs(shift_of(omega, alpha, beta) - model.shift)
         scale = away * np.abs(1.0 + 1j * beta * np.asarray(omega))

@@ -59,19 +59,23 @@ def plotter() -> Any:
     return made
 
 
-def save(made: Any, path: Path, *, view: tuple[float, float, float] = VIEW) -> Path:
+def save(
+    made: Any, path: Path, *, view: tuple[float, float, float] = VIEW, zoom: float = 1.0
+) -> Path:
     """Look from a direction, write the picture and close the plotter.
 
     Args:
         made: The plotter.
         path: The picture (PNG).
         view: Direction from the building to the camera.
+        zoom: How much larger than what fits with a margin all round.
 
     Raises:
         ImpactfemError: The file cannot be written.
     """
     made.enable_parallel_projection()
     made.view_vector(view, viewup=(0.0, 0.0, 1.0))
+    made.camera.zoom(zoom)
     made.enable_anti_aliasing("ssaa")
     image = made.screenshot(return_img=True)
     made.close()

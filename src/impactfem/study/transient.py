@@ -52,7 +52,8 @@ def _basis_key(case: Case) -> str:
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.building.stage import mesh_of_run
-    from impactfem.transient.stage import prepare, run_transient
+    from impactfem.transient.checkpoints import remove_checkpoints
+    from impactfem.transient.stage import CHECKPOINTS, prepare, run_transient
     from impactfem.transient.store import write_maps, write_transient
 
     mesh = mesh_of_run(case, folder)
@@ -77,11 +78,15 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         if study is None:
             return []
         files = [folder / "transient.nc"]
+        maps = folder / "transient_maps.nc"
+        # Those of a run before would go with other results.
+        maps.unlink(missing_ok=True)
         with steps.step("stores"):
             write_transient(files[0], study, key)
             if study.maps is not None:
-                files.append(folder / "transient_maps.nc")
-                write_maps(files[1], study, study.maps, key)
+                files.append(maps)
+                write_maps(maps, study, study.maps, key)
+        remove_checkpoints(folder / CHECKPOINTS)
         return files
 
     return on_root(write)

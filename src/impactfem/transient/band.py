@@ -2,30 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.dynamics.error_band import SAFETY
+
 Array = NDArray[np.float64]
 
-SAFETY = 2.0
-"""Factor on the difference of the nested models."""
 WIDTH = 1.0 / 3.0
 """Octaves within which the largest difference counts: curves that cross have no error there."""
 
 
-def spectrum_band(fine: Array, coarse: Array, frequency: Array) -> Array:
-    """Half width of the band on spectra by two nested models.
+def peak_band(fine: Array, coarser: Sequence[Array]) -> Array:
+    """Half width of the band on peaks in time by nested models.
+
+    Args:
+        fine: Histories of the model that is used, shape (n_t, ...).
+        coarser: Histories of the models nested in it, same shape each.
+
+    Returns:
+        Shape (...).
+    """
+    apart = [np.abs(fine - coarse).max(axis=0) for coarse in coarser]
+    return np.asarray(SAFETY * np.max(apart, axis=0))
+
+
+def spectrum_band(fine: Array, coarser: Sequence[Array], frequency: Array) -> Array:
+    """Half width of the band on spectra by nested models.
 
     At each frequency the largest difference within a third of an octave, times a safety factor. An
-    estimate, no bound: the finer model is nearer to the truth than the two are to each other, as
-    long as the basis converges.
+    estimate, no bound: the finer model is nearer to the truth than to the coarser ones, as long as
+    the basis converges.
 
     Args:
         fine: Spectra of the model that is used, shape (..., n_frequencies).
-        coarse: Spectra of the model nested in it, same shape.
+        coarser: Spectra of the models nested in it, same shape each.
         frequency: Ascending, shape (n_frequencies,) [Hz].
     """
-    difference = np.abs(fine - coarse)
+    difference = np.max([np.abs(fine - coarse) for coarse in coarser], axis=0)
     half = 2.0 ** (0.5 * WIDTH)
     first = np.searchsorted(frequency, frequency / half * (1.0 - 1e-12))
     last = np.searchsorted(frequency, frequency * half * (1.0 + 1e-12))

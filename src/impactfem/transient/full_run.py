@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
+import hashlib
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,8 @@ from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.history import History
 from impactfem.dynamics.newmark import Newmark
 from impactfem.dynamics.state import State
-from impactfem.files import atomic, write_json
 from impactfem.log import LOGGER
+from impactfem.transient.checkpoints import Checkpoints
 from impactfem.transient.loads import Loads
 from impactfem.transient.response import NodeResponse
 
@@ -26,6 +27,7 @@ Index = NDArray[np.int64]
 
 RECORDED = ("displacement", "acceleration")
 CHUNK = 100
+"""Most steps between two reports of the progress."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,7 @@ class FullRun:
     Args:
         response: Histories at the nodes.
         energy: Energies at each step.
-        factor_memory: Memory of the factorisation [B].
+        factor_memory: Memory of the factorisation; 0 when all steps had been made before [B].
     """
 
     response: NodeResponse
@@ -59,7 +61,8 @@ def run_full(
     """Newmark's average acceleration from rest over all steps of the loads. Collective.
 
     A run that was interrupted goes on from its last checkpoint: on one rank with the same numbers
-    to the last bit.
+    to the last bit. The last step has one, too, which is of use until the results are written:
+    `remove_checkpoints` is the caller's.
 
     Args:
         model: The building.
@@ -67,166 +70,82 @@ def run_full(
         loads: The loads.
         patterns: Their patterns, shape (n_local, n_patterns).
         damping: α [1/s] and β [s].
-        nodes: Nodes to record, not clamped, shape (n,).
-        checkpoints: Folder of the checkpoints; removed when the run is done.
-        key: Hash of what the run depends on.
-        every: Steps between two checkpoints.
+        nodes: Nodes to record, shape (n,); clamped ones move with the ground.
+        checkpoints: Folder of the checkpoints.
+        key: Hash of what the run depends on; loads, damping and nodes are added to it.
+        every: Most steps between two checkpoints.
         progress: Called with the part of the work that is done.
+
+    Raises:
+        SolutionError: The response is not finite.
+        ImpactfemError: A checkpoint cannot be written.
     """
     amplitudes = loads.amplitudes
     last = len(amplitudes) - 1
-    rows = model.global_rows(nodes)[:, None] + np.arange(3)
-    store = _Checkpoints(model.comm, checkpoints, key)
+    first_rows = model.global_rows(nodes)
+    free = first_rows >= 0
+    rows = (first_rows[free, None] + np.arange(3)).ravel()
+    # Checkpoints come at the end of a chunk, so that a whole number of chunks lies between them.
+    chunks = math.ceil(every / CHUNK)
+    chunk = every // chunks
+    store = Checkpoints(model.comm, checkpoints, f"{key}, {_digest(loads, damping, nodes)}")
     alpha, beta = damping
     with Newmark(K, model.mass, loads.time_step, patterns, alpha=alpha, beta=beta) as system:
         found = store.read()
         if found is None:
-            state, before = system.start(amplitudes[0]), None
+            state = system.start(amplitudes[0])
+            before = system.march(state, amplitudes, last=0, probes=rows, record=RECORDED)
         else:
             state, before = found
             LOGGER.info("transient: going on from %.3f s", state.step * loads.time_step)
-        parts: list[History] = []
+        parts = [before]
 
         def keep(now: State, part: History) -> None:
             parts.append(part)
             progress(now.step / last)
-            if now.step % every == 0 and now.step < last:
-                store.write(now, joined([before, *parts]))
+            if now.step % (chunks * chunk) == 0 or now.step == last:
+                store.write(now, joined(parts))
 
-        history = system.march(
-            state,
-            amplitudes,
-            probes=rows.ravel(),
-            record=RECORDED,
-            each_chunk=keep,
-            chunk=min(CHUNK, every),
-        )
+        if state.step < last:
+            system.march(
+                state,
+                amplitudes,
+                probes=rows,
+                record=RECORDED,
+                each_chunk=keep,
+                chunk=chunk,
+            )
         memory = system.memory
-    whole = joined([before, history])
-    store.remove()
-    shape = (len(whole.step), len(nodes), 3)
+    whole = joined(parts)
+    motion = {name: np.zeros((last + 1, len(nodes), 3)) for name in RECORDED}
+    for name, values in whole.motion.items():
+        motion[name][:, free] = values.reshape(last + 1, -1, 3)
     return FullRun(
         response=NodeResponse(
             time_step=loads.time_step,
-            displacement=whole.motion["displacement"].reshape(shape),
-            acceleration=whole.motion["acceleration"].reshape(shape) + loads.ground[:, None, :],
+            displacement=motion["displacement"],
+            acceleration=motion["acceleration"] + loads.ground[:, None, :],
         ),
         energy=whole.energy,
         factor_memory=memory,
     )
 
 
-def joined(parts: list[History | None]) -> History:
-    """Histories one after the other; where two have the same step, the first one counts."""
-    given = [part for part in parts if part is not None and len(part.step)]
-    step = np.concatenate([part.step for part in given])
-    _, first = np.unique(step, return_index=True)
+def _digest(loads: Loads, damping: tuple[float, float], nodes: Index) -> str:
+    numbers = (loads.time_step, *damping), loads.amplitudes, nodes
+    return hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in numbers)).hexdigest()
 
-    def of(name: str, source: Callable[[History], Any]) -> Array:
-        values = np.concatenate([getattr(source(part), name) for part in given])
-        return np.asarray(values[first])
 
-    energy = Energy(*(of(field.name, lambda part: part.energy) for field in fields(Energy)))
-    motion = {
-        name: np.concatenate([part.motion[name] for part in given])[first] for name in RECORDED
+def joined(parts: Sequence[History]) -> History:
+    """Histories one after the other; each begins a step after the one before it ends."""
+    energies = {
+        field.name: np.concatenate([getattr(part.energy, field.name) for part in parts])
+        for field in fields(Energy)
     }
-    return History(step[first], motion, energy)
-
-
-class _Checkpoints:
-    """States of all ranks at one step, with what was recorded until then.
-
-    Each rank writes its own file; the list that names the step is written last of all.
-    """
-
-    def __init__(self, comm: Any, folder: Path, key: str) -> None:
-        self.comm, self.folder, self.key = comm, folder, key
-        self.index = folder / "checkpoint.json"
-
-    def write(self, state: State, history: History) -> None:
-        """Write a checkpoint. Collective."""
-        step = state.step
-        if self.comm.rank == 0:
-            self.folder.mkdir(parents=True, exist_ok=True)
-        self.comm.barrier()
-        with atomic(self._state(step)) as temporary, temporary.open("wb") as stream:
-            np.savez(stream, **{f.name: getattr(state, f.name) for f in fields(State)})
-        if self.comm.rank == 0:
-            content = {f.name: getattr(history.energy, f.name) for f in fields(Energy)}
-            content |= history.motion | {"step": history.step}
-            with atomic(self._history(step)) as temporary, temporary.open("wb") as stream:
-                np.savez(stream, **content)
-        self.comm.barrier()
-        if self.comm.rank == 0:
-            write_json(self.index, {"step": step, "key": self.key, "ranks": self.comm.size})
-            for path in self.folder.glob("*.npz"):
-                if not path.stem.endswith(f"_{step}"):
-                    path.unlink()
-        self.comm.barrier()
-
-    def read(self) -> tuple[State, History] | None:
-        """The last checkpoint, or None where there is none of this run and these ranks. Collective.
-
-        Only the first rank has the history that was recorded; the others need none of it.
-        """
-        listed = self.comm.bcast(self._listed() if self.comm.rank == 0 else None)
-        if listed is None:
-            return None
-        state = self._read_state(listed)
-        history = self.comm.bcast(self._read_history(listed) if self.comm.rank == 0 else None)
-        if history is None or not self.comm.allreduce(state is not None, op=_both):
-            return None
-        return (state, history) if state is not None else None
-
-    def remove(self) -> None:
-        """Remove all checkpoints. Collective."""
-        if self.comm.rank == 0 and self.folder.is_dir():
-            for path in self.folder.iterdir():
-                path.unlink()
-            self.folder.rmdir()
-        self.comm.barrier()
-
-    def _listed(self) -> int | None:
-        try:
-            found = json.loads(self.index.read_text(encoding="utf-8"))
-            same = found["key"] == self.key and found["ranks"] == self.comm.size
-            return int(found["step"]) if same else None
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            LOGGER.warning("%s cannot be read (%s); started again", self.index, error)
-            return None
-
-    def _read_state(self, step: int) -> State | None:
-        content = _archive(self._state(step))
-        if content is None:
-            return None
-        numbers = {"step": int(content["step"])}
-        totals = {name: float(content[name]) for name in ("damped", "input")}
-        return State(**(content | numbers | totals))
-
-    def _read_history(self, step: int) -> History | None:
-        content = _archive(self._history(step))
-        if content is None:
-            return None
-        energy = Energy(*(content[field.name] for field in fields(Energy)))
-        return History(content["step"], {name: content[name] for name in RECORDED}, energy)
-
-    def _state(self, step: int) -> Path:
-        return self.folder / f"state_{self.comm.rank}_{step}.npz"
-
-    def _history(self, step: int) -> Path:
-        return self.folder / f"history_{step}.npz"
-
-
-def _archive(path: Path) -> dict[str, Any] | None:
-    try:
-        with np.load(path, allow_pickle=False) as content:
-            return dict(content)
-    except (OSError, ValueError, EOFError) as error:
-        LOGGER.warning("%s cannot be read (%s); started again", path, error)
-        return None
-
-
-def _both(one: bool, other: bool) -> bool:
-    return one and other
+    return History(
+        step=np.concatenate([part.step for part in parts]),
+        motion={
+            name: np.concatenate([part.motion[name] for part in parts]) for name in parts[0].motion
+        },
+        energy=Energy(**energies),
+    )

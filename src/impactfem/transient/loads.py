@@ -48,6 +48,9 @@ class Loads:
         force: Their amplitudes, shape (n_steps + 1, n_edges) [N].
         impulse_error: Largest difference of an impulse before and after resampling, over the
             largest impulse.
+
+    Raises:
+        ValueError: Two forces have the same name.
     """
 
     time_step: float
@@ -56,6 +59,11 @@ class Loads:
     edges: tuple[EdgeForce, ...]
     force: Array
     impulse_error: float
+
+    def __post_init__(self) -> None:
+        # Amplitudes find their patterns by name.
+        if len(set(self.names)) < len(self.names):
+            raise ValueError(f"loads of the same name: {', '.join(self.names)}")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -95,16 +103,25 @@ def make_loads(
         motions: Component, time step [s] and acceleration [m/s2] of each ground motion.
         forces: Impact forces.
         edges: What each of their pairs does to the building, in the order of the pairs; forces on
-            the same edge in the same direction add.
+            the same edge add, along the direction of the first one.
         time_step: Δt [s].
         n_steps: Number of steps.
     """
-    acting = [(e, f) for e, f in zip(edges, forces.force.T, strict=True) if np.any(f != 0.0)]
-    kept = list(dict.fromkeys(edge for edge, _ in acting))
-    given = np.zeros((len(forces.time), len(kept)))
-    for edge, history in acting:
-        given[:, kept.index(edge)] += history
+    by_edge: dict[EdgeForce, Array] = {}
+    for edge, history in zip(edges, forces.force.T, strict=True):
+        x, y, z = edge.direction
+        opposite = EdgeForce(edge.name, edge.floor, (-x, -y, -z))
+        if opposite in by_edge:
+            by_edge[opposite] -= history
+        else:
+            by_edge[edge] = by_edge.get(edge, 0.0) + history
+    given = np.zeros((len(forces.time), len(by_edge)))
+    for j, history in enumerate(by_edge.values()):
+        given[:, j] = history
     force = project(forces.time, given, time_step, n_steps)
+    # A pattern without force, within this time, would only make the reduced basis larger.
+    acting = np.any(force != 0.0, axis=0)
+    given, force = given[:, acting], force[:, acting]
     before = _integral(forces.time, given, time_step * n_steps)
     grid = time_step * np.arange(n_steps + 1, dtype=np.float64)
     after = _integral(grid, force, time_step * n_steps)
@@ -113,7 +130,7 @@ def make_loads(
         time_step=time_step,
         ground=interpolate_ground(motions, time_step, n_steps + 1),
         directions=tuple(sorted({component for component, _, _ in motions})),
-        edges=tuple(kept),
+        edges=tuple(edge for edge, acts in zip(by_edge, acting, strict=True) if acts),
         force=force,
         impulse_error=float(np.abs(after - before).max(initial=0.0) / largest) if largest else 0.0,
     )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +13,18 @@ from numpy.typing import NDArray
 
 from impactfem.building.local import DOFS
 from impactfem.building.model import BuildingModel
+from impactfem.dynamics.error_band import SAFETY, nested_models
 from impactfem.dynamics.krylov import KrylovBasis
-from impactfem.dynamics.reduced import ReducedModel, reduced_model
+from impactfem.dynamics.reduced import ReducedModel
 from impactfem.errors import SolutionError
-from impactfem.files import atomic
 from impactfem.log import LOGGER
+from impactfem.transient.archive import read_archive, write_archive
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 AT_ONCE = 8
 """Block steps between two looks at the accuracy."""
-NESTED = 0.8
-"""Part of the vectors that the nested model has, whose difference is the estimate of the error."""
 LOWEST = 0.5
 PER_OCTAVE = 12
 """Frequencies at which accuracy is looked at: from LOWEST [Hz] up, so many an octave."""
@@ -33,39 +32,46 @@ PER_OCTAVE = 12
 
 @dataclass(frozen=True, eq=False)
 class ReducedBasis:
-    """A reduced model, the coarser one nested in it, and their shapes where they are looked at.
+    """A reduced model, coarser ones nested in it, and their shapes where they are looked at.
 
     Args:
         loads: Names of the load patterns, in the order of the models' loads.
-        model: The reduced model.
-        nested: The coarser one.
+        models: The reduced model, then those nested in it that tell its error.
         nodes: Nodes that are looked at, ascending, shape (n,).
-        shapes: Φ at their displacements, shape (n, 3, size of the basis), before `coordinates`.
-        difference: Largest difference of the two models' transfer functions at the probes.
+        vectors: V at their displacements, shape (n, 3, size of the basis); zero at clamped nodes.
+        difference: Largest estimate of the error of the transfer functions at the probes: the
+            difference of the nested models, with the safety factor of the error band.
     """
 
     loads: tuple[str, ...]
-    model: ReducedModel
-    nested: ReducedModel
+    models: tuple[ReducedModel, ...]
     nodes: Index
-    shapes: Array
+    vectors: Array
     difference: float
 
+    @property
+    def model(self) -> ReducedModel:
+        """The reduced model itself."""
+        return self.models[0]
+
     def of(self, model: ReducedModel, nodes: Index) -> Array:
-        """Φ of one of the two models at some of the nodes.
+        """Φ of one of the models at some of the nodes.
 
         Args:
-            model: `model` or `nested`.
+            model: One of `models`.
             nodes: Nodes among those that are looked at, shape (m,).
 
         Returns:
             Shape (m, 3, r).
+
+        Raises:
+            KeyError: The basis was not made for one of the nodes.
         """
         at = np.searchsorted(self.nodes, nodes)
         if at.max(initial=-1) >= len(self.nodes) or np.any(self.nodes[at] != nodes):
             raise KeyError("a node that the basis was not made for")
-        rows = self.shapes[at][:, :, : len(model.coordinates)]
-        return np.asarray(rows @ model.coordinates)
+        rows = self.vectors[at].reshape(3 * len(at), -1)
+        return model.shapes(rows).reshape(len(at), 3, -1)
 
     def write(self, path: Path, key: str) -> None:
         """Write it as NumPy's archive, in one piece.
@@ -73,39 +79,36 @@ class ReducedBasis:
         Raises:
             ImpactfemError: The file cannot be written.
         """
-        content: dict[str, Any] = {"key": key, "loads": np.array(self.loads)}
-        content |= {"nodes": self.nodes, "shapes": self.shapes, "difference": self.difference}
-        for name, model in (("model", self.model), ("nested", self.nested)):
-            for field in ("eigenvalue", "load", "coordinates", "shift", "tail"):
-                content[f"{name}_{field}"] = getattr(model, field)
-        with atomic(path) as temporary, temporary.open("wb") as stream:
-            np.savez(stream, **content)
+        content: dict[str, Any] = {
+            "loads": np.array(self.loads),
+            "nodes": self.nodes,
+            "vectors": self.vectors,
+            "difference": self.difference,
+            "models": len(self.models),
+        }
+        for number, model in enumerate(self.models):
+            for field in fields(ReducedModel):
+                content[f"{field.name}_{number}"] = getattr(model, field.name)
+        write_archive(path, key, content)
 
     @classmethod
     def read(cls, path: Path, key: str) -> ReducedBasis | None:
         """The basis of a file; None where there is none with this key, or it is damaged."""
-        try:
-            with np.load(path, allow_pickle=False) as content:
-                if str(content["key"]) != key:
-                    return None
-                models = []
-                for name in ("model", "nested"):
-                    names = ("eigenvalue", "load", "coordinates", "shift", "tail")
-                    values = {field: content[f"{name}_{field}"] for field in names}
-                    models.append(ReducedModel(**values | {"shift": float(values["shift"])}))
-                return cls(
-                    loads=tuple(str(name) for name in content["loads"]),
-                    model=models[0],
-                    nested=models[1],
-                    nodes=content["nodes"],
-                    shapes=content["shapes"],
-                    difference=float(content["difference"]),
-                )
-        except FileNotFoundError:
+        content = read_archive(path, key)
+        if content is None:
             return None
-        except (OSError, ValueError, KeyError, EOFError) as error:
-            LOGGER.warning("%s cannot be read (%s); computed again", path, error)
-            return None
+
+        def model(number: int) -> ReducedModel:
+            values = {f.name: content[f"{f.name}_{number}"] for f in fields(ReducedModel)}
+            return ReducedModel(**values | {"shift": float(values["shift"])})
+
+        return cls(
+            loads=tuple(str(name) for name in content["loads"]),
+            models=tuple(model(number) for number in range(int(content["models"]))),
+            nodes=content["nodes"],
+            vectors=content["vectors"],
+            difference=float(content["difference"]),
+        )
 
 
 def build_basis(
@@ -135,8 +138,9 @@ def build_basis(
         damping: α [1/s] and β [s] of the lightest damping that the basis must serve.
         maximum_frequency: Up to which the transfer functions must be accurate [Hz].
         shift: Frequency of the shift [Hz].
-        tolerance: Largest difference of the acceleration by the model and by the nested one over
-            the largest acceleration of any probe under the same load at that frequency.
+        tolerance: Largest difference of the acceleration by the model and by a nested one, times
+            the safety factor of the error band, over the largest acceleration of any probe under
+            the same load at that frequency.
         largest: Most vectors.
         progress: Called with the part of the work that is done.
 
@@ -151,23 +155,22 @@ def build_basis(
     first = math.inf
     while True:
         grown = basis.grow(AT_ONCE)
-        fine, coarse = reduced_model(basis), reduced_model(basis, int(NESTED * basis.size))
-        rows = at_probes.gathered(basis.V)
-        difference = _difference(fine, coarse, rows, omega, damping)
+        models = nested_models(basis)
+        difference = _difference(models, at_probes.gathered(basis), omega, damping)
         LOGGER.debug("reduced basis: %d vectors, difference %.2e", basis.size, difference)
         first = min(first, difference) if math.isinf(first) else first
         if difference <= tolerance or grown == 0:
             break
         if basis.size >= largest:
             raise SolutionError(
-                f"{basis.size} vectors of the reduced basis leave a difference of {difference:.2%} "
+                f"{basis.size} vectors of the reduced basis leave an error of {difference:.2%} "
                 f"at the probes, {tolerance:.2%} is asked: allow more with transient.largest_basis,"
                 " or lower transient.maximum_frequency"
             )
         progress(min(1.0, math.log(first / difference) / math.log(max(first / tolerance, 1.01))))
-    shapes = _Rows(model, nodes).gathered(basis.V)
+    vectors = _Rows(model, nodes).gathered(basis)
     basis.destroy()
-    return ReducedBasis(loads, fine, coarse, nodes, shapes, difference)
+    return ReducedBasis(loads, tuple(models), nodes, vectors, difference)
 
 
 class _Rows:
@@ -180,10 +183,10 @@ class _Rows:
         self.rows = rows[self.here, None] + np.arange(DOFS // 2)
         self.count = len(nodes)
 
-    def gathered(self, columns: Array) -> Array:
-        """Rows of the nodes on all ranks, shape (n, 3, k); zero at clamped ones. Collective."""
-        found = np.zeros((self.count, DOFS // 2, columns.shape[1]))
-        found[self.here] = columns[self.rows]
+    def gathered(self, basis: KrylovBasis) -> Array:
+        """V at the nodes of all ranks, shape (n, 3, size); zero at clamped ones. Collective."""
+        found = np.zeros((self.count, DOFS // 2, basis.size))
+        found[self.here] = basis.rows(self.rows)
         if self.comm.size > 1:
             from mpi4py import MPI
 
@@ -192,18 +195,10 @@ class _Rows:
 
 
 def _difference(
-    fine: ReducedModel,
-    coarse: ReducedModel,
-    rows: Array,
-    omega: Array,
-    damping: tuple[float, float],
+    models: Sequence[ReducedModel], rows: Array, omega: Array, damping: tuple[float, float]
 ) -> float:
-    """Largest difference of the transfer functions over the largest of any probe."""
-    accelerations = []
-    for model in (fine, coarse):
-        shapes = rows[:, :, : len(model.coordinates)].reshape(-1, len(model.coordinates))
-        z = model.amplitude(omega, *damping)
-        accelerations.append(np.einsum("pr,nrm->npm", shapes @ model.coordinates, z))
-    largest = np.abs(accelerations[0]).max(axis=1)
-    apart = np.abs(accelerations[0] - accelerations[1]).max(axis=1)
-    return float((apart / largest).max())
+    """Largest error, as estimated, of the transfer functions over the largest of any probe."""
+    flat = rows.reshape(-1, rows.shape[2])
+    fine, *coarser = (model.transfer(flat, omega, *damping) for model in models)
+    apart = [np.abs(fine - coarse).max(axis=1) for coarse in coarser]
+    return float(SAFETY * (np.max(apart, axis=0) / np.abs(fine).max(axis=1)).max())

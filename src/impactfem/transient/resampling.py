@@ -36,7 +36,9 @@ def project(time: Array, values: Array, time_step: float, n_steps: int) -> Array
     # Gauss's rule of two points is exact for cubics.
     for node in (-1.0 / np.sqrt(3.0), 1.0 / np.sqrt(3.0)):
         at = middle + 0.5 * node * length
-        f = np.column_stack([np.interp(at, time, column, 0.0, 0.0) for column in values.T])
+        f = np.empty((len(at), values.shape[1]))
+        for j, column in enumerate(values.T):
+            f[:, j] = np.interp(at, time, column, 0.0, 0.0)
         f *= 0.5 * length[:, None]
         share = (at / time_step - cell)[:, None]
         np.add.at(right, cell, f * (1.0 - share))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from impactfem.case import Spectra
 from impactfem.dynamics.modal_response import ModalHistory, modal_response
+from impactfem.dynamics.reduced import ReducedModel
 from impactfem.parallel import threads
 from impactfem.spectra import ResponseSpectra, response_spectra
 from impactfem.transient.loads import Loads
@@ -16,9 +17,6 @@ from impactfem.transient.reduced_basis import ReducedBasis
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-SAFETY = 2.0
-"""Factor on the difference of two nested models in the error band."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +40,7 @@ def modal_histories(
     damping: tuple[float, float],
     *,
     scheme: str = "exact",
-    nested: bool = False,
+    model: ReducedModel | None = None,
 ) -> ModalHistory:
     """Modal coordinates under the loads.
 
@@ -51,33 +49,39 @@ def modal_histories(
         loads: The loads.
         damping: α [1/s] and β [s].
         scheme: "exact" or "newmark".
-        nested: Of the nested model.
+        model: One of the models of the basis; the finest when None.
 
     Raises:
         KeyError: The basis has no pattern of one of the loads.
     """
-    model = basis.nested if nested else basis.model
     amplitudes = np.zeros((len(loads.ground), len(basis.loads)))
     for name, history in zip(loads.names, loads.amplitudes.T, strict=True):
         if name not in basis.loads:
             raise KeyError(f"the reduced basis has no load {name}")
         amplitudes[:, basis.loads.index(name)] = history
-    return modal_response(model, amplitudes, loads.time_step, *damping, scheme=scheme)
+    return modal_response(
+        model or basis.model, amplitudes, loads.time_step, *damping, scheme=scheme
+    )
 
 
 def node_response(
-    basis: ReducedBasis, history: ModalHistory, loads: Loads, nodes: Index, *, nested: bool = False
+    basis: ReducedBasis,
+    history: ModalHistory,
+    loads: Loads,
+    nodes: Index,
+    *,
+    model: ReducedModel | None = None,
 ) -> NodeResponse:
     """Histories at nodes.
 
     Args:
         basis: The basis.
-        history: Modal coordinates of its model, or of the nested one.
+        history: Modal coordinates of its model, or of a nested one.
         loads: The loads, for the ground's motion.
         nodes: Nodes that the basis was made for, shape (n,).
-        nested: Whether the history is the nested model's.
+        model: The model that the history is of; the finest when None.
     """
-    shapes = basis.of(basis.nested if nested else basis.model, nodes)
+    shapes = basis.of(model or basis.model, nodes)
     flat = shapes.reshape(-1, shapes.shape[2])
     shape = (-1, len(nodes), 3)
     return NodeResponse(

@@ -12,6 +12,8 @@ from impactfem.transient.stage import TransientStudy
 
 Array = NDArray[np.float64]
 
+DIFFERENCE = "error of the transfer functions at the probes, by nested models"
+
 
 def transient_scalars(study: TransientStudy) -> list[Scalar]:
     """All scalars of the stage; spectra at the first damping, along the first motion."""
@@ -31,13 +33,14 @@ def _solver(study: TransientStudy) -> list[Scalar]:
     ]
     if study.basis is not None:
         known = spectra.frequency <= _highest(study)
-        moved = study.psa[..., known] > 1e-3 * study.psa.max()
-        share = (study.band[..., known] / study.psa[..., known])[moved]
-        note = f"up to {_highest(study):g} Hz, nodes and directions that move"
+        psa, band = study.psa[..., known], study.band[..., known]
+        moved = psa > 1e-3 * study.psa.max()
+        share = band[moved] / psa[moved]
+        note = f"up to {_highest(study):g} Hz, where it is above a thousandth of the largest one"
         scalars += [
             Scalar("transient.basis_vectors", float(len(study.basis.model.eigenvalue)), "-"),
-            Scalar("transient.basis_difference", study.basis.difference, "-", "of nested models"),
-            Scalar("transient.band_max", float(share.max()), "-", note),
+            Scalar("transient.basis_difference", study.basis.difference, "-", DIFFERENCE),
+            Scalar("transient.band_max", float(share.max(initial=0.0)), "-", note),
         ]
     if study.full is not None:
         residual = study.full.energy.residual

@@ -22,7 +22,7 @@ from impactfem.motion.from_case import ground_motions
 from impactfem.parallel import on_root
 from impactfem.spectra import ResponseSpectra
 from impactfem.sticks.force_history import read_forces
-from impactfem.transient.band import SAFETY, spectrum_band
+from impactfem.transient.band import peak_band, spectrum_band
 from impactfem.transient.forces import checked_forces
 from impactfem.transient.full_run import FullRun, run_full
 from impactfem.transient.loads import Loads, make_loads
@@ -109,7 +109,7 @@ def main_impact(loads: Loads) -> tuple[float, float] | None:
         return None
     force = loads.force[:, int(np.argmax(np.abs(loads.force).max(axis=0)))]
     peak = int(np.argmax(np.abs(force)))
-    touching = force > QUIET * force[peak]
+    touching = force / force[peak] > QUIET
     start = peak
     while start > 0 and touching[start - 1]:
         start -= 1
@@ -211,16 +211,16 @@ def run_transient(
     reduced, full = transient.solver != "full", transient.solver != "reduced"
     loads = prepared.loads
     nodes = np.array([probe.node for probe in prepared.probes])
-    basis = None
-    if reduced:
-        basis = on_root(lambda: _stored_basis(folder / BASIS, basis_key, loads))
+    # On rank 0 alone: it is large, and the others have no use for it.
+    basis = _stored_basis(folder / BASIS, basis_key, loads) if reduced and comm.rank == 0 else None
+    build = comm.bcast(reduced and basis is None)
     run = None
-    if full or basis is None:
+    if full or build:
         with step("matrices"):
             model = assemble_building(comm, prepared.parts)
             K = model.take_stiffness(prepared.storey_factor)
             patterns = loads.patterns(model, prepared.parts.mesh, transient.eccentricity)
-        if reduced and basis is None:
+        if build:
             with step("basis"):
                 basis = _build(transient, prepared, model, K, patterns, nodes, within)
                 on_root(lambda: _write(basis, folder / BASIS, basis_key))
@@ -286,8 +286,8 @@ def _build(
         progress=lambda part: within("basis", part),
     )
     LOGGER.info(
-        "transient: reduced basis of %d vectors for %d loads; it and a nested one differ by %.2g %%"
-        " up to %g Hz",
+        "transient: reduced basis of %d vectors for %d loads; error of the transfer functions"
+        " at most %.2g %% up to %g Hz, by nested bases",
         len(basis.model.eigenvalue),
         len(basis.loads),
         100.0 * basis.difference,
@@ -320,21 +320,28 @@ def _results(
             history = modal_histories(basis, loads, damping)
             response = node_response(basis, history, loads, nodes)
             spectra = node_spectra(response, case.spectra)
-            coarse = node_response(
-                basis,
-                modal_histories(basis, loads, damping, nested=True),
-                loads,
-                nodes,
-                nested=True,
+            coarser = [
+                node_response(
+                    basis,
+                    modal_histories(basis, loads, damping, model=nested),
+                    loads,
+                    nodes,
+                    model=nested,
+                )
+                for nested in basis.models[1:]
+            ]
+            fine_psa, *coarser_psa = (
+                by_probe(s.psa, len(nodes))
+                for s in (spectra, *(node_spectra(one, case.spectra) for one in coarser))
             )
-            other = node_spectra(coarse, case.spectra)
-            fine_psa, coarse_psa = (by_probe(s.psa, len(nodes)) for s in (spectra, other))
-            band = spectrum_band(fine_psa, coarse_psa, spectra.frequency)
-            apart = np.abs(response.acceleration - coarse.acceleration).max(axis=0)
-            pfa_band = SAFETY * apart
+            band = spectrum_band(fine_psa, coarser_psa, spectra.frequency)
+            pfa_band = peak_band(response.acceleration, [one.acceleration for one in coarser])
             if run is not None:
                 full_error = _against_full(case, basis, loads, damping, nodes, run)
-    if basis is not None and (transient.fields or transient.snapshots):
+    wanted = bool(transient.fields) or transient.snapshots
+    if basis is None and wanted:
+        LOGGER.info("transient: the full model records its probes only; no maps and no waves")
+    if basis is not None and wanted:
         with step("maps"):
             maps = floor_maps(
                 prepared.parts,
