@@ -93,7 +93,7 @@ def check(case: CaseFile) -> None:
     """Check a case file and all files it names; nothing is computed."""
     from impactfem import study
 
-    found = study.check(case)
+    found = study.check(case, mesh=True)
     typer.echo(
         f"{case}: good. {len(found.buildings)} buildings, {len(found.contacts)} contact pairs, "
         f"{len(found.motions)} ground motions"

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from impactfem.building.edge_load import edge_load
 from impactfem.building.model import assemble_building
-from impactfem.building.stage import read_parts
+from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.modes import modes

@@ -14,7 +14,8 @@ from impactfem import study
 from impactfem.building.assembly import DOFS
 from impactfem.building.bending import bending_modes
 from impactfem.building.model import assemble_building
-from impactfem.building.stage import read_parts, run_building
+from impactfem.building.read_parts import read_parts
+from impactfem.building.stage import run_building
 from impactfem.building.store import read_building_mesh
 from impactfem.building.storey_factor import fit_storey_factor
 from impactfem.case import load_case
@@ -181,3 +182,11 @@ def test_rows_of_nodes(parts):
     assert model.rows(nodes).tolist() == [0, 7 * DOFS, 3 * DOFS]
     assert model.rows(parts.mesh.base[:1]).tolist() == [-1]
     assert model.node_of(7 * DOFS + 4) == nodes[1]
+
+
+def test_check_reads_the_mesh(frame, edited):
+    assert study.check(frame, mesh=True).structure is not None
+    edited(frame, ('groups = "floor_*"', 'groups = "floor_1"'))
+    assert study.check(frame).structure is not None
+    with pytest.raises(InputError, match=r"frame\.msh: floor_2: no pattern matches it"):
+        study.check(frame, mesh=True)

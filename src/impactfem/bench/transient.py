@@ -17,7 +17,7 @@ from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
 from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
-from impactfem.building.stage import read_parts
+from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, load_case
 from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions

@@ -12,21 +12,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.from_case import geometry_of, sections_of
+from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
-from impactfem.building.masses import FloorMasses, floor_masses
+from impactfem.building.masses import FloorMasses
 from impactfem.building.mesh import place
-from impactfem.building.mesh_report import MeshReport, mesh_report
+from impactfem.building.mesh_report import MeshReport
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
-from impactfem.building.read_mesh import read_mesh
+from impactfem.building.read_parts import read_parts
 from impactfem.building.storey_factor import fit_storey_factor
 from impactfem.case import Case
 from impactfem.case.file_mesh import FileMesh
 from impactfem.case.structure import Structure
 from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.dynamics.modes import Modes, modes
-from impactfem.errors import Fault, InputError, SolutionError
+from impactfem.errors import SolutionError
 from impactfem.log import LOGGER
 from impactfem.parallel import on_root
 
@@ -72,44 +72,6 @@ class BuildingStudy:
     def effective_mass(self) -> Array:
         """Γ², shape (n_modes, 6) [kg, kg m2]."""
         return self.participation**2
-
-
-def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, MeshReport]:
-    """Mesh, sections and masses of the structure of a case. Not collective.
-
-    Args:
-        case: The case; it has a structure.
-        path: The mesh file.
-
-    Raises:
-        InputError: The mesh is not usable, or does not go with the case.
-    """
-    structure = _structure(case)
-    building = case.building(structure.building)
-    mesh = read_mesh(path)
-    if list(mesh.floors) != [floor.floor for floor in building.floors]:
-        found = ", ".join(map(str, mesh.floors))
-        expected = f"the floors 1 to {len(building.floors)} of building {building.name}"
-        raise InputError([Fault(path, "centre_<k>", f"floors {found}", expected)])
-    sections = sections_of(structure, mesh)
-    density = structure.material.density
-    if density is None:
-        raise ValueError("the material of a structure has a density")
-    asked = np.array([f.mass for f in building.floors]) if structure.floor_masses else None
-    try:
-        masses = floor_masses(mesh, sections, density, asked)
-    except SolutionError as error:
-        raise InputError([Fault(case.path, "structure.floor_masses", None, str(error))]) from error
-    parts = BuildingParts(
-        mesh=mesh,
-        sections=sections,
-        young_modulus=structure.material.young_modulus,
-        poisson_ratio=structure.material.poisson_ratio,
-        density=density,
-        added_mass=masses.on_triangles,
-        drilling=structure.drilling,
-    )
-    return parts, masses, mesh_report(mesh, sections)
 
 
 def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStudy:

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import xarray as xr
 
+from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, SyntheticMotion, load_case
+from impactfem.case.file_mesh import FileMesh
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
@@ -43,8 +45,12 @@ class Run:
     times: dict[str, float] = field(default_factory=dict)
 
 
-def check(path: Path) -> Case:
+def check(path: Path, *, mesh: bool = False) -> Case:
     """Read a case file and everything it names; nothing is computed.
+
+    Args:
+        path: The case file.
+        mesh: Whether a mesh file of the case is read, too, which takes a second or two.
 
     Raises:
         InputError: With every fault found.
@@ -55,6 +61,8 @@ def check(path: Path) -> Case:
     if case.pounding.time_step > longest / 2.0:
         expected = f"at most half of what is computed, {longest:g} s"
         raise InputError([Fault(path, "pounding.time_step", case.pounding.time_step, expected)])
+    if mesh and case.structure is not None and isinstance(case.structure.mesh, FileMesh):
+        read_parts(case, case.structure.mesh.file)
     for stage in STAGES:
         program_key(stage.rooms)
     return case

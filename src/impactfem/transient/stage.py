@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
-from impactfem.building.stage import read_parts
+from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
 from impactfem.log import LOGGER

@@ -1,0 +1,55 @@
+"""What a case's building is made of: its mesh file, read, with sections, material and masses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from impactfem.building.from_case import sections_of
+from impactfem.building.masses import FloorMasses, floor_masses
+from impactfem.building.mesh_report import MeshReport, mesh_report
+from impactfem.building.parts import BuildingParts
+from impactfem.building.read_mesh import read_mesh
+from impactfem.case import Case
+from impactfem.errors import Fault, InputError, SolutionError
+
+
+def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, MeshReport]:
+    """Mesh, sections and masses of the structure of a case. Not collective.
+
+    Args:
+        case: The case; it has a structure.
+        path: The mesh file.
+
+    Raises:
+        InputError: The mesh is not usable, or does not go with the case.
+    """
+    structure = case.structure
+    if structure is None:
+        raise ValueError("the case has no structure")
+    building = case.building(structure.building)
+    mesh = read_mesh(path)
+    if list(mesh.floors) != [floor.floor for floor in building.floors]:
+        found = ", ".join(map(str, mesh.floors))
+        expected = f"the floors 1 to {len(building.floors)} of building {building.name}"
+        raise InputError([Fault(path, "centre_<k>", f"floors {found}", expected)])
+    sections = sections_of(structure, mesh)
+    density = structure.material.density
+    if density is None:
+        raise ValueError("the material of a structure has a density")
+    asked = np.array([f.mass for f in building.floors]) if structure.floor_masses else None
+    try:
+        masses = floor_masses(mesh, sections, density, asked)
+    except SolutionError as error:
+        raise InputError([Fault(case.path, "structure.floor_masses", None, str(error))]) from error
+    parts = BuildingParts(
+        mesh=mesh,
+        sections=sections,
+        young_modulus=structure.material.young_modulus,
+        poisson_ratio=structure.material.poisson_ratio,
+        density=density,
+        added_mass=masses.on_triangles,
+        drilling=structure.drilling,
+    )
+    return parts, masses, mesh_report(mesh, sections)

@@ -1,0 +1,58 @@
+"""Arrays in one file, as NumPy's archive: written in one piece, read whole or not at all."""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from impactfem.files import atomic
+from impactfem.log import LOGGER
+
+# What a file that is cut short, or has other bytes in it, makes NumPy and zipfile raise.
+DAMAGE = (
+    OSError,
+    ValueError,
+    KeyError,
+    EOFError,
+    NotImplementedError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+def write_archive(path: Path, key: str, content: dict[str, Any]) -> None:
+    """Write arrays and numbers by name.
+
+    Args:
+        path: The file.
+        key: Hash of what they depend on.
+        content: The arrays; "key" is no name.
+
+    Raises:
+        ImpactfemError: The file cannot be written.
+    """
+    with atomic(path) as temporary, temporary.open("wb") as stream:
+        np.savez(stream, **content | {"key": key})
+
+
+def read_archive(path: Path, key: str) -> dict[str, Any] | None:
+    """Read all arrays of a file.
+
+    Returns:
+        The arrays by name; None where there is no file, where it was made from something else, and
+        where it is damaged, which is told.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as content:
+            # Large arrays of another run are not read.
+            return dict(content) if str(content["key"]) == key else None
+    except FileNotFoundError:
+        return None
+    except DAMAGE as error:
+        LOGGER.warning("warning: %s is damaged (%s); computed again", path, error)
+        return None
