@@ -36,7 +36,7 @@ SHARES = (0.95, 0.9, 0.85)
 SAFETY = 2.5
 """Measured on a building of 63,000 degrees of freedom with 80 to 300 vectors: the band is 1 to 10
 times the error in 96 % of all thirds of an octave, probes and patterns where the error is above
-0.1 % of the response, and smaller than the error in 3 %; on membranes in 92 % and 8 %."""
+0.1 % of the response, and smaller than the error in 2 %; on a membrane in 93 % and 5 %."""
 BANDS_AN_OCTAVE = 3
 
 

@@ -241,7 +241,7 @@ class KrylovBasis:
 def _orthonormal(M: PETSc.Mat, X: Array, least: Array) -> tuple[Array, Array]:
     """M-orthonormal columns Q and B, with X = Q B but for what is left out; X is overwritten.
 
-    Column by column, each twice. A Gram matrix of the block would lose half of the digits.
+    Column by column: a Gram matrix of the block would lose half of the digits.
 
     Args:
         M: Mass.
@@ -253,11 +253,10 @@ def _orthonormal(M: PETSc.Mat, X: Array, least: Array) -> tuple[Array, Array]:
     n = 0
     for j in range(X.shape[1]):
         x, Mx = X[:, j], MX[:, j]
-        for _ in range(2):
-            known = inner(M, X[:, :n], Mx[:, None])
-            x -= X[:, :n] @ known[:, 0]
-            Mx -= MX[:, :n] @ known[:, 0]
-            B[:n, j] += known[:, 0]
+        known = inner(M, X[:, :n], Mx[:, None])[:, 0]
+        x -= X[:, :n] @ known
+        Mx -= MX[:, :n] @ known
+        B[:n, j] = known
         left = float(np.sqrt(max(inner(M, x[:, None], Mx[:, None])[0, 0], 0.0)))
         if left > least[j]:
             X[:, n], MX[:, n] = x / left, Mx / left
