@@ -22,7 +22,7 @@ def inputs_key(
     Args:
         case: The case.
         sections: Names of the sections of the case file that count. With ``motions`` the records
-            that they name count too.
+            that they name count too; without ``damping`` that of the buildings does not.
         rooms: Names of the folders of the program, or of its files, whose sources count.
         files: Further files whose content counts.
 
@@ -36,6 +36,8 @@ def inputs_key(
         "structure": {"mesh": {"file"}},
         "transient": {"forces"},
     }
+    if "damping" not in sections:
+        nowhere["buildings"] = {"__all__": {"damping"}}
     digest.update(case.model_dump_json(include=set(sections), exclude=nowhere).encode())
     if "motions" in sections:
         for motion in case.motions:

@@ -133,7 +133,8 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool) -> None:
         stage.checks(case, folder)
         seconds = seconds_of(folder, stage.name)
         with xr.open_dataset(folder / stage.store, engine="h5netcdf") as store:
-            return from_json(store.attrs["scalars"]), seconds
+            scalars = from_json(store.attrs["scalars"])
+        return scalars + stage.derived(folder), seconds
 
     scalars, seconds = on_root(finish)
     result.scalars += scalars

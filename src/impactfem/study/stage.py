@@ -8,6 +8,7 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.log import Steps
+from impactfem.scalar import Scalar
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class Stage:
         lacks: The section of the case file without which the stage has nothing to do; None when
             nothing is missing.
         needs: Names of the stages whose files it reads.
+        derived: Scalars that are read off the run's stores, beside those in its own store.
         collective: Whether all ranks run it together; else rank 0 does.
     """
 
@@ -38,4 +40,5 @@ class Stage:
     checks: Callable[[Case, Path], None]
     lacks: Callable[[Case], str | None] = lambda case: None
     needs: Callable[[Case], tuple[str, ...]] = lambda case: ()
+    derived: Callable[[Path], list[Scalar]] = lambda folder: []
     collective: bool = False

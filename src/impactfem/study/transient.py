@@ -8,16 +8,22 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.case import Case
+from impactfem.case.structure import structure_files
 from impactfem.case.transient import transient_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
 from impactfem.results.transient_checks import log_transient_checks
-from impactfem.scalar import from_json
+from impactfem.results.transient_figures import transient_figures
+from impactfem.results.transient_physics import physics_scalars
+from impactfem.results.transient_tables import transient_tables
+from impactfem.results.transient_view import TransientView
+from impactfem.scalar import Scalar, from_json
 from impactfem.study.building import BUILDING_ROOMS, building_key
-from impactfem.study.inputs import inputs_key
+from impactfem.study.inputs import inputs_key, published_values
 from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICK_INPUTS, STICK_ROOMS, STICKS, stick_inputs_key
 
+BASIS_INPUTS = ("materials", "buildings", "structure")
 TRANSIENT_ROOMS = (*BUILDING_ROOMS, *STICK_ROOMS, "transient")
 STEPS = {
     "inputs": 2.0,
@@ -27,26 +33,29 @@ STEPS = {
     "spectra": 3.0,
     "maps": 15.0,
     "stores": 3.0,
+    "tables and figures": 20.0,
 }
 
 
 def _key(case: Case) -> str:
     files = transient_files(case.transient) if case.transient is not None else ()
-    own = stick_inputs_key(case, (*STICK_INPUTS, "transient"), files)
+    own = stick_inputs_key(case, (*STICK_INPUTS, "transient", "published"), files)
     rooms = inputs_key(case, ("structure",), TRANSIENT_ROOMS)
     return hashlib.sha256(f"{own}{rooms}{building_key(case)}".encode()).hexdigest()
 
 
 def _basis_key(case: Case) -> str:
-    """Hash of what the reduced basis depends on: not on motions, gaps or forces."""
+    """Hash of what the vectors of the reduced basis depend on.
+
+    Not on motions and forces. Damping, probes and accuracy are looked at when it is used again.
+    """
     asked = case.transient
     if asked is None:
         return ""
-    own = asked.model_dump_json(
-        include={"maximum_frequency", "tolerance", "shift", "eccentricity", "probes"}
-    )
-    rooms = inputs_key(case, ("structure", "damping", "buildings"), TRANSIENT_ROOMS)
-    return hashlib.sha256(f"{own}{rooms}{building_key(case)}".encode()).hexdigest()
+    own = asked.model_dump_json(include={"shift", "eccentricity"})
+    files = structure_files(case.structure) if case.structure is not None else ()
+    rooms = inputs_key(case, BASIS_INPUTS, TRANSIENT_ROOMS, files)
+    return hashlib.sha256(f"{own}{rooms}".encode()).hexdigest()
 
 
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
@@ -86,10 +95,30 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             if study.maps is not None:
                 files.append(maps)
                 write_maps(maps, study, study.maps, key)
+        with steps.step("tables and figures"):
+            files += transient_tables(folder, published_values(case))
+            files += _figures(case, folder)
+        # Last of all: until here a failure costs no time steps.
         remove_checkpoints(folder / CHECKPOINTS)
         return files
 
     return on_root(write)
+
+
+def _figures(case: Case, folder: Path) -> list[Path]:
+    asked = case.transient
+    if asked is None:
+        return []
+    return transient_figures(folder, fields=asked.fields, field_frequencies=asked.field_frequencies)
+
+
+def _physics(folder: Path) -> list[Scalar]:
+    """What the stores of this stage and of the sticks say together."""
+    with (
+        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
+        xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as sticks,
+    ):
+        return physics_scalars(TransientView(store), sticks)
 
 
 def _storey_factor(folder: Path) -> float:
@@ -109,5 +138,6 @@ TRANSIENT = Stage(
     checks=lambda case, folder: log_transient_checks(folder),
     lacks=lambda case: "transient" if case.transient is None else None,
     needs=lambda case: ("building", "sticks"),
+    derived=_physics,
     collective=True,
 )

@@ -1,0 +1,112 @@
+"""Fields over the slab of the top floor, drawn in plan with colours that print."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.tri import LinearTriInterpolator, Triangulation
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+COLOURS = "cividis"
+"""Lightness grows with the value: it is read in grey and with any colour vision."""
+MARGIN = 0.14
+# Four flat triangles of a six-node one: vertices 0 1 2, mid nodes of 01 12 20.
+PARTS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+
+
+class TopFloor:
+    """The slab of the top floor of `transient_maps.nc`.
+
+    Args:
+        maps: The open store.
+    """
+
+    def __init__(self, maps: xr.Dataset) -> None:
+        self.position: Array = np.asarray(maps["wave_node_position"].values, dtype=np.float64)
+        self.cells: Index = np.asarray(maps["wave_triangle_node"].values, dtype=np.int64)
+        self.node_number: Index = np.asarray(maps["wave_node_number"].values, dtype=np.int64)
+
+    @property
+    def size(self) -> Array:
+        """Extent along x and y [m]."""
+        return np.asarray(np.ptp(self.position[:, :2], axis=0))
+
+    @property
+    def wide(self) -> bool:
+        """Whether panels go below one another rather than side by side."""
+        return bool(self.size[0] >= self.size[1])
+
+    def split(self, shift: Array | None = None) -> Triangulation:
+        """All nodes in flat triangles, four of each element, moved by `shift` [m]."""
+        x, y = self._plan(shift)
+        return Triangulation(x, y, np.concatenate([self.cells[:, part] for part in PARTS]))
+
+    def elements(self) -> Triangulation:
+        """The elements without their mid nodes, for values by element or by vertex."""
+        x, y = self._plan(None)
+        vertices, corners = np.unique(self.cells[:, :3], return_inverse=True)
+        return Triangulation(x[vertices], y[vertices], corners.reshape(-1, 3))
+
+    @property
+    def vertex_number(self) -> Index:
+        """Numbers in the building of the vertices of `elements`, shape (n_vertices,)."""
+        return np.asarray(self.node_number[np.unique(self.cells[:, :3])])
+
+    def along(self, values: Array, points: Array) -> Array:
+        """Values at nodes interpolated to points (x, y) in the slab; nan outside of it."""
+        found: Any = LinearTriInterpolator(self.split(), values)(points[:, 0], points[:, 1])
+        return np.asarray(found.filled(np.nan), dtype=np.float64)
+
+    def deformation(self, displacement: Array) -> Array:
+        """Displacement in plan without the motion of the floor as a rigid body [m].
+
+        Least squares over the nodes: u − (a + θ e_z × (r − r̄)), shape (n, 2).
+        """
+        r = self.position[:, :2] - self.position[:, :2].mean(axis=0)
+        u = displacement[:, :2] - displacement[:, :2].mean(axis=0)
+        turned = np.column_stack([-r[:, 1], r[:, 0]])
+        theta = float((turned * u).sum() / (turned**2).sum())
+        return np.asarray(u - theta * turned)
+
+    def _plan(self, shift: Array | None) -> tuple[Array, Array]:
+        where = self.position[:, :2] if shift is None else self.position[:, :2] + shift
+        return where[:, 0], where[:, 1]
+
+
+def round_factor(largest: float, wanted: float) -> float:
+    """The number 1, 2 or 5 times a power of ten that brings `largest` nearest below `wanted`."""
+    if not largest > 0.0:
+        return 1.0
+    ratio = wanted / largest
+    power = 10.0 ** math.floor(math.log10(ratio))
+    return max(k * power for k in (1.0, 2.0, 5.0) if k * power <= ratio * (1.0 + 1e-12))
+
+
+def plan_axes(panel: Axes, floor: TopFloor, margin: float = MARGIN) -> None:
+    """A plan to scale, with a margin in parts of its smaller side."""
+    low, high = floor.position[:, :2].min(axis=0), floor.position[:, :2].max(axis=0)
+    beyond = margin * float(floor.size.min())
+    panel.set_xlim(low[0] - beyond, high[0] + beyond)
+    panel.set_ylim(low[1] - beyond, high[1] + beyond)
+    panel.set_aspect("equal")
+    panel.set_xlabel("x [m]")
+    panel.set_ylabel("y [m]")
+    panel.grid(False)
+
+
+def plan_layout(drawn: Any) -> None:
+    """Leave no room for panels that are less high than wide; before the first scale of colours."""
+    drawn.set_layout_engine("compressed")
+
+
+def colour_bar(drawn: Any, mappable: Any, axes: Any, label: str) -> None:
+    """The scale of the colours at the right of the panels."""
+    bar = drawn.colorbar(mappable, ax=axes, location="right", aspect=30, pad=0.02)
+    bar.set_label(label)

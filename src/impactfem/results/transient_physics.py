@@ -1,0 +1,326 @@
+"""What the paper says of the response of the 3D building, as numbers of this run.
+
+Functions of arrays, and `physics_scalars`, which asks them of the stores. None stands for what does
+not exist in a run, such as the crossing time of a wave where nothing touches.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from impactfem.results.power import force_spectra
+from impactfem.results.transient_view import TransientView, stick_psa, stick_station
+from impactfem.scalar import Scalar
+
+Array = NDArray[np.float64]
+
+IMPACT_CONTENT = 100.0
+"""Up to where the main impacts have most of their content, section 4.3.2 of the paper [Hz]."""
+ARRIVED = 0.1
+"""Part of its first peak at which a wave counts as arrived."""
+QUIET_STEPS = 6
+"""Steps before the impact where resampled forces are zero to 0.04 %."""
+
+
+def far_highest_below(near: Array, far: Array, frequency: Array) -> float | None:
+    """The frequency at which the spectrum near the impact overtakes that far from it [Hz].
+
+    Upwards from the frequency at which the far one is ahead the most, linear in log f between two
+    frequencies; the highest frequency where it is never overtaken.
+
+    Args:
+        near: Envelope of the spectra in the near half of the line, shape (n_f,).
+        far: That of the far half, same shape.
+        frequency: Ascending, shape (n_f,) [Hz].
+
+    Returns:
+        None when the far one is nowhere higher.
+    """
+    ahead = np.log(far / near)
+    most = int(np.argmax(ahead))
+    if not ahead[most] > 0.0:
+        return None
+    behind = np.flatnonzero(ahead[most:] <= 0.0)
+    if not behind.size:
+        return float(frequency[-1])
+    return _zero(frequency, ahead, most + int(behind[0]) - 1)
+
+
+def longest_above(first: Array, second: Array, frequency: Array) -> tuple[float, float] | None:
+    """The widest interval, in octaves, in which one spectrum is above another [Hz].
+
+    Args:
+        first: The spectrum that is above, shape (n_f,).
+        second: The other one, same shape.
+        frequency: Ascending, shape (n_f,) [Hz].
+
+    Returns:
+        Its ends, linear in log f between two frequencies; None when it is nowhere above.
+    """
+    ahead = np.log(first / second)
+    above = np.concatenate([[False], ahead > 0.0, [False]])
+    starts = np.flatnonzero(~above[:-1] & above[1:])
+    ends = np.flatnonzero(above[:-1] & ~above[1:])
+    found = []
+    for start, end in zip(starts, ends, strict=True):
+        low = _zero(frequency, ahead, start - 1) if start else float(frequency[0])
+        high = _zero(frequency, ahead, end - 1) if end < len(ahead) else float(frequency[-1])
+        found.append((low, high))
+    return max(found, key=lambda ends: ends[1] / ends[0]) if found else None
+
+
+def _zero(frequency: Array, values: Array, k: int) -> float:
+    """Where values change their sign between k and k + 1, linear in log f."""
+    a, b = values[k], values[k + 1]
+    share = a / (a - b) if a != b else 0.0
+    return float(frequency[k] * (frequency[k + 1] / frequency[k]) ** share)
+
+
+def displacement_spread(sd: Array) -> float:
+    """Largest difference of displacement spectra over the largest of all values.
+
+    Args:
+        sd: Of several points, shape (n_points, n_f) [m].
+    """
+    return float(np.ptp(sd, axis=0).max() / sd.max())
+
+
+def arrivals(time: Array, acceleration: Array, sense: float, impact: tuple[float, float]) -> Array:
+    """When the wave of an impact arrives at points [s].
+
+    The time at which the acceleration along the push, from its value shortly before the impact, has
+    reached a tenth of its largest value until the impact has been over for as long as it lasted;
+    linear between two samples.
+
+    Args:
+        time: Equidistant, shape (n_t,) [s].
+        acceleration: Shape (n_points, n_t) [m/s2].
+        sense: 1 or −1, the sense in which the impact pushes.
+        impact: Its start and end [s].
+
+    Returns:
+        Shape (n_points,) [s]; nan where nothing arrives.
+    """
+    step = float(time[1] - time[0])
+    start = int(np.searchsorted(time, impact[0] - 1e-9 * step))
+    first = max(0, start - QUIET_STEPS)
+    lasts = max(impact[1] - impact[0], step)
+    shown = slice(first, int(np.searchsorted(time, impact[1] + lasts, side="right")))
+    found = np.full(len(acceleration), math.nan)
+    for k, values in enumerate(acceleration):
+        pushed = sense * (values[shown] - values[first])
+        level = ARRIVED * pushed.max()
+        if not level > 0.0:
+            continue
+        after = int(np.argmax(pushed >= level))
+        if after == 0:
+            continue
+        below, above = pushed[after - 1], pushed[after]
+        found[k] = time[first + after - 1] + step * (level - below) / (above - below)
+    return found
+
+
+def crossing_time(distance: Array, arrival: Array) -> float | None:
+    """The time a wave takes from the first point of a line to the last [s].
+
+    The length of the line times the slope of the straight line through the arrivals, by least
+    squares.
+
+    Args:
+        distance: Of the points from the first, shape (n,) [m].
+        arrival: At the points, nan where nothing arrived, shape (n,) [s].
+
+    Returns:
+        None with fewer than two arrivals, or when they do not come later farther away.
+    """
+    known = np.isfinite(arrival)
+    if np.count_nonzero(known) < 2:
+        return None
+    d, t = distance[known] - distance[known].mean(), arrival[known] - arrival[known].mean()
+    spread = float(d @ d)
+    slope = float(d @ t) / spread if spread > 0.0 else 0.0
+    return slope * float(distance[-1] - distance[0]) if slope > 0.0 else None
+
+
+def line_arrivals(view: TransientView) -> Array | None:
+    """Arrivals of the main impact's wave along the line; None where there is no such wave [s]."""
+    if view.main_impact is None or view.inward == 0.0:
+        return None
+    histories = np.array([view.acceleration(probe) for probe in view.line])
+    return arrivals(view.time, histories, view.inward, view.main_impact)
+
+
+def force_ratio(upper: Array, lower: Array, time_step: float) -> float | None:
+    """Ratio of the mean power spectral densities of two main impacts up to 100 Hz.
+
+    Args:
+        upper: Force on the upper floor, shape (n_t,) [N].
+        lower: Force on the lower floor, same shape [N].
+        time_step: Δt [s].
+
+    Returns:
+        None when the lower force is zero.
+    """
+    spectra = force_spectra(np.stack([upper, lower], axis=1), time_step)
+    content = spectra.density[:, spectra.frequency <= IMPACT_CONTENT].mean(axis=1)
+    return float(content[0] / content[1]) if content[1] > 0.0 else None
+
+
+def physics_scalars(view: TransientView, sticks: xr.Dataset) -> list[Scalar]:
+    """All numbers that the stores have, by the names of `summary.json`.
+
+    Args:
+        view: The store `transient.nc`.
+        sticks: The store `sticks.nc`.
+    """
+    return [
+        *_against_sticks(view, sticks),
+        *_along_line(view),
+        *_edges(view),
+        *_transfer(view),
+        *_impacts(view),
+        *_wave(view),
+    ]
+
+
+def _against_sticks(view: TransientView, sticks: xr.Dataset) -> list[Scalar]:
+    top = view.top
+    station = stick_station(sticks, view.building, top)
+    other = stick_psa(sticks, station, view.direction) if station is not None else None
+    if other is None:
+        return []
+    frequency = sticks["frequency"].values
+    known = frequency <= view.maximum_frequency * (1.0 + 1e-9)
+    ours, theirs = view.psa(view.centres[top])[view.known], other[known]
+    k, s = int(np.argmax(ours)), int(np.argmax(theirs))
+    ratio = float(view.frequency[view.known][k] / frequency[known][s])
+    name = f"transient.frs.floor_{top}"
+    note = "mass centre, 3D model over sticks"
+    return [
+        Scalar(f"{name}.peak_over_sticks", float(ours[k] / theirs[s]), "-", note),
+        Scalar(f"{name}.peak_frequency_over_sticks", ratio, "-", note),
+    ]
+
+
+def _along_line(view: TransientView) -> list[Scalar]:
+    if len(view.line) < 3:
+        return []
+    frequency = view.frequency[view.known]
+    psa = np.array([view.psa(probe) for probe in view.line])[:, view.known]
+    sd = np.array([view.sd(probe) for probe in view.line])[:, view.known]
+    sd_floor = np.array([view.sd(probe) for probe in _on_top_floor(view)])[:, view.known]
+    middle = 0.5 * view.distance[-1]
+    slack = 1e-6 * view.distance[-1]
+    near = psa[view.distance < middle - slack].max(axis=0)
+    far = psa[view.distance > middle + slack].max(axis=0)
+    pfa = np.array([view.pfa(probe) for probe in view.line])
+    top = view.top
+    return [
+        Scalar(
+            "transient.frs.far_highest_below",
+            far_highest_below(near, far, frequency),
+            "Hz",
+            f"floor {top}: up to there the far half of the line is higher than the near one",
+        ),
+        Scalar(
+            "transient.frs.near_highest_at",
+            float(frequency[int(np.argmax(psa[0]))]),
+            "Hz",
+            f"floor {top}: peak of the spectrum at the impact edge",
+        ),
+        Scalar(
+            "transient.frs.displacement_spread",
+            displacement_spread(sd),
+            "-",
+            f"line on floor {top}: largest difference of displacement spectra over the largest",
+        ),
+        Scalar(
+            "transient.frs.displacement_spread_floor",
+            displacement_spread(sd_floor),
+            "-",
+            f"the same of all probes on floor {top}: turning about the vertical is in it",
+        ),
+        Scalar(
+            "transient.pfa.edges_over_inside",
+            float(min(pfa[0], pfa[-1]) / pfa[1:-1].max()),
+            "-",
+            f"floor {top}: the lower of both ends of the line over the highest between them",
+        ),
+    ]
+
+
+def _on_top_floor(view: TransientView) -> list[int]:
+    """All probes at the level of the line."""
+    z = view.position[:, 2]
+    level = z[view.line[0]]
+    return [int(k) for k in np.flatnonzero(np.abs(z - level) < 1e-6 * max(1.0, abs(level)))]
+
+
+def _edges(view: TransientView) -> list[Scalar]:
+    """Where the floor below the top is above it, at the impact edges."""
+    if len(view.edges) < 2:
+        return []
+    lower, upper = list(view.edges)[-2:]
+    frequency = view.frequency[view.known]
+    below, above = (view.psa(view.edges[floor])[view.known] for floor in (lower, upper))
+    ends = longest_above(below, above, frequency)
+    name = f"transient.frs.floor_{lower}_above_floor_{upper}"
+    note = "impact edges, ends of the widest interval"
+    low, high = ends if ends is not None else (None, None)
+    return [
+        Scalar(f"{name}.lowest", low, "Hz", note),
+        Scalar(f"{name}.highest", high, "Hz", note),
+    ]
+
+
+def _transfer(view: TransientView) -> list[Scalar]:
+    scalars = []
+    if view.transfer_loads:
+        known = view.transfer_frequency <= view.maximum_frequency * (1.0 + 1e-9)
+        content = known & (view.transfer_frequency <= IMPACT_CONTENT)
+    for floor in view.transfer_loads:
+        if floor not in view.edges:
+            continue
+        values = view.transfer(floor, view.edges[floor])
+        k = int(np.argmax(np.where(known, values, 0.0)))
+        name = f"transient.transfer.floor_{floor}"
+        note = "largest acceleration over force at the edge that the force acts on"
+        scalars += [
+            Scalar(name, float(values[k]), "1/kg", note),
+            Scalar(f"{name}_frequency", float(view.transfer_frequency[k]), "Hz", note),
+            Scalar(
+                f"{name}_to_{IMPACT_CONTENT:g}hz",
+                float(np.where(content, values, 0.0).max()),
+                "1/kg",
+                f"{note}, up to {IMPACT_CONTENT:g} Hz",
+            ),
+        ]
+    return scalars
+
+
+def _impacts(view: TransientView) -> list[Scalar]:
+    if len(view.loads) < 2:
+        return []
+    lower, upper = list(view.loads)[-2:]
+    note = f"main impacts, floor {upper} over floor {lower}, mean up to {IMPACT_CONTENT:g} Hz"
+    ratio = force_ratio(
+        view.force[:, view.loads[upper]], view.force[:, view.loads[lower]], view.time_step
+    )
+    return [Scalar("transient.psd_ratio", ratio, "-", note)]
+
+
+def _wave(view: TransientView) -> list[Scalar]:
+    arrival = line_arrivals(view)
+    if arrival is None:
+        return []
+    crossing = crossing_time(view.distance, arrival)
+    speed = None if crossing is None else float(view.distance[-1]) / crossing
+    note = f"main impact, arrival at {100 * ARRIVED:g} % of the first peak along the line"
+    return [
+        Scalar("transient.wave_crossing", crossing, "s", note),
+        Scalar("transient.measured_wave_speed", speed, "m/s", note),
+    ]

@@ -1,0 +1,75 @@
+"""Pictures in 3D: they are drawn, fill their frame, and see the building from the right side."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from PIL import Image
+
+from impactfem.errors import ImpactfemError
+from impactfem.results.scene import screen_axes
+from impactfem.results.transient_pictures import (
+    AMPLIFICATION,
+    PEAKS,
+    PROBES,
+    transient_pictures,
+)
+
+
+def inked(path):
+    """Share of the picture's width and height between its first and last pixel that is not white.
+
+    Legend, axes and the scale of colours are outside of the middle, which alone is looked at.
+    """
+    with Image.open(path) as picture:
+        dark = np.asarray(picture.convert("L")) < 250
+    dark = dark[: int(0.8 * dark.shape[0]), : int(0.8 * dark.shape[1])]
+    rows, columns = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))
+    return np.ptp(rows) / dark.shape[0], np.ptp(columns) / dark.shape[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("direction", ["x", "y"])
+def test_a_building(transient_folder, direction):
+    folder = transient_folder(direction=direction)
+    drawn = transient_pictures(folder)
+    assert [path.name for path in drawn] == [PROBES, PEAKS, AMPLIFICATION]
+    for path in drawn:
+        with Image.open(path) as picture:
+            assert picture.size == (1800, 1200)
+            assert len(picture.convert("RGB").getcolors(maxcolors=10**7)) > 50
+        assert max(inked(path)) > 0.6
+
+
+@pytest.mark.slow
+def test_without_fields(transient_folder):
+    folder = transient_folder(maps=False)
+    assert [path.name for path in transient_pictures(folder)] == [PROBES]
+
+
+def test_a_store_that_is_missing(transient_folder):
+    folder = transient_folder(maps=False)
+    (folder / "building.nc").unlink()
+    with pytest.raises(ImpactfemError, match=r"building\.nc"):
+        transient_pictures(folder)
+
+
+def test_the_impact_edge_is_seen(transient_folder):
+    from impactfem.results.transient_pictures import _from_impact
+
+    for direction, along in (("x", 0), ("y", 1)):
+        with xr.open_dataset(
+            transient_folder(direction=direction) / "building.nc", engine="h5netcdf"
+        ) as store:
+            view = _from_impact(store)
+            none = _from_impact(store.isel(edge=slice(0)))
+        assert view[along] == pytest.approx(1.0) and view[2] > 0.0
+        assert none[along] < 0.0
+
+
+def test_axes_of_the_screen():
+    right, up = screen_axes(np.array([0.0, -2.0, 0.0]))
+    assert right == pytest.approx([1.0, 0.0, 0.0]) and up == pytest.approx([0.0, 0.0, 1.0])
+    view = np.array([-0.3, -1.0, 0.8])
+    right, up = screen_axes(view)
+    assert [right @ up, right @ view, up @ view] == pytest.approx([0.0, 0.0, 0.0])
+    assert right[0] > 0.0 and right[2] == pytest.approx(0.0) and up[2] > 0.0
