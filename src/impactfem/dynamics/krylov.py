@@ -60,8 +60,8 @@ class KrylovBasis:
         # The vectors: first those of V, then those of Q.
         self._size = 0
         self._count = 0
-        self._T = np.zeros((0, 0))
-        self._R = np.zeros((0, 0))
+        self._T: Array = np.zeros((0, 0))
+        self._R: Array = np.zeros((0, 0))
         self._sizes: list[int] = []
 
     def __enter__(self) -> KrylovBasis:
@@ -196,7 +196,7 @@ class KrylovBasis:
         old = self._pieces(0, self._count)
         ends = np.cumsum([piece.shape[1] for piece in old])[:-1]
         coordinates = np.zeros((self._count, X.shape[1]))
-        B = np.eye(X.shape[1])
+        B: Array = np.eye(X.shape[1])
         # Twice is enough, and needed: what is left of a nearly dependent vector is mostly rounding.
         for least in (DEPENDENT * length, np.zeros_like(length)):
             known = self._products(old, MX)
@@ -253,10 +253,12 @@ def _orthonormal(M: PETSc.Mat, X: Array, least: Array) -> tuple[Array, Array]:
     n = 0
     for j in range(X.shape[1]):
         x, Mx = X[:, j], MX[:, j]
-        known = inner(M, X[:, :n], Mx[:, None])[:, 0]
-        x -= X[:, :n] @ known
-        Mx -= MX[:, :n] @ known
-        B[:n, j] = known
+        # Twice, too: one pass over many nearly dependent columns leaves none of them orthogonal.
+        for _ in range(2):
+            known = inner(M, X[:, :n], Mx[:, None])[:, 0]
+            x -= X[:, :n] @ known
+            Mx -= MX[:, :n] @ known
+            B[:n, j] += known
         left = float(np.sqrt(max(inner(M, x[:, None], Mx[:, None])[0, 0], 0.0)))
         if left > least[j]:
             X[:, n], MX[:, n] = x / left, Mx / left
@@ -266,4 +268,5 @@ def _orthonormal(M: PETSc.Mat, X: Array, least: Array) -> tuple[Array, Array]:
 
 
 def _padded(A: Array, rows: int, columns: int) -> Array:
-    return np.pad(A, ((0, rows - A.shape[0]), (0, columns - A.shape[1])))
+    padded = np.pad(A, ((0, rows - A.shape[0]), (0, columns - A.shape[1])))
+    return np.asarray(padded, dtype=np.float64)

@@ -95,7 +95,9 @@ def _draw(
     on_floor = values[np.searchsorted(maps["node_number"].values, floor.vertex_number)]
     centre = _at_centre(view, maps, values)
     # Where nothing moves along this direction all is as at the mass centre.
-    ratio = on_floor / centre if centre > 0.0 else np.ones_like(on_floor)
+    ratio: Array = np.ones_like(on_floor)
+    if centre > 0.0:
+        ratio = np.asarray(on_floor / centre, dtype=np.float64)
     long, short = max(floor.size), min(floor.size)
     panels, size = (
         ((2, 1), (7.2, 2.0 * (6.0 * short / long + 0.7)))

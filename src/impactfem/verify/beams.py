@@ -10,12 +10,11 @@ import scipy.optimize
 import scipy.sparse.linalg
 from numpy.typing import NDArray
 
-from impactfem.building.mesh import BuildingMesh
-from impactfem.building.part import Part
 from impactfem.building.rigid_body import rigid_body
 from impactfem.building.section import BeamSection
 from impactfem.verify.models import fitted_order
 from impactfem.verify.row import Row
+from impactfem.verify.shell_meshes import beam_mesh
 from impactfem.verify.shell_model import RX, RZ, UX, UY, Material, ShellModel, shell_model
 
 Array = NDArray[np.float64]
@@ -260,16 +259,5 @@ def _beams(paths: list[tuple[Array, Array]], elements: int, section: BeamSection
     order = np.sort(first)
     number = np.searchsorted(order, first[same.ravel()]).reshape(len(paths), -1)
     lines = np.stack([number[:, :-2:2], number[:, 2::2], number[:, 1::2]], axis=2).reshape(-1, 3)
-    mesh = BuildingMesh(
-        nodes=points[order],
-        triangles=np.zeros((0, 6), dtype=np.int64),
-        triangle_part=np.zeros(0, dtype=np.int32),
-        lines=lines.astype(np.int64),
-        line_part=np.zeros(len(lines), dtype=np.int32),
-        shell_parts=(),
-        beam_parts=(Part("beam", 1),),
-        edges={},
-        centres={},
-        base=np.zeros(0, dtype=np.int64),
-    )
+    mesh = beam_mesh(points[order], lines)
     return shell_model(mesh, CONCRETE, beam=section)

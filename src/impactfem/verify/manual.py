@@ -11,23 +11,30 @@ from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER
 from impactfem.verify import (
+    bar_impact,
     beams,
     contact,
     eccentric_beam,
+    frame_loads,
     integrator,
     laws,
     mindlin_plate,
     motion,
+    moving_force,
     nafems,
+    oscillating_pulse,
     oscillator,
     pairs,
+    paper_transient,
     pinched_cylinder,
+    plate_step,
     scordelis_lo,
     shell_frames,
     shell_patch,
     shell_rigid,
     spectra,
     sticks,
+    strip_in_time,
     waves,
 )
 from impactfem.verify.row import Row
@@ -71,12 +78,25 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "beam_rigid_body": beams.rigid_body_modes,
     "slab_pulses": waves.slab_pulses,
     "wave_speed_order": waves.wave_speed_order,
+    "nafems_13t": plate_step.step_pressure,
+    "newmark_order_3d": strip_in_time.order,
+    "energy_identity_3d": strip_in_time.energy_identity,
+    "slab_strip_impact": bar_impact.strip_impact,
+    "bar_against_wall": bar_impact.bar_against_wall,
+    "modal_equation": oscillating_pulse.modal_equation,
+    "strip_pulse": oscillating_pulse.strip_pulse,
+    "travelling_force": moving_force.travelling_force,
+    "superposition": frame_loads.superposition,
+    "reciprocity": frame_loads.reciprocity,
 }
 FULL: dict[str, Callable[[], list[Row]]] = {
     "mindlin_plate_fine": mindlin_plate.simply_supported_fine,
     "pinched_cylinder_fine": pinched_cylinder.pinched_cylinder_fine,
+    "paper_reduced_against_full": paper_transient.reduced_against_full,
 }
-"""Benchmarks that take more than a few seconds each, run only when asked for."""
+"""Benchmarks that take more than a few seconds each, run only when asked for.
+
+The last one takes about an hour, the others some minutes."""
 
 
 def verify(only: str | None = None, json_file: Path | None = None, full: bool = False) -> list[Row]:

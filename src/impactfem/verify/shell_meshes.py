@@ -106,6 +106,35 @@ def building_mesh(
     )
 
 
+def beam_mesh(nodes: Array, lines: Ints) -> BuildingMesh:
+    """A mesh of beams of one part, without shells.
+
+    Args:
+        nodes: Shape (n, 3) [m].
+        lines: Ends and middles, shape (l, 3).
+    """
+    return BuildingMesh(
+        nodes=nodes,
+        triangles=np.zeros((0, 6), dtype=np.int64),
+        triangle_part=np.zeros(0, dtype=np.int32),
+        lines=lines.astype(np.int64),
+        line_part=np.zeros(len(lines), dtype=np.int32),
+        shell_parts=(),
+        beam_parts=(Part("beam", 1),),
+        edges={},
+        centres={},
+        base=np.zeros(0, dtype=np.int64),
+    )
+
+
+def straight_beam(length: float, elements: int) -> BuildingMesh:
+    """A beam along x from the origin; its nodes are ordered along it."""
+    nodes = np.zeros((2 * elements + 1, 3))
+    nodes[:, 0] = np.linspace(0.0, length, len(nodes))
+    first = 2 * np.arange(elements)
+    return beam_mesh(nodes, np.column_stack([first, first + 2, first + 1]))
+
+
 def lines_at(triangles: Ints, here: NDArray[np.bool_]) -> Ints:
     """Sides of triangles with all three nodes among some: ends and middle, shape (k, 3).
 

@@ -152,13 +152,14 @@ def shell_model(
     made = assemble_building(MPI.COMM_SELF, parts)
     rows = (6 * np.argsort(made.nodes)[:, None] + np.arange(6)).ravel()
     stiffness = made.stiffness()
-    K, M = (_csr(matrix)[rows][:, rows] for matrix in (stiffness, made.mass))
+    K, M = (csr(matrix)[rows][:, rows] for matrix in (stiffness, made.mass))
     for matrix in (stiffness, made.fixed, made.storeys, made.mass):
         matrix.destroy()
     return ShellModel(mesh.nodes, K, M)
 
 
-def _csr(matrix: Any) -> Any:
+def csr(matrix: Any) -> Any:
+    """A PETSc matrix (AIJ) of this process alone as SciPy's CSR."""
     indptr, indices, values = matrix.getValuesCSR()
     return scipy.sparse.csr_matrix((values, indices, indptr), shape=matrix.getSize())
 

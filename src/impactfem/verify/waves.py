@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from impactfem.verify.models import fitted_order
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import building_mesh, flat, line_load, lines_at, panel
 from impactfem.verify.shell_model import RX, RY, RZ, UX, UY, UZ, Material, shell_model
+from impactfem.verify.shell_motion import petsc_matrix
 
 Array = NDArray[np.float64]
 
@@ -168,7 +168,7 @@ def _pulse(wave: Wave) -> tuple[float, float]:
     fixed[model.rows(every, UZ, RX, RY)] = True  # a flat slab does not leave its plane
     fixed[model.rows(long_edges, wave.restrained)] = True
     free = np.flatnonzero(~fixed)
-    K, M = (_petsc(matrix[free][:, free]) for matrix in (model.K, model.M))
+    K, M = (petsc_matrix(matrix[free][:, free]) for matrix in (model.K, model.M))
 
     load = np.zeros(6 * len(nodes))
     load[wave.component :: 6] = FORCE * line_load(nodes, lines_at(triangles, x == 0.0))
@@ -185,13 +185,6 @@ def _pulse(wave: Wave) -> tuple[float, float]:
     M.destroy()
     velocity = history.motion["velocity"]
     return dt * _lag(*velocity.T), float(velocity[:, 1].max())
-
-
-def _petsc(matrix: Any) -> Any:
-    from petsc4py import PETSc
-
-    csr = matrix.indptr, matrix.indices, matrix.data
-    return PETSc.Mat().createAIJ(matrix.shape, csr=csr, comm=PETSc.COMM_SELF)
 
 
 def _lag(first: Array, second: Array) -> float:

@@ -1,0 +1,232 @@
+"""The reduced model of the paper's building against the full one, for three dampings."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.case import Case, load_case
+from impactfem.log import LOGGER
+from impactfem.motion.from_case import ground_motions
+from impactfem.sticks.force_history import write_forces
+from impactfem.sticks.from_case import calibration_of, system_of
+from impactfem.sticks.pounding import interpolate_ground, simulate
+from impactfem.verify.row import Row
+from impactfem.verify.sticks import shipped_case
+
+if TYPE_CHECKING:
+    from impactfem.transient.response import NodeResponse
+    from impactfem.transient.stage import Prepared
+
+Array = NDArray[np.float64]
+
+NAME = "paper's building, reduced model against the full one"
+CASE = "npp_pair.toml"
+TABLE_8 = {
+    "under-damped": (0.838, 2.12e-4),
+    "damped": (0.838, 1.06e-3),
+    "over-damped": (0.559, 3.18e-3),
+}
+"""α [1/s] and β [s] of Table 8 of the paper; the first one, the lightest, makes the basis."""
+WINDOW = 6.5
+"""Time that is computed: the strong motion, 2 to 5 s, and the main impact at 5.1 s [s]."""
+HIGHEST, SPECTRUM_DAMPING = 450.0, 0.05
+WITHIN = 0.005
+"""Largest relative error of a spectrum."""
+QUIET = 0.01
+"""Peak acceleration, over the largest one of all, up to which a direction at a point is at rest."""
+PLACES = {
+    "floor centres": "centre_.*",
+    "impact edges": "edge_.*",
+    "line across floor 8": "line_.*",
+    "corners of floor 8": "corner_.*",
+}
+"""Names of the probes, by place."""
+LEAST = 100_000
+"""Free degrees of freedom that the mesh has at least."""
+
+
+def reduced_against_full(
+    case_file: Path | None = None, window: float = WINDOW, least: int = LEAST
+) -> list[Row]:
+    """Floor spectra by both solvers, with Newmark at the same step; one basis serves all dampings.
+
+    The forces are those of the sticks of the case, the same for all dampings: what is compared is
+    how the 3D model answers to them. A full run of the case's mesh and window takes some 20
+    minutes on a core; how long is said after the first steps.
+
+    Args:
+        case_file: The case; the shipped one of the paper when None.
+        window: Time that is computed [s].
+        least: Fewest free degrees of freedom of the mesh.
+
+    Raises:
+        ImpactfemError: The source tree with the shipped case is missing.
+        SolutionError: The basis does not reach its tolerance.
+    """
+    # Only here: the manual is read, and its other benchmarks run, without dolfinx.
+    from mpi4py import MPI
+
+    from impactfem.building.model import assemble_building
+    from impactfem.transient.full_run import run_full
+    from impactfem.transient.reduced_basis import build_basis
+    from impactfem.transient.response import modal_histories, node_response
+
+    case = load_case(shipped_case(CASE) if case_file is None else case_file)
+    if case.transient is None:
+        raise ValueError(f"{case.path} has no transient part")
+    transient = case.transient.model_copy(update={"duration": window})
+    case = case.model_copy(update={"transient": transient})
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        prepared = _prepared(case, folder, window)
+        loads, nodes = prepared.loads, np.array([probe.node for probe in prepared.probes])
+        model = assemble_building(MPI.COMM_SELF, prepared.parts)
+        K = model.take_stiffness(prepared.storey_factor)
+        patterns = loads.patterns(model, prepared.parts.mesh, transient.eccentricity)
+        start = time.perf_counter()
+        basis = build_basis(
+            model,
+            K,
+            patterns,
+            loads.names,
+            probes=nodes,
+            nodes=np.unique(nodes),
+            damping=next(iter(TABLE_8.values())),
+            maximum_frequency=max(transient.maximum_frequency, HIGHEST),
+            shift=transient.shift,
+            tolerance=transient.tolerance,
+            largest=transient.largest_basis,
+        )
+        LOGGER.info(
+            "paper's building: %d degrees of freedom, basis of %d vectors in %.0f s",
+            model.n_free,
+            len(basis.model.eigenvalue),
+            time.perf_counter() - start,
+        )
+        rows = [
+            _at_least("free degrees of freedom", least, model.n_free),
+            _at_least("floors that are hit in the window", 1, len(loads.edges)),
+        ]
+        for label, damping in TABLE_8.items():
+            run = run_full(
+                model,
+                K,
+                loads,
+                patterns,
+                damping,
+                nodes,
+                checkpoints=folder / label,
+                key=label,
+                every=len(loads.ground),
+                progress=_Clock(label),
+            )
+            history = modal_histories(basis, loads, damping, scheme="newmark")
+            reduced = node_response(basis, history, loads, nodes)
+            rows += _spectrum_rows(case, prepared, label, reduced, run.response)
+            rows.append(
+                Row(
+                    NAME,
+                    f"residual of the energy identity over the largest energy, {label}, full",
+                    0.0,
+                    run.energy.residual,
+                    "-",
+                    1e-9,
+                    "average acceleration conserves the discrete balance (Hughes 1983)",
+                    absolute=True,
+                )
+            )
+    return rows
+
+
+def spectrum_errors(spectra: Array, truth: Array, moved: NDArray[np.bool_]) -> Array:
+    """Largest relative error of each spectrum, of those that count, and 0 of the others.
+
+    Args:
+        spectra: Shape (n_points, 3, n_frequencies).
+        truth: Same shape.
+        moved: Whether a direction at a point counts, shape (n_points, 3).
+
+    Returns:
+        Shape (n_points, 3).
+    """
+    apart = np.abs(spectra[moved] / truth[moved] - 1.0).max(axis=-1)
+    errors = np.zeros(moved.shape)
+    errors[moved] = apart
+    return errors
+
+
+class _Clock:
+    """Says once how long a run will take; called with the part that is done."""
+
+    def __init__(self, label: str) -> None:
+        self.label, self.start, self.said = label, time.perf_counter(), False
+
+    def __call__(self, part: float) -> None:
+        passed = time.perf_counter() - self.start
+        if not self.said:
+            text = "paper's building, %s: about %.1f minutes for the full run"
+            LOGGER.info(text, self.label, passed / part / 60.0)
+        self.said = True
+
+
+def _prepared(case: Case, folder: Path, window: float) -> Prepared:
+    """Mesh, and the forces of the sticks, as the stages would make them."""
+    from impactfem.building.from_case import geometry_of
+    from impactfem.building.generate import generate
+    from impactfem.transient.stage import prepare
+
+    structure = case.structure
+    if structure is None:
+        raise ValueError(f"{case.path} has no structure")
+    mesh, forces = folder / "building.msh", folder / "forces.nc"
+    generate(geometry_of(case), mesh, source=str(case.path))
+    motions = [
+        ("xyz".index(m.direction), m.accelerogram.time_step, m.accelerogram.acceleration)
+        for m in ground_motions(case.motions)
+    ]
+    dt = case.pounding.time_step
+    ground = interpolate_ground(motions, dt, int(window / dt) + 2)
+    system = system_of(case, calibration_of(case))
+    response = simulate(system, ground, dt, update=case.pounding.update)
+    write_forces(forces, response, case.content_hash())
+    return prepare(case, mesh, forces, structure.storey_stiffness_factor, "")
+
+
+def _spectrum_rows(
+    case: Case, prepared: Prepared, label: str, reduced: NodeResponse, full: NodeResponse
+) -> Iterator[Row]:
+    """The worst error by place, and how many spectra it is of."""
+    from impactfem.transient.response import node_spectra
+
+    n = len(prepared.probes)
+    shown = case.spectra.model_copy(update={"damping": (SPECTRUM_DAMPING,)})
+    found, truth = (node_spectra(response, shown) for response in (reduced, full))
+    known = truth.frequency <= HIGHEST
+    psa, exact = (s.psa[0].reshape(n, 3, -1)[..., known] for s in (found, truth))
+    largest = np.abs(full.acceleration).max(axis=0)
+    errors = spectrum_errors(psa, exact, largest > QUIET * largest.max())
+    for place, pattern in PLACES.items():
+        here = [k for k, p in enumerate(prepared.probes) if re.fullmatch(pattern, p.name)]
+        yield Row(
+            NAME,
+            f"largest error of a floor spectrum up to {HIGHEST:g} Hz, {place}, {label}",
+            0.0,
+            float(errors[here].max()) if here else np.inf,
+            "-",
+            WITHIN,
+            f"the full model with the same step; {len(here)} points, all directions that move",
+            absolute=True,
+        )
+
+
+def _at_least(quantity: str, least: int, found: int) -> Row:
+    enough = float(found >= least)
+    return Row(NAME, f"{quantity}, at least {least} (yes = 1)", 1.0, enough, "-", 0.0, f"{found}")
