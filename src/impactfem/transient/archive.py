@@ -48,7 +48,8 @@ def read_archive(path: Path, key: str) -> dict[str, Any] | None:
         where it is damaged, which is told.
     """
     try:
-        with np.load(path, allow_pickle=False) as content:
+        # NumPy leaves a damaged file open that it has opened itself.
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as content:
             # Large arrays of another run are not read.
             return dict(content) if str(content["key"]) == key else None
     except FileNotFoundError:

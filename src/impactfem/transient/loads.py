@@ -115,14 +115,15 @@ def make_loads(
             by_edge[opposite] -= history
         else:
             by_edge[edge] = by_edge.get(edge, 0.0) + history
-    given = np.zeros((len(forces.time), len(by_edge)))
+    given: Array = np.zeros((len(forces.time), len(by_edge)))
     for j, history in enumerate(by_edge.values()):
         given[:, j] = history
     force = project(forces.time, given, time_step, n_steps)
     # A pattern without force, within this time, would only make the reduced basis larger.
     acting = np.any(force != 0.0, axis=0)
-    given, force = given[:, acting], force[:, acting]
-    before = _integral(forces.time, given, time_step * n_steps)
+    acted = given[:, acting]
+    force = force[:, acting]
+    before = _integral(forces.time, acted, time_step * n_steps)
     grid = time_step * np.arange(n_steps + 1, dtype=np.float64)
     after = _integral(grid, force, time_step * n_steps)
     largest = np.abs(before).max(initial=0.0)

@@ -39,8 +39,8 @@ class ReducedBasis:
         models: The reduced model, then those nested in it that tell its error.
         nodes: Nodes that are looked at, ascending, shape (n,).
         vectors: V at their displacements, shape (n, 3, size of the basis); zero at clamped nodes.
-        difference: Largest estimate of the error of the transfer functions at the probes: the
-            difference of the nested models, with the safety factor of the error band.
+        difference: Estimated error of the transfer functions at the probes that it was made for,
+            as of `error`.
     """
 
     loads: tuple[str, ...]
@@ -70,8 +70,22 @@ class ReducedBasis:
         at = np.searchsorted(self.nodes, nodes)
         if at.max(initial=-1) >= len(self.nodes) or np.any(self.nodes[at] != nodes):
             raise KeyError("a node that the basis was not made for")
-        rows = self.vectors[at].reshape(3 * len(at), -1)
-        return model.shapes(rows).reshape(len(at), 3, -1)
+        rows = self.vectors[at].reshape(3 * len(at), self.vectors.shape[2])
+        return model.shapes(rows).reshape(len(at), 3, len(model.eigenvalue))
+
+    def error(self, probes: Index, damping: tuple[float, float], maximum_frequency: float) -> float:
+        """Largest estimated error of the accelerations at probes under any one of the loads.
+
+        The difference to the nested models times the safety factor of the error band, over the
+        largest acceleration of any probe under the same load at the same frequency.
+
+        Args:
+            probes: Nodes among those that are looked at.
+            damping: α [1/s] and β [s].
+            maximum_frequency: Up to which they count [Hz].
+        """
+        rows = self.vectors[np.searchsorted(self.nodes, np.unique(probes))]
+        return _difference(self.models, rows, _omega(maximum_frequency), damping)
 
     def write(self, path: Path, key: str) -> None:
         """Write it as NumPy's archive, in one piece.
@@ -138,17 +152,14 @@ def build_basis(
         damping: α [1/s] and β [s] of the lightest damping that the basis must serve.
         maximum_frequency: Up to which the transfer functions must be accurate [Hz].
         shift: Frequency of the shift [Hz].
-        tolerance: Largest difference of the acceleration by the model and by a nested one, times
-            the safety factor of the error band, over the largest acceleration of any probe under
-            the same load at that frequency.
+        tolerance: Largest error of the accelerations at the probes, as of `ReducedBasis.error`.
         largest: Most vectors.
         progress: Called with the part of the work that is done.
 
     Raises:
         SolutionError: The tolerance is not met with the most vectors.
     """
-    octaves = math.log2(maximum_frequency / LOWEST)
-    omega = 2.0 * math.pi * np.geomspace(LOWEST, maximum_frequency, int(PER_OCTAVE * octaves) + 1)
+    omega = _omega(maximum_frequency)
     basis = KrylovBasis(K, model.mass, (2.0 * math.pi * shift) ** 2)
     basis.add(patterns)
     at_probes = _Rows(model, np.unique(probes))
@@ -192,6 +203,13 @@ class _Rows:
 
             self.comm.Allreduce(MPI.IN_PLACE, found)
         return found
+
+
+def _omega(maximum_frequency: float) -> Array:
+    """Angular frequencies at which accuracy is looked at [rad/s]."""
+    octaves = math.log2(maximum_frequency / LOWEST)
+    count = max(2, int(PER_OCTAVE * octaves) + 1)
+    return np.asarray(2.0 * math.pi * np.geomspace(LOWEST, maximum_frequency, count))
 
 
 def _difference(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -212,7 +212,9 @@ def run_transient(
     loads = prepared.loads
     nodes = np.array([probe.node for probe in prepared.probes])
     # On rank 0 alone: it is large, and the others have no use for it.
-    basis = _stored_basis(folder / BASIS, basis_key, loads) if reduced and comm.rank == 0 else None
+    basis = None
+    if reduced and comm.rank == 0:
+        basis = _stored_basis(folder / BASIS, basis_key, prepared, transient)
     build = comm.bcast(reduced and basis is None)
     run = None
     if full or build:
@@ -249,12 +251,28 @@ def _asked(case: Case) -> Transient:
     return case.transient
 
 
-def _stored_basis(path: Path, key: str, loads: Loads) -> ReducedBasis | None:
+def _stored_basis(
+    path: Path, key: str, prepared: Prepared, transient: Transient
+) -> ReducedBasis | None:
+    """The basis of a run before, where it serves loads, probes and damping of this one."""
     found = ReducedBasis.read(path, key)
-    if found is None or not set(loads.names) <= set(found.loads):
+    if found is None:
         return None
-    LOGGER.info("transient: the reduced basis of %s is used again", path.name)
-    return found
+    probes = np.array([probe.node for probe in prepared.probes])
+    nodes = looked_at(prepared.parts.mesh, probes)
+    lacking = set(prepared.loads.names) - set(found.loads)
+    if lacking:
+        why = f"without {', '.join(sorted(lacking))}"
+    elif not np.isin(nodes, found.nodes).all():
+        why = "without some of the probes"
+    else:
+        error = found.error(probes, prepared.damping, transient.maximum_frequency)
+        if error <= transient.tolerance:
+            LOGGER.info("transient: the reduced basis of %s is used again", path.name)
+            return replace(found, difference=error)
+        why = f"with an error of {error:.2%} for this damping"
+    LOGGER.info("transient: the reduced basis of %s is %s, and made again", path.name, why)
+    return None
 
 
 def _write(basis: ReducedBasis | None, path: Path, key: str) -> None:
@@ -315,7 +333,7 @@ def _results(
             response = run.response
             spectra = node_spectra(response, case.spectra)
             band = np.zeros_like(by_probe(spectra.psa, len(nodes)))
-            pfa_band = np.zeros((len(nodes), 3))
+            pfa_band: Array = np.zeros((len(nodes), 3))
         else:
             history = modal_histories(basis, loads, damping)
             response = node_response(basis, history, loads, nodes)
