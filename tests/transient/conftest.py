@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -223,7 +223,7 @@ def no_pictures(patch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session")
-def begun(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+def begun(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The case's folder, with a run of the stages before; not to be changed."""
     folder = tmp_path_factory.mktemp("begun")
     for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
@@ -235,16 +235,23 @@ def begun(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pat
         no_pictures(patch)
         study.run(case, out=folder / "run", stage="building")
         study.run(case, out=folder / "run", stage="sticks")
-    yield folder
+    return folder
 
 
 @pytest.fixture(scope="session")
-def reduced(
-    begun: Path, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[tuple[Path, study.Run]]:
+def reduced(begun: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, study.Run]:
     """The same with the stage by the reduced model, and its run; not to be changed."""
     folder = tmp_path_factory.mktemp("reduced")
     shutil.copytree(begun, folder, dirs_exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        yield folder, study.run(folder / "frame.toml", out=folder / "run", stage="transient")
+        done = study.run(folder / "frame.toml", out=folder / "run", stage="transient")
+    return folder, done
+
+
+@pytest.fixture
+def again(reduced: tuple[Path, study.Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the case after it."""
+    no_pictures(monkeypatch)
+    shutil.copytree(reduced[0], tmp_path, dirs_exist_ok=True)
+    return tmp_path / "frame.toml"

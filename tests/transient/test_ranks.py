@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from .conftest import Frame
 
+pytestmark = pytest.mark.slow
 SCRIPT = Path(__file__).with_name("on_ranks.py")
 Found = dict[str, Any]
 

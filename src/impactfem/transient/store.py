@@ -77,7 +77,11 @@ def write_maps(path: Path, study: TransientStudy, maps: FloorMaps, key: str) -> 
             "pfa": (("node", "component"), maps.pfa, {"units": "m/s2"}),
             "psa": (("node", "component", "frequency"), maps.psa, {"units": "m/s2"}),
             "wave_node_number": ("wave_node", maps.wave_nodes, {}),
-            "wave_node_position": (("wave_node", "xyz"), mesh.nodes[maps.wave_nodes], {}),
+            "wave_node_position": (
+                ("wave_node", "xyz"),
+                mesh.nodes[maps.wave_nodes],
+                {"units": "m"},
+            ),
             "wave_triangle_node": (
                 ("wave_triangle", "triangle_corner"),
                 np.searchsorted(maps.wave_nodes, edges),
