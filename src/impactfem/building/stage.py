@@ -91,6 +91,7 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
     structure = _structure(case)
     with step("mesh"):
         parts, masses, report = on_root(lambda: read_parts(case, _mesh_file(case, folder)))
+        LOGGER.debug("\n%s", report)
     with step("matrices"):
         model = assemble_building(comm, parts)
         _log_memory(comm, f"{model.n_free} free degrees of freedom, {comm.size} ranks")
