@@ -217,3 +217,41 @@ def test_same_on_ranks(of_ranks, ranks):
         found, expected = many[name], one[name]
         assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max() > 0.0, name
     assert "has values that are not numbers" in many["refused"]
+
+
+def test_loads_that_are_not_followed(membrane, basis):
+    model = membrane()
+    more = np.eye(len(model.K))[:, 5:25:5]
+    made = basis(model.loads[:, :2])
+    made.add(more, follow=False)
+    assert made.sizes == (2, 8)  # the tail of two, and four responses at the shift
+    assert made.grow(6) == 12 and made.sizes[2:] == (10, 12, 14, 16, 18, 20)
+    assert made.Q.shape == (168, 6)  # four that are left where they are
+    both = np.hstack([made.V, made.Q])
+    assert np.abs(both.T @ model.M @ both - np.eye(26)).max() < 1e-12
+    assert relation(model, made) < 1e-13
+    start = np.linalg.solve(model.K + SHIFT * model.M, np.hstack([model.loads[:, :2], more]))
+    assert pytest.approx(start, rel=1e-9, abs=1e-12 * np.abs(start).max()) == made.V @ made.R
+    assert np.array_equal(made.rows(np.array([3, 7])), made.V[[3, 7]])
+    # Loads that come now may have parts in what was left.
+    made.add(model.loads[:, 2:])
+    assert made.size == 27 and made.Q.shape[1] == 7 and made.grow(3) == 9
+    start = np.linalg.solve(model.K + SHIFT * model.M, model.loads[:, 2])
+    assert pytest.approx(start, rel=1e-9, abs=1e-12 * np.abs(start).max()) == made.V @ made.R[:, 6]
+    assert relation(model, made) < 1e-13
+
+
+def test_followed_loads_are_served_as_well(membrane, basis):
+    """What is not followed takes nothing away from what is."""
+    model = membrane()
+    both = basis(model.loads[:, :2])
+    both.add(np.eye(len(model.K))[:, 5:25:5], follow=False)
+    both.grow(4)
+    alone = basis(model.loads[:, :2])
+    alone.grow(5)
+    rest = alone.V - both.V @ (both.V.T @ (model.M @ alone.V))
+    assert np.abs(rest).max() < 1e-9 * np.abs(alone.V).max()
+    # Without a step of growth they are not in.
+    short = basis(model.loads[:, :2])
+    rest = alone.V - short.V @ (short.V.T @ (model.M @ alone.V))
+    assert np.abs(rest).max() > 1e-3 * np.abs(alone.V).max()

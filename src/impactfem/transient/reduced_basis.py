@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.local import DOFS
 from impactfem.building.model import BuildingModel
-from impactfem.dynamics.error_band import SAFETY, nested_models
+from impactfem.dynamics.error_band import by_third_octave, nested_models, transfer_band
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.dynamics.reduced import ReducedModel
 from impactfem.errors import SolutionError
@@ -67,17 +67,26 @@ class ReducedBasis:
         Raises:
             KeyError: The basis was not made for one of the nodes.
         """
+        rows = self.rows(nodes)
+        flat = rows.reshape(-1, rows.shape[2])
+        return model.shapes(flat).reshape(len(rows), 3, len(model.eigenvalue))
+
+    def rows(self, nodes: Index) -> Array:
+        """V at some of the nodes, shape (m, 3, size of the basis).
+
+        Raises:
+            KeyError: The basis was not made for one of the nodes.
+        """
         at = np.searchsorted(self.nodes, nodes)
         if at.max(initial=-1) >= len(self.nodes) or np.any(self.nodes[at] != nodes):
             raise KeyError("a node that the basis was not made for")
-        rows = self.vectors[at].reshape(3 * len(at), self.vectors.shape[2])
-        return model.shapes(rows).reshape(len(at), 3, len(model.eigenvalue))
+        return self.vectors[at]
 
     def error(self, probes: Index, damping: tuple[float, float], maximum_frequency: float) -> float:
         """Largest estimated error of the accelerations at probes under any one of the loads.
 
-        The difference to the nested models times the safety factor of the error band, over the
-        largest acceleration of any probe under the same load at the same frequency.
+        The error band of the transfer functions by nested models, over the largest acceleration of
+        any probe under the same load within the same third of an octave.
 
         Args:
             probes: Nodes among those that are looked at.
@@ -217,6 +226,6 @@ def _difference(
 ) -> float:
     """Largest error, as estimated, of the transfer functions over the largest of any probe."""
     flat = rows.reshape(-1, rows.shape[2])
-    fine, *coarser = (model.transfer(flat, omega, *damping) for model in models)
-    apart = [np.abs(fine - coarse).max(axis=1) for coarse in coarser]
-    return float(SAFETY * (np.max(apart, axis=0) / np.abs(fine).max(axis=1)).max())
+    band = transfer_band(models, flat, omega, *damping).max(axis=1)
+    size = np.abs(models[0].transfer(flat, omega, *damping)).max(axis=1)
+    return float((band / by_third_octave(omega, size)).max())
