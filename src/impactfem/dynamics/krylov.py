@@ -61,15 +61,10 @@ class KrylovBasis:
         self._factor = Factorisation(shifted, name="the shifted stiffness matrix")
         shifted.destroy()
         self._chunks: list[Array] = []
+        # The vectors: first those of V, then those of Q; and M times the latter.
+        self._size = 0
         self._count = 0
-        # Columns of the chunks: those of V in their order, then those of Q, of which some are left
-        # where they are, and some lead on.
-        self._inside: list[int] = []
-        self._left: list[int] = []
-        self._ahead: list[int] = []
-        # The vectors that came last, and M times them.
-        self._newest = 0
-        self._images: Array = np.zeros((M.getLocalSize()[0], 0), order="F")
+        self._MQ: Array = np.zeros((M.getLocalSize()[0], 0), order="F")
         self._T: Array = np.zeros((0, 0))
         self._R: Array = np.zeros((0, 0))
         self._sizes: list[int] = []
@@ -92,7 +87,7 @@ class KrylovBasis:
     @property
     def size(self) -> int:
         """Number of vectors of the reduced space."""
-        return len(self._inside)
+        return self._size
 
     @property
     def sizes(self) -> tuple[int, ...]:
@@ -101,8 +96,8 @@ class KrylovBasis:
 
     @property
     def V(self) -> Array:
-        """The basis at this rank's rows, shape (n_local, size)."""
-        return self._columns(self._inside)
+        """The basis at this rank's rows, shape (n_local, size): a copy, unless it is small."""
+        return self._columns(0, self._size)
 
     def rows(self, index: Index) -> Array:
         """The basis at some of this rank's rows, without a copy of the others.
@@ -113,37 +108,33 @@ class KrylovBasis:
         Returns:
             The shape of `index` with the size of the basis as a further axis.
         """
-        found: Array = np.empty((*np.shape(index), self.size))
-        for at, column in enumerate(self._inside):
-            found[..., at] = self._column(column)[index]
-        return found
+        pieces = [piece[index] for piece in self._pieces(0, self._size)]
+        return np.concatenate([np.empty((*np.shape(index), 0)), *pieces], axis=-1)
 
     @property
     def T(self) -> Array:
         """Vᵀ M A V, shape (size, size) [s2]."""
-        return self._T[np.ix_(self._inside, self._inside)]
+        return self._T[: self._size, : self._size]
 
     @property
     def R(self) -> Array:
         """Coordinates of (K + σ0 M)⁻¹ F of each load pattern, shape (size, n_patterns)."""
-        return self._R[self._inside]
+        return self._R[: self._size]
 
     @property
     def Q(self) -> Array:
         """The tail: what A V has outside the space, shape (n_local, n_tail)."""
-        return self._columns(self._outside)
+        return self._columns(self._size, self._count)
 
     @property
     def S(self) -> Array:
         """Qᵀ M A V, shape (n_tail, size) [s2]."""
-        return self._T[np.ix_(self._outside, self._inside)]
+        return self._T[self._size :, : self._size]
 
     def shifted_tail(self) -> Array:
         """(K + σ0 M) Q, shape (n_local, n_tail). Collective."""
-        Q = self.Q
-        Z = product(self.M, Q)
-        Z *= self.shift
-        Z += product(self.K, Q)
+        Z = self.shift * self._MQ
+        Z += product(self.K, self.Q)
         return Z
 
     def dual_norm(self, F: Array) -> Array:
@@ -158,29 +149,24 @@ class KrylovBasis:
         squares = np.diag(inner(self.M, F, self._factor.solve_block(F)))
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)), dtype=np.float64)
 
-    def add(self, F: Array, *, follow: bool = True) -> None:
+    def add(self, F: Array) -> None:
         """Add load patterns; the space of those before stays. Collective.
 
         Patterns that are zero, or that depend on others, bring in no vector.
 
         Args:
             F: Load patterns at this rank's rows, shape (n_local, m).
-            follow: Whether `grow` takes these patterns further. If not, the space holds their
-                response at the shift, and what of A V comes from them stays outside.
 
         Raises:
             SolutionError: A pattern has values that are not numbers.
         """
         before = self._R.shape[1]
-        older = self._count
-        coordinates, _ = self._append(self._factor.solve_block(F))
+        MQ = self._MQ
+        coordinates = self._append(self._factor.solve_block(F), 0)
         self._R = _padded(self._R, self._count, before + F.shape[1])
         self._R[:, before:] = coordinates
-        fresh = range(older, self._count)
-        # All of them, as the responses have parts in every vector there is.
-        leading = [*self._ahead, *(fresh if follow else ())]
-        resting = [*self._left, *(() if follow else fresh)]
-        self._expand(leading, resting)
+        self._MQ = np.hstack([MQ, self._MQ])
+        self.grow(1)
 
     def grow(self, steps: int) -> int:
         """Take the space some block steps further. Collective.
@@ -189,55 +175,31 @@ class KrylovBasis:
             Number of vectors that came into the space; fewer, or none, when it holds all that the
             loads can reach.
         """
-        before = self.size
+        before = self._size
         for _ in range(steps):
-            if not self._ahead:
+            tail = slice(self._size, self._count)
+            if tail.start == tail.stop:
                 break
-            self._expand(self._ahead, [])
-        return self.size - before
+            # A is self-adjoint: A Q has no part in the vectors before the last block step.
+            near = self._sizes[-2] if len(self._sizes) > 1 else 0
+            coordinates = self._append(self._factor.solve_block(self._MQ), near)
+            self._T = _padded(self._T, self._count, self._count)
+            self._T[:, tail] = coordinates
+            self._T[tail, :] = coordinates.T
+            self._R = _padded(self._R, self._count, self._R.shape[1])
+            self._size = tail.stop
+            self._sizes.append(self._size)
+        return self._size - before
 
-    @property
-    def _outside(self) -> list[int]:
-        return [*self._left, *self._ahead]
-
-    def _expand(self, leading: list[int], resting: list[int]) -> None:
-        """Take vectors of the tail into the space; what `resting` ones lead to is left."""
-        block = [*leading, *resting]
-        if not block:
-            return
-        first = self._sizes[-2] if len(self._sizes) > 1 else 0
-        # A is self-adjoint: A times these vectors has no part in those long before them.
-        near = [*self._inside[first:], *self._outside]
-        older = self._count
-        X = self._factor.solve_block(self._image(block))
-        coordinates, source = self._append(X, near)
-        self._T = _padded(self._T, self._count, self._count)
-        self._T[:, block] = coordinates
-        self._T[block, :] = coordinates.T
-        self._R = _padded(self._R, self._count, self._R.shape[1])
-        self._inside += block
-        self._sizes.append(len(self._inside))
-        self._left = [i for i in self._left if i not in block]
-        self._ahead = []
-        for column, number in enumerate(source, older):
-            (self._ahead if number < len(leading) else self._left).append(column)
-
-    def _image(self, block: list[int]) -> Array:
-        """M times some of the vectors, shape (n_local, len(block)); collective unless all new."""
-        if min(block) >= self._newest:
-            return self._images[:, [i - self._newest for i in block]]
-        return product(self.M, self._columns(block))
-
-    def _append(self, X: Array, near: list[int] | None = None) -> tuple[Array, list[int]]:
-        """Make the basis hold the columns of X, which change.
+    def _append(self, X: Array, near: int) -> Array:
+        """Make the basis hold the columns of X, which change; gives their coordinates.
 
         Args:
             X: The columns, shape (n_local, k), Fortran order.
-            near: The vectors in which they have parts but for rounding; None for all.
+            near: The first vector in which they have parts, but for rounding.
 
         Returns:
-            Their coordinates, shape (number of vectors, then, k); and from which of them each new
-            vector comes.
+            Shape (number of vectors, then, k).
         """
         MX = product(self.M, X)
         length = np.sqrt(np.diag(inner(self.M, X, MX)))
@@ -245,35 +207,30 @@ class KrylovBasis:
             raise SolutionError("a load pattern has values that are not numbers")
         coordinates = np.zeros((self._count, X.shape[1]))
         B: Array = np.eye(X.shape[1])
-        source = list(range(X.shape[1]))
-        every = [*range(self._count)]
-        columns, least = every if near is None else sorted(near), DEPENDENT * length
         # Twice is enough, and needed: what is left of a nearly dependent vector is mostly rounding.
         # Once more, where the second time takes away what is more than rounding.
+        first, least = near, DEPENDENT * length
         passes, most = 0, 1.0
         while passes < 2 or most > SMALL:
-            known = self._subtract(columns, X, MX)
-            coordinates[columns] += known @ B
-            X, MX, inside, kept = _orthonormal(self.M, X, product(self.M, X), least)
+            known = self._subtract(first, X, MX)
+            coordinates[first:] += known @ B
+            X, MX, inside = _orthonormal(self.M, X, product(self.M, X), least)
             B = inside @ B
-            source = [source[i] for i in kept]
-            columns, least = every, np.zeros(X.shape[1])
+            first, least = 0, np.zeros(X.shape[1])
             most = float(np.abs(known).max(initial=0.0)) if passes else 1.0
             passes += 1
-        self._newest, self._images = self._count, MX
+        self._MQ = MX
         self._store(X)
-        return np.vstack([coordinates, B]), source
+        return np.vstack([coordinates, B])
 
-    def _subtract(self, columns: list[int], X: Array, MX: Array) -> Array:
-        """Take V (Vᵀ M X) of some columns V from X; gives Vᵀ M X, shape (len(columns), k)."""
-        pieces = self._pieces(columns)
+    def _subtract(self, first: int, X: Array, MX: Array) -> Array:
+        """Take V (Vᵀ M X) of the vectors V from the first on off X; gives Vᵀ M X."""
+        pieces = self._pieces(first, self._count)
         local = np.concatenate([np.empty((0, MX.shape[1])), *(V.T @ MX for V in pieces)])
         known: Array = self.M.getComm().tompi4py().allreduce(local)
-        at = 0
-        for V in pieces:
-            part = known[at : at + V.shape[1]]
-            at += V.shape[1]
-            if X.size:
+        ends = np.cumsum([V.shape[1] for V in pieces])[:-1]
+        for V, part in zip(pieces, np.split(known, ends), strict=False):
+            if X.size and part.size:
                 # In place: a product of its own would be as large as X, and be added slowly.
                 dgemm(-1.0, V, part, beta=1.0, c=X, overwrite_c=True)
         return known
@@ -286,42 +243,22 @@ class KrylovBasis:
             self._chunks[-1][:, at] = x
             self._count += 1
 
-    def _column(self, number: int) -> Array:
-        return self._chunks[number // CHUNK][:, number % CHUNK]
+    def _pieces(self, first: int, last: int) -> list[Array]:
+        """The vectors of a range, as they are stored."""
+        bounds = [
+            (chunk, max(first - start, 0), min(last - start, CHUNK))
+            for start, chunk in zip(range(0, last, CHUNK), self._chunks, strict=False)
+        ]
+        return [chunk[:, begin:end] for chunk, begin, end in bounds if begin < end]
 
-    def _pieces(self, columns: list[int]) -> list[Array]:
-        """Some vectors, ascending, as they are stored: consecutive ones without a copy."""
-        pieces = []
-        for begin, end in _runs(columns):
-            while begin < end:
-                stop = min(end, (begin // CHUNK + 1) * CHUNK)
-                at = begin % CHUNK
-                pieces.append(self._chunks[begin // CHUNK][:, at : at + stop - begin])
-                begin = stop
-        return pieces
-
-    def _columns(self, columns: list[int]) -> Array:
-        """Some vectors, in the order that is asked, shape (n_local, len(columns)): a copy."""
-        found: Array = np.empty((self.M.getLocalSize()[0], len(columns)), order="F")
-        for at, column in enumerate(columns):
-            found[:, at] = self._column(column)
-        return found
+    def _columns(self, first: int, last: int) -> Array:
+        pieces = self._pieces(first, last)
+        if len(pieces) == 1:
+            return pieces[0]
+        return np.hstack([np.empty((self.M.getLocalSize()[0], 0), order="F"), *pieces])
 
 
-def _runs(numbers: list[int]) -> list[tuple[int, int]]:
-    """Ranges that make up ascending numbers."""
-    runs: list[tuple[int, int]] = []
-    for number in numbers:
-        if runs and runs[-1][1] == number:
-            runs[-1] = (runs[-1][0], number + 1)
-        else:
-            runs.append((number, number + 1))
-    return runs
-
-
-def _orthonormal(
-    M: PETSc.Mat, X: Array, MX: Array, least: Array
-) -> tuple[Array, Array, Array, list[int]]:
+def _orthonormal(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array, Array, Array]:
     """M-orthonormal columns Q, M Q and B, with X = Q B but for what is left out; X is overwritten.
 
     Column by column: a Gram matrix of the block would lose half of the digits.
@@ -331,15 +268,11 @@ def _orthonormal(
         X: Columns, shape (n_local, k).
         MX: M X; overwritten.
         least: Length up to which what is left of each column is left out, shape (k,).
-
-    Returns:
-        Q, M Q, B, and which columns of X brought in those of Q.
     """
     B = np.zeros((X.shape[1], X.shape[1]))
-    kept: list[int] = []
+    n = 0
     for j in range(X.shape[1]):
         x, Mx = X[:, j], MX[:, j]
-        n = len(kept)
         # Twice, too: one pass over many nearly dependent columns leaves none of them orthogonal.
         for _ in range(2):
             known = inner(M, X[:, :n], Mx[:, None])[:, 0]
@@ -350,9 +283,8 @@ def _orthonormal(
         if left > least[j]:
             X[:, n], MX[:, n] = x / left, Mx / left
             B[n, j] = left
-            kept.append(j)
-    n = len(kept)
-    return X[:, :n], MX[:, :n], B[:n], kept
+            n += 1
+    return X[:, :n], MX[:, :n], B[:n]
 
 
 def _padded(A: Array, rows: int, columns: int) -> Array:
