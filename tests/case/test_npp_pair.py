@@ -163,6 +163,31 @@ def test_transient_of_section_4(case: Case, mesh: GeneratedMesh) -> None:
     )
 
 
+def test_impact_on_a_wall_of_section_3_2_2(case: Case) -> None:
+    setup = case.wall_impact
+    assert setup is not None
+    assert (setup.floors, setup.displaced_floor) == ((6, 7, 8), 8)
+    assert (setup.displacement, setup.gap, setup.duration) == (-0.02, 0.01, 1.3)
+    # 50 000 steps of a motion of 16.79 s, printed as 0.34 ms.
+    assert setup.time_step == 0.34e-3 == round(16.79 / 50_000, 5)
+    law = case.contact_laws["floor"]
+    assert isinstance(law, KelvinVoigtLaw)
+    assert not law.calibrated
+
+
+def test_damping_cases_of_table_8(case: Case) -> None:
+    under, damped, over = case.damping_cases
+    assert under.coefficients == (0.838, 2.12e-4)
+    assert damped.coefficients == (0.838, 1.06e-3)
+    assert over.coefficients == (0.559, 3.18e-3)
+    # The one between is that of section 3.2.2, as it is printed.
+    for printed, exact in zip(damped.coefficients, case.damping.coefficients, strict=True):
+        assert printed == pytest.approx(exact, rel=2e-3)
+    # What their names say, of the high frequency range.
+    assert under.ratio_at(80.0) < damped.ratio_at(80.0) < over.ratio_at(80.0)
+    assert {one.restitution for one in case.damping_cases} == {"calibrated"}
+
+
 def test_published_waves_and_ratios(case: Case, mesh: GeneratedMesh) -> None:
     published = {name: entry.value for name, entry in case.published.items()}
     # Equation 8: the printed speed needs 2500 kg/m3, section 2 has 2400 kg/m3.

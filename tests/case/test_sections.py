@@ -32,6 +32,9 @@ def test_rayleigh_damping_reaches_its_ratio(ξ: float, f1: float, f2: float) -> 
         ω = 2.0 * math.pi * f
         return (α_R / ω + β_R * ω) / 2.0
 
+    damping = Damping(mass_coefficient=α_R, stiffness_coefficient=β_R)
+    for f in (f1, f2, 450.0):
+        assert damping.ratio_at(f) == pytest.approx(ratio(f), rel=1e-14)
     assert ratio(f1) == pytest.approx(ξ, rel=1e-14)
     assert ratio(f2) == pytest.approx(ξ, rel=1e-14)
     assert ratio(math.sqrt(f1 * f2)) < 0.99 * ξ

@@ -3,9 +3,10 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import FileMesh, GeneratedMesh, Transient, load_case
+from impactfem.case import FileMesh, GeneratedMesh, KelvinVoigtLaw, Transient, load_case
 from impactfem.case.schema import json_schema
 from impactfem.case.template import write_new_case
+from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
 from impactfem.errors import InputError
 
 TARGETS = "building,mode,frequency [Hz],effective_mass [t]\nwest,1,2.2,500\neast,1,1.5,500\n"
@@ -147,9 +148,34 @@ def test_optional_transient(template: Path) -> None:
     names = [name for probe in transient.probes for name, _ in probe.points]
     assert names == ["corner", "aisle_1", "aisle_2", "aisle_3", "aisle_4", "aisle_5"]
     assert transient.probes[2].group == "edge_3"
-    # The defaults are those it shows; of the duration, the forces and the probes there is none.
-    shown = {"duration": None, "forces": None, "probes": ()}
+    # The defaults are those it shows; these keys have none.
+    none = ("duration", "forces", "export_start", "export_step")
+    shown = dict.fromkeys(none) | {"probes": ()}
     assert transient.model_copy(update=shown) == Transient(time_step=1e-3)
+
+
+def test_optional_wall_impact(template: Path) -> None:
+    for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
+        (template.parent / f"new_{name}.csv").write_text(table)
+    uncommented(template, "# [structure]", None)
+    uncommented(template, "# [wall_impact]", None)
+    text = template.read_text(encoding="utf-8").replace("# density", "density")
+    for value in ('"1.2e10 N/m"', "0.65 "):
+        text = text.replace(f" = {value}", ' = "calibrated" ')
+    template.write_text(text, encoding="utf-8")
+    case = load_case(template)
+    # The defaults are those it shows; the building has three floors.
+    entry = WallImpactEntry(gap=0.01, displacement=-0.02, duration=1.3, time_step=0.34e-3)
+    assert case.wall_impact == resolve_wall_impact(entry, [1, 2, 3])
+    law = case.contact_laws["floor"]
+    assert isinstance(law, KelvinVoigtLaw)
+    assert (law.stiffness, law.restitution) == ("calibrated", "calibrated")
+
+
+def test_optional_damping_cases(template: Path) -> None:
+    uncommented(template, "# [[damping_cases]]", None)
+    (light,) = load_case(template).damping_cases
+    assert (light.name, light.ratio, light.restitution) == ("light", 0.02, 0.8)
 
 
 def test_variant_as_the_template_says(template: Path) -> None:

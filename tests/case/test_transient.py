@@ -31,6 +31,10 @@ fields = ["psa"]
 field_frequencies = ["10 Hz", "20 Hz"]
 snapshots = false
 export = true
+export_nodes = "all"
+export_start = "1 s"
+export_duration = "2 s"
+export_step = "5 ms"
 checkpoint_every = "0.5 s"
 """
 POINT = '[[transient.probes]]\nname = "corner"\npoint = ["0 m", "15.6 m", "3030 cm"]\n'
@@ -85,11 +89,13 @@ def test_defaults(with_transient: With) -> None:
     transient = transient_of(with_transient())
     assert transient == Transient(time_step=1e-3)
     assert (transient.solver, transient.duration) == ("reduced", None)
-    assert (transient.maximum_frequency, transient.shift) == (450.0, 60.0)
+    assert (transient.maximum_frequency, transient.shift) == (450.0, 30.0)
     assert (transient.tolerance, transient.largest_basis) == (0.005, 1200)
     assert (transient.eccentricity, transient.forces) == (0.0, None)
     assert (transient.fields, transient.field_frequencies) == (("pfa", "psa"), (10.0, 75.0, 85.0))
     assert (transient.snapshots, transient.export, transient.checkpoint_every) == (True, False, 1.0)
+    assert (transient.export_nodes, transient.export_start) == ("vertices", None)
+    assert (transient.export_duration, transient.export_step) == (0.2, None)
     assert (transient.probes, transient_files(transient)) == ((), ())
 
 
@@ -116,6 +122,10 @@ def test_every_key(with_transient: With, monkeypatch: pytest.MonkeyPatch) -> Non
         field_frequencies=(10.0, 20.0),
         snapshots=False,
         export=True,
+        export_nodes="all",
+        export_start=1.0,
+        export_duration=2.0,
+        export_step=5e-3,
         checkpoint_every=0.5,
         probes=transient.probes,
     )
@@ -199,6 +209,12 @@ def test_with_a_structure_at_fault(with_transient: With) -> None:
         ('["10 Hz", "20 Hz"]', '["0 Hz"]', "field_frequencies[0]", "expected a frequency above 0"),
         ("false", '"no"', "snapshots", "expected true or false"),
         ("true", "1", "export", "expected true or false"),
+        ('"both"', '"full"', "export", "solver 'reduced' or 'both': 'full' records its probes"),
+        ('"all"', '"some"', "export_nodes", "expected 'vertices' or 'all'"),
+        ('"1 s"', '"-1 s"', "export_start", "expected a time of at least 0"),
+        ('"1 s"', '"10 s"', "export_start", "expected less than what is computed, 10 s"),
+        ('"2 s"', '"0 s"', "export_duration", "expected a time above 0"),
+        ('"5 ms"', '"0.5 ms"', "export_step", "expected at least the time step, 0.001 s"),
         ('"0.5 s"', '"0 s"', "checkpoint_every", "expected a time above 0"),
         ('shift = "50 Hz"', 'shft = "50 Hz"', "shft", "unknown key; did you mean 'shift'?"),
     ],
@@ -235,6 +251,10 @@ def test_faults_of_several_keys_at_once(with_transient: With) -> None:
         (f'{SHORT}duration = "16.8 s"\n', None,
          ("duration", "16.8 s", "at most what is computed of the sticks, 16.79 s")),
         (SHORT.replace("1 ms", "0.2 s"), "0.4 s", None),
+        (f'{SHORT}export_start = "17 s"\n', "16.79 s", None),
+        (f'{SHORT}export = true\nexport_start = "16.79 s"\n', "16.79 s",
+         ("export_start", "16.79 s", "less than what is computed, 16.79 s")),
+        (f'{SHORT}export = true\nexport_start = "17 s"\nforces = "others.nc"\n', "16.79 s", None),
         (SHORT.replace("1 ms", "0.2 s"), "0.39 s",
          ("time_step", "0.2 s", "at most half of the duration, 0.39 s")),
     ],

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.dynamics.krylov import CHUNK, DEPENDENT, KrylovBasis
+from impactfem.dynamics.krylov import KrylovBasis
+from impactfem.dynamics.orthonormal import CHUNK, DEPENDENT
 from impactfem.errors import SolutionError
 
 SCRIPT = Path(__file__).with_name("krylov_on_ranks.py")

@@ -14,6 +14,8 @@ import xarray as xr
 from impactfem.files import write_netcdf
 from impactfem.scalar import Scalar, to_json
 
+from .wall_store import WantedWall, calibrate_store
+
 STEP = 1e-3
 STEPS = 2001
 LENGTH, WIDTH = 12.0, 6.0
@@ -57,6 +59,18 @@ def transient_folder(tmp_path: Path) -> Callable[..., Path]:
         write_netcdf(tmp_path / "transient.nc", _transient(asked, slab))
         if asked.maps:
             write_netcdf(tmp_path / "transient_maps.nc", _maps(asked, slab))
+        return tmp_path
+
+    return write
+
+
+@pytest.fixture
+def wall_folder(tmp_path: Path) -> Callable[..., Path]:
+    """Write the store of a run against a wall and give its folder."""
+
+    def write(**wanted: object) -> Path:
+        asked = WantedWall(**wanted)  # type: ignore[arg-type]
+        write_netcdf(tmp_path / "calibrate.nc", calibrate_store(asked))
         return tmp_path
 
     return write

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import logging
+import resource
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +66,26 @@ def test_another_file(path: Path, caplog: pytest.LogCaptureFixture) -> None:
     assert [record.getMessage().endswith("computed again") for record in caplog.records] == [
         True
     ] * 2
+
+
+@pytest.mark.parametrize("room", [0, 100, 10_000, 16_700])
+def test_full_disk(path: Path, room: int) -> None:
+    """The old file stays; nothing fails a second time, when it is collected."""
+    infinite = resource.RLIM_INFINITY
+    before = path.read_bytes()
+    changed = CONTENT | {"n": 4}
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, infinite))
+        with pytest.raises(ImpactfemError, match=r"cannot write .*some\.npz: File too large"):
+            write_archive(path, "key", changed)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(before), infinite))
+        gc.collect()
+        assert path.read_bytes() == before and list(path.parent.iterdir()) == [path]
+        write_archive(path, "key", changed)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (infinite, infinite))
+    found = read_archive(path, "key")
+    assert found is not None and int(found["n"]) == 4
 
 
 def test_no_place(tmp_path: Path) -> None:

@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from impactfem.building.edge_normal import outward_normal
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.part import Part
 from impactfem.case import Case, Contact, ContactPoint, load_case
 from impactfem.errors import InputError
 from impactfem.sticks.force_history import ForceHistory, read_forces, write_forces_csv
 from impactfem.sticks.pair_ends import PairEnds
-from impactfem.transient.forces import checked_forces, outward_normal
+from impactfem.transient.forces import checked_forces
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 PATH = Path("forces.nc")

@@ -2,52 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
-from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
-from impactfem.building.model import BuildingModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from impactfem.building.nodal_load import NodalLoad
 
 
-@dataclass(frozen=True, eq=False)
-class EdgeLoad:
-    """Consistent nodal forces of a line load with the resultant 1 N on an edge.
+def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> NodalLoad:
+    """Consistent nodal forces of a line load with the resultant 1 N on the edge of a floor.
 
     With the middle s0 of an edge of the length L, the line load is
     q(s) = (1 + 12 e (s − s0) / L²) / L: uniform, or linear with its resultant at the distance e
     from the middle. Its nodal forces on quadratic edges are ∫ N q ds.
-
-    Args:
-        nodes: Nodes of the edge, shape (n,).
-        forces: Force on each node for the unit resultant, shape (n,) [N/N].
-    """
-
-    nodes: Index
-    forces: Array
-
-    def vector(self, model: BuildingModel, direction: tuple[float, float, float]) -> Array:
-        """The load at this rank's rows, shape (n_local,).
-
-        Args:
-            model: The building.
-            direction: Direction of the resultant, a unit vector.
-        """
-        load = np.zeros(DOFS * len(model.nodes))
-        rows = model.rows(self.nodes)
-        here = rows >= 0
-        for axis, part in enumerate(direction):
-            load[rows[here] + axis] = part * self.forces[here]
-        return load
-
-
-def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> EdgeLoad:
-    """The line load on the edge of a floor.
 
     Args:
         mesh: The mesh.
@@ -71,4 +37,4 @@ def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> Edge
     np.add.at(forces, lines[:, 1], h * q[:, 1] / 6.0)
     np.add.at(forces, lines[:, 2], h * q.sum(axis=1) / 3.0)
     nodes = np.unique(lines)
-    return EdgeLoad(nodes, forces[nodes])
+    return NodalLoad(nodes, forces[nodes])

@@ -17,6 +17,7 @@ from impactfem.case.contacts import (
     KelvinVoigtLaw,
 )
 from impactfem.case.damping import Damping
+from impactfem.case.damping_cases import DampingCase
 from impactfem.case.design_spectrum import (
     DecreeSpectrum,
     DesignSpectrum,
@@ -36,6 +37,7 @@ from impactfem.case.published import Published
 from impactfem.case.structure import FrequencyFit, Structure, structure_files
 from impactfem.case.targets import Target
 from impactfem.case.transient import Transient, transient_files
+from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.case.walls import Wall
 
 __all__ = [
@@ -51,6 +53,7 @@ __all__ = [
     "ContactLaw",
     "ContactPoint",
     "Damping",
+    "DampingCase",
     "DecreeSpectrum",
     "DesignSpectrum",
     "Ensemble",
@@ -79,6 +82,7 @@ __all__ = [
     "Target",
     "Transient",
     "Wall",
+    "WallImpactSetup",
     "load_case",
     "motion_files",
     "structure_files",

@@ -9,6 +9,12 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, known_of, present
+from impactfem.case.calibrated import (
+    CALIBRATED,
+    CalibratedRestitution,
+    CalibratedStiffness,
+    refuse_word,
+)
 from impactfem.case.leaf import (
     Area,
     BuildingName,
@@ -19,7 +25,6 @@ from impactfem.case.leaf import (
     Number,
     PositiveSpeed,
     Ratio,
-    Stiffness,
     Wholes,
     refuse,
 )
@@ -32,13 +37,17 @@ class KelvinVoigtLaw(Section):
     """A spring and a dashpot in parallel, acting while the gap is closed.
 
     Either ``restitution`` or ``damping_ratio``: the paper's equation 4 leads from one to the other.
+    "calibrated" takes a value from the impact of [wall_impact].
     """
 
     type: Literal["kelvin-voigt"] = Field(description="Spring and dashpot in parallel.")
-    stiffness: Stiffness = Field(description="Stiffness K_C of the contact.")
-    restitution: Annotated[float, Ratio(above=0, at_most=1)] | None = Field(
+    stiffness: CalibratedStiffness = Field(
+        description="Stiffness K_C of the contact; calibrated by the paper's equation 6."
+    )
+    restitution: CalibratedRestitution | None = Field(
         default=None,
-        description="Coefficient of restitution asked: velocity after over velocity before.",
+        description="Coefficient of restitution asked: velocity after over velocity before; "
+        "calibrated by the paper's equation 5.",
     )
     damping_ratio: Annotated[float, Ratio(at_least=0, below=1)] | None = Field(
         default=None,
@@ -62,12 +71,19 @@ class KelvinVoigtLaw(Section):
             raise refuse("expected either restitution or damping_ratio, not both")
         return value
 
+    @property
+    def calibrated(self) -> bool:
+        """Whether a value is left to the calibration."""
+        return CALIBRATED in (self.stiffness, self.restitution)
+
 
 class HertzLaw(Section):
     """An elastic spring whose force goes with the penetration to the power 1.5."""
 
     type: Literal["hertz"] = Field(description="Elastic contact of Hertz, without restitution.")
     stiffness: HertzStiffness = Field(description="Stiffness K of F = K p^1.5.")
+
+    _as_given = field_validator("stiffness", mode="before")(refuse_word)
 
 
 class _DampedHertzLaw(Section):
@@ -82,6 +98,8 @@ class _DampedHertzLaw(Section):
         description="How the damping follows from the restitution: by the formula of the law's "
         "authors, or so that two free masses get exactly what is asked.",
     )
+
+    _as_given = field_validator("stiffness", "restitution", mode="before")(refuse_word)
 
 
 class _SpeedDampedLaw(_DampedHertzLaw):

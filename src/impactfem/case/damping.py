@@ -67,6 +67,16 @@ class Damping(Section):
                 )
         return value
 
+    def ratio_at(self, frequency: float) -> float:
+        """The damping ratio ξ = (α_R / ω + β_R ω) / 2 of a mode.
+
+        Args:
+            frequency: ω / 2π, above zero [Hz].
+        """
+        α_R, β_R = self.coefficients
+        ω = 2.0 * math.pi * frequency
+        return 0.5 * (α_R / ω + β_R * ω)
+
     @property
     def coefficients(self) -> tuple[float, float]:
         """The coefficients (α_R [1/s], β_R [s]) of the mass and the stiffness matrix.

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from impactfem.case.buildings import Building, BuildingEntry
 from impactfem.case.calibration import Calibration, CalibrationEntry
 from impactfem.case.contacts import expand
+from impactfem.case.damping_cases import damping_case_faults
 from impactfem.case.design_spectrum import TableSpectrum
 from impactfem.case.ensemble import Ensemble, ensemble_faults
 from impactfem.case.explain import explain
@@ -22,6 +23,13 @@ from impactfem.case.named_files import NamedFiles, tables_of
 from impactfem.case.source import Source, read_source
 from impactfem.case.structure import Mesh, Structure, StructureEntry
 from impactfem.case.transient import Transient, transient_faults
+from impactfem.case.wall_impact import (
+    WallImpactSetup,
+    calibrated_contact_faults,
+    lacks_wall_impact,
+    resolve_wall_impact,
+    wall_impact_faults,
+)
 from impactfem.errors import Fault, InputError
 
 
@@ -47,9 +55,12 @@ def load_case(path: str | Path) -> Case:
         faults.extend(explain(error, source, CaseFile))
     faults.extend(_duplicates(source))
     faults.extend(_lacks_structure(source))
+    faults.extend(lacks_wall_impact(source))
+    faults.extend(damping_case_faults(source))
     faults.extend(files.faults)
     if case_file is not None:
         faults.extend(_spectrum_faults(source, case_file, files))
+        faults.extend(_wall_faults(source, case_file, files))
     if faults or case_file is None:
         raise InputError(faults)
     case = _resolve(source, case_file, files)
@@ -70,7 +81,8 @@ def load_case(path: str | Path) -> Case:
 
 def _duplicates(source: Source) -> Iterator[Fault]:
     """Names and directions that only one table may have, from the file as it stands."""
-    for group, key in (("buildings", "name"), ("motions", "direction")):
+    groups = (("buildings", "name"), ("motions", "direction"), ("damping_cases", "name"))
+    for group, key in groups:
         seen: dict[str, int] = {}
         for index, entry in tables_of(source.raw, group):
             value = entry.get(key)
@@ -83,10 +95,11 @@ def _duplicates(source: Source) -> Iterator[Fault]:
 
 
 def _lacks_structure(source: Source) -> Iterator[Fault]:
-    """A response in time without the 3D model that responds, from the file as it stands."""
-    if "transient" in source.raw and "structure" not in source.raw:
-        expected = "expected a section [structure] beside it: the 3D model that moves"
-        yield source.fault(("transient",), None, expected)
+    """What the 3D model does without that model, from the file as it stands."""
+    for section in ("wall_impact", "transient"):
+        if section in source.raw and "structure" not in source.raw:
+            expected = "expected a section [structure] beside it: the 3D model that moves"
+            yield source.fault((section,), None, expected)
 
 
 def _computed_duration(case: Case) -> float | None:
@@ -105,9 +118,11 @@ def _resolve(source: Source, case_file: CaseFile, files: NamedFiles) -> Case:
         title=case_file.title,
         materials=case_file.materials,
         damping=case_file.damping,
+        damping_cases=case_file.damping_cases,
         buildings=tuple(_building(entry, case_file, files) for entry in case_file.buildings),
         calibration=_calibration(case_file.calibration, files),
         structure=_structure(case_file.structure, case_file, files, folder),
+        wall_impact=_wall_impact(case_file, files),
         transient=_transient(case_file.transient, folder),
         motions=tuple(_motion(motion, folder) for motion in case_file.motions),
         contact_laws=case_file.contact_laws,
@@ -163,6 +178,18 @@ def _mesh(entry: GeneratedMeshEntry | FileMesh, files: NamedFiles, folder: Path)
     return GeneratedMesh(**shared | tables)
 
 
+def _wall_impact(case_file: CaseFile, files: NamedFiles) -> WallImpactSetup | None:
+    entry, structure = case_file.wall_impact, case_file.structure
+    if entry is None or structure is None:
+        return None
+    return resolve_wall_impact(entry, _floor_numbers(files, structure))
+
+
+def _floor_numbers(files: NamedFiles, structure: StructureEntry) -> list[int]:
+    floors = files.known.building_floors(structure.building)
+    return [floor.floor for floor in floors or ()]
+
+
 def _transient(transient: Transient | None, folder: Path) -> Transient | None:
     if transient is None or transient.forces is None:
         return transient
@@ -202,6 +229,19 @@ def _spectrum_faults(source: Source, case_file: CaseFile, files: NamedFiles) -> 
         if table is not None and table.at(motion.damping) is None:
             expected = f"expected a damping of {motion.spectrum.file}: {table.dampings}"
             yield source.fault(("motions", index, "damping"), motion.damping, expected)
+
+
+def _wall_faults(source: Source, case_file: CaseFile, files: NamedFiles) -> Iterator[Fault]:
+    """What does not go together between the impact on a wall and the rest of the case."""
+    entry, structure = case_file.wall_impact, case_file.structure
+    if entry is None or structure is None:
+        return
+    known = _floor_numbers(files, structure)
+    if known:
+        yield from wall_impact_faults(source, entry, structure.building, known)
+    yield from calibrated_contact_faults(
+        source, case_file.contact_laws, case_file.contacts, structure.building
+    )
 
 
 def _ensemble(ensemble: Ensemble | None, folder: Path) -> Ensemble | None:

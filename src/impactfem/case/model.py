@@ -12,6 +12,7 @@ from impactfem.case.buildings import Building, BuildingEntry
 from impactfem.case.calibration import Calibration, CalibrationEntry
 from impactfem.case.contacts import Contact, ContactEntry, ContactLaw, ContactLawEntry, expand
 from impactfem.case.damping import Damping
+from impactfem.case.damping_cases import DampingCase
 from impactfem.case.ensemble import Ensemble
 from impactfem.case.leaf import File, Text, refuse
 from impactfem.case.materials import Material
@@ -19,6 +20,7 @@ from impactfem.case.motions import Motion, MotionEntry
 from impactfem.case.published import Published
 from impactfem.case.structure import Structure, StructureEntry
 from impactfem.case.transient import Transient
+from impactfem.case.wall_impact import WallImpactEntry, WallImpactSetup
 
 
 class CaseFile(Section):
@@ -35,12 +37,20 @@ class CaseFile(Section):
     )
     materials: dict[str, Material] = Field(description="Materials by name.")
     damping: Damping = Field(description="Rayleigh damping of all buildings without their own.")
+    damping_cases: tuple[DampingCase, ...] = Field(
+        default=(), description="Further dampings of all buildings; none: the study is done once."
+    )
     buildings: tuple[BuildingEntry, ...] = Field(min_length=1, description="The buildings.")
     calibration: CalibrationEntry | None = Field(
         default=None, description="Calibration of the sticks; left out, they are taken as given."
     )
     structure: StructureEntry | None = Field(
         default=None, description="The 3D model of one building; left out, there is none."
+    )
+    wall_impact: WallImpactEntry | None = Field(
+        default=None,
+        description="The impact of the 3D model on a rigid wall, which needs [structure]; left "
+        "out, there is none.",
     )
     transient: Transient | None = Field(
         default=None,
@@ -86,9 +96,12 @@ class Case(Section):
         title: Title of the case.
         materials: Materials by name.
         damping: Damping of the case; each building carries the one that holds for it.
+        damping_cases: Further dampings, each of all buildings. A restitution "calibrated" in a case
+            without wall impact stands for those of the contact laws.
         buildings: The buildings with their material, floors and damping.
         calibration: The calibration with its targets, or None.
         structure: The 3D model of one building, or None.
+        wall_impact: Its impact on a rigid wall, or None.
         transient: Its response in time, or None; the forces are relative to the working folder.
         motions: The ground motions; a record's file is relative to the working folder.
         contact_laws: Contact laws by name.
@@ -105,9 +118,11 @@ class Case(Section):
     title: str
     materials: dict[str, Material]
     damping: Damping
+    damping_cases: tuple[DampingCase, ...]
     buildings: tuple[Building, ...]
     calibration: Calibration | None
     structure: Structure | None
+    wall_impact: WallImpactSetup | None
     transient: Transient | None
     motions: tuple[Motion, ...]
     contact_laws: dict[str, ContactLaw]

@@ -12,7 +12,16 @@ from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
 from impactfem.case.generated_mesh import GeneratedMesh
-from impactfem.case.leaf import File, Frequency, Length, PositiveTime, Ratio, Whole, refuse
+from impactfem.case.leaf import (
+    File,
+    Frequency,
+    Length,
+    PositiveTime,
+    Ratio,
+    Time,
+    Whole,
+    refuse,
+)
 from impactfem.case.place import value_at
 from impactfem.case.probe import Probe, name_fault
 from impactfem.case.source import Source
@@ -47,8 +56,14 @@ class Transient(Section):
         description="Relative error of the reduced transfer functions at the probes, by nested "
         "bases.",
     )
+    serve_damping_cases: StrictBool = Field(
+        default=False,
+        description="Whether the reduced basis is made for the lightest damping among the "
+        "building's own and those of [[damping_cases]], at maximum_frequency; it then serves all "
+        "of them, with more vectors.",
+    )
     shift: Frequency = Field(
-        default=60.0, description="Frequency that the reduced basis is expanded about."
+        default=30.0, description="Frequency that the reduced basis is expanded about."
     )
     largest_basis: Annotated[int, Whole(1)] = Field(
         default=1200, description="Largest number of vectors of the reduced basis."
@@ -74,7 +89,26 @@ class Transient(Section):
         default=True, description="Whether pictures of the waves at the main impact are made."
     )
     export: StrictBool = Field(
-        default=False, description="Whether the motion of the whole model is written for ParaView."
+        default=False,
+        description="Whether the motion of the whole model is written for ParaView; not with "
+        "solver 'full'.",
+    )
+    export_nodes: Literal["vertices", "all"] = Field(
+        default="vertices",
+        description="Which nodes of the elements are written; 'all' takes about four times the "
+        "room and shows shorter waves.",
+    )
+    export_start: Time | None = Field(
+        default=None,
+        description="First time that is written; default 10 ms before the main impact, or, where "
+        "nothing touches, before the largest ground acceleration.",
+    )
+    export_duration: PositiveTime = Field(
+        default=0.2, description="Time that is written, at most to the end of what is computed."
+    )
+    export_step: PositiveTime | None = Field(
+        default=None,
+        description="Time between two pictures, rounded to whole time steps; default one step.",
     )
     checkpoint_every: PositiveTime = Field(
         default=1.0,
@@ -91,6 +125,21 @@ class Transient(Section):
         fault = step_fault(value, duration) if duration is not None else None
         if fault is not None:
             raise refuse(fault)
+        return value
+
+    @field_validator("export")
+    @classmethod
+    def _all_nodes_known(cls, value: bool, info: ValidationInfo) -> bool:
+        if value and info.data.get("solver") == "full":
+            raise refuse("expected solver 'reduced' or 'both': 'full' records its probes only")
+        return value
+
+    @field_validator("export_step")
+    @classmethod
+    def _a_step_or_more(cls, value: float | None, info: ValidationInfo) -> float | None:
+        step = info.data.get("time_step")
+        if value is not None and step is not None and value < step * (1.0 - 1e-9):
+            raise refuse(f"expected at least the time step, {step:g} s")
         return value
 
     @field_validator("fields")
@@ -144,6 +193,10 @@ def transient_faults(
     """
     if computed is not None and transient.forces is None:
         yield from _time_faults(source, transient, computed)
+    known = transient.duration or (computed if transient.forces is None else None)
+    start = transient.export_start
+    if transient.export and start is not None and known is not None and start >= known:
+        yield _fault(source, "export_start", f"expected less than what is computed, {known:g} s")
     if isinstance(mesh, GeneratedMesh):
         edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
         if abs(transient.eccentricity) > edge / 2.0:

@@ -28,12 +28,15 @@ class Kind:
         symbols: The only units it may be built of, by pint's names; None when the dimension alone
             decides. A frequency in rad/s has the dimension of one in Hz and is 2π off, so
             frequencies are asked for in hertz.
+        one_of: Units of which it must have one, by pint's names: a moment per angle has the
+            dimension of an energy.
     """
 
     name: str
     unit: str
     example: str
     symbols: frozenset[str] | None = None
+    one_of: frozenset[str] = frozenset()
 
     @property
     def phrase(self) -> str:
@@ -55,12 +58,21 @@ ACCELERATION = Kind("an acceleration", "m/s2", "2.3 m/s2")
 FORCE = Kind("a force", "N", "121 MN")
 STRESS = Kind("a stress", "Pa", "33 GPa")
 STIFFNESS = Kind("a stiffness", "N/m", "1e11 N/m")
+ROTATIONAL_STIFFNESS = Kind(
+    "a rotational stiffness",
+    "N m/rad",
+    "3e7 N m/rad",
+    one_of=frozenset({"radian", "degree"}),
+)
+BENDING_STIFFNESS = Kind("a bending or twisting stiffness", "N m2", "8e7 N m2")
+SECTION_STIFFNESS = Kind("a shear or stretching stiffness", "N", "1.2e9 N")
 HERTZ_STIFFNESS = Kind("a stiffness of Hertz contact", "N/m^1.5", "2.75e9 N/m^1.5")
 FLEXIBILITY = Kind("a flexibility", "m/N", "1e-11 m/N")
 IMPULSE = Kind("an impulse", "N s", "829 kN s")
 ENERGY = Kind("an energy", "J", "4 kJ")
 ACCELERANCE = Kind("an acceleration per force", "1/kg", "1.5e-6 1/kg")
 
+# A shear or stretching stiffness is not among them: without its name it is a force.
 KINDS = (
     *(LENGTH, AREA, SECOND_MOMENT, MASS, INERTIA, DENSITY, TIME, FREQUENCY, RATE),
     *(
@@ -69,6 +81,8 @@ KINDS = (
         FORCE,
         STRESS,
         STIFFNESS,
+        ROTATIONAL_STIFFNESS,
+        BENDING_STIFFNESS,
         HERTZ_STIFFNESS,
         FLEXIBILITY,
         IMPULSE,
@@ -146,7 +160,8 @@ def _measure(text: str) -> _Measured:
 
 def _is_of(measured: _Measured, kind: Kind) -> bool:
     same = measured.dimension == _measure(kind.unit).dimension
-    return same and (kind.symbols is None or measured.symbols <= kind.symbols)
+    only = kind.symbols is None or measured.symbols <= kind.symbols
+    return same and only and (not kind.one_of or bool(measured.symbols & kind.one_of))
 
 
 def identify(text: str) -> str:

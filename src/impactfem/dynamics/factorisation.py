@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ctypes
 from types import TracebackType
+from typing import Any
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
@@ -145,20 +147,23 @@ class Factorisation:
         """
         self._F.solve(b, x)
 
-    def solve_block(self, B: Array) -> Array:
+    def solve_block(self, B: Any) -> Array:
         """Solve A X = B for many columns at once, far faster than one by one. Collective.
 
         Args:
-            B: Right-hand sides, shape (n_local, k).
+            B: Right-hand sides, shape (n_local, k), an array or of `scipy.sparse`.
 
         Returns:
             X, shape (n_local, k), Fortran order.
         """
-        B = np.asfortranarray(B, dtype=np.float64)
+        if scipy.sparse.issparse(B):
+            B = B.tocsc()
         X = np.empty(B.shape, order="F")
         for first in range(0, B.shape[1], BLOCK):
             part = slice(first, min(first + BLOCK, B.shape[1]))
-            right, left = self._dense(B[:, part]), self._dense(X[:, part])
+            given = B[:, part].toarray() if scipy.sparse.issparse(B) else B[:, part]
+            right = self._dense(np.asfortranarray(given, dtype=np.float64))
+            left = self._dense(X[:, part])
             self._F.matSolve(right, left)
             right.destroy()
             left.destroy()

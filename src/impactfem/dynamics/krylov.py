@@ -15,29 +15,19 @@ damping, CDC 2005; full reorthogonalisation as in Grimme, Sorensen and Van Doore
 from __future__ import annotations
 
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
-from scipy.linalg.blas import dgemm
 
 from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.factorisation import Factorisation
+from impactfem.dynamics.orthonormal import Orthonormal
 from impactfem.dynamics.pencil import combined
-from impactfem.errors import SolutionError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-DEPENDENT = 1e-9
-"""Part of a vector outside the basis, over its length, up to which it counts as dependent: the
-rounding of a solve. What is left out violates A V = V T + Q S by as much."""
-
-SMALL = 0.1
-"""Part of a vector inside the others, over its length, that is too much for rounding."""
-
-CHUNK = 64
-"""Vectors that memory is set aside for at once. The system gives it when they are written."""
 
 
 class KrylovBasis:
@@ -60,10 +50,9 @@ class KrylovBasis:
         shifted = combined(1.0, K, shift, M)
         self._factor = Factorisation(shifted, name="the shifted stiffness matrix")
         shifted.destroy()
-        self._chunks: list[Array] = []
-        # The vectors: first those of V, then those of Q; and M times the latter.
+        # First the vectors of V, then those of Q; and M times the latter.
+        self.vectors = Orthonormal(M)
         self._size = 0
-        self._count = 0
         self._MQ: Array = np.zeros((M.getLocalSize()[0], 0), order="F")
         self._T: Array = np.zeros((0, 0))
         self._R: Array = np.zeros((0, 0))
@@ -84,6 +73,14 @@ class KrylovBasis:
         """Free the factorisation; the basis stays and cannot grow any more. Collective."""
         self._factor.destroy()
 
+    def solve(self, F: Any) -> Array:
+        """(K + σ0 M)⁻¹ F, shape (n_local, k), Fortran order. Collective.
+
+        Args:
+            F: Columns, shape (n_local, k), an array or of `scipy.sparse`.
+        """
+        return self._factor.solve_block(F)
+
     @property
     def size(self) -> int:
         """Number of vectors of the reduced space."""
@@ -97,7 +94,16 @@ class KrylovBasis:
     @property
     def V(self) -> Array:
         """The basis at this rank's rows, shape (n_local, size): a copy, unless it is small."""
-        return self._columns(0, self._size)
+        return self.vectors.columns(0, self._size)
+
+    def seen(self, L: Any) -> Array:
+        """Lᵀ V, shape (k, size), the same on all ranks. Collective.
+
+        Args:
+            L: Rows of this rank of what is looked at, shape (n_local, k), an array or of
+                `scipy.sparse`.
+        """
+        return self.vectors.seen(L, self._size)
 
     def rows(self, index: Index) -> Array:
         """The basis at some of this rank's rows, without a copy of the others.
@@ -108,8 +114,7 @@ class KrylovBasis:
         Returns:
             The shape of `index` with the size of the basis as a further axis.
         """
-        pieces = [piece[index] for piece in self._pieces(0, self._size)]
-        return np.concatenate([np.empty((*np.shape(index), 0)), *pieces], axis=-1)
+        return self.vectors.rows(index, self._size)
 
     @property
     def T(self) -> Array:
@@ -124,7 +129,7 @@ class KrylovBasis:
     @property
     def Q(self) -> Array:
         """The tail: what A V has outside the space, shape (n_local, n_tail)."""
-        return self._columns(self._size, self._count)
+        return self.vectors.columns(self._size, self.vectors.count)
 
     @property
     def S(self) -> Array:
@@ -146,26 +151,26 @@ class KrylovBasis:
         Returns:
             Shape (k,).
         """
-        squares = np.diag(inner(self.M, F, self._factor.solve_block(F)))
+        squares = np.diag(inner(self.M, F, self.solve(F)))
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)), dtype=np.float64)
 
-    def add(self, F: Array) -> None:
+    def add(self, F: Any) -> None:
         """Add load patterns; the space of those before stays. Collective.
 
         Patterns that are zero, or that depend on others, bring in no vector.
 
         Args:
-            F: Load patterns at this rank's rows, shape (n_local, m).
+            F: Load patterns at this rank's rows, shape (n_local, m), an array or of
+                `scipy.sparse`.
 
         Raises:
             SolutionError: A pattern has values that are not numbers.
         """
         before = self._R.shape[1]
-        MQ = self._MQ
-        coordinates = self._append(self._factor.solve_block(F), 0)
-        self._R = _padded(self._R, self._count, before + F.shape[1])
+        coordinates, image = self.vectors.append(self.solve(F))
+        self._R = _padded(self._R, self.vectors.count, before + F.shape[1])
         self._R[:, before:] = coordinates
-        self._MQ = np.hstack([MQ, self._MQ])
+        self._MQ = np.hstack([self._MQ, image])
         self.grow(1)
 
     def grow(self, steps: int) -> int:
@@ -177,114 +182,19 @@ class KrylovBasis:
         """
         before = self._size
         for _ in range(steps):
-            tail = slice(self._size, self._count)
+            tail = slice(self._size, self.vectors.count)
             if tail.start == tail.stop:
                 break
             # A is self-adjoint: A Q has no part in the vectors before the last block step.
             near = self._sizes[-2] if len(self._sizes) > 1 else 0
-            coordinates = self._append(self._factor.solve_block(self._MQ), near)
-            self._T = _padded(self._T, self._count, self._count)
+            coordinates, self._MQ = self.vectors.append(self.solve(self._MQ), near)
+            self._T = _padded(self._T, self.vectors.count, self.vectors.count)
             self._T[:, tail] = coordinates
             self._T[tail, :] = coordinates.T
-            self._R = _padded(self._R, self._count, self._R.shape[1])
+            self._R = _padded(self._R, self.vectors.count, self._R.shape[1])
             self._size = tail.stop
             self._sizes.append(self._size)
         return self._size - before
-
-    def _append(self, X: Array, near: int) -> Array:
-        """Make the basis hold the columns of X, which change; gives their coordinates.
-
-        Args:
-            X: The columns, shape (n_local, k), Fortran order.
-            near: The first vector in which they have parts, but for rounding.
-
-        Returns:
-            Shape (number of vectors, then, k).
-        """
-        MX = product(self.M, X)
-        length = np.sqrt(np.diag(inner(self.M, X, MX)))
-        if not np.all(np.isfinite(length)):
-            raise SolutionError("a load pattern has values that are not numbers")
-        coordinates = np.zeros((self._count, X.shape[1]))
-        B: Array = np.eye(X.shape[1])
-        # Twice is enough, and needed: what is left of a nearly dependent vector is mostly rounding.
-        # Once more, where the second time takes away what is more than rounding.
-        first, least = near, DEPENDENT * length
-        passes, most = 0, 1.0
-        while passes < 2 or most > SMALL:
-            known = self._subtract(first, X, MX)
-            coordinates[first:] += known @ B
-            X, MX, inside = _orthonormal(self.M, X, product(self.M, X), least)
-            B = inside @ B
-            first, least = 0, np.zeros(X.shape[1])
-            most = float(np.abs(known).max(initial=0.0)) if passes else 1.0
-            passes += 1
-        self._MQ = MX
-        self._store(X)
-        return np.vstack([coordinates, B])
-
-    def _subtract(self, first: int, X: Array, MX: Array) -> Array:
-        """Take V (Vᵀ M X) of the vectors V from the first on off X; gives Vᵀ M X."""
-        pieces = self._pieces(first, self._count)
-        local = np.concatenate([np.empty((0, MX.shape[1])), *(V.T @ MX for V in pieces)])
-        known: Array = self.M.getComm().tompi4py().allreduce(local)
-        ends = np.cumsum([V.shape[1] for V in pieces])[:-1]
-        for V, part in zip(pieces, np.split(known, ends), strict=False):
-            if X.size and part.size:
-                # In place: a product of its own would be as large as X, and be added slowly.
-                dgemm(-1.0, V, part, beta=1.0, c=X, overwrite_c=True)
-        return known
-
-    def _store(self, X: Array) -> None:
-        for x in X.T:
-            at = self._count % CHUNK
-            if at == 0:
-                self._chunks.append(np.empty((X.shape[0], CHUNK), order="F"))
-            self._chunks[-1][:, at] = x
-            self._count += 1
-
-    def _pieces(self, first: int, last: int) -> list[Array]:
-        """The vectors of a range, as they are stored."""
-        bounds = [
-            (chunk, max(first - start, 0), min(last - start, CHUNK))
-            for start, chunk in zip(range(0, last, CHUNK), self._chunks, strict=False)
-        ]
-        return [chunk[:, begin:end] for chunk, begin, end in bounds if begin < end]
-
-    def _columns(self, first: int, last: int) -> Array:
-        pieces = self._pieces(first, last)
-        if len(pieces) == 1:
-            return pieces[0]
-        return np.hstack([np.empty((self.M.getLocalSize()[0], 0), order="F"), *pieces])
-
-
-def _orthonormal(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array, Array, Array]:
-    """M-orthonormal columns Q, M Q and B, with X = Q B but for what is left out; X is overwritten.
-
-    Column by column: a Gram matrix of the block would lose half of the digits.
-
-    Args:
-        M: Mass.
-        X: Columns, shape (n_local, k).
-        MX: M X; overwritten.
-        least: Length up to which what is left of each column is left out, shape (k,).
-    """
-    B = np.zeros((X.shape[1], X.shape[1]))
-    n = 0
-    for j in range(X.shape[1]):
-        x, Mx = X[:, j], MX[:, j]
-        # Twice, too: one pass over many nearly dependent columns leaves none of them orthogonal.
-        for _ in range(2):
-            known = inner(M, X[:, :n], Mx[:, None])[:, 0]
-            x -= X[:, :n] @ known
-            Mx -= MX[:, :n] @ known
-            B[:n, j] += known
-        left = float(np.sqrt(max(inner(M, x[:, None], Mx[:, None])[0, 0], 0.0)))
-        if left > least[j]:
-            X[:, n], MX[:, n] = x / left, Mx / left
-            B[n, j] = left
-            n += 1
-    return X[:, :n], MX[:, :n], B[:n]
 
 
 def _padded(A: Array, rows: int, columns: int) -> Array:

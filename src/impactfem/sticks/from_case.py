@@ -208,6 +208,11 @@ def _end(stick: Stick, point: ContactPoint) -> End:
 def _law(case: Case, name: str, mass: float) -> Law:
     law = case.contact_laws[name]
     if isinstance(law, KelvinVoigtLaw):
+        if law.stiffness == "calibrated" or law.restitution == "calibrated":
+            raise ValueError(
+                f"the contact law {name} still asks for calibrated values; "
+                "study.calibrated_contact.with_calibrated_contact gives them"
+            )
         xi = law.damping_ratio
         if xi is None:
             xi = restitution.kelvin_voigt_xi(law.restitution or 1.0, tension=law.tension)

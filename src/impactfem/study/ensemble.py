@@ -12,6 +12,7 @@ from impactfem.results.floor_products import write_floor_products
 from impactfem.sticks.ensemble import run_ensemble
 from impactfem.sticks.ensemble_store import write_ensemble
 from impactfem.sticks.from_case import calibration_of, system_of
+from impactfem.study.calibrated_contact import with_contact_of_run
 from impactfem.study.inputs import published_values
 from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICK_INPUTS, STICK_ROOMS, stick_inputs_key
@@ -24,7 +25,7 @@ def _key(case: Case) -> str:
 
 
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
-    case = on_root(lambda: with_structure_targets(case, folder))
+    case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
     with steps.step("sticks"):
         calibration = on_root(lambda: calibration_of(case))
         ready = (calibration, system_of(case, calibration))

@@ -22,7 +22,8 @@ def inputs_key(
     Args:
         case: The case.
         sections: Names of the sections of the case file that count. With ``motions`` the records
-            that they name count too; without ``damping`` that of the buildings does not.
+            that they name count too; without ``damping`` that of the buildings does not, and
+            without ``contact_laws`` the restitution of the damping cases does not.
         rooms: Names of the folders of the program, or of its files, whose sources count.
         files: Further files whose content counts.
 
@@ -38,6 +39,8 @@ def inputs_key(
     }
     if "damping" not in sections:
         nowhere["buildings"] = {"__all__": {"damping"}}
+    if "contact_laws" not in sections:
+        nowhere["damping_cases"] = {"__all__": {"restitution"}}
     digest.update(case.model_dump_json(include=set(sections), exclude=nowhere).encode())
     if "motions" in sections:
         for motion in case.motions:

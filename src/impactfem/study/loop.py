@@ -19,11 +19,13 @@ from impactfem.parallel import on_root, rank, size
 from impactfem.results.provenance import provenance
 from impactfem.results.summary import write_summary
 from impactfem.scalar import Scalar, from_json
+from impactfem.sticks.force_history import read_forces
 from impactfem.study.finished import is_finished, mark_finished, seconds_of
 from impactfem.study.folder import LOG, open_folder
 from impactfem.study.inputs import program_key, published_values
 from impactfem.study.stage import Stage
 from impactfem.study.stages import STAGES, asked_stages, check_stage_name
+from impactfem.wall.side import wall_side
 
 
 @dataclass
@@ -61,8 +63,13 @@ def check(path: Path, *, mesh: bool = False) -> Case:
     if case.pounding.time_step > longest / 2.0:
         expected = f"at most half of what is computed, {longest:g} s"
         raise InputError([Fault(path, "pounding.time_step", case.pounding.time_step, expected)])
+    if case.transient is not None and case.transient.forces is not None:
+        read_forces(case.transient.forces)
     if mesh and case.structure is not None and isinstance(case.structure.mesh, FileMesh):
-        read_parts(case, case.structure.mesh.file)
+        file = case.structure.mesh.file
+        parts, _, _ = read_parts(case, file)
+        if case.wall_impact is not None:
+            wall_side(parts.mesh, case.wall_impact.floors, file)
     for stage in STAGES:
         program_key(stage.rooms)
     return case

@@ -5,12 +5,13 @@ from __future__ import annotations
 from impactfem.case import Case
 from impactfem.errors import Fault, InputError
 from impactfem.study.building import BUILDING
+from impactfem.study.calibrate import CALIBRATE
 from impactfem.study.ensemble import ENSEMBLE
 from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICKS
 from impactfem.study.transient import TRANSIENT
 
-STAGES: tuple[Stage, ...] = (BUILDING, STICKS, ENSEMBLE, TRANSIENT)
+STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, STICKS, ENSEMBLE, TRANSIENT)
 
 
 def stage_names() -> list[str]:

@@ -15,6 +15,8 @@ from impactfem.sticks.force_history import ForceHistory, write_forces, write_for
 from impactfem.sticks.stage import STEPS, run_sticks
 from impactfem.sticks.store import write_motion, write_sticks
 from impactfem.study.building import building_key
+from impactfem.study.calibrate import calibrate_key
+from impactfem.study.calibrated_contact import asks_calibration, with_contact_of_run
 from impactfem.study.inputs import inputs_key
 from impactfem.study.stage import Stage
 from impactfem.study.structure_targets import from_structure, with_structure_targets
@@ -34,21 +36,24 @@ STICK_INPUTS = (
 
 
 def stick_inputs_key(case: Case, sections: tuple[str, ...], files: tuple[Path, ...] = ()) -> str:
-    """Hash of what sticks depend on: with targets from the 3D model on all that it depends on.
+    """Hash of what sticks depend on, and what the values depend on that they take from 3D.
 
     Args:
         case: The case.
         sections: Names of the sections of the case file that count.
         files: Further files whose content counts.
     """
-    key = inputs_key(case, sections, STICK_ROOMS, files)
-    if not from_structure(case):
-        return key
-    return hashlib.sha256(f"{key}{building_key(case)}".encode()).hexdigest()
+    keys = [inputs_key(case, sections, STICK_ROOMS, files)]
+    if from_structure(case):
+        keys.append(building_key(case))
+    if asks_calibration(case):
+        keys.append(calibrate_key(case))
+    return keys[0] if len(keys) == 1 else hashlib.sha256("".join(keys).encode()).hexdigest()
 
 
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
-    study = run_sticks(with_structure_targets(case, folder), steps.step)
+    case = with_contact_of_run(with_structure_targets(case, folder), folder)
+    study = run_sticks(case, steps.step)
     files = [folder / name for name in ("motion.nc", "forces.nc", "forces.csv", "sticks.nc")]
     with steps.step("stores"):
         write_motion(files[0], study, key)
@@ -69,6 +74,11 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return files
 
 
+def _needs(case: Case) -> tuple[str, ...]:
+    asked = {"building": from_structure(case), "calibrate": asks_calibration(case)}
+    return tuple(name for name, needed in asked.items() if needed)
+
+
 STICKS = Stage(
     name="sticks",
     steps={**STEPS, "stores": 2.0, "tables and figures": 4.0},
@@ -76,6 +86,6 @@ STICKS = Stage(
     key=lambda case: stick_inputs_key(case, STICK_INPUTS),
     store="sticks.nc",
     run=_run,
-    needs=lambda case: ("building",) if from_structure(case) else (),
+    needs=_needs,
     checks=lambda case, folder: log_stick_checks(folder, case.pounding.points_per_impact),
 )

@@ -17,11 +17,12 @@ from impactfem.results.transient_figures import transient_figures
 from impactfem.results.transient_physics import physics_scalars
 from impactfem.results.transient_tables import transient_tables
 from impactfem.results.transient_view import TransientView
-from impactfem.scalar import Scalar, from_json
+from impactfem.scalar import Scalar
 from impactfem.study.building import BUILDING_ROOMS, building_key
 from impactfem.study.inputs import inputs_key, published_values
 from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICK_INPUTS, STICK_ROOMS, STICKS, stick_inputs_key
+from impactfem.study.storey_factor import storey_factor
 
 BASIS_INPUTS = ("materials", "buildings", "structure")
 TRANSIENT_ROOMS = (*BUILDING_ROOMS, *STICK_ROOMS, "transient")
@@ -33,14 +34,19 @@ STEPS = {
     "spectra": 3.0,
     "maps": 15.0,
     "stores": 3.0,
+    "export": 0.0,
     "tables and figures": 20.0,
 }
 
 
 def _key(case: Case) -> str:
-    files = transient_files(case.transient) if case.transient is not None else ()
+    asked = case.transient
+    files = transient_files(asked) if asked is not None else ()
     own = stick_inputs_key(case, (*STICK_INPUTS, "transient", "published"), files)
-    rooms = inputs_key(case, ("structure",), TRANSIENT_ROOMS)
+    # Not among the inputs of the sticks: the basis does not depend on a restitution.
+    served = asked is not None and asked.serve_damping_cases
+    sections = ("structure", "damping_cases") if served else ("structure",)
+    rooms = inputs_key(case, sections, TRANSIENT_ROOMS)
     return hashlib.sha256(f"{own}{rooms}{building_key(case)}".encode()).hexdigest()
 
 
@@ -62,6 +68,7 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.building.stage import mesh_of_run
     from impactfem.transient.checkpoints import remove_checkpoints
+    from impactfem.transient.export import write_motion
     from impactfem.transient.stage import CHECKPOINTS, prepare, run_transient
     from impactfem.transient.store import write_maps, write_transient
 
@@ -69,7 +76,7 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     with steps.step("inputs"):
         prepared = on_root(
             lambda: prepare(
-                case, mesh, folder / "forces.nc", _storey_factor(folder), STICKS.key(case)
+                case, mesh, folder / "forces.nc", storey_factor(folder), STICKS.key(case)
             )
         )
     study = run_transient(
@@ -88,13 +95,18 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             return []
         files = [folder / "transient.nc"]
         maps = folder / "transient_maps.nc"
+        motion = folder / "transient_motion.vtkhdf"
         # Those of a run before would go with other results.
-        maps.unlink(missing_ok=True)
+        for path in (maps, motion, motion.with_suffix(".xdmf")):
+            path.unlink(missing_ok=True)
         with steps.step("stores"):
             write_transient(files[0], study, key)
             if study.maps is not None:
                 files.append(maps)
                 write_maps(maps, study, study.maps, key)
+        if case.transient is not None and case.transient.export:
+            with steps.step("export"):
+                files += write_motion(motion, study, key, lambda part: steps.within("export", part))
         with steps.step("tables and figures"):
             files += transient_tables(folder, published_values(case))
             files += _figures(case, folder)
@@ -119,13 +131,6 @@ def _physics(folder: Path) -> list[Scalar]:
         xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as sticks,
     ):
         return physics_scalars(TransientView(store), sticks)
-
-
-def _storey_factor(folder: Path) -> float:
-    """The factor that the stage `building` gave or fitted."""
-    with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as store:
-        scalars = {s.name: s.value for s in from_json(store.attrs["scalars"])}
-    return float(scalars["building.storey_stiffness_factor"] or 1.0)
 
 
 TRANSIENT = Stage(

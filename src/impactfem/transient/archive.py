@@ -36,8 +36,15 @@ def write_archive(path: Path, key: str, content: dict[str, Any]) -> None:
     Raises:
         ImpactfemError: The file cannot be written.
     """
-    with atomic(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, **content | {"key": key})
+    # np.savez leaves its archive open where the disk is full, to fail again when it is collected.
+    with (
+        atomic(path) as temporary,
+        temporary.open("wb") as stream,
+        zipfile.ZipFile(stream, "w") as archive,
+    ):
+        for name, value in (content | {"key": key}).items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.save(member, value, allow_pickle=False)
 
 
 def read_archive(path: Path, key: str) -> dict[str, Any] | None:

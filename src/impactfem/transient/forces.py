@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.edge_normal import outward_normal
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Contact
 from impactfem.case.leaf import nearest
@@ -72,8 +73,8 @@ def checked_forces(
         case: The case, with a structure.
         mesh: The mesh of its building.
         duration: Time that is to be computed [s].
-        inputs: Hash of what this run's sticks depend on; empty for forces of another program. A
-            file that was made from anything else is used with a warning.
+        inputs: Hash of what this run's sticks depend on; empty when it is not known. A file of
+            this program that was made from anything else is used with a warning.
 
     Returns:
         The history of the pairs that touch the building, and what a positive force of each does to
@@ -102,26 +103,6 @@ def checked_forces(
     _warn_of_other_inputs(history, path, case, inputs)
     edges = [_edge_force(end.floor, outward[end.floor]) for end in mine.values()]
     return history.of(list(mine)), edges
-
-
-def outward_normal(mesh: BuildingMesh, floor: int) -> Array:
-    """The horizontal unit vector at right angles to the edge of a floor, out of the building.
-
-    Args:
-        mesh: The mesh.
-        floor: Number of the floor, which has an edge.
-
-    Returns:
-        The vector, shape (3,).
-    """
-    edge = mesh.nodes[np.unique(mesh.edges[floor]), :2]
-    middle = 0.5 * (edge.min(axis=0) + edge.max(axis=0))
-    along = np.linalg.svd(edge - edge.mean(axis=0), full_matrices=False)[2][0]
-    # Rounded, so that an edge along an axis has a normal along the other one.
-    normal = np.round([along[1], -along[0], 0.0], 12)
-    slab = mesh.nodes[np.unique(mesh.triangles[mesh.triangles_of("floor", floor)]), :2]
-    side = 1.0 if normal[:2] @ (middle - slab.mean(axis=0)) > 0.0 else -1.0
-    return np.asarray(side * normal / np.linalg.norm(normal) + 0.0)
 
 
 def _edge_force(floor: int, outward: Array) -> EdgeForce:

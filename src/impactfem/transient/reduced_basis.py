@@ -23,7 +23,7 @@ from impactfem.transient.archive import read_archive, write_archive
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-AT_ONCE = 8
+AT_ONCE = 4
 """Block steps between two looks at the accuracy."""
 LOWEST = 0.5
 PER_OCTAVE = 12
@@ -168,9 +168,53 @@ def build_basis(
     Raises:
         SolutionError: The tolerance is not met with the most vectors.
     """
-    omega = _omega(maximum_frequency)
     basis = KrylovBasis(K, model.mass, (2.0 * math.pi * shift) ** 2)
     basis.add(patterns)
+    models, difference = grow_until_accurate(
+        basis,
+        model,
+        probes,
+        damping=damping,
+        maximum_frequency=maximum_frequency,
+        tolerance=tolerance,
+        largest=largest,
+        progress=progress,
+    )
+    vectors = _Rows(model, nodes).gathered(basis)
+    basis.destroy()
+    return ReducedBasis(loads, tuple(models), nodes, vectors, difference)
+
+
+def grow_until_accurate(
+    basis: KrylovBasis,
+    model: BuildingModel,
+    probes: Index,
+    *,
+    damping: tuple[float, float],
+    maximum_frequency: float,
+    tolerance: float,
+    largest: int,
+    progress: Callable[[float], None] = lambda part: None,
+) -> tuple[list[ReducedModel], float]:
+    """Grow a basis until nested models agree on the probes' accelerations. Collective.
+
+    Args:
+        basis: The basis, with its loads.
+        model: The building that it is of.
+        probes: Nodes whose transfer functions must be accurate.
+        damping: α [1/s] and β [s] of the lightest damping.
+        maximum_frequency: Up to which they must be accurate [Hz].
+        tolerance: Largest error, as of `ReducedBasis.error`.
+        largest: Most vectors.
+        progress: Called with the part of the work that is done.
+
+    Returns:
+        The reduced model with those nested in it, and their error as of `ReducedBasis.error`.
+
+    Raises:
+        SolutionError: The tolerance is not met with the most vectors.
+    """
+    omega = _omega(maximum_frequency)
     at_probes = _Rows(model, np.unique(probes))
     first = math.inf
     while True:
@@ -180,7 +224,7 @@ def build_basis(
         LOGGER.debug("reduced basis: %d vectors, difference %.2e", basis.size, difference)
         first = min(first, difference) if math.isinf(first) else first
         if difference <= tolerance or grown == 0:
-            break
+            return models, difference
         if basis.size >= largest:
             raise SolutionError(
                 f"{basis.size} vectors of the reduced basis leave an error of {difference:.2%} "
@@ -188,9 +232,6 @@ def build_basis(
                 " or lower transient.maximum_frequency"
             )
         progress(min(1.0, math.log(first / difference) / math.log(max(first / tolerance, 1.01))))
-    vectors = _Rows(model, nodes).gathered(basis)
-    basis.destroy()
-    return ReducedBasis(loads, tuple(models), nodes, vectors, difference)
 
 
 class _Rows:

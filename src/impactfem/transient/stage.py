@@ -17,6 +17,7 @@ from impactfem.building.parts import BuildingParts
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
+from impactfem.errors import Fault, InputError, SolutionError
 from impactfem.log import LOGGER
 from impactfem.motion.from_case import ground_motions
 from impactfem.parallel import on_root
@@ -27,6 +28,7 @@ from impactfem.transient.forces import checked_forces
 from impactfem.transient.full_run import FullRun, run_full
 from impactfem.transient.loads import Loads, make_loads
 from impactfem.transient.maps import FloorMaps, floor_maps, looked_at
+from impactfem.transient.motion_grid import motion_grid
 from impactfem.transient.probes import Probe, case_probes
 from impactfem.transient.reduced_basis import ReducedBasis, build_basis
 from impactfem.transient.response import (
@@ -129,6 +131,7 @@ class Prepared:
         loads: The loads.
         storey_factor: Factor on walls and columns.
         damping: α [1/s] and β [s].
+        lightest: α and β of the lightest damping that the reduced basis must serve.
     """
 
     parts: BuildingParts
@@ -136,6 +139,7 @@ class Prepared:
     loads: Loads
     storey_factor: float
     damping: tuple[float, float]
+    lightest: tuple[float, float]
 
 
 def prepare(
@@ -151,8 +155,7 @@ def prepare(
         inputs: Hash of what the sticks of this run depend on.
 
     Raises:
-        InputError: The mesh or the forces are not usable.
-        SolutionError: A probe is outside the building.
+        InputError: The mesh or the forces are not usable, or a probe is outside the building.
     """
     transient, structure = _asked(case), case.structure
     if structure is None:
@@ -161,19 +164,31 @@ def prepare(
     path = transient.forces or forces_file
     history = read_forces(path)
     duration = transient.duration or float(history.time[-1])
-    own = "" if transient.forces is not None else inputs
-    forces, edges = checked_forces(history, path, case, parts.mesh, duration, own)
+    if transient.export and (transient.export_start or 0.0) >= duration:
+        expected = f"less than what is computed, {duration:g} s"
+        start = f"{transient.export_start:g} s"
+        raise InputError([Fault(case.path, "transient.export_start", start, expected)])
+    forces, edges = checked_forces(history, path, case, parts.mesh, duration, inputs)
+    try:
+        probes = tuple(case_probes(parts.mesh, transient.probes))
+    except SolutionError as error:
+        raise InputError([Fault(case.path, "transient.probes", None, str(error))]) from error
     n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
     motions = [
         ("xyz".index(m.direction), m.accelerogram.time_step, m.accelerogram.acceleration)
         for m in ground_motions(case.motions)
     ]
+    damping = case.building(structure.building).damping
+    served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
     return Prepared(
         parts=parts,
-        probes=tuple(case_probes(parts.mesh, transient.probes)),
+        probes=probes,
         loads=make_loads(motions, forces, edges, transient.time_step, n_steps),
         storey_factor=storey_factor,
-        damping=case.building(structure.building).damping.coefficients,
+        damping=damping.coefficients,
+        lightest=min(
+            served, key=lambda one: one.ratio_at(transient.maximum_frequency)
+        ).coefficients,
     )
 
 
@@ -259,20 +274,31 @@ def _stored_basis(
     if found is None:
         return None
     probes = np.array([probe.node for probe in prepared.probes])
-    nodes = looked_at(prepared.parts.mesh, probes)
+    nodes = _kept(prepared, transient, probes)
     lacking = set(prepared.loads.names) - set(found.loads)
     if lacking:
         why = f"without {', '.join(sorted(lacking))}"
-    elif not np.isin(nodes, found.nodes).all():
+    elif not np.isin(probes, found.nodes).all():
         why = "without some of the probes"
+    elif not np.isin(nodes, found.nodes).all():
+        why = "without some of the nodes that are exported"
     else:
-        error = found.error(probes, prepared.damping, transient.maximum_frequency)
+        error = found.error(probes, prepared.lightest, transient.maximum_frequency)
         if error <= transient.tolerance:
             LOGGER.info("transient: the reduced basis of %s is used again", path.name)
             return replace(found, difference=error)
         why = f"with an error of {error:.2%} for this damping"
     LOGGER.info("transient: the reduced basis of %s is %s, and made again", path.name, why)
     return None
+
+
+def _kept(prepared: Prepared, transient: Transient, probes: Index) -> Index:
+    """All nodes that the basis must keep."""
+    mesh = prepared.parts.mesh
+    nodes = looked_at(mesh, probes)
+    if transient.export:
+        nodes = np.union1d(nodes, motion_grid(mesh, transient.export_nodes).nodes)
+    return nodes
 
 
 def _write(basis: ReducedBasis | None, path: Path, key: str) -> None:
@@ -295,8 +321,8 @@ def _build(
         patterns,
         prepared.loads.names,
         probes=nodes,
-        nodes=looked_at(prepared.parts.mesh, nodes),
-        damping=prepared.damping,
+        nodes=_kept(prepared, transient, nodes),
+        damping=prepared.lightest,
         maximum_frequency=transient.maximum_frequency,
         shift=transient.shift,
         tolerance=transient.tolerance,
@@ -305,11 +331,13 @@ def _build(
     )
     LOGGER.info(
         "transient: reduced basis of %d vectors for %d loads; error of the transfer functions"
-        " at most %.2g %% up to %g Hz, by nested bases",
+        " at most %.2g %% up to %g Hz, by nested bases; %.0f MB at %d nodes",
         len(basis.model.eigenvalue),
         len(basis.loads),
         100.0 * basis.difference,
         transient.maximum_frequency,
+        1e-6 * basis.vectors.nbytes,
+        len(basis.nodes),
     )
     return basis
 

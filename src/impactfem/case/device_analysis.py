@@ -1,0 +1,99 @@
+"""How the forces on the anchors of the devices are computed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, StrictBool, ValidationInfo, field_validator
+
+from impactfem.case.base import Section, present
+from impactfem.case.leaf import Frequency, PositiveTime, Ratio, refuse
+
+Combination = Literal["abs", "srss", "cqc", "dsc", "dsc-abs", "ten-percent", "grouping"]
+
+STEPS = 8
+"""Steps of the coupled integration in one of the transient stage, when the case names no step."""
+
+
+class RigidPart(Section):
+    """The part of a mode's response that follows the anchor rigidly (Regulatory Guide 1.92)."""
+
+    method: Literal["gupta", "lindley-yow", "none"] = Field(
+        description="'gupta' by two frequencies; 'lindley-yow' by the zero-period acceleration."
+    )
+    f1: Frequency | None = Field(
+        default=None, description="Of 'gupta': below it nothing is rigid; default by the spectrum."
+    )
+    f2: Frequency | None = Field(
+        default=None,
+        validate_default=True,
+        description="Of 'gupta': above it all is rigid; default by the spectrum.",
+    )
+
+    @field_validator("f1", "f2")
+    @classmethod
+    def _of_gupta(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if value is not None and info.data.get("method", "gupta") != "gupta":
+            raise refuse("expected no frequency, only with method 'gupta'")
+        low = info.data.get("f1")
+        if info.field_name == "f2" and value is not None and low is not None and value <= low:
+            raise refuse(f"expected a frequency above f1, {low:g} Hz")
+        return value
+
+
+class DeviceAnalysis(Section):
+    """The response spectrum analysis of all devices, and the step of the detailed one."""
+
+    combination: tuple[Combination, ...] = Field(
+        default=("srss", "cqc"),
+        min_length=1,
+        description="Combinations of the modes, a result each: root of the sum of squares, complete "
+        "quadratic, double sum of Rosenblueth with signs ('dsc') and without, 10 %, grouping, sum "
+        "of absolute values.",
+    )
+    duration: PositiveTime | None = Field(
+        default=None,
+        validate_default=True,
+        description="Duration of the strong motion, for 'dsc' and 'dsc-abs'.",
+    )
+    rigid: RigidPart | None = Field(
+        default=None, description="Rigid part of the modes; left out, all is periodic."
+    )
+    missing_mass: StrictBool = Field(
+        default=True,
+        description="Whether what the modes up to maximum_frequency do not carry is added, with "
+        "the zero-period acceleration.",
+    )
+    directions: Literal["srss", "100-40-40"] = Field(
+        default="srss", description="Combination of the directions."
+    )
+    rotations: StrictBool = Field(
+        default=True,
+        description="Whether the analysis is also done with the spectra of the anchor's rotations "
+        "as further input.",
+    )
+    broadening: Annotated[float, Ratio(at_least=0, below=1)] = Field(
+        default=0.15,
+        description="How far the peaks of the spectra are broadened, of their frequency to either "
+        "side, for a result beside that of the spectra as computed; 0 for none.",
+    )
+    time_step: PositiveTime | None = Field(
+        default=None,
+        description="Time step of the 3D model with the devices; default an eighth of that of "
+        "[transient].",
+    )
+
+    @field_validator("combination")
+    @classmethod
+    def _each_once(cls, value: tuple[Combination, ...]) -> tuple[Combination, ...]:
+        if len(set(value)) < len(value):
+            raise refuse("expected each combination once")
+        return value
+
+    @field_validator("duration")
+    @classmethod
+    def _for_the_double_sum(cls, value: float | None, info: ValidationInfo) -> float | None:
+        asked = info.data.get("combination", ())
+        if value is None and present(info, ["combination"]) and {"dsc", "dsc-abs"} & set(asked):
+            raise refuse("missing; expected the duration of the strong motion for the double sum")
+        return value

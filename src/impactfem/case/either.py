@@ -1,0 +1,81 @@
+"""Leaves that accept what another leaf accepts, or something in its place: a word, or two values."""
+
+# The methods of the leaves are described once, in their base.
+# ruff: noqa: D102
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationInfo
+from pydantic_core import PydanticCustomError
+
+from impactfem.case.leaf import Leaf, Quantity, Ratio, refuse
+
+
+@dataclass(frozen=True)
+class OrWord(Leaf):
+    """What another leaf accepts, or a word, which is kept as it is.
+
+    Args:
+        value: The leaf of the values.
+        word: The word.
+    """
+
+    value: Quantity | Ratio
+    word: str
+
+    @property
+    def phrase(self) -> str:
+        return f"{self.value.phrase}; or '{self.word}'"
+
+    def check(self, value: Any, info: ValidationInfo) -> float | str:
+        if value == self.word:
+            return self.word
+        try:
+            return self.value.check(value, info)
+        except PydanticCustomError as error:
+            raise refuse(f"{error.message()}; or '{self.word}'") from error
+
+    def schema(self) -> dict[str, Any]:
+        value = self.value.schema()
+        about = {key: value.pop(key) for key in ("x-unit", "x-accepts")}
+        example = value.get("examples")
+        if example:
+            about["x-accepts"] += f', as `"{example[0]}"`'
+        about["x-accepts"] += f', or `"{self.word}"`'
+        return {"anyOf": [*value.get("anyOf", [value]), {"const": self.word}]} | about
+
+
+@dataclass(frozen=True)
+class OneOrTwo(Leaf):
+    """One value for both, or a list of two; held as a tuple of two.
+
+    Args:
+        value: The leaf of a value.
+    """
+
+    value: Quantity | OrWord
+
+    @property
+    def phrase(self) -> str:
+        return f"{self.value.phrase}; or a list of two of them"
+
+    def check(self, value: Any, info: ValidationInfo) -> tuple[Any, Any]:
+        pair = tuple(value) if isinstance(value, list | tuple) else (value, value)
+        if len(pair) != 2:
+            raise refuse(f"expected {self.phrase}")
+        first, second = (self.value.check(one, info) for one in pair)
+        return first, second
+
+    def schema(self) -> dict[str, Any]:
+        value = self.value.schema()
+        about = {key: value.pop(key) for key in ("x-unit", "x-accepts")}
+        example = value.get("examples")
+        if example:
+            about["x-accepts"] += f', as `"{example[0]}"`'
+        about["x-accepts"] += ", or a list of two of them"
+        one = value.get("anyOf", [value])
+        both = {"type": "array", "items": value, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [*one, both]} | about

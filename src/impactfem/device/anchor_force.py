@@ -1,0 +1,170 @@
+"""Force of a device on its anchors while these move.
+
+Each mode is an oscillator under the acceleration Γᵀ ä, straight between its samples, and is stepped
+exactly (:mod:`impactfem.spectra.recurrence`). With b = z̈ + Γᵀ ä, its absolute acceleration, the
+momentum of the device gives
+
+    F = -Σ Γ b - (J - Σ Γ Γᵀ) ä - K_a a                                                    (1)
+
+where modes that were left out follow the anchors rigidly. Springs and dampers give it a second time
+for the motions that are not blocked:
+
+    F = rᵀ (K x + C Σ φ ż),    x = Σ φ z - (K⁻¹ L - Σ φ Γᵀ / ω²) ä                          (2)
+
+Both must agree: action equals reaction.
+
+With mass-proportional damping that acts on absolute velocities (:mod:`impactfem.device.coupled`,
+`drag`), the anchors' velocity v makes ä + α v of ä, and α ż is added to b.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from impactfem.device.device import Device
+from impactfem.device.modes import DeviceModes, device_modes
+from impactfem.errors import SolutionError
+from impactfem.spectra import oscillator_response
+
+Array = npt.NDArray[np.float64]
+
+LARGEST_IMBALANCE = 1e-6
+"""How far (1) and (2) may differ, of the largest force, or the largest moment."""
+
+
+@dataclass(frozen=True, eq=False)
+class AnchorForce:
+    """Histories at the samples of the motion, the device at rest at the first one.
+
+    Args:
+        time: Shape (n_t,) [s].
+        force: F of the device on the floor, shape (6 p, n_t) [N, N m].
+        motion: Own coordinates x relative to the anchors, shape (n, n_t) [m, rad].
+        modal: z of the modes used, shape (m, n_t).
+        modes: These modes.
+        imbalance: Largest difference of (1) and (2), of the largest force or the largest moment
+            [-]; nan where all motions of the base are blocked.
+    """
+
+    time: Array
+    force: Array
+    motion: Array
+    modal: Array
+    modes: DeviceModes
+    imbalance: float
+
+    @property
+    def largest(self) -> Array:
+        """Largest |F| of every component, shape (6 p,) [N, N m]."""
+        return np.asarray(np.max(np.abs(self.force), axis=1), dtype=np.float64)
+
+
+def anchor_force(
+    device: Device,
+    acceleration: Array,
+    time_step: float,
+    *,
+    maximum_frequency: float | None = None,
+    displacement: Array | None = None,
+    drag_velocity: Array | None = None,
+) -> AnchorForce:
+    """Compute the force of a device on its anchors under their motion.
+
+    Args:
+        device: The device, with damping that does not couple its modes.
+        acceleration: ä, shape (6 p, n_t) [m/s2, rad/s2], straight between its samples.
+        time_step: Of the samples [s].
+        maximum_frequency: Modes above it follow the anchors rigidly [Hz]; none does when left out.
+        displacement: a, shape (6 p, n_t) [m, rad]; needed when there is a stiffness between
+            anchors.
+        drag_velocity: v, shape (6 p, n_t) [m/s, rad/s], against the frame that mass-proportional
+            damping holds on to; left out when it acts on the motion relative to the anchors.
+
+    Raises:
+        ImpactfemError: The motion does not fit the device or is not finite, a mode is damped by
+            100 % or more, damping couples the modes, or the displacement is missing.
+        SolutionError: Action and reaction differ.
+    """
+    a = _checked(device, "the acceleration", acceleration)
+    every = device_modes(device)
+    modes = every.below(maximum_frequency)
+    modes.refuse_overdamped(device)
+    if not every.proportional:
+        raise device.error(
+            "its damping couples its modes; expected Rayleigh damping, or the matrices of"
+            " impactfem.device.coupled in a direct integration"
+        )
+    alpha = 0.0
+    load = a
+    if drag_velocity is not None:
+        alpha = device.drag_coefficient()
+        load = a + alpha * _checked(device, "the velocity", drag_velocity, a.shape[1])
+    Γ = modes.participation
+    count = modes.frequency.size
+    z, v, b = (np.empty((count, a.shape[1])) for _ in range(3))
+    for i, (drive, f, xi) in enumerate(
+        zip(Γ.T @ load, modes.frequency, modes.damping, strict=True)
+    ):
+        response = oscillator_response(drive, time_step, [f], [max(float(xi), 0.0)])
+        z[i] = response.relative_displacement[0, 0]
+        v[i] = response.relative_velocity[0, 0]
+        b[i] = response.absolute_acceleration[0, 0]
+    force = -Γ @ (b + alpha * v) - modes.rigid_mass @ load
+    rest = np.linalg.solve(device.K, device.L) - modes.shape / modes.omega**2 @ Γ.T
+    x = modes.shape @ z - rest @ load
+    springs = device.r.T @ (device.K @ x + (device.C - alpha * device.M) @ modes.shape @ v)
+    imbalance = _imbalance(device, force, springs)
+    if imbalance > LARGEST_IMBALANCE:
+        raise SolutionError(
+            f"device {device.name}: the force in its springs differs from its inertia force by"
+            f" {imbalance:.1e} of the largest"
+        )
+    if device.anchor_stiffness is not None and np.any(device.anchor_stiffness):
+        if displacement is None:
+            raise device.error(
+                "there is a stiffness between its anchors; expected their displacement as well"
+            )
+        force = force - device.anchor_stiffness @ _checked(
+            device, "the displacement", displacement, a.shape[1]
+        )
+    return AnchorForce(
+        time=np.asarray(np.arange(a.shape[1], dtype=np.float64) * time_step),
+        force=force,
+        motion=x,
+        modal=z,
+        modes=modes,
+        imbalance=imbalance,
+    )
+
+
+def _imbalance(device: Device, force: Array, springs: Array) -> float:
+    """Of the components in which nothing is blocked, where M r = L and rᵀ L = J."""
+    size = np.max(np.abs(device.L), axis=0)
+    same = np.max(np.abs(device.M @ device.r - device.L), axis=0) <= 1e-9 * size
+    inertia = np.einsum("ij,ij->j", device.r, device.L)
+    same &= np.abs(inertia - np.diag(device.J)) <= 1e-9 * np.diag(device.J)
+    same &= np.diag(device.J) > 0.0
+    if not np.any(same):
+        return float("nan")
+    worst = 0.0
+    turning = np.arange(same.size) % 6 >= 3
+    for kind in (same & ~turning, same & turning):
+        largest = np.max(np.abs(force[kind]), initial=0.0)
+        if largest > 0.0:
+            worst = max(worst, float(np.max(np.abs(force[kind] - springs[kind])) / largest))
+    return worst
+
+
+def _checked(device: Device, what: str, values: Array, samples: int | None = None) -> Array:
+    array = np.asarray(values, dtype=np.float64)
+    wanted = (device.J.shape[0], array.shape[-1] if samples is None else samples)
+    if array.shape != wanted or array.shape[-1] < 2:
+        raise device.error(
+            f"{what} of its anchors needs shape ({wanted[0]}, samples), got {array.shape}"
+        )
+    if not np.all(np.isfinite(array)):
+        raise device.error(f"{what} of its anchors holds a value that is not a finite number")
+    return array

@@ -1,0 +1,169 @@
+"""A device: its matrices in coordinates relative to its anchors.
+
+The device has p anchors with six components each, whose motions are a, and own coordinates x:
+motions relative to where the anchors carry the device. With the mass M, damping C, stiffness K,
+and the mass L that couples own coordinates and anchors,
+
+    M ẍ + C ẋ + K x = -L ä                                                                 (1)
+
+The force of the device on the floor at its anchors, with the mass J of the device as one rigid
+body (six components a anchor) and the stiffness K_a between anchors, which is zero for one anchor,
+
+    F = -Lᵀ ẍ - J ä - K_a a                                                                (2)
+
+Absolute coordinates are q = x + r a; r is how the own coordinates follow the anchors without any
+force. Where no motion of the base is blocked, L = M r and J = rᵀ M r.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from impactfem.device.damping import Rayleigh, checked_ratio
+from impactfem.device.mechanism import refuse_mechanism
+from impactfem.device.natural import natural_modes
+from impactfem.device.springs import COMPONENTS
+from impactfem.errors import ImpactfemError
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Device:
+    """Matrices of a device with n own coordinates and p anchors.
+
+    Args:
+        name: Name of the device.
+        motions: Names of the own coordinates, n of them.
+        M: Mass, symmetric, not indefinite, shape (n, n) [kg, kg m, kg m2].
+        K: Stiffness, symmetric and positive definite, shape (n, n) [N/m, N, N m].
+        L: Coupling mass, shape (n, 6 p).
+        J: Mass of the rigid device about its anchors, shape (6 p, 6 p).
+        r: Own coordinates by unit motions of the anchors, shape (n, 6 p) [-, m, 1/m].
+        damping: Rayleigh damping of the own coordinates, or one ratio for all modes [-].
+        dampers: Damping matrix of what is added to it, shape (n, n); none when left out.
+        anchor_stiffness: K_a, shape (6 p, 6 p); zero when left out.
+
+    Raises:
+        ImpactfemError: Shapes do not fit, a matrix is not finite or not symmetric, the device has
+            no mass, the damping ratio is 100 % or more, or the stiffness leaves a motion free: the
+            message names the motion.
+    """
+
+    name: str
+    motions: tuple[str, ...]
+    M: Array
+    K: Array
+    L: Array
+    J: Array
+    r: Array
+    damping: Rayleigh | float
+    dampers: Array | None = None
+    anchor_stiffness: Array | None = None
+    C: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        n, columns = len(self.motions), self.J.shape[0]
+        wanted = {
+            "M": (n, n),
+            "K": (n, n),
+            "L": (n, columns),
+            "J": (columns, columns),
+            "r": (n, columns),
+        }
+        for name, shape in wanted.items():
+            self._check(name, getattr(self, name), shape)
+        if n == 0 or columns == 0 or columns % 6:
+            raise self.error(
+                f"it has {n} own motions and {columns} components at its anchors; expected at least"
+                " one motion, and six components an anchor"
+            )
+        for name, matrix, size in (
+            ("dampers", self.dampers, n),
+            ("anchor_stiffness", self.anchor_stiffness, columns),
+        ):
+            if matrix is not None:
+                self._check(name, matrix, (size, size))
+        self._refuse_bad_mass()
+        refuse_mechanism(self.name, self.K, self.motions)
+        object.__setattr__(self, "C", self._damping_matrix())
+
+    @property
+    def anchors(self) -> int:
+        """Number p of anchors."""
+        return self.J.shape[0] // 6
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the components of the anchors, 6 p: "y", or "2.y" at the second of several."""
+        if self.anchors == 1:
+            return COMPONENTS
+        return tuple(f"{k + 1}.{name}" for k in range(self.anchors) for name in COMPONENTS)
+
+    def drag_coefficient(self) -> float:
+        """Coefficient α of the part α M of the damping [1/s].
+
+        Raises:
+            ImpactfemError: The device has no Rayleigh damping.
+        """
+        if not isinstance(self.damping, Rayleigh):
+            raise self.error(
+                "it has no Rayleigh damping, and no part of it that goes with the mass"
+            )
+        return self.damping.alpha
+
+    def column(self, component: str, anchor: int = 1) -> int:
+        """Index of a component of an anchor among the columns.
+
+        Raises:
+            ImpactfemError: There is no such component or anchor.
+        """
+        if component not in COMPONENTS or not 1 <= anchor <= self.anchors:
+            raise self.error(
+                f"there is no component {component!r} of anchor {anchor}: expected one of"
+                f" {', '.join(COMPONENTS)} of anchors 1 to {self.anchors}"
+            )
+        return 6 * (anchor - 1) + COMPONENTS.index(component)
+
+    def error(self, text: str) -> ImpactfemError:
+        """An error that names the device."""
+        return ImpactfemError(f"device {self.name}: {text}")
+
+    def _check(self, name: str, matrix: Array, shape: tuple[int, int]) -> None:
+        if matrix.shape != shape:
+            raise self.error(f"{name} needs shape {shape}, got {matrix.shape}")
+        if not np.all(np.isfinite(matrix)):
+            raise self.error(f"{name} holds a value that is not a finite number")
+        square = name not in ("L", "r")
+        if square and np.max(np.abs(matrix - matrix.T), initial=0.0) > 1e-9 * np.max(
+            np.abs(matrix), initial=0.0
+        ):
+            raise self.error(f"{name} is not symmetric")
+
+    def _refuse_bad_mass(self) -> None:
+        if not np.any(np.diag(self.M) > 0.0):
+            raise self.error("nothing that moves has a mass")
+        every = np.block([[self.J, self.L.T], [self.L, self.M]])
+        diagonal = np.diag(every)
+        # Equilibrated: masses and inertias differ by orders of magnitude. Zero rows stay zero.
+        scale = np.where(
+            diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 1.0
+        )
+        if np.linalg.eigvalsh(every * np.outer(scale, scale))[0] < -1e-8:
+            raise self.error(
+                "its mass is indefinite: a mass or an inertia is negative, or its modes carry more"
+                " mass, overturning moment or inertia than the whole device has"
+            )
+
+    def _damping_matrix(self) -> Array:
+        if isinstance(self.damping, Rayleigh):
+            C = self.damping.alpha * self.M + self.damping.beta * self.K
+        else:
+            xi = checked_ratio(self.damping)
+            omega, shapes = natural_modes(self.M, self.K)
+            images = self.M @ shapes
+            C = images @ np.diag(2.0 * xi * omega) @ images.T
+        return np.asarray(C if self.dampers is None else C + self.dampers, dtype=np.float64)

@@ -1,0 +1,236 @@
+"""The response spectrum of one component of an anchor: what a device sees there.
+
+Ordinates between the listed frequencies and dampings are those of
+:mod:`impactfem.spectra.interpolation`: log S linear in log f, and in ξ. Above the last frequency a
+spectrum that has come down to its zero-period acceleration stays there; everywhere else outside the
+list nothing is known, and nothing is made up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from impactfem.device.springs import COMPONENTS
+from impactfem.errors import ImpactfemError
+from impactfem.spectra import (
+    Method,
+    at_common_frequencies,
+    broaden,
+    corner_frequencies,
+    interpolate_damping,
+    interpolate_frequency,
+    response_spectra,
+    rigid_frequency,
+)
+from impactfem.spectra.broadening import Ratio
+from impactfem.spectra.zero_period import ZPA_TOLERANCE
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class AnchorSpectrum:
+    """Pseudo-acceleration spectra of one component of the motion of an anchor.
+
+    Args:
+        component: "x" to "rz".
+        frequency: Ascending, shape (n_f,) [Hz].
+        damping: Damping ratios, ascending, shape (n_d,) [-].
+        psa: Pseudo-acceleration, shape (n_d, n_f) [m/s2, rad/s2].
+        zpa: Zero-period acceleration: the largest acceleration of the anchor [m/s2, rad/s2].
+        anchor: Number of the anchor, from 1.
+        displacement: Largest displacement of the anchor against the other ones [m, rad].
+
+    Raises:
+        ImpactfemError: The spectra or their labels are not usable.
+    """
+
+    component: str
+    frequency: Array
+    damping: Array
+    psa: Array
+    zpa: float
+    anchor: int = 1
+    displacement: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.component not in COMPONENTS or self.anchor < 1:
+            raise ImpactfemError(
+                f"a spectrum of component {self.component!r} of anchor {self.anchor}: expected one"
+                f" of {', '.join(COMPONENTS)} of anchors from 1"
+            )
+        if not (self.zpa >= 0.0 and self.displacement >= 0.0):
+            raise ImpactfemError(
+                f"{self.label}: zero-period acceleration {self.zpa!r} and displacement"
+                f" {self.displacement!r} must not be negative"
+            )
+        # The two interpolations check frequencies, dampings and ordinates.
+        interpolate_damping(self.damping, self.psa, float(np.atleast_1d(self.damping)[0]))
+        interpolate_frequency(self.frequency, self.psa, self.frequency[:1])
+
+    @property
+    def label(self) -> str:
+        """The spectrum in words."""
+        return f"spectrum along {self.component} at anchor {self.anchor}"
+
+    @classmethod
+    def of_motion(
+        cls,
+        component: str,
+        acceleration: npt.ArrayLike,
+        time_step: float,
+        frequency: npt.ArrayLike,
+        damping: npt.ArrayLike,
+        *,
+        anchor: int = 1,
+        displacement: float = 0.0,
+        points_per_cycle: float = 20.0,
+        method: Method = "upsampled",
+    ) -> AnchorSpectrum:
+        """Compute the spectra of a motion.
+
+        Args:
+            component: As above.
+            acceleration: Shape (n_t,) [m/s2, rad/s2].
+            time_step: Of the samples [s].
+            frequency: In any order, shape (n_f,) [Hz]; with those of the modes among them, nothing
+                is lost between them.
+            damping: In any order, shape (n_d,) [-].
+            anchor: As above.
+            displacement: As above.
+            points_per_cycle: As in :func:`impactfem.spectra.response_spectra`.
+            method: As there; "in-step" for motions that are straight between their samples.
+
+        Raises:
+            ImpactfemError: The motion, a frequency or a damping is not usable.
+        """
+        computed = response_spectra(
+            acceleration,
+            time_step,
+            np.unique(np.asarray(frequency, dtype=np.float64)),
+            np.unique(np.asarray(damping, dtype=np.float64)),
+            points_per_cycle=points_per_cycle,
+            method=method,
+            absolute=False,
+        )
+        return cls(
+            component=component,
+            frequency=computed.frequency,
+            damping=computed.damping,
+            psa=computed.psa[:, 0],
+            zpa=float(computed.zpa_interpolated[0]),
+            anchor=anchor,
+            displacement=displacement,
+        )
+
+    @classmethod
+    def envelope(cls, spectra: Sequence[AnchorSpectrum]) -> AnchorSpectrum:
+        """Envelope of spectra of the same component and anchor at the same dampings.
+
+        Args:
+            spectra: At least one.
+
+        Raises:
+            ImpactfemError: There is none, or components, anchors or dampings differ.
+        """
+        if not spectra:
+            raise ImpactfemError("an envelope needs at least one spectrum")
+        first = spectra[0]
+        for other in spectra:
+            if (other.component, other.anchor) != (first.component, first.anchor) or not (
+                np.array_equal(other.damping, first.damping)
+            ):
+                raise ImpactfemError(
+                    f"no envelope of the {first.label} and the {other.label}: components, anchors"
+                    " and dampings must be the same"
+                )
+        frequency, psa = at_common_frequencies([(s.frequency, s.psa) for s in spectra])
+        return replace(
+            first,
+            frequency=frequency,
+            psa=psa.max(axis=0),
+            zpa=max(s.zpa for s in spectra),
+            displacement=max(s.displacement for s in spectra),
+        )
+
+    def broadened(self, ratio: Ratio = 0.15) -> AnchorSpectrum:
+        """The spectra with their peaks broadened.
+
+        Args:
+            ratio: As in :func:`impactfem.spectra.broaden`.
+
+        Raises:
+            ImpactfemError: The ratio is out of range.
+        """
+        curves: list[tuple[npt.ArrayLike, npt.ArrayLike]] = [(self.frequency, s) for s in self.psa]
+        listed = corner_frequencies(self.frequency, curves, ratio)
+        psa = np.stack([broaden(self.frequency, s, ratio, listed) for s in self.psa])
+        return replace(self, frequency=listed, psa=psa)
+
+    def at(self, frequency: Array, damping: Array) -> tuple[Array, tuple[str, ...]]:
+        """Pseudo-acceleration of oscillators.
+
+        Args:
+            frequency: Shape (m,) [Hz].
+            damping: Shape (m,) [-].
+
+        Returns:
+            Shape (m,) [m/s2, rad/s2], and what was assumed, in words.
+
+        Raises:
+            ImpactfemError: A frequency lies below the spectrum, or above it where it has not come
+                down to its zero-period acceleration; or a damping is outside its dampings.
+        """
+        f = np.asarray(frequency, dtype=np.float64)
+        if not f.size:
+            return np.zeros(0), ()
+        beyond = f > self.frequency[-1] * (1.0 + 1e-9)
+        if np.any(f < self.frequency[0] * (1.0 - 1e-9)):
+            raise ImpactfemError(
+                f"the {self.label} begins at {self.frequency[0]:g} Hz and does not reach the mode"
+                f" at {np.min(f):.4g} Hz; expected a spectrum that begins below it"
+            )
+        notes: tuple[str, ...] = ()
+        if np.any(beyond):
+            last = self.psa[:, -1]
+            if np.any(np.abs(last - self.zpa) > ZPA_TOLERANCE * self.zpa):
+                raise ImpactfemError(
+                    f"the {self.label} ends at {self.frequency[-1]:g} Hz with {np.max(last):.4g},"
+                    f" which is not its zero-period acceleration {self.zpa:.4g}, and does not reach"
+                    f" the mode at {np.max(f):.4g} Hz; expected a spectrum that goes further, or a"
+                    " maximum frequency of the modes"
+                )
+            notes = (
+                f"the {self.label} ends at {self.frequency[-1]:g} Hz at its zero-period"
+                f" acceleration, which the modes above it get: "
+                + ", ".join(f"{one:.4g} Hz" for one in f[beyond]),
+            )
+        within = np.minimum(f, self.frequency[-1])
+        family = interpolate_frequency(self.frequency, self.psa, within)
+        try:
+            ordinates = interpolate_damping(self.damping, family, damping)
+        except ImpactfemError as error:
+            raise ImpactfemError(f"the {self.label}: {error}") from error
+        return np.where(beyond, np.maximum(self.zpa, ordinates), ordinates), notes
+
+    def curve(self, damping: float) -> Array:
+        """Ordinates at the listed frequencies for one damping, shape (n_f,)."""
+        return interpolate_damping(self.damping, self.psa, damping)
+
+    def rigid_from(self, damping: float) -> float:
+        """Frequency from which on the spectrum stays at its zero-period acceleration [Hz].
+
+        Raises:
+            ImpactfemError: It ends before.
+        """
+        found = float(rigid_frequency(self.frequency, self.curve(damping), self.zpa))
+        if np.isnan(found):
+            raise ImpactfemError(
+                f"the {self.label} ends at {self.frequency[-1]:g} Hz, before it comes down to its"
+                f" zero-period acceleration {self.zpa:.4g}"
+            )
+        return found

@@ -1,0 +1,158 @@
+"""Response spectrum analysis of a device.
+
+A mode with the participation Γ_k along the component k of an anchor, whose spectrum gives the
+pseudo-acceleration S(ω, ξ), brings to a quantity Q = c x + d ä + e a at most
+
+    R_i = -c φ_i Γ_ik S(ω_i, ξ_i) / ω_i²                                                   (1)
+
+What the modes in use do not carry follows the anchors rigidly, exactly so for a slow motion, with
+the zero-period acceleration ZPA (missing mass, static correction):
+
+    R_m = (d_k - c K⁻¹ L_k + Σ_i c φ_i Γ_ik / ω_i²) ZPA                                    (2)
+
+With the rigid parts α_i of the modes (:mod:`impactfem.device.rigid_response`), for one component,
+
+    R_r = Σ α_i R_i + R_m,    R_p = combination of √(1 - α_i²) R_i,    R = √(R_p² + R_r²)   (3)
+
+(US NRC Regulatory Guide 1.92, revision 2). The same component of several anchors is combined first
+(with its sign, before (3), when they move together), then rotations with the translation they come
+with, then directions. Displacements Δ of the anchors against each other, e Δ, are combined on their
+own and then with the rest by the root of the squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from impactfem.device.combination import combine_modes
+from impactfem.device.device import Device
+from impactfem.device.directions import PLANES, combine_inputs
+from impactfem.device.modes import DeviceModes, device_modes
+from impactfem.device.quantity import Quantities, anchor_forces
+from impactfem.device.rules import Rules
+from impactfem.device.spectrum import AnchorSpectrum
+from impactfem.device.spectrum_response import InputResponse, SpectrumResponse
+
+Array = npt.NDArray[np.float64]
+
+MOVED = 1e-9
+"""A component moves a mode whose participation is above this part of its largest one."""
+
+
+def spectrum_analysis(
+    device: Device,
+    spectra: Sequence[AnchorSpectrum],
+    rules: Rules | None = None,
+    quantities: Quantities | None = None,
+) -> SpectrumResponse:
+    """Compute the largest responses of a device from the spectra of its anchors.
+
+    Args:
+        device: The device.
+        spectra: One for each component of an anchor that moves; translations and rotations.
+        rules: How responses are combined; the defaults of :class:`Rules` when None.
+        quantities: What is computed; the forces on the anchors when None.
+
+    Returns:
+        The responses, with the part of each input and each mode.
+
+    Raises:
+        ImpactfemError: There is no spectrum, or two of one component; a spectrum does not reach a
+            mode; a mode is damped by 100 % or more; a rule is unknown or lacks a value.
+    """
+    rules = Rules() if rules is None else rules
+    wanted = anchor_forces(device) if quantities is None else quantities
+    columns = [device.column(s.component, s.anchor) for s in spectra]
+    if not spectra or len(set(columns)) < len(columns):
+        raise device.error(
+            "expected at least one spectrum, and one for a component of an anchor; got"
+            f" {', '.join(s.label for s in spectra) or 'none'}"
+        )
+    every = device_modes(device)
+    modes = every.below(rules.maximum_frequency)
+    modes.refuse_overdamped(device)
+    if modes.frequency.size < every.frequency.size and not rules.missing_mass:
+        raise device.error(
+            f"{every.frequency.size - modes.frequency.size} of its modes are above the maximum"
+            " frequency; expected missing mass to be added"
+        )
+    static = wanted.static(device)
+    inputs, notes = [], list[str]()
+    for spectrum, k in zip(spectra, columns, strict=True):
+        # Of a mode that the component does not move, the spectrum need not know anything.
+        size = np.abs(modes.participation[k])
+        moved = size > MOVED * np.max(size, initial=0.0)
+        driven = modes.only(moved)
+        S, α = np.zeros((2, moved.size))
+        S[moved], assumed = spectrum.at(driven.frequency, driven.damping)
+        notes += assumed
+        if rules.rigid is not None:
+            α[moved] = rules.rigid.fraction(spectrum, driven.frequency, driven.damping, S[moved])
+        unit = -(wanted.own @ modes.shape) * modes.participation[k] / modes.omega**2
+        missing = (static[:, k] - unit.sum(axis=1)) * spectrum.zpa
+        inputs.append(
+            _combined(spectrum, S, α, unit * S, missing * rules.missing_mass, modes, rules)
+        )
+    components = tuple(dict.fromkeys(s.component for s in spectra))
+    by_component = {
+        name: _of_supports([one for one in inputs if one.spectrum.component == name], modes, rules)
+        for name in components
+    }
+    planes = [
+        combine_inputs(np.stack(found), rules.rotations)
+        for plane in PLANES
+        if (found := [by_component[name] for name in plane if name in by_component])
+    ]
+    shifts = [
+        wanted.displacement[:, k] * s.displacement for s, k in zip(spectra, columns, strict=True)
+    ]
+    return SpectrumResponse(
+        device=device.name,
+        modes=modes,
+        quantities=wanted,
+        inputs=tuple(inputs),
+        columns=tuple(columns),
+        by_component=by_component,
+        inertial=combine_inputs(np.stack(planes), rules.directions),
+        displacement=combine_inputs(np.stack(shifts), rules.displacements),
+        notes=tuple(notes),
+    )
+
+
+def _combined(
+    spectrum: AnchorSpectrum,
+    S: Array,
+    α: Array,
+    modal: Array,
+    missing: Array,
+    modes: DeviceModes,
+    rules: Rules,
+) -> InputResponse:
+    """Equation (3)."""
+    periodic = combine_modes(
+        np.sqrt(1.0 - α**2) * modal, modes.frequency, modes.damping, rules.modes, rules.duration
+    )
+    rigid = modal @ α + missing
+    return InputResponse(
+        spectrum=spectrum,
+        ordinate=S,
+        rigid_fraction=α,
+        modal=modal,
+        missing=missing,
+        periodic=periodic,
+        rigid=rigid,
+        total=np.hypot(periodic, rigid),
+    )
+
+
+def _of_supports(inputs: list[InputResponse], modes: DeviceModes, rules: Rules) -> Array:
+    """R of one component over all anchors, shape (n_q,)."""
+    if rules.supports != "algebraic":
+        return combine_inputs(np.stack([one.total for one in inputs]), rules.supports)
+    periodic = np.sum([np.sqrt(1.0 - one.rigid_fraction**2) * one.modal for one in inputs], axis=0)
+    rigid = np.sum([one.rigid for one in inputs], axis=0)
+    R_p = combine_modes(periodic, modes.frequency, modes.damping, rules.modes, rules.duration)
+    return np.asarray(np.hypot(R_p, rigid), dtype=np.float64)

@@ -1,0 +1,127 @@
+"""The checks of the stage `calibrate` in words: contact, energy, steps, penetration, floors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from impactfem.log import LOGGER
+from impactfem.results.wall_view import WallView
+
+COMPLEMENTARITY = 1e-9
+ENERGY = 1e-9
+BASIS = 0.005
+"""Largest error of the reduced basis under even loads on the edges."""
+STEPS = 16.0
+"""Least number of steps in an impact (paper, equation 7)."""
+RIGID, PENALTY = 0.05, 0.5
+"""Largest penetration in parts of the gap: of a rigid wall, and of the stick's penalty law."""
+
+Lines = list[tuple[bool, str]]
+
+
+def log_wall_checks(folder: Path) -> None:
+    """Log the checks of the stage, as warnings where one fails.
+
+    Args:
+        folder: The run's folder, with `calibrate.nc`.
+    """
+    with xr.open_dataset(folder / "calibrate.nc", engine="h5netcdf") as store:
+        view = WallView(store)
+        lines = [
+            *_found(view),
+            *_floors(view),
+            *_contact(view),
+            *_steps(view),
+            *_penetration(view),
+        ]
+    for good, line in lines:
+        if good:
+            LOGGER.info("%s", line)
+        else:
+            LOGGER.warning("warning: %s", line)
+
+
+def _found(view: WallView) -> Lines:
+    values, first = view.values, view.first_impact
+    later = 1e3 * values["calibration.stick_delay"]
+    return [
+        (
+            True,
+            f"calibrate: ε = {values['calibration.epsilon']:.3g}, "
+            f"ξ_c = {values['calibration.xi_c']:.3g}, "
+            f"K_Ceq = {values['calibration.K_Ceq']:.3g} N/m from the impact of floor {view.top} at "
+            f"{first.start:.4g} s: {1e3 * first.duration:.3g} ms, "
+            f"{1e-3 * first.largest_impulse:.4g} kN s, {first.approach:.3g} m/s before it",
+        ),
+        (
+            True,
+            f"calibrate: the stick hits {abs(later):.3g} ms {'later' if later >= 0.0 else 'before'}"
+            f", with {values['calibration.stick_impulse_ratio']:.3g} of the impulse and "
+            f"{values['calibration.stick_duration_ratio']:.3g} of the duration",
+        ),
+    ]
+
+
+def _floors(view: WallView) -> Lines:
+    lines: Lines = []
+    for kind, impacts in (("3D model", view.model_impacts), ("stick", view.stick_impacts)):
+        for found in impacts:
+            who = f"calibrate: floor {found.floor} of the {kind}"
+            if not found.impacts:
+                near = 1e3 * found.closest
+                lines.append((True, f"{who} does not hit the wall, it stays {near:.3g} mm away"))
+            elif not found.impacts[-1].complete:
+                begun = found.impacts[-1].start
+                text = f"{who} is still at the wall when the window ends, since {begun:.4g} s"
+                lines.append((False, text))
+    return lines
+
+
+def _contact(view: WallView) -> Lines:
+    values = view.values
+    residual = values["calibration.complementarity"]
+    identity, gained = values["calibration.energy_residual"], values["calibration.energy_gained"]
+    lines: Lines = [
+        (residual < COMPLEMENTARITY, f"calibrate: complementarity within {residual:.1e}"),
+        (identity < ENERGY, f"calibrate: energy identity to {identity:.1e}"),
+        (
+            gained < ENERGY,
+            f"calibrate: contact puts in at most {gained:.1e} of the energy in a step",
+        ),
+    ]
+    error = values.get("calibration.basis_error")
+    if error is not None:
+        text = f"calibrate: transfer functions of the reduced basis within {100 * error:.2g} %"
+        lines.append((error <= BASIS, text))
+    return lines
+
+
+def _steps(view: WallView) -> Lines:
+    duration = view.store["impact_duration"].values / view.time_step
+    k = int(np.argmin(duration))
+    which = f" with the damping {view.cases[k]}" if len(view.cases) > 1 else ""
+    lines: Lines = []
+    for steps, who in (
+        (float(duration[k]), f"floor {view.top} of the 3D model{which}"),
+        (
+            view.stick_impacts[-1].first_complete().duration / view.time_step,
+            f"floor {view.top} of the stick",
+        ),
+    ):
+        text = f"calibrate: {steps:.3g} steps in the first impact of {who}, {STEPS:g} asked"
+        lines.append((steps >= STEPS, text))
+    return lines
+
+
+def _penetration(view: WallView) -> Lines:
+    if not view.gap > 0.0:
+        return []
+    into = view.values["calibration.penetration"] / view.gap
+    stick = max(0.0, *(-found.closest for found in view.stick_impacts)) / view.gap
+    return [
+        (into <= RIGID, f"calibrate: the 3D model penetrates {100 * into:.2g} % of the gap"),
+        (stick <= PENALTY, f"calibrate: the stick penetrates {100 * stick:.2g} % of the gap"),
+    ]

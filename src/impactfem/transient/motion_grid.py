@@ -1,0 +1,53 @@
+"""The whole model as cells for a viewer: shells and beams at their vertices, or at all nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.mesh import BuildingMesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionGrid:
+    """Triangles and lines with their own numbering of nodes.
+
+    Args:
+        nodes: Their nodes in the mesh, ascending, shape (n,).
+        points: Coordinates, shape (n, 3) [m].
+        triangles: Indices of `nodes`, shape (m, 3), or (m, 6) with the mid nodes 01, 12 and 20.
+        lines: The same, shape (l, 2), or (l, 3) with the mid node last.
+    """
+
+    nodes: Index
+    points: Array
+    triangles: Index
+    lines: Index
+
+    @property
+    def cells(self) -> int:
+        """Number of triangles and lines."""
+        return len(self.triangles) + len(self.lines)
+
+
+def motion_grid(mesh: BuildingMesh, which: str) -> MotionGrid:
+    """Shells and beams of a mesh.
+
+    Args:
+        mesh: The mesh.
+        which: "vertices", or "all" nodes.
+    """
+    corners, ends = (6, 3) if which == "all" else (3, 2)
+    triangles, lines = mesh.triangles[:, :corners], mesh.lines[:, :ends]
+    nodes: Index = np.union1d(triangles, lines)
+    return MotionGrid(
+        nodes=nodes,
+        points=mesh.nodes[nodes],
+        triangles=np.searchsorted(nodes, triangles),
+        lines=np.searchsorted(nodes, lines),
+    )

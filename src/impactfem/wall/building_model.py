@@ -1,0 +1,199 @@
+"""The reduced 3D model of a building that hits a rigid wall with the edges of its floors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+
+from impactfem.building.contact_edge import contact_edge
+from impactfem.building.edge_load import edge_load
+from impactfem.building.edge_normal import outward_normal
+from impactfem.building.floor_load import floor_load
+from impactfem.building.local import DOFS
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.model import BuildingModel
+from impactfem.dynamics.contact_basis import contact_basis
+from impactfem.dynamics.krylov import KrylovBasis
+from impactfem.transient.archive import read_archive, write_archive
+from impactfem.transient.reduced_basis import grow_until_accurate
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SHIFT = 30.0
+"""Frequency that the basis is expanded about [Hz]."""
+
+
+@dataclass(frozen=True, eq=False)
+class WallPatterns:
+    """What a wall experiment needs of a building's matrices, as columns at this rank's rows.
+
+    Args:
+        floors: Floors that may hit the wall.
+        normal: Unit vector towards the wall, shape (3,).
+        floor_of: Index into `floors` of each constraint, shape (m,).
+        contact: G: Gᵀ u is the displacement towards the wall of each constraint, shape
+            (n_local, m), sparse.
+        push: The load with the resultant 1 N over the displaced floor, along n, shape (n_local,).
+        edges: Even loads on the edges of the floors, shape (n_local, n_floors).
+        seen: Rows of n · u at the mass centre of each floor, then of the displaced one, shape
+            (n_local, n_floors + 1), sparse.
+    """
+
+    floors: tuple[int, ...]
+    normal: Array
+    floor_of: Index
+    contact: scipy.sparse.csr_matrix
+    push: Array
+    edges: Array
+    seen: scipy.sparse.csr_matrix
+
+
+def wall_patterns(
+    model: BuildingModel, mesh: BuildingMesh, floors: tuple[int, ...], displaced: int
+) -> WallPatterns:
+    """Make the columns of an experiment.
+
+    Args:
+        model: The building.
+        mesh: Its mesh.
+        floors: Floors that may hit the wall; their edges lie in one plane (see `wall_side`).
+        displaced: The floor that is displaced.
+
+    Raises:
+        KeyError: A floor has no edge or no mass centre.
+    """
+    normal = outward_normal(mesh, floors[-1])
+    direction = (float(normal[0]), float(normal[1]), float(normal[2]))
+    opposite = (-direction[0], -direction[1], -direction[2])
+    contacts = [contact_edge(mesh, floor).columns(model, normal) for floor in floors]
+    loads = [edge_load(mesh, floor).vector(model, opposite) for floor in floors]
+    watched = np.array([*(mesh.centres[floor] for floor in floors), mesh.centres[displaced]])
+    rows = model.rows(watched)
+    here = np.flatnonzero(rows >= 0)
+    shape = (DOFS * len(model.nodes), len(watched))
+    seen = scipy.sparse.csr_matrix(shape)
+    for axis in range(3):
+        entries = (np.full(len(here), normal[axis]), (rows[here] + axis, here))
+        seen = seen + scipy.sparse.csr_matrix(entries, shape=shape)
+    counts = [columns.shape[1] for columns in contacts]
+    return WallPatterns(
+        floors=floors,
+        normal=normal,
+        floor_of=np.repeat(np.arange(len(floors), dtype=np.int64), counts),
+        contact=scipy.sparse.csr_matrix(scipy.sparse.hstack(contacts)),
+        push=floor_load(mesh, displaced).vector(model, direction),
+        edges=np.column_stack(loads),
+        seen=scipy.sparse.csr_matrix(seen),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class WallModel:
+    """Modal equations of a building and its wall, for any damping, gap and displacement.
+
+    Args:
+        eigenvalue: λ, shape (r,) [1/s2].
+        contact: Γ = Φᵀ G, shape (r, m).
+        push: Φᵀ f of the load that displaces the floor, shape (r,).
+        seen: Φᵀ L of the mass centres, then of the displaced floor's, shape (r, n_floors + 1).
+        floors: Floors that may hit, shape (n_floors,).
+        floor_of: Index into `floors` of each constraint, shape (m,).
+        difference: Estimated error of the basis under even loads on the edges.
+    """
+
+    eigenvalue: Array
+    contact: Array
+    push: Array
+    seen: Array
+    floors: Index
+    floor_of: Index
+    difference: float
+
+    def start(self, displacement: float) -> Array:
+        """z₀ = λ⁻¹ b F, F the force that gives the displaced floor its displacement, shape (r,).
+
+        Args:
+            displacement: Of its mass centre, towards the wall [m].
+        """
+        z = self.push / self.eigenvalue
+        return np.asarray(displacement * z / (self.seen[:, -1] @ z), dtype=np.float64)
+
+    def write(self, path: Path, key: str) -> None:
+        """Write it as NumPy's archive, in one piece.
+
+        Raises:
+            ImpactfemError: The file cannot be written.
+        """
+        write_archive(path, key, {field.name: getattr(self, field.name) for field in fields(self)})
+
+    @classmethod
+    def read(cls, path: Path, key: str) -> WallModel | None:
+        """The model of a file; None where there is none with this key, or it is damaged."""
+        content = read_archive(path, key)
+        if content is None:
+            return None
+        values = {field.name: content[field.name] for field in fields(cls)}
+        return cls(**values | {"difference": float(values["difference"])})
+
+
+def reduced_wall_model(
+    model: BuildingModel,
+    K: Any,
+    patterns: WallPatterns,
+    probes: Index,
+    *,
+    damping: tuple[float, float],
+    maximum_frequency: float,
+    tolerance: float,
+    largest: int,
+    progress: Callable[[float], None] = lambda part: None,
+) -> WallModel:
+    """Reduce a building with its contacts. Collective.
+
+    The basis of the free building grows under the even loads on the edges and the push; then it is
+    completed for the contacts.
+
+    Args:
+        model: The building.
+        K: Its stiffness.
+        patterns: The columns of the experiment.
+        probes: Nodes whose transfer functions must be accurate.
+        damping: α [1/s] and β [s] of the lightest damping that the model must serve.
+        maximum_frequency: Up to which they must be accurate [Hz].
+        tolerance: Largest error of the accelerations at the probes.
+        largest: Most vectors under these loads.
+        progress: Called with the part of the work that is done.
+
+    Raises:
+        SolutionError: The tolerance is not met with the most vectors.
+    """
+    with KrylovBasis(K, model.mass, (2.0 * math.pi * SHIFT) ** 2) as basis:
+        basis.add(np.column_stack([patterns.push, patterns.edges]))
+        _, difference = grow_until_accurate(
+            basis,
+            model,
+            probes,
+            damping=damping,
+            maximum_frequency=maximum_frequency,
+            tolerance=tolerance,
+            largest=largest,
+            progress=progress,
+        )
+        found = contact_basis(basis, patterns.contact)
+    return WallModel(
+        eigenvalue=found.eigenvalue,
+        contact=found.rows(patterns.contact),
+        push=found.rows(patterns.push[:, None])[:, 0],
+        seen=found.rows(patterns.seen),
+        floors=np.array(patterns.floors, dtype=np.int64),
+        floor_of=patterns.floor_of,
+        difference=difference,
+    )

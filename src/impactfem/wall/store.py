@@ -1,0 +1,121 @@
+"""The store of the stage: `calibrate.nc`.
+
+Dimensions: `time` and `floor` (those that may hit); `case` (damping cases, the building's own
+first), `constraint` (along the edges of the floors, bottom to top) and `step` (the times of the
+first impact). Displacements and velocities are those of the mass centres, positive towards the
+wall; forces push the floors away from it. `force`, `displacement`, `velocity` and `opening`
+(distance of the wall from the nearest point) are of the 3D model, with `stick_` before the name of
+the stick.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from impactfem.files import write_netcdf
+from impactfem.scalar import to_json
+from impactfem.wall.history import WallHistory
+from impactfem.wall.scalars import calibration_scalars
+from impactfem.wall.stage import CalibrationStudy
+
+Variables = dict[str, tuple[Any, ...]]
+
+
+def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
+    """Write `calibrate.nc`.
+
+    Args:
+        path: The file.
+        study: The stage's results.
+        key: Hash of the stage's inputs.
+
+    Raises:
+        ImpactfemError: The file cannot be written.
+    """
+    experiment = study.prepared.experiment
+    cases = study.cases
+    contact = study.main.run.contact
+    energy = contact.energy
+    # Forces of the constraints matter, and are not zero, in the first impact only.
+    first = study.main.impacts[-1].first_complete()
+    near = slice(max(0, first.first - 5), first.last + 6)
+    parameters = np.array([[c.penalty.epsilon, c.penalty.xi_c, c.penalty.K_Ceq] for c in cases])
+    impacts = [c.impacts[-1].first_complete() for c in cases]
+    dataset = xr.Dataset(
+        {
+            **_histories(study.main.run.history, ""),
+            **_histories(study.stick, "stick_"),
+            "floor_mass": ("floor", study.prepared.mass, {"units": "kg"}),
+            "kinetic_energy": ("time", energy.kinetic, {"units": "J"}),
+            "elastic_energy": ("time", energy.elastic, {"units": "J"}),
+            "damped_energy": ("time", energy.damped, {"units": "J"}),
+            "numerical_energy": ("time", energy.numerical, {"units": "J"}),
+            "contact_work": ("time", energy.contact, {"units": "J"}),
+            "complementarity": ("time", contact.residual, {"units": "1"}),
+            "constraint_floor": ("constraint", np.array(experiment.floors)[study.model.floor_of]),
+            "constraint_position": (
+                "constraint",
+                study.prepared.position,
+                {"units": "m", "note": "along the edge"},
+            ),
+            "constraint_length": ("constraint", study.prepared.length, {"units": "m"}),
+            "constraint_force": (
+                ("step", "constraint"),
+                contact.force[near],
+                {"units": "N"},
+            ),
+            "mass_coefficient": ("case", np.array([c.damping[0] for c in cases]), {"units": "1/s"}),
+            "stiffness_coefficient": (
+                "case",
+                np.array([c.damping[1] for c in cases]),
+                {"units": "s"},
+            ),
+            "epsilon": ("case", parameters[:, 0], {"units": "1"}),
+            "xi_c": ("case", parameters[:, 1], {"units": "1"}),
+            "K_Ceq": ("case", parameters[:, 2], {"units": "N/m"}),
+            "impact_time": ("case", np.array([i.start for i in impacts]), {"units": "s"}),
+            "impact_duration": ("case", np.array([i.duration for i in impacts]), {"units": "s"}),
+            "impulse": ("case", np.array([i.largest_impulse for i in impacts]), {"units": "N s"}),
+            "approach_velocity": (
+                "case",
+                np.array([i.approach for i in impacts]),
+                {"units": "m/s"},
+            ),
+        },
+        coords={
+            "time": ("time", contact.time, {"units": "s"}),
+            "step": ("step", contact.time[near], {"units": "s"}),
+            "floor": ("floor", np.array(experiment.floors), {}),
+            "case": ("case", np.array([c.name for c in cases], dtype=object), {}),
+        },
+        attrs={
+            "title": study.case.title,
+            "inputs": key,
+            "case_hash": study.case.content_hash(),
+            "scalars": to_json(calibration_scalars(study)),
+            "building": study.case.structure.building if study.case.structure else "",
+            "side": experiment.side,
+            "gap": experiment.gap,
+            "separation": study.separation,
+            "displaced_floor": experiment.displaced_floor,
+            "displacement_at_start": experiment.displacement,
+            "stick_contact_update": study.case.pounding.update,
+        },
+    )
+    write_netcdf(path, dataset)
+
+
+def _histories(history: WallHistory, prefix: str) -> Variables:
+    dims = ("time", "floor")
+    variables: Variables = {
+        f"{prefix}displacement": (dims, history.displacement, {"units": "m"}),
+        f"{prefix}velocity": (dims, history.velocity, {"units": "m/s"}),
+        f"{prefix}force": (dims, history.force, {"units": "N"}),
+    }
+    if history.opening is not None:
+        variables[f"{prefix}opening"] = (dims, history.opening, {"units": "m"})
+    return variables

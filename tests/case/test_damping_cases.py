@@ -1,0 +1,143 @@
+"""The tables [[damping_cases]] of a case file."""
+
+import json
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from impactfem.case import DampingCase, load_case
+from impactfem.errors import InputError
+
+Broken = Callable[..., Path]
+Structured = Callable[..., Path]
+
+LIGHT = """
+[[damping_cases]]
+name = "light"
+mass_coefficient = "0.838 1/s"
+stiffness_coefficient = "0.212 ms"
+"""
+HEAVY = """
+[[damping_cases]]
+name = "heavy_7-B"
+ratio = "7 %"
+frequencies = ["1 Hz", "20 Hz"]
+restitution = "60 %"
+"""
+CALIBRATED = f'{LIGHT}restitution = "calibrated"\n'
+WALL = """
+[wall_impact]
+gap = "1 cm"
+displacement = "-2 cm"
+duration = "1.3 s"
+time_step = "0.34 ms"
+"""
+SERVING = """
+[transient]
+time_step = "1 ms"
+serve_damping_cases = true
+"""
+
+
+@pytest.fixture
+def with_cases(broken: Broken) -> Callable[[str], Path]:
+    """The case without a 3D model, with some text at its end."""
+    return lambda text: _added(broken(), text)
+
+
+def _added(path: Path, text: str) -> Path:
+    with path.open("a", encoding="utf-8") as stream:
+        stream.write(text)
+    return path
+
+
+def faults_of(path: Path) -> dict[str, str]:
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    faults = caught.value.faults
+    assert len({fault.key for fault in faults}) == len(faults), faults
+    return {fault.key: f"{fault.value} {fault.expected}" for fault in faults}
+
+
+def test_left_out(pair: Path) -> None:
+    assert load_case(pair).damping_cases == ()
+
+
+def test_without_a_structure(with_cases: Callable[[str], Path]) -> None:
+    case = load_case(with_cases(LIGHT + HEAVY))
+    assert case.damping_cases == (
+        DampingCase(name="light", mass_coefficient=0.838, stiffness_coefficient=2.12e-4),
+        DampingCase(name="heavy_7-B", ratio=0.07, frequencies=(1.0, 20.0), restitution=0.6),
+    )
+    light, heavy = case.damping_cases
+    assert (light.coefficients, light.restitution) == ((0.838, 2.12e-4), "calibrated")
+    assert heavy.coefficients == case.damping.coefficients
+    # The dampings that the buildings have are not touched.
+    assert {building.damping for building in case.buildings} == {case.damping}
+    assert pickle.loads(pickle.dumps(case)) == case
+    dumped = json.loads(case.model_dump_json(include={"damping_cases"}))["damping_cases"]
+    assert [one["restitution"] for one in dumped] == ["calibrated", 0.6]
+
+
+def test_calibrated_with_the_impact(structured: Structured) -> None:
+    case = load_case(_added(structured(), WALL + CALIBRATED + HEAVY))
+    assert [one.restitution for one in case.damping_cases] == ["calibrated", 0.6]
+
+
+def test_calibrated_without_the_impact(
+    with_cases: Callable[[str], Path], structured: Structured
+) -> None:
+    for path in (with_cases(HEAVY + CALIBRATED), _added(structured(), HEAVY + CALIBRATED)):
+        assert faults_of(path) == {
+            "damping_cases[1].restitution": "calibrated expected a section [wall_impact] beside "
+            "it: the impact that gives it"
+        }
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "expected"),
+    [
+        ('name = "light"\n', "", "name", "missing; expected a name"),
+        ('"light"', '"own"', "name", "own expected another name"),
+        ('"light"', '"two words"', "name", "expected a name of letters, digits"),
+        ('"light"', '"light"\nfloors = 2', "floors", "unknown key"),
+        ('"light"', '"light"\nrestitution = 0', "restitution", "above 0 and at most 1"),
+        ('"light"', '"light"\nrestitution = 1.1', "restitution", "above 0 and at most 1"),
+        ('"light"', '"light"\nrestitution = "own"', "restitution", "or 'calibrated'"),
+        ('"light"', '"light"\nratio = 0.1\nfrequencies = ["1 Hz", "2 Hz"]', "mass_coefficient",
+         "not both"),
+        ('mass_coefficient = "0.838 1/s"\n', "", "stiffness_coefficient", "together"),
+        ('"0.838 1/s"', '"0.838 s"', "mass_coefficient", "a rate"),
+        ('"0.212 ms"', '"-1 ms"', "stiffness_coefficient", "at least 0"),
+    ],
+)  # fmt: skip
+def test_refused(
+    with_cases: Callable[[str], Path], old: str, new: str, key: str, expected: str
+) -> None:
+    assert old in LIGHT
+    faults = faults_of(with_cases(LIGHT.replace(old, new)))
+    assert set(faults) == {f"damping_cases[0].{key}"}
+    assert expected in faults[f"damping_cases[0].{key}"]
+
+
+def test_each_name_once(with_cases: Callable[[str], Path]) -> None:
+    assert faults_of(with_cases(LIGHT + HEAVY + LIGHT)) == {
+        "damping_cases[2].name": "light duplicate name, the first is damping_cases[0].name"
+    }
+
+
+def test_one_table_in_place_of_several(with_cases: Callable[[str], Path]) -> None:
+    faults = faults_of(with_cases(LIGHT.replace("[[damping_cases]]", "[damping_cases]")))
+    assert set(faults) == {"damping_cases"}
+
+
+def test_served_by_the_reduced_basis(structured: Structured) -> None:
+    path = _added(structured(), SERVING)
+    assert faults_of(path) == {
+        "transient.serve_damping_cases": "True expected [[damping_cases]] beside it: the dampings "
+        "to serve"
+    }
+    transient = load_case(_added(path, LIGHT)).transient
+    assert transient is not None and transient.serve_damping_cases

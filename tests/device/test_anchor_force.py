@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+from scipy.signal import lsim
+
+from impactfem.device import anchor_force as module
+from impactfem.device.anchor_force import anchor_force
+from impactfem.device.beam import Beam
+from impactfem.device.coupled import coupled
+from impactfem.device.from_matrices import from_matrices
+from impactfem.errors import ImpactfemError, SolutionError
+
+STEP = 1e-3
+
+
+def stepped(device, motion, *, velocity=None):
+    """Force by the exponential of the state matrix, from the coupled matrices."""
+    part = coupled(device, "relative", drag=velocity is not None)
+    n, p = device.M.shape[0], part.interface
+    own, anchor = slice(p, None), slice(0, p)
+    drive = [-part.M[own, anchor], -part.C[own, anchor]]
+    rates = np.linalg.solve(device.M, np.hstack([-device.K, -part.C[own, own], *drive]))
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [rates[:, : 2 * n]]])
+    B = np.vstack([np.zeros((n, 2 * p)), rates[:, 2 * n :]])
+    out = -part.M[anchor, own] @ rates
+    out[:, n : 2 * n] -= part.C[anchor, own]
+    feed = out[:, 2 * n :].copy()
+    feed[:, :p] -= part.M[anchor, anchor]
+    feed[:, p:] -= part.C[anchor, anchor]
+    inputs = np.vstack([motion, 0 * motion if velocity is None else velocity])
+    return lsim((A, B, out[:, : 2 * n], feed), inputs.T, STEP * np.arange(motion.shape[1]))[1].T
+
+
+def test_against_the_exponential_of_the_state_matrix(pump, shaking):
+    device, motion = pump(z=2e9, rz=3e7), shaking()
+    found = anchor_force(device, motion, STEP)
+    wanted = stepped(device, motion)
+    assert found.force == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    assert found.largest == pytest.approx(np.abs(wanted).max(axis=1))
+    assert found.time[-1] == pytest.approx(STEP * 799)
+    assert 0.0 <= found.imbalance < 1e-12
+    other = stepped(pump(z=2e9, rz=3e7, y=1.21e8), motion)
+    assert np.abs(found.force - other).max() > 1e-3 * np.abs(wanted).max()
+
+
+def test_drag_against_the_state_matrix(pump, shaking):
+    device, motion, velocity = pump(), shaking(), shaking(seed=2)
+    found = anchor_force(device, motion, STEP, drag_velocity=velocity)
+    wanted = stepped(device, motion, velocity=velocity)
+    assert found.force == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    assert found.imbalance < 1e-12
+    assert np.abs(anchor_force(device, motion, STEP).force - wanted).max() > 1e3
+
+
+def test_a_uniform_velocity_is_a_drag(pump):
+    velocity = np.zeros((6, 4000))
+    velocity[1] = 0.2
+    found = anchor_force(pump(), 0.0 * velocity, STEP, drag_velocity=velocity)
+    wanted = -pump().drag_coefficient() * 1500.0 * 0.2
+    assert found.force[1, -1] == pytest.approx(wanted, rel=1e-4)
+
+
+def test_modes_above_the_limit_follow_rigidly(pump, shaking):
+    slow = np.zeros((6, 2001))
+    slow[1] = 1.0 - np.cos(2 * np.pi * 0.5 * STEP * np.arange(2001))
+    device = pump(Beam(0.46, 8e7, 8e7, mass=45.9))
+    rigid = anchor_force(device, slow, STEP, maximum_frequency=1.0)
+    assert rigid.modal.shape[0] == 0
+    assert rigid.force == pytest.approx(-device.J @ slow, abs=1e-9)
+    full = anchor_force(device, slow, STEP, maximum_frequency=3000.0)
+    assert full.force[1] == pytest.approx(rigid.force[1], abs=2e-3 * full.largest[1])
+    assert rigid.motion[1] == pytest.approx(full.motion[1], abs=1e-3 * np.abs(full.motion[1]).max())
+    quick = shaking()
+    both = [anchor_force(device, quick, STEP, maximum_frequency=f).force[1] for f in (1.0, 3000.0)]
+    assert np.abs(both[0] - both[1]).max() > 0.5 * np.abs(both[0]).max()
+
+
+def test_wrong_modes_break_the_balance(pump, shaking, monkeypatch):
+    right = module.oscillator_response
+
+    def wrong(*arguments):
+        response = right(*arguments)
+        response.relative_displacement[:] *= 1.0 + 1e-5
+        return response
+
+    monkeypatch.setattr(module, "oscillator_response", wrong)
+    with pytest.raises(SolutionError, match="differs from its inertia force"):
+        anchor_force(pump(), shaking(), STEP)
+
+
+def test_a_stiffness_between_anchors_needs_the_displacement(shaking):
+    K = 1e6 * np.array([[1.0, -1.0, 0.0], [-1.0, 3.0, -2.0], [0.0, -2.0, 2.0]])
+    device = from_matrices("d", np.diag([0.0, 50.0, 0.0]), K, {0: 1, 2: 7}, 0.02, anchors=2)
+    motion = shaking(anchors=2)
+    with pytest.raises(ImpactfemError, match="expected their displacement as well"):
+        anchor_force(device, motion, STEP)
+    shift = np.zeros_like(motion)
+    shift[1] = 1e-3
+    moved = anchor_force(device, motion, STEP, displacement=shift).force
+    still = anchor_force(device, motion, STEP, displacement=0.0 * shift).force
+    assert (moved - still)[1] == pytest.approx(-2e6 / 3.0 * 1e-3)
+    assert (moved - still)[7] == pytest.approx(2e6 / 3.0 * 1e-3)
+
+
+def test_bad_motions_are_refused(pump, shaking):
+    with pytest.raises(ImpactfemError, match=r"device pump: the acceleration .* needs shape \(6"):
+        anchor_force(pump(), shaking()[:3], STEP)
+    with pytest.raises(ImpactfemError, match="not a finite number"):
+        anchor_force(pump(), np.full((6, 9), np.nan), STEP)
+    with pytest.raises(ImpactfemError, match=r"the velocity .* needs shape"):
+        anchor_force(pump(), shaking(), STEP, drag_velocity=shaking(samples=10))
+    with pytest.raises(ImpactfemError, match="is damped by"):
+        anchor_force(pump(Beam(0.46, 8e7, 8e7, mass=45.9)), shaking(), STEP)
+
+
+def test_coupled_modes_are_refused(pump, shaking):
+    from dataclasses import fields
+
+    from impactfem.device.device import Device
+
+    given = {f.name: getattr(pump(), f.name) for f in fields(Device) if f.init}
+    device = Device(**{**given, "dampers": np.diag([1e5, 0.0, 0.0, 0.0])})
+    with pytest.raises(ImpactfemError, match="its damping couples its modes"):
+        anchor_force(device, shaking(), STEP)
+
+
+def test_an_undamped_device_moves_too(pump, shaking):
+    assert np.isfinite(anchor_force(pump(damping=0.0), shaking(), STEP).force).all()

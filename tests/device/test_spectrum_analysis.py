@@ -1,0 +1,156 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactfem.device.anchor_force import anchor_force
+from impactfem.device.beam import Beam
+from impactfem.device.modes import device_modes
+from impactfem.device.quantity import anchor_forces, own_motions
+from impactfem.device.rigid_response import Gupta, LindleyYow
+from impactfem.device.rules import Rules
+from impactfem.device.spectrum import AnchorSpectrum
+from impactfem.device.spectrum_analysis import spectrum_analysis
+from impactfem.errors import ImpactfemError
+
+
+def spectrum(component="y", zpa=4.0, peak=20.0, anchor=1, displacement=0.0):
+    return AnchorSpectrum(
+        component,
+        np.array([0.5, 5.0, 20.0, 50.0, 500.0]),
+        np.array([0.0, 0.2]),
+        np.array([[1.0, peak, peak, zpa, zpa], [0.5, 0.8 * peak, 0.8 * peak, zpa, zpa]]),
+        zpa,
+        anchor,
+        displacement,
+    )
+
+
+def test_shear_is_effective_mass_times_ordinate(pump):
+    device = pump()
+    modes = device_modes(device)
+    found = spectrum_analysis(device, [spectrum()], Rules(modes="srss"))
+    parts = modes.effective_mass[1] * found.inputs[0].ordinate
+    assert found.inputs[0].modal[1] == pytest.approx(-parts, rel=1e-9)
+    assert found.value("force y") == pytest.approx(np.sqrt(np.sum(parts**2)), rel=1e-9)
+    moment = parts @ np.nan_to_num(modes.height)
+    absolute = spectrum_analysis(device, [spectrum()], Rules(modes="abs"))
+    assert abs(found.inputs[0].modal[3].sum()) == pytest.approx(moment, rel=1e-9)
+    assert absolute.value("moment x") > moment
+
+
+def test_a_blocked_direction_feels_the_zero_period_acceleration(pump):
+    found = spectrum_analysis(pump(), [spectrum("z", zpa=3.0)])
+    assert found.value("force z") == pytest.approx(1500.0 * 3.0)
+    assert found.value("force y") == pytest.approx(0.0, abs=1e-6)
+    without = spectrum_analysis(pump(), [spectrum("z", zpa=3.0)], Rules(missing_mass=False))
+    assert without.value("force z") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_rigid_modes_add_up(pump):
+    """A rigid device under a slow motion carries its whole mass; SRSS of its modes loses of it."""
+    device, slow = pump(), AnchorSpectrum(
+        "y", np.array([1.0, 3.0, 15.0, 500.0]), np.array([0.0, 0.2]),
+        np.array(2 * [[2.0, 12.0, 4.0, 4.0]]), 4.0,
+    )  # fmt: skip
+    srss = spectrum_analysis(device, [slow], Rules(modes="srss")).value("force y")
+    for rigid in (Gupta(), LindleyYow()):
+        found = spectrum_analysis(device, [slow], Rules(modes="srss", rigid=rigid))
+        assert found.value("force y") == pytest.approx(1500.0 * 4.0, rel=1e-9)
+        assert found.inputs[0].periodic[1] == pytest.approx(0.0, abs=1e-6)
+    assert srss < 0.9 * 1500.0 * 4.0
+
+
+def test_fewer_modes_and_missing_mass(pump):
+    device = pump()
+    modes = device_modes(device)
+    found = spectrum_analysis(device, [spectrum()], Rules(maximum_frequency=50.0))
+    kept = modes.frequency < 50.0
+    assert found.modes.frequency.size == kept.sum() == 2
+    missing = modes.effective_mass[1, ~kept].sum() * 4.0
+    assert abs(found.inputs[0].missing[1]) == pytest.approx(missing, rel=1e-9)
+    kept_part = (modes.effective_mass[1, kept] * found.inputs[0].ordinate).sum()
+    assert found.value("force y") == pytest.approx(np.hypot(kept_part, missing), rel=1e-6)
+    with pytest.raises(ImpactfemError, match="expected missing mass to be added"):
+        spectrum_analysis(device, [spectrum()], Rules(maximum_frequency=50.0, missing_mass=False))
+
+
+def test_directions_and_rotations(pump):
+    device = pump()
+    inputs = [spectrum("x"), spectrum("y"), spectrum("rx", zpa=2.0, peak=9.0)]
+    alone = [spectrum_analysis(device, [s]) for s in inputs]
+    q = anchor_forces(device).names.index("moment x")
+    y, rx = alone[1].total[q], alone[2].total[q]
+    assert spectrum_analysis(device, inputs).total[q] == pytest.approx(np.hypot(y, rx))
+    step = spectrum_analysis(device, inputs, Rules(rotations="abs")).total[q]
+    assert step == pytest.approx(y + rx)
+    x = alone[0].value("force x")
+    forty = spectrum_analysis(device, inputs, Rules(directions="100-40-40"))
+    assert forty.value("force x") == pytest.approx(x)
+    whole = forty.by_component
+    pair = np.hypot(whole["y"], whole["rx"])
+    large, small = np.maximum(pair, whole["x"]), np.minimum(pair, whole["x"])
+    assert forty.inertial == pytest.approx(large + 0.4 * small)
+
+
+def test_the_modes_of_a_motion_are_exact(pump, shaking):
+    """Ordinates at the modes of a motion: each mode's part is its largest value in time."""
+    device, motion = pump(), np.zeros((6, 1200))
+    motion[1, :1000] = shaking(1000)[1]
+    modes = device_modes(device)
+    s = AnchorSpectrum.of_motion(
+        "y", motion[1], 2e-4, modes.frequency, modes.damping, method="in-step"
+    )
+    found = spectrum_analysis(device, [s])
+    run = anchor_force(device, motion, 2e-4)
+    parts = np.abs(run.modal).max(axis=1) * modes.omega**2 * np.abs(modes.participation[1])
+    mine = modes.effective_mass[1] > 1.0
+    assert np.abs(found.inputs[0].modal[1])[mine] == pytest.approx(parts[mine], rel=2e-3)
+    assert (
+        run.largest[1] < spectrum_analysis(device, [s], Rules(modes="abs")).value("force y") * 1.01
+    )
+
+
+def test_displacements_beside_forces(pump):
+    device = pump()
+    q = own_motions(device) + anchor_forces(device)
+    found = spectrum_analysis(device, [spectrum()], Rules(modes="srss"), q)
+    # The spring along y carries the shear force.
+    assert found.value("displacement base y") == pytest.approx(found.value("force y") / 1.2e8)
+
+
+def test_what_was_assumed_is_told(pump):
+    short = AnchorSpectrum(
+        "y", np.array([1.0, 40.0]), np.array([0.0, 0.2]), np.full((2, 2), 4.0), 4.0
+    )
+    found = spectrum_analysis(pump(), [short])
+    assert len(found.notes) == 1 and "ends at 40 Hz" in found.notes[0]
+    assert spectrum_analysis(pump(), [spectrum()]).notes == ()
+
+
+def test_bad_inputs_are_refused(pump):
+    device = pump()
+    with pytest.raises(ImpactfemError, match=r"at least one spectrum.*got none"):
+        spectrum_analysis(device, [])
+    with pytest.raises(ImpactfemError, match="one for a component of an anchor"):
+        spectrum_analysis(device, [spectrum(), spectrum()])
+    with pytest.raises(ImpactfemError, match="no component 'y' of anchor 2"):
+        spectrum_analysis(device, [spectrum(anchor=2)])
+    high = AnchorSpectrum("y", np.array([35.0, 500.0]), np.array([0.0, 0.2]), np.ones((2, 2)), 1.0)
+    with pytest.raises(ImpactfemError, match="begins at 35 Hz and does not reach the mode"):
+        spectrum_analysis(device, [high])
+    with pytest.raises(ImpactfemError, match="one of srss, abs, 100-40-40: got 'max'"):
+        spectrum_analysis(device, [spectrum()], Rules(supports="max"))
+    with pytest.raises(ImpactfemError, match="is damped by"):
+        spectrum_analysis(pump(Beam(0.46, 8e7, 8e7, mass=45.9)), [spectrum()])
+
+
+def test_only_what_moves_a_mode_must_reach_it(pump):
+    """A vertical mode at 400 Hz does not concern the spectrum along y."""
+    device = pump(z=1500.0 * (2 * np.pi * 400.0) ** 2)
+    short = AnchorSpectrum(
+        "y", np.array([1.0, 100.0]), np.array([0.0, 0.2]), np.full((2, 2), 5.0), 2.0
+    )
+    assert spectrum_analysis(device, [short]).value("force y") > 0.0
+    with pytest.raises(ImpactfemError, match="does not reach the mode at 400 Hz"):
+        spectrum_analysis(device, [replace(short, component="z")])

@@ -1,0 +1,60 @@
+"""What the stages depend on: damping cases and their restitution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from impactfem.case import Case, DampingCase, Transient, load_case
+from impactfem.study.calibrate import calibrate_key
+from impactfem.study.inputs import inputs_key
+from impactfem.study.sticks import STICKS
+from impactfem.study.transient import TRANSIENT
+
+LIGHT = DampingCase(name="light", mass_coefficient=0.8, stiffness_coefficient=2e-4)
+
+
+@pytest.fixture(scope="module")
+def case(new_case: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Case:
+    return _with(load_case(new_case(tmp_path_factory.mktemp("inputs"))))
+
+
+def _with(case: Case, **changes: object) -> Case:
+    """The case with one damping case, changed."""
+    one = LIGHT.model_copy(update=changes)
+    return case.model_copy(update={"damping_cases": (one,)})
+
+
+def _serving(case: Case, served: bool) -> Case:
+    transient = Transient(time_step=1e-3, serve_damping_cases=served)
+    return case.model_copy(update={"transient": transient})
+
+
+@pytest.mark.parametrize("sections", [("contact_laws", "damping_cases"), ("damping_cases",)])
+def test_restitution_counts_with_the_contact_laws(case: Case, sections: tuple[str, ...]) -> None:
+    other = inputs_key(_with(case, restitution=0.5), sections, ())
+    assert (other == inputs_key(case, sections, ())) == ("contact_laws" not in sections)
+    lighter = inputs_key(_with(case, stiffness_coefficient=1e-4), sections, ())
+    assert lighter != inputs_key(case, sections, ())
+
+
+def test_calibration_depends_on_the_dampings(case: Case) -> None:
+    assert calibrate_key(_with(case, stiffness_coefficient=1e-4)) != calibrate_key(case)
+    assert calibrate_key(case.model_copy(update={"damping_cases": ()})) != calibrate_key(case)
+    # It gives a restitution, and takes none.
+    assert calibrate_key(_with(case, restitution=0.5)) == calibrate_key(case)
+
+
+@pytest.mark.parametrize("served", [True, False])
+def test_transient_depends_on_the_dampings_that_it_serves(case: Case, served: bool) -> None:
+    known = TRANSIENT.key(_serving(case, served))
+    lighter = TRANSIENT.key(_serving(_with(case, stiffness_coefficient=1e-4), served))
+    assert (lighter != known) == served
+    assert TRANSIENT.key(_serving(_with(case, restitution=0.5), served)) == known
+    assert TRANSIENT.key(_serving(case, not served)) != known
+
+
+def test_sticks_of_the_case_itself_depend_on_none(case: Case) -> None:
+    assert STICKS.key(case.model_copy(update={"damping_cases": ()})) == STICKS.key(case)

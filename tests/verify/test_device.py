@@ -1,0 +1,42 @@
+import pytest
+
+from impactfem.device.damping import Rayleigh
+from impactfem.verify import device
+
+
+def test_another_mass_is_not_the_papers_device(monkeypatch, failed):
+    assert failed(device.table_6()) == set()
+    monkeypatch.setattr(device, "MASS", 1490.0)
+    assert {
+        "frequency of mode 1, along x: 1500 kg on a beam of 45.9 kg",
+        "effective mass of mode 4, along y: 1500 kg on a beam of 45.9 kg",
+    } <= failed(device.table_6())
+
+
+def test_another_radius_is_not_the_papers_device(monkeypatch, failed):
+    monkeypatch.setattr(device, "RADIUS", 0.49)
+    assert any("beam" in name for name in failed(device.table_6()))
+
+
+@pytest.mark.parametrize("benchmark", [device.oscillator_under_pulse, device.shaking_anchor])
+def test_a_wrong_step_is_seen(monkeypatch, failed, benchmark):
+    right = device.anchor_force
+    assert failed(benchmark()) == set()
+    monkeypatch.setattr(
+        device, "anchor_force", lambda d, a, dt, **rest: right(d, a, 1.001 * dt, **rest)
+    )
+    assert len(failed(benchmark())) >= 3
+
+
+def test_drag_is_seen(monkeypatch, failed):
+    """Forces with mass-proportional damping left out of the modes."""
+    right = device.PAPER_DAMPING
+    monkeypatch.setattr(device, "PAPER_DAMPING", right)
+    made = device.paper_device(8.0e7)
+    light = Rayleigh(0.0, right.beta)
+    monkeypatch.setattr(device, "PAPER_DAMPING", light)
+    changed = device.paper_device(8.0e7)
+    monkeypatch.setattr(device, "paper_device", lambda _: made)
+    force = device.anchor_force
+    monkeypatch.setattr(device, "anchor_force", lambda _, *a, **k: force(changed, *a, **k))
+    assert any("F_y" in name for name in failed(device.shaking_anchor()))

@@ -1,0 +1,131 @@
+"""The shipped frame before a wall: reduced against full order, on one rank."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from impactfem.building.model import assemble_building
+from impactfem.building.read_parts import read_parts
+from impactfem.case import load_case
+from impactfem.errors import ImpactfemError
+from impactfem.wall.building_model import WallModel, reduced_wall_model, wall_patterns
+from impactfem.wall.building_run import run_full, run_reduced
+from impactfem.wall.experiment import WallExperiment
+from impactfem.wall.impact import floor_impacts
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+EXPERIMENT = WallExperiment((1, 2), 2, -0.01, 0.004, 0.3, 0.25e-3, "y+")
+MASS = np.array([20e3, 20e3])
+
+
+@pytest.fixture(scope="module")
+def frame():
+    case = load_case(GEOMETRY / "frame.toml")
+    parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
+    model = assemble_building(MPI.COMM_SELF, parts)
+    damping = case.building("F").damping.coefficients
+    return model, model.stiffness(0.5), parts.mesh, damping
+
+
+@pytest.fixture(scope="module")
+def patterns(frame):
+    model, _, mesh, _ = frame
+    return wall_patterns(model, mesh, EXPERIMENT.floors, EXPERIMENT.displaced_floor)
+
+
+@pytest.fixture(scope="module")
+def reduced(frame, patterns):
+    model, K, mesh, damping = frame
+    return reduced_wall_model(
+        model,
+        K,
+        patterns,
+        np.array([mesh.centres[1], mesh.centres[2]]),
+        damping=damping,
+        maximum_frequency=300.0,
+        tolerance=0.005,
+        largest=400,
+    )
+
+
+@pytest.fixture(scope="module")
+def full(frame, patterns):
+    model, K, _, damping = frame
+    return run_full(model, K, patterns, EXPERIMENT, MASS, damping)
+
+
+def test_reduced_against_full(frame, reduced, full):
+    run = run_reduced(reduced, EXPERIMENT, MASS, frame[3])
+    for floor in EXPERIMENT.floors:
+        ours = floor_impacts(run.history, floor).first_complete()
+        truth = floor_impacts(full.history, floor).first_complete()
+        assert ours.start == pytest.approx(truth.start, abs=0.3 * EXPERIMENT.time_step)
+        assert ours.duration == pytest.approx(truth.duration, rel=2e-3)
+        assert ours.largest_impulse == pytest.approx(truth.largest_impulse, rel=2e-3)
+        assert ours.approach == pytest.approx(truth.approach, rel=2e-3)
+    # With another damping they differ.
+    light = run_reduced(reduced, EXPERIMENT, MASS, (frame[3][0], frame[3][1] / 5.0))
+    other = floor_impacts(light.history, 2).first_complete().largest_impulse
+    truth = floor_impacts(full.history, 2).first_complete().largest_impulse
+    assert abs(other / truth - 1.0) > 0.02
+
+
+def test_laws_of_contact_hold_at_each_step(full):
+    contact = full.contact
+    assert contact.residual.max() < 1e-9
+    assert contact.impulse.min() >= 0.0
+    assert contact.energy.residual < 1e-9 and contact.energy.gained < 1e-12
+    # A constraint is seen one step late.
+    fastest = np.abs(np.diff(contact.gap, axis=0)).max()
+    assert 0.0 < contact.penetration.max() < fastest
+
+
+def test_start_at_rest_under_the_push(reduced, full):
+    z = reduced.start(-0.01)
+    assert z @ reduced.seen[:, -1] == pytest.approx(-0.01, rel=1e-12)
+    assert full.history.displacement[0, 1] == pytest.approx(-0.01, rel=1e-9)
+    assert z @ reduced.seen[:, 0] == pytest.approx(full.history.displacement[0, 0], rel=1e-4)
+    assert full.contact.energy.kinetic[0] == 0.0
+
+
+def test_scaled_experiment(frame, reduced):
+    """Gap and displacement scaled together: the problem is linear but for its sign."""
+    scaled = replace(EXPERIMENT, displacement=-0.03, gap=0.012)
+    one = floor_impacts(run_reduced(reduced, EXPERIMENT, MASS, frame[3]).history, 2)
+    other = floor_impacts(run_reduced(reduced, scaled, MASS, frame[3]).history, 2)
+    first, second = one.first_complete(), other.first_complete()
+    assert second.epsilon == pytest.approx(first.epsilon, rel=1e-9)
+    assert second.largest_impulse == pytest.approx(3.0 * first.largest_impulse, rel=1e-9)
+    # The gap alone changes it.
+    alone = replace(EXPERIMENT, gap=0.002)
+    third = floor_impacts(run_reduced(reduced, alone, MASS, frame[3]).history, 2).first_complete()
+    assert abs(third.epsilon - first.epsilon) > 1e-3
+
+
+def test_wall_inside_the_building(frame, reduced):
+    inside = replace(EXPERIMENT, floors=(1, 2), displacement=0.0039, gap=0.004)
+    damping = frame[3]
+    # The edge of floor 2 is ahead of its mass centre.
+    stretched = replace(reduced, contact=reduced.contact * 1.1)
+    with pytest.raises(ImpactfemError, match=r"the wall starts inside the building: floor 2 is"):
+        run_reduced(stretched, inside, MASS, damping)
+
+
+def test_archive(reduced, tmp_path):
+    path = tmp_path / "model.npz"
+    reduced.write(path, "key")
+    again = WallModel.read(path, "key")
+    assert again is not None and again.difference == reduced.difference
+    assert np.array_equal(again.contact, reduced.contact)
+    assert WallModel.read(path, "other key") is None
+    path.write_bytes(path.read_bytes()[:1000])
+    assert WallModel.read(path, "key") is None
+
+
+def test_floor_without_an_edge(frame):
+    model, _, mesh, _ = frame
+    with pytest.raises(KeyError):
+        wall_patterns(model, mesh, (1, 2, 3), 2)

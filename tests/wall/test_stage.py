@@ -1,0 +1,34 @@
+"""What the stage `calibrate` makes of a case."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from impactfem.case import Case, DampingCase, load_case
+from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
+from impactfem.wall.stage import OWN, prepare
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+LIGHT = DampingCase(name="light", mass_coefficient=0.838, stiffness_coefficient=2.12e-4)
+HEAVY = DampingCase(name="heavy", ratio=0.09, frequencies=(1.0, 20.0), restitution=0.5)
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    """The shipped frame in front of a wall."""
+    wall = WallImpactEntry(gap=0.01, displacement=-0.02, duration=1.3, time_step=1e-3)
+    update = {"wall_impact": resolve_wall_impact(wall, [1, 2])}
+    return load_case(GEOMETRY / "frame.toml").model_copy(update=update)
+
+
+@pytest.mark.parametrize("cases", [(), (LIGHT, HEAVY), (HEAVY, LIGHT)])
+def test_dampings(case: Case, cases: tuple[DampingCase, ...]) -> None:
+    """The building's own first, then the damping cases in their order."""
+    changed = case.model_copy(update={"damping_cases": cases})
+    prepared = prepare(changed, GEOMETRY / "frame.msh", 0.5)
+    assert list(prepared.dampings) == [OWN, *(one.name for one in cases)]
+    assert prepared.dampings[OWN] == case.building("F").damping.coefficients
+    for one in cases:
+        assert prepared.dampings[one.name] == one.coefficients
