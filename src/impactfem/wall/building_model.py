@@ -19,7 +19,8 @@ from impactfem.building.floor_load import floor_load
 from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
-from impactfem.dynamics.contact_basis import contact_basis
+from impactfem.dynamics.enrichment import append_contacts
+from impactfem.dynamics.galerkin import galerkin_modes
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.transient.archive import read_archive, write_archive
 from impactfem.transient.reduced_basis import grow_until_accurate
@@ -187,7 +188,8 @@ def reduced_wall_model(
             largest=largest,
             progress=progress,
         )
-        found = contact_basis(basis, patterns.contact)
+        append_contacts(basis, patterns.contact)
+        found = galerkin_modes(basis)
     return WallModel(
         eigenvalue=found.eigenvalue,
         contact=found.rows(patterns.contact),

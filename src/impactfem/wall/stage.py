@@ -265,9 +265,7 @@ def _damping_case(
     impacts = tuple(
         floor_impacts(run.history, floor, separation=asked.separation) for floor in asked.floors
     )
-    return DampedRun(
-        name, damping, run, impacts, penalty_parameters(impacts[-1].first_complete())
-    )
+    return DampedRun(name, damping, run, impacts, penalty_parameters(impacts[-1].first_complete()))
 
 
 def _study(

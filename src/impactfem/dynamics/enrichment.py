@@ -1,21 +1,22 @@
-"""A reduced model of a structure whose points come to rest on rigid walls, and leave them.
+"""Vectors that complete the Krylov basis of a free structure: for contacts, for local loads.
 
-Three kinds of vectors make up its space, all with the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
+A structure whose points come to rest on rigid walls, and leave them, needs three kinds of vectors.
+All come from the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
 
-- those of the free structure under its loads, a Krylov basis;
+- those of the free structure under its loads, the Krylov basis;
 - H = (K + σ0 M)⁻¹ G, the response to each contact force at the shift: with them the points of
   contact can take any place;
 - those of the structure that is held, Gᵀ x = 0: the chain x, P A x, (P A)² x, ... from the low
   modes of the free one, which is what moves when the points stop. P x = x − H (Gᵀ H)⁻¹ Gᵀ x.
 
 So the space holds the response with all, none or some of the points at rest, as component modes of
-a free and a fixed interface do (Craig and Bampton, AIAA Journal 6 (1968) 1313); the model is
-Galerkin's on it. Krylov vectors of all contact forces would do, too, but takes many times as many.
+a free and a fixed interface do (Craig and Bampton, AIAA Journal 6 (1968) 1313); the model on it is
+to be Galerkin's (see `galerkin`). Krylov vectors of all contact forces would do, too, but take many
+times as many.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -30,37 +31,11 @@ from impactfem.dynamics.reduced import reduced_model
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class ContactBasis:
-    """Modes of the reduced model, φᵀ M φ = 1.
-
-    Args:
-        eigenvalue: λ, ascending, shape (r,) [1/s2].
-        coordinates: Of the modes in the vectors, shape (number of vectors, r).
-        vectors: The vectors.
-    """
-
-    eigenvalue: Array
-    coordinates: Array
-    vectors: Orthonormal
-
-    def rows(self, L: Any) -> Array:
-        """Φᵀ L, shape (r, k), the same on all ranks. Collective.
-
-        Args:
-            L: Loads, constraints or probes at this rank's rows, shape (n_local, k), an array or of
-                `scipy.sparse`.
-        """
-        seen = self.vectors.seen(L, self.vectors.count) @ self.coordinates
-        return np.ascontiguousarray(seen.T)
-
-
-def contact_basis(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8) -> ContactBasis:
+def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8) -> None:
     """Complete the basis of a free structure for its contacts. Collective.
 
     Args:
-        free: The basis of the free structure under its loads; it must not grow afterwards, as its
-            vectors become those of the result.
+        free: The basis of the free structure under its loads; it must not grow afterwards.
         G: Constraints at this rank's rows, shape (n_local, m), an array or of `scipy.sparse`.
         starts: Number of low modes of the free structure that the held one starts from.
         steps: Length of its chain.
@@ -84,15 +59,22 @@ def contact_basis(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8)
         X = free.solve(MX)
     vectors.append(H)
     vectors.append(np.array(held.columns(0, held.count), order="F"))
-    n = vectors.count
-    stiffness = np.zeros((n, n))
-    first = 0
-    for V in vectors.pieces(0, n):
-        part = slice(first, first + V.shape[1])
-        stiffness[part] = vectors.seen(product(free.K, V), n)
-        first = part.stop
-    eigenvalue, coordinates = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
-    return ContactBasis(eigenvalue, coordinates, vectors)
+
+
+def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
+    """Append the first vectors of loads that the structure answers to locally. Collective.
+
+    Args:
+        free: The basis of the structure under its other loads; it must not grow afterwards.
+        F: Loads at this rank's rows, shape (n_local, k), an array or of `scipy.sparse`.
+        steps: Number of vectors for each: (K + σ0 M)⁻¹ F, A (K + σ0 M)⁻¹ F, ...
+    """
+    X = free.solve(F)
+    for step in range(steps):
+        image = product(free.M, X) if step + 1 < steps else None
+        free.vectors.append(X)
+        if image is not None:
+            X = free.solve(image)
 
 
 def _split(vectors: Orthonormal, coordinates: Array) -> tuple[list[Array], list[Array]]:
