@@ -362,6 +362,28 @@ class TestInput:
         case = study.check(finished.case)
         assert [building.name for building in case.buildings] == ["west", "east"]
 
+    def test_a_device_that_cannot_be_built(self, tmp_path):
+        paper = (Path(__file__).parents[1] / "geometry" / "npp_pair.toml").resolve()
+        device = """
+            [[devices]]
+            name = "cabinet"
+            point = ["5 m", "5 m", "30.3 m"]
+            radius = "0.5 m"
+            modes = "modes.csv"
+            mass = "300 kg"
+            mass_height = "1 m"
+            inertia = ["9 kg m2", "9 kg m2", "9 kg m2"]
+            damping = { ratio = "2 %", frequencies = ["5 Hz", "30 Hz"] }
+        """
+        case = tmp_path / "case.toml"
+        case.write_text(f'extends = "{paper}"\ntitle = "A cabinet"\n{device}', encoding="utf-8")
+        modes = tmp_path / "modes.csv"
+        modes.write_text("frequency [Hz],direction,effective_mass [kg],height [m]\n8,y,280,1\n")
+        assert study.check(case).devices[0].name == "cabinet"
+        modes.write_text("frequency [Hz],direction,effective_mass [kg],height [m]\n8,y,301,1\n")
+        with pytest.raises(InputError, match=r"devices\[0\] = 'cabinet'.*301 kg along y"):
+            study.check(case)
+
     @pytest.mark.parametrize(
         ("record", "message"),
         [

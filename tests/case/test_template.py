@@ -3,10 +3,19 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import FileMesh, GeneratedMesh, KelvinVoigtLaw, Transient, load_case
+from impactfem.case import (
+    DeviceAnalysis,
+    DeviceBeam,
+    FileMesh,
+    GeneratedMesh,
+    KelvinVoigtLaw,
+    Transient,
+    load_case,
+)
 from impactfem.case.schema import json_schema
 from impactfem.case.template import write_new_case
 from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
+from impactfem.device.from_case import checked_devices
 from impactfem.errors import InputError
 
 TARGETS = "building,mode,frequency [Hz],effective_mass [t]\nwest,1,2.2,500\neast,1,1.5,500\n"
@@ -19,6 +28,7 @@ BEAMS = (
     "b,1-3,5,0,5,12,0.3,0.5,-0.375\n"
 )
 COLUMNS = "column,storeys,x [m],y [m],width_x [m],width_y [m]\nc,1-3,5,6,0.4,0.4\n"
+MODES = "frequency [Hz],direction,effective_mass [kg],height [m]\n8,y,300,1\n"
 FORCES = "time [s],west.floor_3-east.floor_3 [N]\n0,0\n1,1\n"
 OTHER_WAY = "not both|together|Cannot overwrite"  # a key for the other of two ways
 
@@ -176,6 +186,31 @@ def test_optional_damping_cases(template: Path) -> None:
     uncommented(template, "# [[damping_cases]]", None)
     (light,) = load_case(template).damping_cases
     assert (light.name, light.ratio, light.restitution) == ("light", 0.02, 0.8)
+
+
+def test_optional_devices(template: Path) -> None:
+    for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
+        (template.parent / f"new_{name}.csv").write_text(table)
+    (template.parent / "new_forces.csv").write_text(FORCES)
+    (template.parent / "new_modes.csv").write_text(MODES)
+    for begin in ("# [structure]", "# [transient]", "# [[devices]]", "# [device_analysis]"):
+        uncommented(template, begin, None)
+    text = template.read_text(encoding="utf-8").replace("# density", "density")
+    template.write_text(text, encoding="utf-8")
+    case = load_case(template)
+    pump, cabinet = case.devices
+    # The defaults are those it shows, but for the rigid part, which is none.
+    assert pump.maximum_frequency == cabinet.maximum_frequency
+    assert pump.beam == DeviceBeam(length=0.46, bending=(8e7, 8e7))
+    assert case.device_analysis is not None
+    assert case.device_analysis.rigid is not None
+    shown = DeviceAnalysis(duration=4.0, time_step=0.125e-3)
+    assert case.device_analysis.model_copy(update={"rigid": None}) == shown
+    assert checked_devices(case)[1].name == "cabinet"
+    # The shape in place of the inertia.
+    text = text.replace("# shape = ", "shape = ").replace("inertia = ", "# inertia = ")
+    template.write_text(text, encoding="utf-8")
+    assert load_case(template).devices[0].shape is not None
 
 
 def test_variant_as_the_template_says(template: Path) -> None:

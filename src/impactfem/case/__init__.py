@@ -24,6 +24,10 @@ from impactfem.case.design_spectrum import (
     EurocodeSpectrum,
     TableSpectrum,
 )
+from impactfem.case.device_analysis import DeviceAnalysis
+from impactfem.case.device_modes import DeviceMode
+from impactfem.case.device_stiffness import BaseStiffness, DeviceBeam
+from impactfem.case.devices import Cylinder, DeviceSetup
 from impactfem.case.ensemble import Ensemble
 from impactfem.case.file_mesh import BeamGroup, FileMesh, ShellGroup
 from impactfem.case.floors import Floor
@@ -42,6 +46,7 @@ from impactfem.case.walls import Wall
 
 __all__ = [
     "Acroterion",
+    "BaseStiffness",
     "Bay",
     "Beam",
     "BeamGroup",
@@ -52,10 +57,15 @@ __all__ = [
     "Contact",
     "ContactLaw",
     "ContactPoint",
+    "Cylinder",
     "Damping",
     "DampingCase",
     "DecreeSpectrum",
     "DesignSpectrum",
+    "DeviceAnalysis",
+    "DeviceBeam",
+    "DeviceMode",
+    "DeviceSetup",
     "Ensemble",
     "EurocodeSpectrum",
     "FileMesh",

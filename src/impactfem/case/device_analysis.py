@@ -47,9 +47,9 @@ class DeviceAnalysis(Section):
     combination: tuple[Combination, ...] = Field(
         default=("srss", "cqc"),
         min_length=1,
-        description="Combinations of the modes, a result each: root of the sum of squares, complete "
-        "quadratic, double sum of Rosenblueth with signs ('dsc') and without, 10 %, grouping, sum "
-        "of absolute values.",
+        description="Combinations of the modes, a result each: sum of absolute values, root of the "
+        "sum of squares, complete quadratic, double sum with signs ('dsc') and without, 10 %, "
+        "grouping.",
     )
     duration: PositiveTime | None = Field(
         default=None,

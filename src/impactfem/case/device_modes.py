@@ -45,9 +45,13 @@ class DeviceMode(Section):
         if present(info, ["effective_mass", "effective_inertia"]):
             mass, inertia = info.data["effective_mass"], info.data["effective_inertia"]
             if value.startswith("r") and not (inertia > 0.0 and mass == 0.0):
-                raise refuse("expected effective_inertia above 0 and effective_mass 0 about an axis")
+                raise refuse(
+                    "expected effective_inertia above 0 and effective_mass 0 about an axis"
+                )
             if not value.startswith("r") and not (mass > 0.0 and inertia == 0.0):
-                raise refuse("expected effective_mass above 0 and effective_inertia 0 along an axis")
+                raise refuse(
+                    "expected effective_mass above 0 and effective_inertia 0 along an axis"
+                )
         if value not in ("x", "y") and info.data.get("height", 0.0) != 0.0:
             raise refuse("expected height 0: only a mode along x or y acts above the anchor")
         return value

@@ -26,14 +26,14 @@ _TurningSpring = Annotated[
 
 
 class BaseStiffness(Section):
-    """The springs between the base of a device and its anchor, one a motion."""
+    """The springs between the base of a device and its anchor, one a motion; none may be zero."""
 
-    x: _Spring = Field(description="Along x; 'rigid' lets the base move with the anchor.")
-    y: _Spring = Field(description="Along y.")
-    z: _Spring = Field(description="Along z.")
-    rx: _TurningSpring = Field(description="About x.")
-    ry: _TurningSpring = Field(description="About y.")
-    rz: _TurningSpring = Field(description="About z.")
+    x: _Spring = Field(description="Stiffness along x; 'rigid' lets the base move with the anchor.")
+    y: _Spring = Field(description="Stiffness along y.")
+    z: _Spring = Field(description="Stiffness along z.")
+    rx: _TurningSpring = Field(description="Stiffness about x.")
+    ry: _TurningSpring = Field(description="Stiffness about y.")
+    rz: _TurningSpring = Field(description="Stiffness about z.")
 
     @field_validator("x", "y", "z", "rx", "ry", "rz")
     @classmethod
@@ -51,15 +51,16 @@ class BaseStiffness(Section):
 class DeviceBeam(Section):
     """An upright beam from the base of a device to its body."""
 
-    length: PositiveLength = Field(description="Length.")
+    length: PositiveLength = Field(description="Length of the beam.")
     bending: Annotated[tuple[float, float], OneOrTwo(_BENDING)] = Field(
         description="Bending stiffness E I; of two, the first one bends about x, which moves along "
         "y, the second one about y."
     )
-    shear: Annotated[
-        tuple[float | Rigid, float | Rigid], OneOrTwo(OrWord(_SECTION, RIGID))
-    ] = Field(
-        default=(RIGID, RIGID), description="Shear stiffness G A_v; of two, along x and along y."
+    shear: Annotated[tuple[float | Rigid, float | Rigid], OneOrTwo(OrWord(_SECTION, RIGID))] = (
+        Field(
+            default=(RIGID, RIGID),
+            description="Shear stiffness G A_v; of two, along x and along y.",
+        )
     )
     stretching: Annotated[float | Rigid, OrWord(_SECTION, RIGID)] = Field(
         default=RIGID, description="Stiffness E A along the beam."

@@ -1,4 +1,4 @@
-"""Leaves that accept what another leaf accepts, or something in its place: a word, or two values."""
+"""Leaves that accept what another leaf accepts, or in its place a word, or two values."""
 
 # The methods of the leaves are described once, in their base.
 # ruff: noqa: D102
@@ -63,11 +63,15 @@ class OneOrTwo(Leaf):
         return f"{self.value.phrase}; or a list of two of them"
 
     def check(self, value: Any, info: ValidationInfo) -> tuple[Any, Any]:
-        pair = tuple(value) if isinstance(value, list | tuple) else (value, value)
-        if len(pair) != 2:
-            raise refuse(f"expected {self.phrase}")
-        first, second = (self.value.check(one, info) for one in pair)
-        return first, second
+        if isinstance(value, list | tuple):
+            if len(value) != 2:
+                raise refuse(f"expected {self.phrase}")
+            return self.value.check(value[0], info), self.value.check(value[1], info)
+        try:
+            one = self.value.check(value, info)
+        except PydanticCustomError as error:
+            raise refuse(f"{error.message()}; or a list of two of them") from error
+        return one, one
 
     def schema(self) -> dict[str, Any]:
         value = self.value.schema()

@@ -13,6 +13,15 @@ from impactfem.case.calibration import Calibration, CalibrationEntry
 from impactfem.case.contacts import expand
 from impactfem.case.damping_cases import damping_case_faults
 from impactfem.case.design_spectrum import TableSpectrum
+from impactfem.case.device_analysis import DeviceAnalysis
+from impactfem.case.devices import (
+    DeviceSetup,
+    analysis_faults,
+    device_faults,
+    lacks_of_devices,
+    resolve_analysis,
+    resolve_device,
+)
 from impactfem.case.ensemble import Ensemble, ensemble_faults
 from impactfem.case.explain import explain
 from impactfem.case.file_mesh import FileMesh
@@ -57,10 +66,12 @@ def load_case(path: str | Path) -> Case:
     faults.extend(_lacks_structure(source))
     faults.extend(lacks_wall_impact(source))
     faults.extend(damping_case_faults(source))
+    faults.extend(lacks_of_devices(source))
     faults.extend(files.faults)
     if case_file is not None:
         faults.extend(_spectrum_faults(source, case_file, files))
         faults.extend(_wall_faults(source, case_file, files))
+        faults.extend(_device_faults(source, case_file, files))
     if faults or case_file is None:
         raise InputError(faults)
     case = _resolve(source, case_file, files)
@@ -81,7 +92,10 @@ def load_case(path: str | Path) -> Case:
 
 def _duplicates(source: Source) -> Iterator[Fault]:
     """Names and directions that only one table may have, from the file as it stands."""
-    groups = (("buildings", "name"), ("motions", "direction"), ("damping_cases", "name"))
+    groups = (
+        *(("buildings", "name"), ("motions", "direction")),
+        *(("damping_cases", "name"), ("devices", "name")),
+    )
     for group, key in groups:
         seen: dict[str, int] = {}
         for index, entry in tables_of(source.raw, group):
@@ -124,6 +138,8 @@ def _resolve(source: Source, case_file: CaseFile, files: NamedFiles) -> Case:
         structure=_structure(case_file.structure, case_file, files, folder),
         wall_impact=_wall_impact(case_file, files),
         transient=_transient(case_file.transient, folder),
+        devices=_devices(case_file, files),
+        device_analysis=_device_analysis(case_file),
         motions=tuple(_motion(motion, folder) for motion in case_file.motions),
         contact_laws=case_file.contact_laws,
         contacts=expand(case_file.contacts),
@@ -196,6 +212,28 @@ def _transient(transient: Transient | None, folder: Path) -> Transient | None:
     return transient.model_copy(update={"forces": folder / transient.forces})
 
 
+def _devices(case_file: CaseFile, files: NamedFiles) -> tuple[DeviceSetup, ...]:
+    levels = _levels(case_file, files)
+    return tuple(resolve_device(entry, files.device_modes, levels) for entry in case_file.devices)
+
+
+def _device_analysis(case_file: CaseFile) -> DeviceAnalysis | None:
+    if not case_file.devices or case_file.transient is None:
+        return None
+    return resolve_analysis(case_file.device_analysis, case_file.transient.time_step)
+
+
+def _levels(case_file: CaseFile, files: NamedFiles) -> dict[int, float]:
+    """Elevation of each floor [m] of the building of [structure]; none when they are not known."""
+    for entry in case_file.buildings:
+        named = case_file.structure is not None and entry.name == case_file.structure.building
+        if named and entry.floors in files.floors:
+            building = _building(entry, case_file, files)
+            numbers = [floor.floor for floor in building.floors]
+            return dict(zip(numbers, building.elevations, strict=True))
+    return {}
+
+
 def _motion(motion: Motion, folder: Path) -> Motion:
     """The motion with the files it names relative to the working folder."""
     if isinstance(motion, RecordMotion):
@@ -242,6 +280,21 @@ def _wall_faults(source: Source, case_file: CaseFile, files: NamedFiles) -> Iter
     yield from calibrated_contact_faults(
         source, case_file.contact_laws, case_file.contacts, structure.building
     )
+
+
+def _device_faults(source: Source, case_file: CaseFile, files: NamedFiles) -> Iterator[Fault]:
+    """What does not go together between the devices and the rest of the case."""
+    if case_file.structure is not None:
+        yield from device_faults(
+            source,
+            case_file.devices,
+            files.device_modes,
+            case_file.structure.mesh,
+            _levels(case_file, files),
+        )
+    if case_file.transient is not None:
+        step = case_file.transient.time_step
+        yield from analysis_faults(source, case_file.device_analysis, step)
 
 
 def _ensemble(ensemble: Ensemble | None, folder: Path) -> Ensemble | None:

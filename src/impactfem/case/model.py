@@ -13,6 +13,8 @@ from impactfem.case.calibration import Calibration, CalibrationEntry
 from impactfem.case.contacts import Contact, ContactEntry, ContactLaw, ContactLawEntry, expand
 from impactfem.case.damping import Damping
 from impactfem.case.damping_cases import DampingCase
+from impactfem.case.device_analysis import DeviceAnalysis
+from impactfem.case.devices import DeviceEntry, DeviceSetup
 from impactfem.case.ensemble import Ensemble
 from impactfem.case.leaf import File, Text, refuse
 from impactfem.case.materials import Material
@@ -56,6 +58,13 @@ class CaseFile(Section):
         default=None,
         description="The response of the 3D model in time, which needs [structure]; left out, it "
         "is not computed.",
+    )
+    devices: tuple[DeviceEntry, ...] = Field(
+        default=(),
+        description="Devices on floors of the 3D model, which need [structure] and [transient].",
+    )
+    device_analysis: DeviceAnalysis | None = Field(
+        default=None, description="How the forces on their anchors are computed."
     )
     motions: tuple[MotionEntry, ...] = Field(
         min_length=1, description="The ground motions, one a direction."
@@ -103,6 +112,8 @@ class Case(Section):
         structure: The 3D model of one building, or None.
         wall_impact: Its impact on a rigid wall, or None.
         transient: Its response in time, or None; the forces are relative to the working folder.
+        devices: The devices on its floors, with their tables.
+        device_analysis: How the forces on their anchors are computed; None without devices.
         motions: The ground motions; a record's file is relative to the working folder.
         contact_laws: Contact laws by name.
         contacts: One contact for each pair of points.
@@ -124,6 +135,8 @@ class Case(Section):
     structure: Structure | None
     wall_impact: WallImpactSetup | None
     transient: Transient | None
+    devices: tuple[DeviceSetup, ...]
+    device_analysis: DeviceAnalysis | None
     motions: tuple[Motion, ...]
     contact_laws: dict[str, ContactLaw]
     contacts: tuple[Contact, ...]

@@ -13,6 +13,7 @@ from impactfem.case.bays import Bay, read_bays
 from impactfem.case.beams import Beam
 from impactfem.case.columns import Column
 from impactfem.case.design_spectrum import SpectrumTable, read_spectrum
+from impactfem.case.device_modes import DeviceMode, read_device_modes
 from impactfem.case.floors import Floor, read_floors
 from impactfem.case.leaf import PositiveLength
 from impactfem.case.members import MemberRow, Site, read_members
@@ -47,7 +48,9 @@ class NamedFiles:
     bays: tuple[Bay, ...] = ()
     beams: tuple[Beam, ...] = ()
     columns: tuple[Column, ...] = ()
+    device_modes: dict[Path, tuple[DeviceMode, ...]] = field(default_factory=dict)
     floors_read: set[Path] = field(default_factory=set)
+    device_modes_read: set[Path] = field(default_factory=set)
     known: Known = field(init=False)
 
     def __post_init__(self) -> None:
@@ -79,6 +82,8 @@ class NamedFiles:
         if isinstance(transient, dict):
             what = "a force history (NetCDF or CSV)"
             self._open(("transient", "forces"), transient.get("forces"), what)
+        for index, entry in tables_of(raw, "devices"):
+            self._read_device_modes(("devices", index, "modes"), entry.get("modes"))
         for index, entry in tables_of(raw, "motions"):
             self._open(("motions", index, "file"), entry.get("file"), "a record")
             self._read_spectrum(("motions", index, "spectrum", "file"), entry.get("spectrum"))
@@ -113,6 +118,12 @@ class NamedFiles:
         file = self._open(place, value, "a target table (CSV)")
         if file is not None:
             _keep(self.targets, file, read_targets(self._path(file), names, self.faults))
+
+    def _read_device_modes(self, place: Place, value: Any) -> None:
+        file = self._open(place, value, "a table of modes (CSV)")
+        if file is not None and file not in self.device_modes_read:
+            self.device_modes_read.add(file)  # devices share a table as well
+            _keep(self.device_modes, file, read_device_modes(self._path(file), self.faults))
 
     def _read_spectrum(self, place: Place, entry: Any) -> None:
         if not isinstance(entry, dict) or entry.get("type") != "table":

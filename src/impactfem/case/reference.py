@@ -20,6 +20,7 @@ from impactfem.case.bays import Bay
 from impactfem.case.beams import Beam
 from impactfem.case.columns import Column
 from impactfem.case.design_spectrum import SpectrumPoint
+from impactfem.case.device_modes import DeviceMode
 from impactfem.case.floors import Floor
 from impactfem.case.leaf import Quantity, Ratio
 from impactfem.case.published import PublishedRow
@@ -42,11 +43,11 @@ schemas complete and check it as you type with this first line (the path is rela
     #:schema ../docs/case.schema.json
 
 **Quantities** are texts with a unit: `"1 cm"`, `"33 GPa"`, `"2.3 m/s2"`, `"6.3e7 kg m2"`,
-`"0.838 1/s"`. Exponents are written `m2`, `m^2`, `m**2` or `m²`, products with a space, `*` or
-`·`. Any unit of the right dimension will do; bare numbers are refused. `t` is the tonne, and `g` is
-the standard gravity where an acceleration is expected and the gram elsewhere. A frequency is in Hz
-or a multiple of it, never in rad/s. The column "SI" below is the unit in which the
-program computes and reports.
+`"0.838 1/s"`, `"3e7 N m/rad"`. Exponents are written `m2`, `m^2`, `m**2` or `m²`, products with a
+space, `*` or `·`. Any unit of the right dimension will do; bare numbers are refused. `t` is the
+tonne, and `g` is the standard gravity where an acceleration is expected and the gram elsewhere. A
+frequency is in Hz or a multiple of it, never in rad/s; a rotational stiffness is a moment per rad
+or deg. The column "SI" below is the unit in which the program computes and reports.
 
 **Ratios** are bare numbers or percentages: `0.05` or `"5 %"`.
 
@@ -83,6 +84,7 @@ _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ("Bay table", "`bays` of `[structure.mesh]`: one row a rectangular opening in a wall.", Bay),
     ("Beam table", "`beams` of `[structure.mesh]`: one row a beam.", Beam),
     ("Column table", "`columns` of `[structure.mesh]`: one row a column.", Column),
+    ("Mode table", "`modes` of `[[devices]]`: one row a mode and a direction.", DeviceMode),
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
 
@@ -230,8 +232,9 @@ def _column(info: FieldInfo) -> tuple[str, str, str]:
         words, unit = leaf.phrase.replace(" in quotes", ""), ""
     if info.is_required():
         return words, unit, "required"
-    # A default that is not a number stands for another column: the description says which.
-    return words, unit, "see meaning" if info.default != info.default else f"`{info.default:g}`"
+    # A default that is not a number stands for something else: the description says what.
+    none = info.default is None or info.default != info.default
+    return words, unit, "see meaning" if none else f"`{info.default:g}`"
 
 
 def _markdown(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:

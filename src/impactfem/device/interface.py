@@ -21,14 +21,14 @@ import numpy.typing as npt
 from impactfem.device.body import Body
 from impactfem.device.coupled import coupled
 from impactfem.device.device import Device
-from impactfem.device.natural import natural_modes
+from impactfem.device.natural import WITH_MASS, natural_modes
 from impactfem.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 MASSLESS_DAMPING = 1e-9
-"""Damping that modes with mass may hand to motions without, of the largest of its column."""
+"""Part of the largest entry of the equilibrated dampers that may act on a motion without mass."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def interface_of(devices: Sequence[MountedDevice]) -> Interface:
 
     Raises:
         ImpactfemError: Φ does not fit its device, a stiffness between anchors holds the ground,
-            drag is asked of a device without Rayleigh damping, or damping acts on a motion without
+            drag is asked of a device without Rayleigh damping, or a damper acts on a motion without
             mass.
     """
     parts = [_part(one) for one in devices]
@@ -134,8 +134,7 @@ def interface_of(devices: Sequence[MountedDevice]) -> Interface:
 def _rows(counts: Index, first: int) -> tuple[Index, ...]:
     ends = first + np.cumsum(counts)
     return tuple(
-        np.arange(end - count, end, dtype=np.int64)
-        for end, count in zip(ends, counts, strict=True)
+        np.arange(end - count, end, dtype=np.int64) for end, count in zip(ends, counts, strict=True)
     )
 
 
@@ -164,12 +163,10 @@ def _part(one: MountedDevice) -> tuple[Array, Array, Array, Array]:
             " that leaves it free"
         )
     φ = natural_modes(device.M, device.K)[1]
-    damping = device.C @ φ
-    handed = np.abs(damping - device.M @ φ @ (φ.T @ damping))
-    if np.any(handed > MASSLESS_DAMPING * np.max(np.abs(damping), axis=0, initial=0.0)):
+    if device.dampers is not None and _damps_the_massless(device, device.dampers):
         raise one.error(
-            "its damping ties modes to motions without mass; expected Rayleigh damping or a ratio,"
-            " or a mass on every damped motion"
+            "a damper acts on a motion without mass, which then no mode carries; expected a mass"
+            " there"
         )
     part = coupled(device, "relative", drag=one.drag)
     p6 = part.interface
@@ -177,3 +174,16 @@ def _part(one: MountedDevice) -> tuple[Array, Array, Array, Array]:
     T[:p6, :p6] = np.eye(p6)
     T[p6:, p6:] = φ
     return T.T @ part.M @ T, T.T @ part.C @ T, T.T @ part.K @ T, φ
+
+
+def _damps_the_massless(device: Device, dampers: Array) -> bool:
+    """Whether dampers act on motions that the modes with mass do not carry on their own.
+
+    Rayleigh damping and one ratio for all modes never couple both.
+    """
+    scale = 1.0 / np.sqrt(np.diag(device.K))
+    values, motions = np.linalg.eigh(device.M * np.outer(scale, scale))
+    massless = motions[:, values <= WITH_MASS * values[-1]]
+    equilibrated = dampers * np.outer(scale, scale)
+    acting = np.max(np.abs(equilibrated @ massless), initial=0.0)
+    return bool(acting > MASSLESS_DAMPING * np.max(np.abs(equilibrated)))

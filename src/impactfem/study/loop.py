@@ -11,6 +11,7 @@ import xarray as xr
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, SyntheticMotion, load_case
 from impactfem.case.file_mesh import FileMesh
+from impactfem.device.from_case import checked_devices
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
@@ -58,6 +59,7 @@ def check(path: Path, *, mesh: bool = False) -> Case:
         InputError: With every fault found.
     """
     case = load_case(path)
+    checked_devices(case)
     durations = checked_durations(case.motions)
     longest = case.pounding.duration or max(durations)
     if case.pounding.time_step > longest / 2.0:

@@ -1,0 +1,152 @@
+"""From the devices of a case file to their matrices, and to the rules of their analysis."""
+
+from __future__ import annotations
+
+import math
+
+from impactfem.case import Case, DeviceAnalysis, DeviceBeam, DeviceSetup
+from impactfem.case.device_stiffness import RIGID, Rigid
+from impactfem.device.beam import Beam
+from impactfem.device.body import Body, solid_cylinder
+from impactfem.device.combination import Combination
+from impactfem.device.damping import Rayleigh
+from impactfem.device.device import Device
+from impactfem.device.from_modes import TableMode, from_modes
+from impactfem.device.modes import device_modes
+from impactfem.device.on_springs import on_springs
+from impactfem.device.rigid_response import Gupta, LindleyYow, RigidResponse
+from impactfem.device.rules import Rules
+from impactfem.device.springs import COMPONENTS, BaseSprings
+from impactfem.errors import Fault, ImpactfemError, InputError
+
+
+def device_of(setup: DeviceSetup) -> Device:
+    """The device that a case file describes.
+
+    Args:
+        setup: The device of the case.
+
+    Raises:
+        ImpactfemError: Its stiffness leaves a motion free, or its mass is indefinite.
+        ValueError: It has neither modes nor a body on springs: it was made without validation.
+    """
+    damping = 0.0 if setup.damping is None else Rayleigh(*setup.damping.coefficients)
+    body = _body(setup)
+    if setup.modes is not None:
+        rows = [
+            TableMode(
+                frequency=row.frequency,
+                direction=row.direction,
+                effective_mass=row.effective_mass + row.effective_inertia,  # one of them is zero
+                height=row.height,
+                damping=row.damping,
+            )
+            for row in setup.modes
+        ]
+        return from_modes(setup.name, rows, damping, body)
+    if body is None or setup.stiffness is None:
+        raise ValueError(f"device {setup.name} has no body, or no springs")
+    springs = BaseSprings.of_directions(
+        **{name: _number(getattr(setup.stiffness, name)) for name in COMPONENTS}
+    )
+    return on_springs(setup.name, springs, body, damping, _beam(setup.beam))
+
+
+def rules_of(analysis: DeviceAnalysis, maximum_frequency: float) -> dict[Combination, Rules]:
+    """The rules of the analysis, by the combination of modes.
+
+    Args:
+        analysis: The section of the case.
+        maximum_frequency: Of the modes of the device in use [Hz].
+    """
+    return {
+        combination: Rules(
+            modes=combination,
+            duration=analysis.duration,
+            rigid=_rigid(analysis),
+            missing_mass=analysis.missing_mass,
+            maximum_frequency=maximum_frequency,
+            directions=analysis.directions,
+        )
+        for combination in analysis.combination
+    }
+
+
+def checked_devices(case: Case) -> list[Device]:
+    """Build the devices of a case and see that their modes can be used as it asks.
+
+    Args:
+        case: The case.
+
+    Returns:
+        The devices, none for a case without.
+
+    Raises:
+        InputError: With the faults of all of them.
+    """
+    faults: list[Fault] = []
+    devices = []
+    for index, setup in enumerate(case.devices):
+        try:
+            device = device_of(setup)
+            _refuse_modes(device, setup, case.device_analysis)
+        except ImpactfemError as error:
+            faults.append(Fault(case.path, f"devices[{index}]", setup.name, str(error)))
+        else:
+            devices.append(device)
+    if faults:
+        raise InputError(faults)
+    return devices
+
+
+def _refuse_modes(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis | None) -> None:
+    """Refuse modes that no spectrum gives a response of, or that the rules cannot combine."""
+    every = device_modes(device)
+    used = every.below(setup.maximum_frequency)
+    used.refuse_overdamped(device)
+    if analysis is None:
+        return
+    left_out = every.frequency.size - used.frequency.size
+    if left_out and not analysis.missing_mass:
+        raise device.error(
+            f"{left_out} of its modes are above maximum_frequency, {setup.maximum_frequency:g} Hz;"
+            " expected missing_mass = true in [device_analysis], or a higher frequency"
+        )
+    if "cqc" in analysis.combination and not (used.damping > 0.0).all():
+        raise device.error("a mode without damping; expected another combination than 'cqc'")
+
+
+def _body(setup: DeviceSetup) -> Body | None:
+    if setup.mass is None or setup.mass_height is None:
+        return None
+    inertia = setup.inertia
+    if setup.shape is not None:
+        inertia = solid_cylinder(setup.mass, setup.shape.radius, setup.shape.length)
+    return Body.at_height(setup.mass, setup.mass_height, *(inertia or ()))
+
+
+def _beam(beam: DeviceBeam | None) -> Beam | None:
+    if beam is None:
+        return None
+    return Beam(
+        length=beam.length,
+        bending_x=beam.bending[0],
+        bending_y=beam.bending[1],
+        shear_x=_number(beam.shear[0]),
+        shear_y=_number(beam.shear[1]),
+        stretching=_number(beam.stretching),
+        twisting=_number(beam.twisting),
+        mass=beam.mass,
+        elements=beam.elements,
+    )
+
+
+def _rigid(analysis: DeviceAnalysis) -> RigidResponse | None:
+    asked = analysis.rigid
+    if asked is None or asked.method == "none":
+        return None
+    return Gupta(asked.f1, asked.f2) if asked.method == "gupta" else LindleyYow()
+
+
+def _number(stiffness: float | Rigid) -> float:
+    return math.inf if stiffness == RIGID else float(stiffness)

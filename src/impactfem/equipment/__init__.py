@@ -1,0 +1,1 @@
+"""Equipment on the 3D building: devices in it, against response spectrum analysis."""

@@ -1,0 +1,115 @@
+"""The section [device_analysis] of a case file."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from impactfem.case import Case, DeviceAnalysis, load_case
+from impactfem.case.device_analysis import Combination
+from impactfem.device import combination
+from impactfem.errors import InputError
+
+Structured = Callable[..., Path]
+With = Callable[..., Path]
+
+DEVICE = """
+[transient]
+time_step = "1 ms"
+
+[[devices]]
+name = "cabinet"
+point = ["5 m", "1 m", "3.26 m"]
+radius = "0.5 m"
+modes = "pair_modes.csv"
+damping = { ratio = "2 %", frequencies = ["5 Hz", "30 Hz"] }
+"""
+ANALYSIS = """
+[device_analysis]
+combination = ["abs", "dsc", "ten-percent"]
+duration = "4 s"
+rigid = { method = "gupta", f1 = "5 Hz", f2 = "30 Hz" }
+missing_mass = false
+directions = "100-40-40"
+rotations = false
+broadening = 0
+time_step = "0.2 ms"
+"""
+
+
+@pytest.fixture
+def analysed(structured: Structured) -> With:
+    """A case with a device and the section, with texts of the section replaced."""
+
+    def write(*edits: tuple[str, str], device: str = DEVICE) -> Path:
+        text = ANALYSIS
+        for old, new in edits:
+            if old not in text:
+                raise ValueError(f"{old!r} is not there: the test does not test")
+            text = text.replace(old, new)
+        path = structured()
+        with path.open("a", encoding="utf-8") as stream:
+            stream.write(device + text)
+        modes = "frequency [Hz],direction,effective_mass [kg]\n8,y,300\n"
+        (path.parent / "pair_modes.csv").write_text(modes, encoding="utf-8")
+        return path
+
+    return write
+
+
+def faults_of(path: Path) -> dict[str, str]:
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    faults = caught.value.faults
+    return {fault.key: f"{fault.value} {fault.expected}" for fault in faults}
+
+
+def test_without_devices(analysed: With) -> None:
+    assert faults_of(analysed(device="")) == {
+        "device_analysis": "None expected [[devices]] beside it: the devices to analyse"
+    }
+
+
+def analysis_of(case: Case) -> DeviceAnalysis:
+    assert case.device_analysis is not None
+    return case.device_analysis
+
+
+def test_analysis(analysed: With) -> None:
+    found = analysis_of(load_case(analysed()))
+    assert found.combination == ("abs", "dsc", "ten-percent")
+    assert (found.duration, found.time_step, found.broadening) == (4.0, 0.2e-3, 0.0)
+    assert (found.missing_mass, found.rotations, found.directions) == (False, False, "100-40-40")
+    assert found.rigid is not None
+    assert (found.rigid.method, found.rigid.f1, found.rigid.f2) == ("gupta", 5.0, 30.0)
+    found = analysis_of(load_case(analysed((', f1 = "5 Hz", f2 = "30 Hz"', ""))))
+    assert found.rigid is not None
+    assert (found.rigid.f1, found.rigid.f2) == (None, None)
+
+
+def test_combinations_are_those_of_the_analysis() -> None:
+    assert get_args(Combination) == get_args(combination.Combination)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "expected"),
+    [
+        ('["abs", "dsc", "ten-percent"]', "[]", "combination", "a list that is not empty"),
+        ('"abs"', '"dsc"', "combination", "each combination once"),
+        ('"abs"', '"best"', "combination[0]", "'srss' or 'cqc'"),
+        ('duration = "4 s"\n', "", "duration", "the duration of the strong motion"),
+        ('"gupta"', '"lindley-yow"', "rigid.f1", "only with method 'gupta'"),
+        ('"gupta"', '"stiff"', "rigid.method", "expected 'gupta' or 'lindley-yow' or 'none'"),
+        ('f2 = "30 Hz"', 'f2 = "5 Hz"', "rigid.f2", "above f1, 5 Hz"),
+        ('"100-40-40"', '"100-30-30"', "directions", "'srss' or '100-40-40'"),
+        ("rotations = false", 'rotations = "no"', "rotations", "true or false"),
+        ("broadening = 0", "broadening = 1", "broadening", "below 1"),
+        ('"0.2 ms"', '"1.1 ms"', "time_step", "at most the time step of [transient], 0.001 s"),
+        ('"0.2 ms"', '"0 ms"', "time_step", "a time above 0"),
+    ],
+)
+def test_analysis_refused(analysed: With, old: str, new: str, key: str, expected: str) -> None:
+    faults = faults_of(analysed((old, new)))
+    assert f"device_analysis.{key}" in faults
+    assert expected in faults[f"device_analysis.{key}"]

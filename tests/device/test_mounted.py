@@ -1,0 +1,339 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+from scipy.signal import lsim
+
+from impactfem.device import mounted as module
+from impactfem.device.anchor_force import anchor_force
+from impactfem.device.beam import Beam
+from impactfem.device.body import Body
+from impactfem.device.damping import Rayleigh
+from impactfem.device.from_matrices import from_matrices
+from impactfem.device.interface import MountedDevice
+from impactfem.device.mounted import ModalStructure, mounted_response
+from impactfem.device.on_springs import on_springs
+from impactfem.device.springs import BaseSprings
+from impactfem.errors import ImpactfemError, SolutionError
+from impactfem.sticks.element import rigid_link
+
+STEP, SAMPLES = 2e-3, 300
+TIME = STEP * np.arange(SAMPLES)
+ALPHA, BETA = 0.8, 2e-4
+GROUND = np.tile(np.eye(6, 3), (2, 1))
+"""Two nodes with six components each; how the ground moves them."""
+
+
+class Frame:
+    """Mass and stiffness of two nodes, and two places where something stands on them."""
+
+    def __init__(self):
+        rng = np.random.default_rng(3)
+        size = np.tile([1.0, 1.0, 1.0, 0.8, 0.8, 0.8], 2)
+        turn = scipy.linalg.expm(0.3 * np.triu(rng.standard_normal((12, 12)), 1))
+        self.M = 4000.0 * np.outer(size, size) * (turn @ turn.T)
+        shapes = np.linalg.inv(np.linalg.cholesky(self.M)).T @ np.linalg.qr(turn)[0]
+        omega = 2.0 * np.pi * np.geomspace(2.0, 60.0, 12)
+        self.K = self.M @ shapes * omega**2 @ shapes.T @ self.M
+        self.impact = np.zeros(12)
+        self.impact[[1, 6]] = 1.0, 0.5
+        self.places = [np.zeros((6, 12)), np.zeros((6, 12))]
+        self.places[0][:, 6:] = rigid_link(np.array([0.4, -0.3, 0.2]))
+        self.places[1][:, :6] = rigid_link(np.array([-0.2, 0.5, 0.0]))
+        self.omega2, self.shapes = scipy.linalg.eigh(self.K, self.M)
+
+    @property
+    def modal(self):
+        patterns = np.column_stack([-self.M @ GROUND, self.impact])
+        return ModalStructure(self.omega2, self.shapes.T @ patterns, ALPHA, BETA)
+
+    def carrying(self, device, *places, name="device", drag=False):
+        rows = np.vstack([self.places[k] for k in places])
+        return MountedDevice(name, device, rows @ self.shapes, drag)
+
+
+@pytest.fixture
+def frame():
+    return Frame()
+
+
+def excitation():
+    """The ground shakes from the first sample on; an impact comes later."""
+    ground = np.column_stack([np.cos(2.0 * np.pi * f * TIME) for f in (3.0, 7.0, 11.0)])
+    impact = 2e4 * np.where((TIME > 0.1) & (TIME < 0.13), np.sin(np.pi * (TIME - 0.1) / 0.03), 0.0)
+    return ground, np.column_stack([ground, impact])
+
+
+class Pump:
+    """A body on six springs, as a device and as the matrices of its node and its anchor."""
+
+    def __init__(self, mass, scale=1.0):
+        self.k = scale * np.array([2e7, 1.5e7, 9e7, 3e6, 2.5e6, 4e6])
+        self.body = Body.at_height(scale * mass, 0.46, scale * 60.0, scale * 70.0, scale * 50.0)
+        self.law = Rayleigh.through(0.02, 10.0, 40.0)
+        springs = BaseSprings(np.diag(self.k), np.zeros(6, dtype=bool))
+        self.device = on_springs("pump", springs, self.body, self.law)
+
+    def damping(self, drag):
+        """Between its node and its anchor."""
+        held = 0.0 if drag else self.law.alpha * self.body.about(np.zeros(3))
+        return held + self.law.beta * np.diag(self.k)
+
+    def put(self, M, C, K, where, base, drag):
+        """Add it to the matrices of a model: its node, and its anchor by the rows `where`."""
+        B = self.body.about(np.zeros(3))
+        own = np.zeros((6, len(M)))
+        own[:, base] = np.eye(6)
+        x = own - where
+        M += own.T @ B @ own
+        K += x.T @ np.diag(self.k) @ x
+        C += x.T @ self.damping(drag) @ x
+        if drag:
+            C += self.law.alpha * own.T @ B @ own
+        return x
+
+
+def exact(M, C, K, load):
+    """Displacements, velocities, accelerations under loads straight between samples (n_t, n)."""
+    n = len(M)
+    A = np.zeros((2 * n, 2 * n))
+    A[:n, n:] = np.eye(n)
+    A[n:] = -np.linalg.solve(M, np.hstack([K, C]))
+    inverse = np.vstack([np.zeros((n, n)), np.linalg.inv(M)])
+    out = lsim((A, inverse, np.eye(2 * n), np.zeros((2 * n, n))), load, TIME)[1]
+    u, v = out[:, :n], out[:, n:]
+    return u, v, np.linalg.solve(M, (load - v @ C.T - u @ K.T).T).T
+
+
+def three_devices(frame):
+    """The model of the frame, two pumps and a mass held by both anchors, put together at once.
+
+    The pumps make up more than half of the whole mass, one of them dragged as in a finite element
+    model.
+    """
+    n = 12 + 6 + 6 + 1
+    M, C, K = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
+    M[:12, :12], K[:12, :12] = frame.M, frame.K
+    C[:12, :12] = ALPHA * frame.M + BETA * frame.K
+    at = [np.hstack([place, np.zeros((6, 13))]) for place in frame.places]
+    first, other = Pump(3000.0), Pump(2500.0)
+    x1 = first.put(M, C, K, at[0], slice(12, 18), False)
+    x2 = other.put(M, C, K, at[1], slice(18, 24), True)
+    m, k = 200.0, np.array([4e6, 7e6])
+    own = np.eye(n)[24]
+    pulls = [own - place[1] for place in at]
+    M += m * np.outer(own, own)
+    for stiffness, pull in zip(k, pulls, strict=True):
+        K += stiffness * np.outer(pull, pull)
+    x3 = own - (k[0] * at[0][1] + k[1] * at[1][1]) / k.sum()
+    c3 = 2.0 * 0.03 * np.sqrt(k.sum() * m)
+    C += c3 * np.outer(x3, x3)
+    rigid = np.vstack([GROUND, np.tile(np.eye(6, 3), (2, 1)), [[0.0, 1.0, 0.0]]])
+    ground, amplitudes = excitation()
+    load = -ground @ (M @ rigid).T
+    load[:, :12] += np.outer(amplitudes[:, 3], frame.impact)
+    u, v, a = exact(M, C, K, load)
+    forces = [
+        (u @ x1.T) * first.k + v @ x1.T @ first.damping(drag=False),
+        (u @ x2.T) * other.k + v @ x2.T @ other.damping(drag=True),
+    ]
+    both = np.zeros((SAMPLES, 12))
+    for i, stiffness in enumerate(k):
+        both[:, 6 * i + 1] = stiffness * (u @ pulls[i]) + stiffness / k.sum() * c3 * (v @ x3)
+    absolute = [a @ place.T + ground @ np.eye(6, 3).T for place in at]
+    pair = np.array([[k[0], 0.0, -k[0]], [0.0, k[1], -k[1]], [-k[0], -k[1], k.sum()]])
+    held = from_matrices("held", np.diag([0.0, 0.0, m]), pair, {0: 1, 1: 7}, 0.03, anchors=2)
+    devices = [
+        frame.carrying(first.device, 0, name="first"),
+        frame.carrying(other.device, 1, name="other", drag=True),
+        frame.carrying(held, 0, 1, name="held"),
+    ]
+    return devices, [*forces, both], [*absolute, np.hstack(absolute)], (u @ x1.T, a, ground)
+
+
+def apart(found, wanted):
+    return np.abs(found - wanted).max() / np.abs(wanted).max()
+
+
+def coupled_run(frame, devices, substeps=1):
+    ground, amplitudes = excitation()
+    return mounted_response(frame.modal, devices, amplitudes, ground, STEP, substeps=substeps)
+
+
+def test_three_heavy_devices_against_the_whole_model(frame):
+    devices, forces, accelerations, (x, a, ground) = three_devices(frame)
+    counts = (8, 16, 32)
+    runs = [coupled_run(frame, devices, substeps) for substeps in counts]
+    for k, (F, acceleration) in enumerate(zip(forces, accelerations, strict=True)):
+        of_force = [apart(run.devices[k].force, F.T) for run in runs]
+        of_motion = [apart(run.devices[k].anchor_acceleration, acceleration.T) for run in runs]
+        for errors in (of_force, of_motion):
+            assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(2.0, abs=0.02)
+            assert errors[-1] < 3e-4
+        # Without its error of second order the exact solution is left, to that of fourth order.
+        last, before = (run.devices[k].force for run in runs[:0:-1])
+        better = (4.0 * last - before) / 3.0
+        for part in (slice(0, 3), slice(3, 6)):
+            scale = np.abs(F.T[part]).max()
+            assert np.abs(better[part] - F.T[part]).max() <= 1e-6 * scale
+            assert np.abs(last[part] - F.T[part]).max() >= 1e-5 * scale
+    first = runs[-1].devices[0]
+    assert apart(first.motion, x.T) < 2e-4
+    base = a[:, 12:18].T + np.eye(6, 3) @ ground.T
+    assert apart(first.acceleration, base) < 5e-4
+    centre = (rigid_link(np.array([0.0, 0.0, 0.46])) @ base)[:3]
+    assert apart(first.centre_acceleration, centre) < 5e-4
+    assert first.largest == pytest.approx(np.abs(first.force).max(axis=1))
+    # Each sees the others, and the drag is seen.
+    alone = coupled_run(frame, devices[:1], 32).devices[0]
+    assert apart(alone.force, first.force) > 0.05
+    other = runs[-1].devices[1]
+    free = coupled_run(frame, [replace(devices[1], drag=False)], 32).devices[0]
+    held = coupled_run(frame, devices[1:2], 32).devices[0]
+    assert apart(free.force, held.force) > 1e-3 and apart(held.force, other.force) > 0.05
+
+
+def test_action_reaction_and_energy(frame, monkeypatch):
+    devices = three_devices(frame)[0]
+    found = coupled_run(frame, devices)
+    assert found.time[-1] == pytest.approx(TIME[-1])
+    assert found.energy.residual < 1e-12
+    assert found.energy.input[-1] > 0.0 and found.energy.damped[-1] > 0.0
+    assert all(0.0 <= one.imbalance < 1e-12 for one in found.devices)
+    right = module.march
+
+    def wrong(**changes):
+        def run(*arguments):
+            result = right(*arguments)
+            new = {name: change(getattr(result, name)) for name, change in changes.items()}
+            return replace(result, **new)
+
+        return run
+
+    monkeypatch.setattr(module, "march", wrong(force=lambda F: 1.00001 * F))
+    with pytest.raises(SolutionError, match="device first: the force in its springs differs"):
+        coupled_run(frame, devices)
+    lost = wrong(energy=lambda energy: replace(energy, damped=0.99999 * energy.damped))
+    monkeypatch.setattr(module, "march", lost)
+    with pytest.raises(SolutionError, match=r"energies of the structure .* are out of balance by"):
+        coupled_run(frame, devices)
+
+
+def test_a_light_device_sees_the_motion_of_the_structure_alone(frame):
+    light = Pump(1500.0, scale=1e-6)
+    place = frame.places[0]
+    ground, amplitudes = excitation()
+    load = np.outer(amplitudes[:, 3], frame.impact) - ground @ (frame.M @ GROUND).T
+    a = exact(frame.M, ALPHA * frame.M + BETA * frame.K, frame.K, load)[2]
+    wanted = place @ a.T + np.eye(6, 3) @ ground.T
+    device = frame.carrying(light.device, 0)
+    found = coupled_run(frame, [device], 16).devices[0]
+    assert apart(found.anchor_acceleration, wanted) < 2e-3
+    # Between its samples the motion of the anchor is not straight: sampled as finely as it moves.
+    fine, every = np.arange(0.0, TIME[-1] + 1e-9, STEP / 16), np.arange(0, 16 * SAMPLES - 15, 16)
+    drive = [
+        np.column_stack([np.interp(fine, TIME, p) for p in of.T]) for of in (ground, amplitudes)
+    ]
+    finely = mounted_response(frame.modal, [device], drive[1], drive[0], STEP / 16).devices[0]
+    assert apart(finely.force[:, every], found.force) < 1e-12
+    force = anchor_force(Pump(1500.0).device, finely.anchor_acceleration, STEP / 16).force[:, every]
+    heavy = coupled_run(frame, [frame.carrying(Pump(1500.0).device, 0)], 16).devices[0]
+    for part in (slice(0, 3), slice(3, 6)):
+        assert apart(1e6 * found.force[part], force[part]) < 2e-3
+        assert apart(heavy.force[part], force[part]) > 0.05
+
+
+def test_a_body_alone_and_a_stiff_device(frame):
+    """A body at the anchor only adds its mass to the structure."""
+    pump = Pump(3000.0)
+    B, place = pump.body.about(np.zeros(3)), frame.places[0]
+    ground, amplitudes = excitation()
+    M = frame.M + place.T @ B @ place
+    load = np.outer(amplitudes[:, 3], frame.impact) - ground @ (M @ GROUND).T
+    a = exact(M, ALPHA * frame.M + BETA * frame.K, frame.K, load)[2]
+    motion = place @ a.T + np.eye(6, 3) @ ground.T
+    rigid = coupled_run(frame, [frame.carrying(pump.body, 0)], 32).devices[0]
+    assert apart(rigid.anchor_acceleration, motion) < 1e-3
+    assert apart(rigid.force, -B @ motion) < 1e-3
+    assert np.isnan(rigid.imbalance) and rigid.motion.shape == (0, SAMPLES)
+    above = (rigid_link(np.array([0.0, 0.0, 0.46])) @ rigid.anchor_acceleration)[:3]
+    assert rigid.centre_acceleration == pytest.approx(above, abs=1e-9)
+    differences = []
+    for stiffer in (1.0, 1e3, 1e4):
+        springs = BaseSprings(stiffer * np.diag(pump.k), np.zeros(6, dtype=bool))
+        stiff = on_springs("stiff", springs, pump.body, 0.02)
+        found = coupled_run(frame, [frame.carrying(stiff, 0)], 32).devices[0]
+        differences.append(apart(found.force, rigid.force))
+    assert differences[0] > 0.1 and differences[2] < 1e-3
+    assert differences[1] > 5.0 * differences[2]
+
+
+def test_motions_without_mass_follow(frame):
+    """A beam without mass is exact with one element; more of them have nodes without mass."""
+    pump = Pump(3000.0)
+    springs = BaseSprings(np.diag(pump.k), np.zeros(6, dtype=bool))
+    one, four, soft = (
+        coupled_run(
+            frame,
+            [
+                frame.carrying(
+                    on_springs(
+                        "p", springs, pump.body, pump.law, Beam(0.3, *beam, elements=elements)
+                    ),
+                    0,
+                )
+            ],
+        ).devices[0]
+        for *beam, elements in ((1e6, 2e6, 1), (1e6, 2e6, 4), (5e5, 2e6, 4))
+    )
+    assert four.motion.shape[0] > one.motion.shape[0]
+    assert apart(one.force, four.force) < 1e-8 < apart(soft.force, four.force)
+
+
+def test_a_direction_without_mass_has_no_mass_centre(frame):
+    device = from_matrices(
+        "y", np.diag([0.0, 50.0]), 1e6 * np.array([[1, -1], [-1, 1]]), {0: 1}, 0.02
+    )
+    found = coupled_run(frame, [frame.carrying(device, 0)]).devices[0]
+    assert np.isnan(found.centre_acceleration[[0, 2]]).all()
+    assert found.force[1] == pytest.approx(-50.0 * found.centre_acceleration[1], abs=1e-9)
+
+
+def test_what_diverges_is_refused(frame):
+    structure = replace(frame.modal, eigenvalue=np.append(-8.1e5 * np.ones(1), frame.omega2[1:]))
+    ground, amplitudes = excitation()
+    device = frame.carrying(Pump(10.0).device, 0)
+    with pytest.raises(SolutionError, match="with its devices is not finite"):
+        mounted_response(structure, [device], amplitudes, ground, STEP)
+
+
+def test_bad_requests_are_refused(frame):
+    device = frame.carrying(Pump(1500.0).device, 0)
+    ground, amplitudes = excitation()
+
+    def run(devices=(device,), p=amplitudes, g=ground, step=STEP, substeps=1):
+        return mounted_response(frame.modal, devices, p, g, step, substeps=substeps)
+
+    with pytest.raises(ImpactfemError, match=r"at least one mounted device.*got none"):
+        run(devices=())
+    with pytest.raises(ImpactfemError, match="a name of its own; got device, device"):
+        run(devices=(device, device))
+    with pytest.raises(ImpactfemError, match=r"amplitudes .* needs shape \(samples, 4\)"):
+        run(p=amplitudes[:, :3])
+    with pytest.raises(ImpactfemError, match="as many as the other loads"):
+        run(p=amplitudes[1:])
+    with pytest.raises(ImpactfemError, match=r"the ground acceleration needs shape \(samples, 3\)"):
+        run(g=ground[:, :2])
+    with pytest.raises(ImpactfemError, match="ground acceleration holds a value that is not a fin"):
+        run(g=np.where(np.arange(SAMPLES)[:, None] == 7, np.nan, ground))
+    with pytest.raises(ImpactfemError, match=r"time step of 0\.0 s in 1 sub-steps"):
+        run(step=0.0)
+    with pytest.raises(ImpactfemError, match="in 0 sub-steps"):
+        run(substeps=0)
+    with pytest.raises(ImpactfemError, match="have 11 columns, the structure has 12 modes"):
+        run(devices=(replace(device, shapes=device.shapes[:, 1:]),))
+    with pytest.raises(ImpactfemError, match="eigenvalues of shape"):
+        ModalStructure(frame.omega2, np.zeros((11, 4)), ALPHA, BETA)
+    with pytest.raises(ImpactfemError, match="not a finite number"):
+        ModalStructure(frame.omega2, np.zeros((12, 4)), np.nan, BETA)
