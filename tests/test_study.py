@@ -351,7 +351,9 @@ class TestFolder:
 
 class TestInput:
     def test_an_unknown_stage(self, finished, tmp_path):
-        with pytest.raises(InputError, match="'roof': one of the stages building, calibrate, sticks"):
+        with pytest.raises(
+            InputError, match="'roof': one of the stages building, calibrate, sticks"
+        ):
             study.run(finished.case, out=tmp_path / "run", stage="roof")
         assert not list(tmp_path.iterdir())
 

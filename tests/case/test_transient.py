@@ -90,7 +90,7 @@ def test_defaults(with_transient: With) -> None:
     assert transient == Transient(time_step=1e-3)
     assert (transient.solver, transient.duration) == ("reduced", None)
     assert (transient.maximum_frequency, transient.shift) == (450.0, 30.0)
-    assert (transient.tolerance, transient.largest_basis) == (0.005, 1200)
+    assert (transient.tolerance, transient.largest_basis) == (0.001, 1200)
     assert (transient.eccentricity, transient.forces) == (0.0, None)
     assert (transient.fields, transient.field_frequencies) == (("pfa", "psa"), (10.0, 75.0, 85.0))
     assert (transient.snapshots, transient.export, transient.checkpoint_every) == (True, False, 1.0)

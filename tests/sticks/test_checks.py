@@ -172,6 +172,7 @@ def test_separation_by_hand(row):
     assert lower.required == pytest.approx(0.012) and lower.margin == pytest.approx(-0.002)
     assert lower.touched and lower.pair.name == "a1-b1"
     assert upper.required == 0.0 and upper.margin == 0.01 and not upper.touched
+    assert f"{upper.required:g}" == "0"  # not -0, though its approach is
 
 
 def test_the_required_separation_is_just_enough(row, shake):

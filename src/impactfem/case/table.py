@@ -191,23 +191,44 @@ def _row(
             faults.append(Fault(path, key, cell, f"expected {_cell_words(column.leaf)}"))
         else:
             values[column.field] = value
-    headers = {column.field: column.header for column in columns if column is not None}
-    written = {
-        column.field: cell
-        for cell, column in zip(cells, columns, strict=True)
-        if column is not None
-    }
     try:
         return row_model.model_validate(values)
     except ValidationError as error:
-        for item in error.errors(include_url=False):
-            field = str(item["loc"][0])
-            # What is missing was said of the header or of the cell already; a field without a
-            # column follows another one, whose fault it repeats.
-            if item["type"] != "missing" and field in headers:
-                key = column_key(number, headers[field])
-                faults.append(Fault(path, key, written[field], item["msg"]))
+        faults.extend(_faults_of(error, path, number, cells, columns, values))
         return None
+
+
+def _faults_of(
+    error: ValidationError,
+    path: Path,
+    number: int,
+    cells: list[str],
+    columns: list[_Column | None],
+    values: dict[str, Any],
+) -> list[Fault]:
+    """What a model refused of a row and was not said before."""
+    written = {
+        column.field: (column.header, cell)
+        for cell, column in zip(cells, columns, strict=True)
+        if column is not None
+    }
+    found, further = [], []
+    said = set()
+    for item in error.errors(include_url=False):
+        field = str(item["loc"][0]) if item["loc"] else ""
+        if field in values:
+            header, cell = written[field]
+            found.append(Fault(path, column_key(number, header), cell, item["msg"]))
+            said.add((item["msg"], item["input"]))
+        elif item["type"] != "missing" and field not in written:
+            further.append((field, item))
+        # What else there is was said of the header or of the cell already.
+    for field, item in further:
+        # A field without a column may follow another one, whose fault it repeats.
+        if (item["msg"], item["input"]) not in said:
+            expected = f"{field}, which has no column: {item['msg']}" if field else item["msg"]
+            found.append(Fault(path, f"line {number}", None, expected))
+    return found
 
 
 def _value(cell: str, leaf: object, factor: float) -> float | int | str | None:

@@ -52,7 +52,7 @@ class Transient(Section):
         description="Frequency up to which the reduced basis is good; spectra above are marked.",
     )
     tolerance: Annotated[float, Ratio(above=0, below=1)] = Field(
-        default=0.005,
+        default=0.001,
         description="Relative error of the reduced transfer functions at the probes, by nested "
         "bases.",
     )

@@ -24,15 +24,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from impactfem.device.balance import LARGEST_IMBALANCE, base_imbalance
 from impactfem.device.device import Device
 from impactfem.device.modes import DeviceModes, device_modes
 from impactfem.errors import SolutionError
 from impactfem.spectra import oscillator_response
 
 Array = npt.NDArray[np.float64]
-
-LARGEST_IMBALANCE = 1e-6
-"""How far (1) and (2) may differ, of the largest force, or the largest moment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +114,7 @@ def anchor_force(
     rest = np.linalg.solve(device.K, device.L) - modes.shape / modes.omega**2 @ Γ.T
     x = modes.shape @ z - rest @ load
     springs = device.r.T @ (device.K @ x + (device.C - alpha * device.M) @ modes.shape @ v)
-    imbalance = _imbalance(device, force, springs)
+    imbalance = base_imbalance(device, force, springs)
     if imbalance > LARGEST_IMBALANCE:
         raise SolutionError(
             f"device {device.name}: the force in its springs differs from its inertia force by"
@@ -138,24 +136,6 @@ def anchor_force(
         modes=modes,
         imbalance=imbalance,
     )
-
-
-def _imbalance(device: Device, force: Array, springs: Array) -> float:
-    """Of the components in which nothing is blocked, where M r = L and rᵀ L = J."""
-    size = np.max(np.abs(device.L), axis=0)
-    same = np.max(np.abs(device.M @ device.r - device.L), axis=0) <= 1e-9 * size
-    inertia = np.einsum("ij,ij->j", device.r, device.L)
-    same &= np.abs(inertia - np.diag(device.J)) <= 1e-9 * np.diag(device.J)
-    same &= np.diag(device.J) > 0.0
-    if not np.any(same):
-        return float("nan")
-    worst = 0.0
-    turning = np.arange(same.size) % 6 >= 3
-    for kind in (same & ~turning, same & turning):
-        largest = np.max(np.abs(force[kind]), initial=0.0)
-        if largest > 0.0:
-            worst = max(worst, float(np.max(np.abs(force[kind] - springs[kind])) / largest))
-    return worst
 
 
 def _checked(device: Device, what: str, values: Array, samples: int | None = None) -> Array:

@@ -42,9 +42,10 @@ def separations(free: Response, response: Response) -> list[Separation]:
         free: The run without contact.
         response: The run with contact.
     """
-    approach = -(free.u @ response.system.J.T)
+    # Zero is added, as a point that never approaches has -0, which would be written as such.
+    required = np.maximum((-(free.u @ response.system.J.T)).max(axis=0), 0.0) + 0.0
     return [
-        Separation(pair, float(max(approach[:, k].max(), 0.0)), bool(response.force[:, k].any()))
+        Separation(pair, float(required[k]), bool(response.force[:, k].any()))
         for k, pair in enumerate(response.system.pairs)
     ]
 

@@ -6,12 +6,13 @@ from impactfem.case import Case
 from impactfem.errors import Fault, InputError
 from impactfem.study.building import BUILDING
 from impactfem.study.calibrate import CALIBRATE
+from impactfem.study.device import DEVICE
 from impactfem.study.ensemble import ENSEMBLE
 from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICKS
 from impactfem.study.transient import TRANSIENT
 
-STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, STICKS, ENSEMBLE, TRANSIENT)
+STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, STICKS, ENSEMBLE, TRANSIENT, DEVICE)
 
 
 def stage_names() -> list[str]:

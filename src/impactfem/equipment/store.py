@@ -1,0 +1,175 @@
+"""The store of the stage: `device.nc`.
+
+Dimensions: `case` (damping cases, the building's own first), `impact` (without, with), `device`,
+`time`, `component` (x, y, z, rx, ry, rz), `choice` (response spectrum analyses), `frequency` and
+`mode`
+(of the devices; values beyond a device's modes are nan). Forces are those of the device on the
+floor; accelerations are absolute; `anchor_acceleration` is that of the anchor without the device.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from impactfem.device.modes import device_modes
+from impactfem.device.springs import COMPONENTS
+from impactfem.equipment.analysis import DeviceResult
+from impactfem.equipment.scalars import device_scalars, headline
+from impactfem.equipment.stage import DampedStudy, DeviceStudy
+from impactfem.files import write_netcdf
+from impactfem.scalar import to_json
+
+Array = NDArray[np.float64]
+Variables = dict[str, tuple[Any, ...]]
+IMPACTS = ["without", "with"]
+
+
+def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
+    """Write `device.nc`.
+
+    Args:
+        path: The file.
+        study: The stage's results.
+        key: Hash of the stage's inputs.
+
+    Raises:
+        ImpactfemError: The file cannot be written.
+    """
+    cases, prepared = study.cases, study.prepared
+    first = cases[0].impact[0]
+    choices = list(first.by_spectrum)
+    names = [device.name for device in prepared.devices]
+    dataset = xr.Dataset(
+        {**_results(study), **_analyses(study), **_modes(study), **_cases(cases)},
+        coords={
+            "case": ("case", np.array([c.name for c in cases], dtype=object)),
+            "impact": IMPACTS,
+            "device": ("device", np.array(names, dtype=object)),
+            "component": list(COMPONENTS),
+            "choice": ("choice", np.array([c.label for c in choices], dtype=object)),
+            "frequency": (
+                "frequency",
+                np.asarray(study.case.spectra.frequency_values),
+                {"units": "Hz"},
+            ),
+            "time": (
+                "time",
+                prepared.loads.time_step * np.arange(len(prepared.loads.ground)),
+                {"units": "s"},
+            ),
+        },
+        attrs={
+            "title": study.case.title,
+            "inputs": key,
+            "case_hash": study.case.content_hash(),
+            "scalars": to_json(device_scalars(study)),
+            "building": study.case.structure.building if study.case.structure else "",
+            "shown_direction": "xyz"[study.direction],
+            "headline": headline(study).label,
+        },
+    )
+    write_netcdf(path, dataset)
+
+
+def _each(study: DeviceStudy, of: Any) -> Array:
+    """A value of each device, shape (n_cases, 2, n_devices, ...)."""
+
+    def values(results: tuple[DeviceResult, ...]) -> list[Array]:
+        return [np.asarray(of(result)) for result in results]
+
+    return np.array([[values(c.no_impact), values(c.impact)] for c in study.cases])
+
+
+def _results(study: DeviceStudy) -> Variables:
+    dims = ("case", "impact", "device")
+    turned = {"units": "N", "note": "N m for rx, ry, rz"}
+    moved = {"units": "m/s2", "note": "rad/s2 for rx, ry, rz"}
+    force = _each(study, lambda r: r.detailed.force)
+    anchor = _each(study, lambda r: r.anchor)
+    return {
+        # Nothing is read off them that single precision would spoil, and they are most of the file.
+        "force": ((*dims, "component", "time"), force.astype(np.float32), turned),
+        "anchor_acceleration": ((*dims, "component", "time"), anchor.astype(np.float32), moved),
+        "largest_force": ((*dims, "component"), _each(study, lambda r: r.detailed.largest), turned),
+        "imbalance": (dims, _each(study, lambda r: r.detailed.imbalance), {"units": "1"}),
+        "psa": (
+            (*dims, "axis", "frequency"),
+            _each(study, lambda r: r.shown),
+            {"units": "m/s2", "note": "at the anchor, by the damping of the device's first mode"},
+        ),
+    }
+
+
+def _analyses(study: DeviceStudy) -> Variables:
+    choices = list(study.cases[0].impact[0].by_spectrum)
+    words = [f"force {c}" for c in COMPONENTS[:3]] + [f"moment {c[1]}" for c in COMPONENTS[3:]]
+
+    def values(result: DeviceResult) -> Array:
+        return np.array([[result.by_spectrum[c].value(word) for word in words] for c in choices])
+
+    return {
+        "spectrum_force": (
+            ("case", "impact", "device", "choice", "component"),
+            _each(study, values),
+            {"units": "N", "note": "N m for rx, ry, rz; by response spectrum analysis"},
+        )
+    }
+
+
+def _modes(study: DeviceStudy) -> Variables:
+    found = [
+        device_modes(device).below(next(iter(rules.values())).maximum_frequency)
+        for device, rules in zip(study.prepared.devices, study.prepared.rules, strict=True)
+    ]
+    most = max(modes.frequency.size for modes in found)
+
+    def padded(rows: list[Array]) -> Array:
+        return np.array([np.append(row, np.full(most - len(row), np.nan)) for row in rows])
+
+    variables: Variables = {
+        "mode_frequency": (
+            ("device", "mode"),
+            padded([m.frequency for m in found]),
+            {"units": "Hz"},
+        ),
+        "mode_damping": (("device", "mode"), padded([m.damping for m in found]), {"units": "1"}),
+    }
+    masses = np.stack([padded([m.effective_mass[c] for m in found]) for c in range(6)], axis=1)
+    variables["effective_mass"] = (
+        ("device", "component", "mode"),
+        masses,
+        {"units": "kg", "note": "kg m2 for rx, ry, rz"},
+    )
+    rosettes = study.prepared.rosettes
+    variables["anchor_position"] = (
+        ("device", "xyz"),
+        np.array([one.point for one in rosettes]),
+        {"units": "m"},
+    )
+    variables["anchor_floor"] = ("device", np.array([one.floor for one in rosettes]))
+    variables["anchor_nodes"] = ("device", np.array([1 + len(one.followers) for one in rosettes]))
+    return variables
+
+
+def _cases(cases: tuple[DampedStudy, ...]) -> Variables:
+    epsilon = [np.nan if c.epsilon is None else c.epsilon for c in cases]
+    return {
+        "mass_coefficient": ("case", np.array([c.damping[0] for c in cases]), {"units": "1/s"}),
+        "stiffness_coefficient": ("case", np.array([c.damping[1] for c in cases]), {"units": "s"}),
+        "epsilon": (
+            "case",
+            np.array(epsilon),
+            {"units": "1", "note": "restitution of the contact laws; nan where they keep theirs"},
+        ),
+        "epsilon_calibrated": ("case", np.array([int(c.calibrated) for c in cases])),
+        "impact_force": (
+            "case",
+            np.array([c.loads.force.max(initial=0.0) for c in cases]),
+            {"units": "N", "note": "largest one"},
+        ),
+    }

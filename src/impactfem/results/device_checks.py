@@ -1,0 +1,120 @@
+"""The checks of the stage `device` in words: balance, basis, impacts, restitution, verdict."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from impactfem.log import LOGGER
+from impactfem.results.device_verdict import LOADS, pounding, rotations
+from impactfem.results.device_view import ROTATIONS, DeviceView
+
+IMBALANCE = 1e-8
+"""Largest difference of action and reaction at an anchor, of the largest force."""
+BASIS = 0.005
+"""Largest error of the transfer functions of the reduced basis."""
+NODES = 3
+"""Least number of floor nodes that spread an anchor; fewer hold it at a point or along a line."""
+
+Lines = list[tuple[bool, str]]
+
+
+def log_device_checks(folder: Path) -> None:
+    """Log the checks of the stage, as warnings where one fails.
+
+    Args:
+        folder: The run's folder, with `device.nc`.
+    """
+    with xr.open_dataset(folder / "device.nc", engine="h5netcdf") as store:
+        view = DeviceView(store)
+        lines = [
+            *_verdict(view),
+            *_anchors(view),
+            *_balance(view),
+            *_basis(view),
+            *_impacts(view),
+            *_notes(view),
+        ]
+    for good, line in lines:
+        if good:
+            LOGGER.info("%s", line)
+        else:
+            LOGGER.warning("warning: %s", line)
+
+
+def _verdict(view: DeviceView) -> Lines:
+    """With the building's own damping; the table has that of all dampings."""
+    lines: Lines = []
+    for d, name in enumerate(view.devices):
+        demand = ", ".join(
+            f"{1e-3 * view.detailed(d, k):.4g} kN {load}" for k, load in LOADS.items()
+        )
+        force = f"F{view.direction}"
+        lines.append((True, f"device: {force} of {name} on the floor: {demand}"))
+        lines.append((True, f"device: does pounding lower the difference: {pounding(view, d)}"))
+        if view.variant(ROTATIONS):
+            lines.append((True, f"device: {rotations(view, d)}"))
+    return lines
+
+
+def _anchors(view: DeviceView) -> Lines:
+    lines: Lines = []
+    for d, name in enumerate(view.devices):
+        _, floor, nodes = view.anchor(d)
+        text = f"device: {name} is anchored to {nodes} node{'s' * (nodes > 1)} of floor {floor}"
+        if nodes < NODES:
+            text += f"; {NODES} or more spread it over the slab: refine the mesh around its anchor"
+        lines.append((nodes >= NODES, text))
+    return lines
+
+
+def _balance(view: DeviceView) -> Lines:
+    found = view.store["imbalance"].values
+    lines: Lines = []
+    for d, name in enumerate(view.devices):
+        own = found[:, :, d]
+        if not np.isfinite(own).any():
+            text = f"device: {name} has no free spring, its base forces cannot be compared"
+            lines.append((True, text))
+            continue
+        case, impact = np.unravel_index(int(np.nanargmax(own)), own.shape)
+        worst = float(own[case, impact])
+        text = f"device: action and reaction at the anchor of {name} within {worst:.1e}"
+        if worst > IMBALANCE:
+            text += f", with the damping {view.cases[case]} {LOADS[int(impact)]}"
+        lines.append((worst <= IMBALANCE, text))
+    return lines
+
+
+def _basis(view: DeviceView) -> Lines:
+    values = view.values
+    error = values["device.basis_error"]
+    text = (
+        f"device: transfer functions of the reduced basis of {values['device.basis_vectors']:.0f} "
+        f"vectors within {100.0 * error:.2g} %"
+    )
+    return [(error <= BASIS, text)]
+
+
+def _impacts(view: DeviceView) -> Lines:
+    lines: Lines = []
+    for c, case in enumerate(view.cases):
+        peak, epsilon = float(view.impact_force[c]), view.epsilon(c)
+        if epsilon is None:
+            which = "the restitution of the contact laws"
+        else:
+            which = f"ε = {epsilon:.3g}, {'calibrated' if view.calibrated(c) else 'given'}"
+        if peak > 0.0:
+            text = f"device: damping {case}: {which}; largest impact force {1e-6 * peak:.4g} MN"
+        else:
+            text = f"device: damping {case}: {which}; no impact happens, both loads are the same"
+        lines.append((peak > 0.0, text))
+    return lines
+
+
+def _notes(view: DeviceView) -> Lines:
+    """What the response spectrum analyses assumed."""
+    notes = str(view.store.attrs["notes"]) if "notes" in view.store.attrs else ""
+    return [(True, f"device: {note}") for note in notes.splitlines()]

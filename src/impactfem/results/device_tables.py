@@ -1,0 +1,372 @@
+"""Tables of the stage `device`: the paper's values (tables 6 to 9) beside ours, and the verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from impactfem.log import LOGGER
+from impactfem.results.device_verdict import verdict
+from impactfem.results.device_view import ROTATIONS, WITH, WITHOUT, XYZ, DeviceView
+from impactfem.results.table import Cell, Table
+
+Published = Mapping[str, float]
+Columns = tuple[tuple[str, str], ...]
+
+LOADS = {WITHOUT: "without", WITH: "with"}
+SMALL = 1e-4
+"""Parts of a force below this part of the largest one are left out."""
+PRINTED = "printed"
+"""End of the names of published restitutions in the order in which the paper prints them."""
+
+
+def device_tables(folder: Path, published: Published) -> list[Path]:
+    """Write the tables of the stage into `tables/` and into the log.
+
+    Args:
+        folder: The run's folder, with `device.nc`.
+        published: Published values in SI by the name of the result.
+
+    Returns:
+        The files.
+
+    Raises:
+        ImpactfemError: A file cannot be written.
+    """
+    with xr.open_dataset(folder / "device.nc", engine="h5netcdf") as store:
+        view = DeviceView(store)
+        tables = [
+            _modes(view, published),
+            _demand(view, published),
+            _dampings(view, published),
+            _study(view, published),
+            _analyses(view),
+            verdict(view),
+        ]
+        if view.ordinates(0, WITH) is not None:
+            tables.append(_shares(view))
+    target = folder / "tables"
+    target.mkdir(exist_ok=True)
+    for table in tables:
+        LOGGER.debug("\n%s", table.as_text())
+    return [table.write_csv(target) for table in tables]
+
+
+def _ratio(ours: float | None, theirs: float | None) -> float | None:
+    return ours / theirs if ours is not None and theirs else None
+
+
+def _percent(value: float | None) -> float | None:
+    return None if value is None else 100.0 * value
+
+
+def _modes(view: DeviceView, published: Published) -> Table:
+    """Table 6. Modes of the same frequency come in the order x, y here, y, x in the paper."""
+    rows: list[tuple[Cell, ...]] = []
+    for d, device in enumerate(view.devices):
+        mass = view.effective_mass(d)
+        for k, frequency in enumerate(view.mode_frequency(d)):
+            axis = int(mass[:3, k].argmax())
+            names = [f"{view.start(d)}.{word}.{k + 1}" for word in ("frequency", "effective_mass")]
+            theirs = [published.get(name) for name in names]
+            rows.append(
+                (
+                    device,
+                    k + 1,
+                    float(frequency),
+                    theirs[0],
+                    XYZ[axis],
+                    float(mass[axis, k]),
+                    theirs[1],
+                    100.0 * float(mass[axis, k] / mass[axis].sum()),
+                    *(float(m) for m in mass[3:, k]),
+                    100.0 * float(view.mode_damping(d)[k]),
+                )
+            )
+    return Table(
+        "device_modes",
+        "Modes of the devices, and those of table 6 of the paper. Modes of one frequency come in "
+        "the order x, y here and y, x in the paper, which has the same values for both",
+        (
+            ("device", ""),
+            ("mode", ""),
+            ("f", "Hz"),
+            ("published f", "Hz"),
+            ("along", ""),
+            ("effective mass", "kg"),
+            ("published mass", "kg"),
+            ("of the modes along it", "%"),
+            ("about x", "kg m2"),
+            ("about y", "kg m2"),
+            ("about z", "kg m2"),
+            ("damping", "%"),
+        ),
+        tuple(rows),
+    )
+
+
+def _demand(view: DeviceView, published: Published) -> Table:
+    """Table 7: the loading demand, and as the paper has it over the sum of effective masses."""
+    axis = view.direction
+    rows: list[tuple[Cell, ...]] = []
+    for d, device in enumerate(view.devices):
+        mass = view.modal_mass(d)
+        theirs_mass = _published_mass(view, d, published)
+        for label, choice in (("detailed", None), *_headlines(view)):
+            key = {None: "detailed", view.headline: "rsa"}.get(choice)
+            forces = [
+                view.detailed(d, k) if choice is None else view.by_spectrum(d, k, choice=choice)
+                for k in (WITHOUT, WITH)
+            ]
+            for impact, force in zip((WITHOUT, WITH), forces, strict=True):
+                theirs = published.get(view.name(d, f"f{axis}.{key}", impact, 0)) if key else None
+                rows.append(
+                    (
+                        device,
+                        LOADS[impact],
+                        label,
+                        force,
+                        theirs,
+                        _ratio(force, theirs),
+                        _ratio(force, mass),
+                        _ratio(theirs, theirs_mass),
+                        None
+                        if choice is None
+                        else _percent(view.difference(d, impact, choice=choice)),
+                        _percent(published.get(view.name(d, "relative_difference", impact, 0)))
+                        if key == "rsa"
+                        else None,
+                    )
+                )
+    return Table(
+        "device_demand",
+        f"Largest force of the devices along {axis} on the floor: in the 3D model in detail and by "
+        "response spectrum analysis (RSA), beside table 7 of the paper; equivalent acceleration: "
+        f"over the sum of the effective masses along {axis}; difference: from detailed, over it, "
+        "positive where RSA is too low",
+        (
+            ("device", ""),
+            ("impacts", ""),
+            ("analysis", ""),
+            ("force", "N"),
+            ("published", "N"),
+            ("over published", ""),
+            ("equivalent", "m/s2"),
+            ("published equivalent", "m/s2"),
+            ("difference", "%"),
+            ("published difference", "%"),
+        ),
+        tuple(rows),
+    )
+
+
+def _headlines(view: DeviceView) -> list[tuple[str, str]]:
+    """The headline analysis, and that with rotations if there is one: labels and names."""
+    found = (view.headline, view.variant(ROTATIONS))
+    return [(f"RSA, {name.replace('.', ', ')}", name) for name in found if name is not None]
+
+
+def _published_mass(view: DeviceView, device: int, published: Published) -> float | None:
+    """Sum of the published effective masses of the modes along the shown direction [kg]."""
+    names = [f"{view.start(device)}.effective_mass.{k + 1}" for k in view.shown_modes(device)]
+    found = [published[name] for name in names if name in published]
+    return sum(found) if found else None
+
+
+def _dampings(view: DeviceView, published: Published) -> Table:
+    """Table 8, whose restitutions are printed in one order and described in the other.
+
+    The text says that ε grows as damping falls; the printed row falls with it.
+    """
+    modes = view.shown_modes(0)
+    shown = sorted({float(f"{view.mode_frequency(0)[k]:.3g}") for k in modes})[:2]
+    rows: list[tuple[Cell, ...]] = []
+    for c, case in enumerate(view.cases):
+        name = f"calibration.epsilon.{case}" if c else "calibration.epsilon"
+        described = published.get(name)
+        alpha, beta = view.damping(c)
+        epsilon = view.epsilon(c)
+        source = "contact laws" if epsilon is None else "given"
+        rows.append(
+            (
+                case,
+                alpha,
+                beta,
+                *(100.0 * float(view.damping_ratio(c, f)) for f in shown),
+                epsilon,
+                "calibrated" if view.calibrated(c) else source,
+                described,
+                # One that is not printed elsewhere is the same in both orders.
+                published.get(f"{name}.{PRINTED}", described),
+                1e-6 * float(view.impact_force[c]),
+            )
+        )
+    return Table(
+        "device_dampings",
+        "Dampings of the buildings and restitution of their impacts, beside table 8 of the paper "
+        "in the order that its text describes and as printed; with the largest impact force",
+        (
+            ("damping", ""),
+            ("alpha", "1/s"),
+            ("beta", "s"),
+            *((f"xi at {f:g} Hz", "%") for f in shown),
+            ("epsilon", "-"),
+            ("where from", ""),
+            ("by the text", "-"),
+            ("as printed", "-"),
+            ("impact force", "MN"),
+        ),
+        tuple(rows),
+    )
+
+
+def _study(view: DeviceView, published: Published) -> Table:
+    """Table 9: detailed and response spectrum analysis by damping, the paper's behind ours."""
+    axis = view.direction
+    turned = view.variant(ROTATIONS)
+    rows: list[tuple[Cell, ...]] = []
+    for d, device in enumerate(view.devices):
+        for c, case in enumerate(view.cases):
+            for impact, load in LOADS.items():
+                names = [
+                    view.name(d, word, impact, c)
+                    for word in (f"f{axis}.detailed", f"f{axis}.rsa", "relative_difference")
+                ]
+                theirs = [published.get(name) for name in names]
+                more = (
+                    (
+                        view.by_spectrum(d, impact, c, turned),
+                        _percent(view.difference(d, impact, c, turned)),
+                    )
+                    if turned
+                    else (None, None)
+                )
+                rows.append(
+                    (
+                        device,
+                        case,
+                        load,
+                        view.detailed(d, impact, c),
+                        theirs[0],
+                        view.by_spectrum(d, impact, c),
+                        theirs[1],
+                        _percent(view.difference(d, impact, c)),
+                        _percent(theirs[2]),
+                        *more,
+                    )
+                )
+    return Table(
+        "device_damping_study",
+        f"Largest force of the devices along {axis} on the floor by the damping of the buildings: "
+        f"in detail and by response spectrum analysis (RSA, {view.headline}), beside table 9 of "
+        "the paper; difference: from detailed, over it, positive where RSA is too low",
+        (
+            ("device", ""),
+            ("damping", ""),
+            ("impacts", ""),
+            ("detailed", "N"),
+            ("published detailed", "N"),
+            ("RSA", "N"),
+            ("published RSA", "N"),
+            ("difference", "%"),
+            ("published difference", "%"),
+            ("RSA with rotations", "N"),
+            ("its difference", "%"),
+        ),
+        tuple(rows),
+    )
+
+
+def _analyses(view: DeviceView) -> Table:
+    """Every response spectrum analysis of every device, load and damping, all components."""
+    store = view.store
+    found = store["spectrum_force"].values
+    detailed = store["largest_force"].values
+    rows: list[tuple[Cell, ...]] = []
+    for d, device in enumerate(view.devices):
+        for c, case in enumerate(view.cases):
+            for impact in (WITHOUT, WITH):
+                start: tuple[Cell, ...] = (device, case, LOADS[impact])
+                exact = (float(v) for v in detailed[c, impact, d])
+                rows.append((*start, "detailed", *exact, None))
+                for k, choice in enumerate(view.choices):
+                    rows.append(
+                        (
+                            *start,
+                            choice.replace(".", ", "),
+                            *(float(v) for v in found[c, impact, d, k]),
+                            _percent(view.difference(d, impact, c, choice)),
+                        )
+                    )
+    components: Columns = tuple((f"F{a}", "N") for a in XYZ) + tuple((f"M{a}", "N m") for a in XYZ)
+    return Table(
+        "device_analyses",
+        "Largest forces and moments of the devices on the floor: in the 3D model in detail, and by "
+        "all response spectrum analyses: combination of the modes, spectra of the anchor's "
+        f"rotations as input, broadened peaks; difference of the force along {view.direction}",
+        (
+            ("device", ""),
+            ("damping", ""),
+            ("impacts", ""),
+            ("analysis", ""),
+            *components,
+            ("difference", "%"),
+        ),
+        tuple(rows),
+    )
+
+
+def _shares(view: DeviceView) -> Table:
+    """What each mode gives to the force, and the displacement that its oscillator has.
+
+    A mode with the effective mass M along the direction and M_i along or about the component i of
+    the anchor gives √(M M_i) S to the force under the pseudo-acceleration S of that component.
+    """
+    rows: list[tuple[Cell, ...]] = []
+    for d, device in enumerate(view.devices):
+        mass, frequency = view.effective_mass(d), view.mode_frequency(d)
+        for c, case in enumerate(view.cases):
+            for impact, load in LOADS.items():
+                S = view.ordinates(d, impact, c)
+                if S is None:
+                    raise ValueError("the store has no ordinates of the modes")
+                force = np.sqrt(mass[view.column] * mass) * np.nan_to_num(S)
+                whole = float((force**2).sum())
+                for i, k in zip(*np.nonzero(force > SMALL * force.max()), strict=True):
+                    rows.append(
+                        (
+                            device,
+                            case,
+                            load,
+                            str(view.store["component"].values[i]),
+                            int(k) + 1,
+                            float(frequency[k]),
+                            float(S[i, k]),
+                            1e3 * float(S[i, k] / (2.0 * math.pi * frequency[k]) ** 2),
+                            float(force[i, k]),
+                            100.0 * float(force[i, k] ** 2) / whole,
+                        )
+                    )
+    return Table(
+        "device_shares",
+        f"What each mode and each component of the anchor gives to the force along "
+        f"{view.direction} by response spectrum analysis, without the missing mass; pseudo-"
+        "acceleration and relative displacement of its oscillator; part: of the sum of squares",
+        (
+            ("device", ""),
+            ("damping", ""),
+            ("impacts", ""),
+            ("component", ""),
+            ("mode", ""),
+            ("f", "Hz"),
+            ("pseudo-acceleration", "m/s2 or rad/s2"),
+            ("displacement", "mm or mrad"),
+            ("force", "N"),
+            ("part", "%"),
+        ),
+        tuple(rows),
+    )
