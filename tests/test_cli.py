@@ -213,7 +213,7 @@ class TestBadInput:
     def test_options(self, program, finished, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         for arguments, expected in (
-            (["--stage", "roof"], "--stage = 'roof': one of the stages building, calibrate, sticks"),
+            (["--stage", "roof"], "--stage = 'roof': one of the stages building, calibrate, "),
             (["--resume", "--out", "nowhere"], "nowhere: --resume: a folder that holds a run"),
             (["--out", finished.case], "small.toml: --out: a folder, this is a file"),
         ):

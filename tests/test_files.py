@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from impactfem.errors import ImpactfemError
-from impactfem.files import atomic, write_json, write_netcdf
+from impactfem.files import atomic, remove_parts, write_json, write_netcdf
 
 
 @pytest.fixture
@@ -61,7 +61,37 @@ def test_a_kill_leaves_the_old_file(old):
     # What a killed run left is in nobody's way.
     with atomic(old) as temporary:
         temporary.write_text("new")
-    assert old.read_text() == "new"
+    assert old.read_text() == "new" and not only(old)
+    remove_parts(old.parent)
+    assert old.read_text() == "new" and only(old)
+
+
+@pytest.fixture
+def other():
+    """A process that lives, and one that has ended."""
+    with subprocess.Popen(["cat"], stdin=subprocess.PIPE) as living:
+        with subprocess.Popen(["true"]) as ended:
+            pass
+        yield living.pid, ended.pid
+
+
+def test_what_a_kill_left_is_removed(tmp_path, other):
+    living, ended = other
+    folder = tmp_path / "tables" / "deep"
+    folder.mkdir(parents=True)
+    left = [tmp_path / f".a b.nc.{ended}.part", folder / f".é.csv.{ended}.part"]
+    # In a container each run has the same number.
+    left.append(folder / f".c.csv.{os.getpid()}.part")
+    kept = [folder / f".a.csv.{living}.part", folder / ".a.csv.1.part"]
+    kept += [folder / name for name in ("a.csv.99.part", ".part", ".a.part", ".a.0.part", "a.csv")]
+    kept += [folder / f".a.csv.{ended}.part2", folder / ".a.csv.99999999999999999999.part"]
+    for path in left + kept:
+        path.write_text("half")
+    (folder / f".folder.{ended}.part").mkdir()
+    remove_parts(tmp_path)
+    assert not [path for path in left if path.exists()]
+    assert all(path.is_file() for path in kept)
+    assert (folder / f".folder.{ended}.part").is_dir()
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,8 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.errors import ImpactfemError
+
+_PART = re.compile(r"\..+\.([1-9]\d{0,8})\.part")
 
 
 @contextmanager
@@ -23,7 +26,7 @@ def atomic(path: Path) -> Iterator[Path]:
     Raises:
         ImpactfemError: The file cannot be written; says why.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")  # as in _PART
     try:
         try:
             yield temporary
@@ -32,6 +35,33 @@ def atomic(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
     except OSError as error:
         raise ImpactfemError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def remove_parts(folder: Path) -> None:
+    """Remove the temporary files below a folder that `atomic` left there when it was killed.
+
+    Those of processes that still live are kept; this process must not be writing there.
+
+    Raises:
+        OSError: One cannot be removed.
+    """
+    for path in folder.rglob(".*.part"):
+        match = _PART.fullmatch(path.name)
+        if match is not None and path.is_file() and not _at_work(int(match[1])):
+            path.unlink(missing_ok=True)
+
+
+def _at_work(process: int) -> bool:
+    """Whether another process of this number lives; in a container that of a run before is ours."""
+    if process == os.getpid():
+        return False
+    try:
+        os.kill(process, 0)  # asks only
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
 
 
 def write_netcdf(path: Path, dataset: xr.Dataset) -> None:

@@ -70,6 +70,23 @@ def quiet() -> Iterator[None]:
         LOGGER.setLevel(level)
 
 
+@contextmanager
+def in_file_only() -> Iterator[None]:
+    """Reports go to files only while the block runs; warnings, and details asked for, still come."""
+    handlers = [
+        handler
+        for handler in LOGGER.handlers
+        if not isinstance(handler, logging.FileHandler) and handler.level == logging.INFO
+    ]
+    for handler in handlers:
+        handler.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        for handler in handlers:
+            handler.setLevel(logging.INFO)
+
+
 class Steps:
     """The named steps of a run, with a bar and the remaining time on a terminal.
 

@@ -7,7 +7,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, NoReturn, TypeVar
 
@@ -19,6 +19,22 @@ PATIENCE = 5.0
 """How long a rank that failed waits for the others to fail, too [s]."""
 # Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
 LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
+_alone = False  # whether this process acts as a program of one
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """This process acts as a program of one while the block runs, under `mpirun` too.
+
+    There is one rank, number 0, with a communicator of its own. For work that is whole on each
+    rank. Not collective.
+    """
+    global _alone
+    before, _alone = _alone, True
+    try:
+        yield
+    finally:
+        _alone = before
 
 
 class OtherRankError(ImpactfemError):
@@ -40,6 +56,8 @@ def world() -> Any | None:
 
     MPI is not started, nor mpi4py imported, for one process.
     """
+    if _alone:
+        return None
     sizes = [os.environ.get(name, "") for name in LAUNCHERS]
     if not any(size.isdigit() and int(size) > 1 for size in sizes):
         return None
@@ -56,6 +74,16 @@ def communicator() -> Any:
     from mpi4py import MPI
 
     return MPI.COMM_SELF
+
+
+def start_solvers() -> None:
+    """Start PETSc and SLEPc on all ranks. Collective.
+
+    They start when they are first imported, and wait for all ranks then: ranks that act alone
+    later must not be the first to import them.
+    """
+    if world() is not None:
+        from slepc4py import SLEPc  # noqa: F401
 
 
 def rank() -> int:
@@ -145,17 +173,24 @@ def _one_thread_each() -> Iterator[None]:
 
 
 @contextmanager
-def workers() -> Iterator[Executor | None]:
+def workers(count: int | None = None) -> Iterator[Executor | None]:
     """An executor over all ranks, or over as many processes as there are threads. Collective.
 
     Rank 0 gets the executor. The other ranks work inside this call until rank 0 leaves the block,
-    and get None. With two ranks one of them works: `mpirun -n 3` keeps two cores busy.
+    and get None. With two ranks one of them works: `mpirun -n 3` keeps two cores busy. A process
+    that acts alone is one of several workers itself: the executor is a thread of it.
+
+    Args:
+        count: Number of processes without ranks; that of the threads when None.
     """
     comm = world()
-    if comm is None:
+    if _alone:
+        with ThreadPoolExecutor(1) as thread:
+            yield thread
+    elif comm is None:
         # Not forked: a fork of a process with threads and HDF5 open may hang.
         context = multiprocessing.get_context("spawn")
-        count = threads()
+        count = count or threads()
         with _one_thread_each(), ProcessPoolExecutor(count, mp_context=context) as pool:
             yield pool
     else:

@@ -1,8 +1,13 @@
+import math
 from pathlib import Path
+from typing import Self
 
 import pytest
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from impactfem.case.base import Section
 from impactfem.case.floors import Floor, read_floors
+from impactfem.case.leaf import PositiveLength, refuse
 from impactfem.case.published import read_published
 from impactfem.case.table import read_table
 from impactfem.case.targets import Target, read_targets
@@ -120,6 +125,81 @@ def test_bounds(tmp_path: Path, low: str, high: str, key: str, expected: str) ->
         (fault,) = faults
         assert fault.key == f"line 2, column {key}"
         assert expected in fault.expected
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "expected"),
+    [
+        ("storey_height_min [m]", "3", ""),
+        ("storey_height_max [m]", "4", ""),
+        ("storey_height_min [m]", "4", "bounds in order: storey_height_min is 4 m"),
+    ],
+)
+def test_one_bound_without_a_column_for_the_other(
+    tmp_path: Path, column: str, cell: str, expected: str
+) -> None:
+    path = write(tmp_path, f"{HEADER},{column}", f"{ROW},{cell}")
+    faults: list[Fault] = []
+    table = read_floors(path, faults)
+    if not expected:
+        assert table is not None and len(table.rows) == 1 and faults == []
+    else:
+        (fault,) = faults
+        assert table is None and (fault.key, fault.value) == ("line 2", None)
+        assert fault.expected.startswith("storey_height_max, which has no column: ")
+        assert expected in fault.expected
+
+
+class Split(Section):
+    """A row whose faults are those of a field that may be left out, and of the row."""
+
+    depth: PositiveLength = Field(description="Of both parts.")
+    first: PositiveLength = Field(default=1.0, validate_default=True, description="Of it.")
+    second: PositiveLength = Field(default=1.0, validate_default=True, description="Of it.")
+
+    @field_validator("first")
+    @classmethod
+    def _within(cls, value: float, info: ValidationInfo) -> float:
+        if value > info.data.get("depth", math.inf):
+            raise refuse("expected at most the depth")
+        return value
+
+    @model_validator(mode="after")
+    def _both(self) -> Self:
+        if self.first + self.second > self.depth:
+            raise refuse("expected first and second within the depth")
+        return self
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "expected"),
+    [
+        ("depth [m]", "2", {}),
+        ("depth [m]", "0.5", {"line 2": "first, which has no column: expected at most the depth"}),
+        ("depth [m]", "1.5", {"line 2": "expected first and second within the depth"}),
+        # Each fault once, and none of what cannot be read.
+        ("depth [m]", "-1", {"line 2, column depth [m]": "expected a length above 0"}),
+        ("depth [m]", "x", {"line 2, column depth [m]": "expected a finite number"}),
+        ("depth [m],first [m]", "0.5,x", {"line 2, column first [m]": "expected a finite number"}),
+        (
+            "depth [m],second [m]",
+            "0.5,-1",
+            {
+                "line 2, column second [m]": "expected a length above 0",
+                "line 2": "first, which has no column: expected at most the depth",
+            },
+        ),
+    ],
+)
+def test_no_row_is_lost_without_a_fault(
+    tmp_path: Path, header: str, row: str, expected: dict[str, str]
+) -> None:
+    faults: list[Fault] = []
+    table = read_table(write(tmp_path, header, row), Split, faults)
+    assert (table is None) == bool(expected)
+    assert [fault.key for fault in faults] == list(expected)
+    for fault in faults:
+        assert fault.expected.startswith(expected[fault.key])
 
 
 def test_all_faults_at_once(tmp_path: Path) -> None:

@@ -4,10 +4,12 @@ The force of a device is a pulse; response spectrum analyses find a given part o
 """
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from impactfem.files import write_netcdf
 from impactfem.scalar import Scalar, to_json
 
 DEVICE_STEP = 1e-3
@@ -212,3 +214,10 @@ def _cases(asked: WantedDevice) -> dict[str, tuple]:
         "epsilon_calibrated": ("case", np.array(CALIBRATED[: asked.dampings])),
         "impact_force": ("case", np.full(asked.dampings, asked.impact_force)),
     }
+
+
+def device_folder(folder: Path, **wanted: object) -> Path:
+    """Write `device.nc` of a run into a folder and give the folder."""
+    asked = WantedDevice(**wanted)  # type: ignore[arg-type]
+    write_netcdf(folder / "device.nc", device_store(asked))
+    return folder

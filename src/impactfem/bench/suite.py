@@ -26,11 +26,18 @@ def _transient() -> list[Figure]:
     return transient_figures()
 
 
+def _wall() -> list[Figure]:
+    from impactfem.bench.wall import wall_figures
+
+    return wall_figures()
+
+
 GROUPS: dict[str, Callable[[], list[Figure]]] = {
     "sticks": stick_figures,
     "spectra": spectrum_figures,
     "building": _building,
     "transient": _transient,
+    "wall": _wall,
 }
 QUICK = ("sticks", "spectra")
 """Groups that run when none is named: those that take seconds."""

@@ -77,7 +77,7 @@ def read_source(path: Path, model: type[BaseModel]) -> Source:
     try:
         for file, content in reversed(list(_chain(path, source.texts, folders))):
             _lay_over(source.raw, content, (), file, source.speakers)
-        names = list(_file_names(source.raw, (), source.raw, model))
+        names = list(file_names(source.raw, (), source.raw, model))
     except RecursionError as error:
         raise InputError([Fault(path, "", None, "tables nested too deeply")]) from error
     for place, name in names:
@@ -172,16 +172,23 @@ def _same_type(below: dict[str, Any], above: dict[str, Any]) -> bool:
     return "type" not in above or below.get("type", above["type"]) == above["type"]
 
 
-def _file_names(
+def file_names(
     current: Any, place: Place, raw: dict[str, Any], model: type[BaseModel]
 ) -> Iterator[tuple[Place, str]]:
-    """The names of files in a content, with their places."""
+    """The names of files in a content, with their places.
+
+    Args:
+        current: What stands at the place.
+        place: Where the search begins; () for all of the content.
+        raw: The whole content of a case file.
+        model: The model of a case file, which tells the names of files from other texts.
+    """
     if isinstance(current, dict):
         for key, value in current.items():
-            yield from _file_names(value, (*place, key), raw, model)
+            yield from file_names(value, (*place, key), raw, model)
     elif isinstance(current, list):
         for index, value in enumerate(current):
-            yield from _file_names(value, (*place, index), raw, model)
+            yield from file_names(value, (*place, index), raw, model)
     elif isinstance(current, str) and current.strip() and "\0" not in current:
         _, info = field_at(model, place, raw)
         if info is not None and _has_file_name(info.annotation, info.metadata):

@@ -212,21 +212,22 @@ def _faults_of(
         for cell, column in zip(cells, columns, strict=True)
         if column is not None
     }
-    found, further = [], []
-    said = set()
+    found: list[Fault] = []
+    said: list[tuple[str, Any]] = []
+    further: list[tuple[str, str, Any]] = []
     for item in error.errors(include_url=False):
         field = str(item["loc"][0]) if item["loc"] else ""
         if field in values:
             header, cell = written[field]
             found.append(Fault(path, column_key(number, header), cell, item["msg"]))
-            said.add((item["msg"], item["input"]))
+            said.append((item["msg"], item["input"]))
+        # What is missing, or in a column but not read, was said of the header or the cell already.
         elif item["type"] != "missing" and field not in written:
-            further.append((field, item))
-        # What else there is was said of the header or of the cell already.
-    for field, item in further:
+            further.append((field, item["msg"], item["input"]))
+    for field, message, value in further:
         # A field without a column may follow another one, whose fault it repeats.
-        if (item["msg"], item["input"]) not in said:
-            expected = f"{field}, which has no column: {item['msg']}" if field else item["msg"]
+        if (message, value) not in said:
+            expected = f"{field}, which has no column: {message}" if field else message
             found.append(Fault(path, f"line {number}", None, expected))
     return found
 

@@ -118,8 +118,9 @@ def _mode(panel: Axes, drawn: Drawing, mode: int) -> None:
     panel.plot(x[0], 0.0, "s", color=ORANGE, ms=5, label="base")
     panel.plot(x[-1], drawn.height, "o", color="black", ms=4, label="mass centre")
     half = float(np.abs(outline[:, 0]).max())
-    reach = half + 1.35 * AMPLITUDE * _top(drawn)
-    panel.plot([-reach, reach], [0.0, 0.0], color="black", lw=1.5)
+    # So wide that the width of the panel, not its height, gives the scale.
+    reach = max(half + 1.35 * AMPLITUDE * _top(drawn), 0.95 * _top(drawn))
+    panel.axhline(0.0, color="black", lw=1.5)
     panel.set_xlim(-reach, reach)
     panel.set_ylim(-0.75 * _top(drawn), 1.5 * _top(drawn))
     panel.set_aspect("equal")
@@ -140,7 +141,9 @@ def _elevation(panel: Axes, drawn: Drawing) -> None:
     if _has_beam(drawn):
         panel.plot([0.0, 0.0], [0.0, drawn.beam_length], color=RED, lw=3.0, label="beam")
     panel.plot(0.0, drawn.height, "o", color="black", ms=5, label="mass centre")
-    panel.plot([-1.9 * half, 1.9 * half], [-0.16 * top] * 2, color=BLUE, lw=4.0, label="floor")
+    # As wide as the legend needs, however slim the device is.
+    reach = max(2.1 * half, 0.95 * top)
+    panel.axhline(-0.16 * top, color=BLUE, lw=4.0, label="floor")
     # Springs have no length: they are drawn apart to be seen.
     for x in np.linspace(-half, half, 5):
         label = "rigid links to the floor" if x == half else None
@@ -148,12 +151,12 @@ def _elevation(panel: Axes, drawn: Drawing) -> None:
     panel.plot([0.0, 0.0], [0.0, -0.06 * top], color=ORANGE, lw=5.0, label="springs of the base")
     panel.annotate(
         "",
-        (1.25 * half, 0.0),
-        xytext=(1.25 * half, drawn.height),
+        (half + 0.12 * reach, 0.0),
+        xytext=(half + 0.12 * reach, drawn.height),
         arrowprops={"arrowstyle": "<->", "color": GREY},
     )
-    panel.text(1.3 * half, 0.5 * drawn.height, f"{drawn.height:g} m", va="center")
-    panel.set_xlim(-2.1 * half, 2.1 * half)
+    panel.text(half + 0.15 * reach, 0.5 * drawn.height, f"{drawn.height:g} m", va="center")
+    panel.set_xlim(-reach, reach)
     panel.set_ylim(-0.25 * top, 1.75 * top)
     panel.set_aspect("equal")
     panel.set_xlabel(f"{drawn.axis} [m]")

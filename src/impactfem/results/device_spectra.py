@@ -29,7 +29,7 @@ def damping_figure(path: Path, view: DeviceView) -> None:
         panel = axes[0]
         for c in _drawn_order(view):
             ratio = 100.0 * view.damping_ratio(c, frequency)
-            panel.loglog(frequency, ratio, label=view.cases[c], **_line(c))
+            panel.loglog(frequency, ratio, label=view.cases[c], **_line(view, c))
         _mark_modes(panel, view, 0)
         panel.set_xlabel("frequency [Hz]")
         panel.set_ylabel("damping ratio [%]")
@@ -53,7 +53,7 @@ def spectra_figure(path: Path, view: DeviceView, device: int) -> None:
                 spectrum = view.spectrum(device, impact, c)
                 top = int(np.argmax(spectrum))
                 label = f"{view.cases[c]}: {spectrum[top]:.3g} m/s² at {view.frequency[top]:.3g} Hz"
-                panel.semilogx(view.frequency, spectrum, label=label, **_line(c))
+                panel.semilogx(view.frequency, spectrum, label=label, **_line(view, c))
             _mark_modes(panel, view, device)
             panel.set_xlabel("frequency [Hz]")
             panel.set_ylabel("pseudo-acceleration [m/s²]")
@@ -130,8 +130,10 @@ def _drawn_order(view: DeviceView) -> list[int]:
     return [*range(1, len(view.cases)), 0]
 
 
-def _line(case: int) -> dict[str, object]:
-    style = {"ls": "-", "lw": 1.2} if case else {"ls": "--", "lw": 0.9}
+def _line(view: DeviceView, case: int) -> dict[str, object]:
+    """The own damping is dashed over the others, so that these are seen below it."""
+    dashed = case == 0 and len(view.cases) > 1
+    style = {"ls": "--", "lw": 0.9} if dashed else {"ls": "-", "lw": 1.2}
     return {"color": case_colour(case), **style}
 
 

@@ -1,4 +1,4 @@
-"""The checks of the stage `transient` in words: loads, basis, band, samples."""
+"""The checks of the stage `transient` in words: samples, loads, basis, band."""
 
 from __future__ import annotations
 
@@ -15,6 +15,18 @@ POINTS = 10.0
 """Points in a cycle of the highest frequency of the response below which it is told."""
 
 
+def log_samples(step: float, highest: float) -> None:
+    """Log how finely a step samples the response, as a warning where it is too coarse.
+
+    Args:
+        step: Time step [s].
+        highest: Highest frequency of the response [Hz].
+    """
+    points = 1.0 / (highest * step)
+    line = f"{points:.1f} points in a cycle of {highest:g} Hz at the step of {1e3 * step:g} ms"
+    _log(points >= POINTS, f"transient: {line}")
+
+
 def log_transient_checks(folder: Path) -> None:
     """Log the checks of the stage, as warnings where one fails.
 
@@ -23,17 +35,10 @@ def log_transient_checks(folder: Path) -> None:
     """
     with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store:
         values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
-        step = float(store["time"][1] - store["time"][0])
-        highest = float(store.attrs["maximum_frequency"])
     lines = [
         (
             values["transient.impulse_error"] < IMPULSE,
             f"transient: impulses kept to {values['transient.impulse_error']:.1e}",
-        ),
-        (
-            1.0 / (highest * step) >= POINTS,
-            f"transient: {1.0 / (highest * step):.1f} points in a cycle of {highest:g} Hz at the "
-            f"step of {1e3 * step:g} ms",
         ),
     ]
     if "transient.band_max" in values:
@@ -48,7 +53,11 @@ def log_transient_checks(folder: Path) -> None:
             (error < 0.5, f"transient: spectra of reduced and full differ by {error:.2g} %")
         )
     for good, line in lines:
-        if good:
-            LOGGER.info("%s", line)
-        else:
-            LOGGER.warning("warning: %s", line)
+        _log(good, line)
+
+
+def _log(good: bool, line: str) -> None:
+    if good:
+        LOGGER.info("%s", line)
+    else:
+        LOGGER.warning("warning: %s", line)

@@ -94,7 +94,10 @@ def _run(
     rows = coefficient_rows(c)
 
     def run(part: slice) -> None:
-        kernel(acceleration[part], rows, state[:, part], peaks[:, part])
+        # The kernels are fast on contiguous arrays only: a slice of the second axis is none.
+        mine, found = np.ascontiguousarray(state[:, part]), np.zeros_like(peaks[:, part], order="C")
+        kernel(acceleration[part], rows, mine, found)
+        state[:, part], peaks[:, part] = mine, found
 
     n_parts = min(threads, n_records)
     bounds = [n_records * k // n_parts for k in range(n_parts + 1)]

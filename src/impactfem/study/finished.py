@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from impactfem.files import write_json
+from impactfem.files import atomic, write_json
 from impactfem.log import LOGGER
 
 
@@ -53,6 +55,42 @@ def mark_finished(
     """
     listed = {str(path.relative_to(folder)): _file_digest(path) for path in sorted(files)}
     write_json(_manifest(folder, stage), {"inputs": key, "seconds": seconds, "files": listed})
+
+
+def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Path | None:
+    """Copy a stage that another run has finished with the same inputs.
+
+    Args:
+        folder: The run's folder.
+        others: Folders of other runs, which need not exist.
+        stage: Name of the stage.
+        key: Hash of its inputs.
+
+    Returns:
+        The folder it was copied from; None when none has it, or this run has it already.
+
+    Raises:
+        ImpactfemError: A file cannot be written.
+    """
+    if _claims(folder, stage, key):
+        return None
+    for other in others:
+        if _claims(other, stage, key) and is_finished(other, stage, key):
+            manifest = _manifest(other, stage)
+            for name in [*_read(manifest)["files"], manifest.name]:  # the manifest last of all
+                (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                with atomic(folder / name) as temporary:
+                    shutil.copyfile(other / name, temporary)
+            return other
+    return None
+
+
+def _claims(folder: Path, stage: str, key: str) -> bool:
+    """Whether a run says that it has finished a stage with these inputs."""
+    try:
+        return bool(_read(_manifest(folder, stage))["inputs"] == key)
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def seconds_of(folder: Path, stage: str) -> dict[str, float]:

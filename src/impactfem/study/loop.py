@@ -84,6 +84,7 @@ def run(
     stage: str | None = None,
     resume: bool = False,
     fresh: bool = False,
+    bar: bool = True,
 ) -> Run:
     """Run a case up to a stage and write its folder.
 
@@ -96,6 +97,7 @@ def run(
         stage: The last stage to run; all stages when None.
         resume: Go on with the run in the folder; it must hold one.
         fresh: Compute everything again.
+        bar: Whether a bar shows on a terminal how far the run is.
 
     Raises:
         InputError: The case is not usable, or the folder is not; nothing is written then.
@@ -117,19 +119,20 @@ def run(
         LOGGER.info("%s -> %s", case.title, folder)
         stages = asked_stages(case, stage)
         for one in stages:
-            _run_stage(one, case, result, fresh)
+            _run_stage(one, case, result, fresh, bar)
         on_root(lambda: _write_results(case, result, stages, started))
     return result
 
 
-def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool) -> None:
+def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) -> None:
     folder = result.folder
     key = on_root(lambda: stage.key(case))
+    on_root(lambda: stage.announces(case))
     if on_root(lambda: not fresh and is_finished(folder, stage.name, key)):
         LOGGER.info("stage %s: finished before with the same inputs, reused", stage.name)
         result.reused.append(stage.name)
     else:
-        with Steps(stage.steps, quiet=rank() != 0) as steps:
+        with Steps(stage.steps, quiet=rank() != 0 or not bar) as steps:
             if stage.collective:
                 files = stage.run(case, folder, key, steps)
             else:

@@ -24,6 +24,7 @@ class Stage:
         store: Its main file, with the scalars.
         run: Computes and writes; gives the files that it wrote, on rank 0.
         checks: Logs the checks of its results.
+        announces: Logs what is known of its results before anything is computed.
         lacks: The section of the case file without which the stage has nothing to do; None when
             nothing is missing.
         needs: Names of the stages whose files it reads.
@@ -38,6 +39,7 @@ class Stage:
     store: str
     run: Callable[[Case, Path, str, Steps], list[Path]]
     checks: Callable[[Case, Path], None]
+    announces: Callable[[Case], None] = lambda case: None
     lacks: Callable[[Case], str | None] = lambda case: None
     needs: Callable[[Case], tuple[str, ...]] = lambda case: ()
     derived: Callable[[Path], list[Scalar]] = lambda folder: []

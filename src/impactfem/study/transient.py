@@ -12,7 +12,7 @@ from impactfem.case.structure import structure_files
 from impactfem.case.transient import transient_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
-from impactfem.results.transient_checks import log_transient_checks
+from impactfem.results.transient_checks import log_samples, log_transient_checks
 from impactfem.results.transient_figures import transient_figures
 from impactfem.results.transient_physics import physics_scalars
 from impactfem.results.transient_tables import transient_tables
@@ -69,7 +69,8 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     from impactfem.building.stage import mesh_of_run
     from impactfem.transient.checkpoints import remove_checkpoints
     from impactfem.transient.export import write_motion
-    from impactfem.transient.stage import CHECKPOINTS, prepare, run_transient
+    from impactfem.transient.prepared import prepare
+    from impactfem.transient.stage import CHECKPOINTS, run_transient
     from impactfem.transient.store import write_maps, write_transient
 
     mesh = mesh_of_run(case, folder)
@@ -117,6 +118,11 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return on_root(write)
 
 
+def _announce(case: Case) -> None:
+    if case.transient is not None:
+        log_samples(case.transient.time_step, case.transient.maximum_frequency)
+
+
 def _figures(case: Case, folder: Path) -> list[Path]:
     asked = case.transient
     if asked is None:
@@ -141,6 +147,7 @@ TRANSIENT = Stage(
     store="transient.nc",
     run=_run,
     checks=lambda case, folder: log_transient_checks(folder),
+    announces=_announce,
     lacks=lambda case: "transient" if case.transient is None else None,
     needs=lambda case: ("building", "sticks"),
     derived=_physics,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
@@ -14,22 +13,18 @@ from numpy.typing import NDArray
 
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
-from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
-from impactfem.errors import Fault, InputError, SolutionError
 from impactfem.log import LOGGER
-from impactfem.motion.from_case import ground_motions
 from impactfem.parallel import on_root
 from impactfem.spectra import ResponseSpectra
-from impactfem.sticks.force_history import read_forces
 from impactfem.transient.band import peak_band, spectrum_band
-from impactfem.transient.forces import checked_forces
 from impactfem.transient.full_run import FullRun, run_full
-from impactfem.transient.loads import Loads, make_loads
+from impactfem.transient.loads import Loads
 from impactfem.transient.maps import FloorMaps, floor_maps, looked_at
 from impactfem.transient.motion_grid import motion_grid
-from impactfem.transient.probes import Probe, case_probes
+from impactfem.transient.prepared import Prepared, transient_of
+from impactfem.transient.probes import Probe
 from impactfem.transient.reduced_basis import ReducedBasis, build_basis
 from impactfem.transient.response import (
     NodeResponse,
@@ -121,77 +116,6 @@ def main_impact(loads: Loads) -> tuple[float, float] | None:
     return start * loads.time_step, end * loads.time_step
 
 
-@dataclass(frozen=True, eq=False)
-class Prepared:
-    """What a run needs beside the matrices.
-
-    Args:
-        parts: The building.
-        probes: Where it is looked.
-        loads: The loads.
-        storey_factor: Factor on walls and columns.
-        damping: α [1/s] and β [s].
-        lightest: α and β of the lightest damping that the reduced basis must serve.
-    """
-
-    parts: BuildingParts
-    probes: tuple[Probe, ...]
-    loads: Loads
-    storey_factor: float
-    damping: tuple[float, float]
-    lightest: tuple[float, float]
-
-
-def prepare(
-    case: Case, mesh_file: Path, forces_file: Path, storey_factor: float, inputs: str
-) -> Prepared:
-    """Read mesh, motions and forces. Not collective.
-
-    Args:
-        case: The case; it has a structure and a transient part.
-        mesh_file: The mesh of the building.
-        forces_file: The impact forces of the sticks, where the case names none of its own.
-        storey_factor: Factor on walls and columns.
-        inputs: Hash of what the sticks of this run depend on.
-
-    Raises:
-        InputError: The mesh or the forces are not usable, or a probe is outside the building.
-    """
-    transient, structure = _asked(case), case.structure
-    if structure is None:
-        raise ValueError("the case has no structure")
-    parts, _, _ = read_parts(case, mesh_file)
-    path = transient.forces or forces_file
-    history = read_forces(path)
-    duration = transient.duration or float(history.time[-1])
-    if transient.export and (transient.export_start or 0.0) >= duration:
-        expected = f"less than what is computed, {duration:g} s"
-        start = f"{transient.export_start:g} s"
-        raise InputError([Fault(case.path, "transient.export_start", start, expected)])
-    forces, edges = checked_forces(history, path, case, parts.mesh, duration, inputs)
-    try:
-        probes = tuple(case_probes(parts.mesh, transient.probes))
-    except SolutionError as error:
-        raise InputError([Fault(case.path, "transient.probes", None, str(error))]) from error
-    n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
-    motions = [
-        ("xyz".index(m.direction), m.accelerogram.time_step, m.accelerogram.acceleration)
-        for m in ground_motions(case.motions)
-    ]
-    damping = case.building(structure.building).damping
-    served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
-    return Prepared(
-        parts=parts,
-        probes=probes,
-        loads=make_loads(motions, forces, edges, transient.time_step, n_steps),
-        storey_factor=storey_factor,
-        damping=damping.coefficients,
-        lightest=min(
-            served, key=lambda one: one.ratio_at(transient.maximum_frequency)
-        ).coefficients,
-    )
-
-
 def run_transient(
     case: Case,
     prepared: Prepared,
@@ -222,7 +146,7 @@ def run_transient(
     Raises:
         SolutionError: The basis does not reach its tolerance, or the response is not finite.
     """
-    transient = _asked(case)
+    transient = transient_of(case)
     reduced, full = transient.solver != "full", transient.solver != "reduced"
     loads = prepared.loads
     nodes = np.array([probe.node for probe in prepared.probes])
@@ -258,12 +182,6 @@ def run_transient(
     if comm.rank != 0:
         return None
     return _results(case, prepared, basis, run, nodes, step, within)
-
-
-def _asked(case: Case) -> Transient:
-    if case.transient is None:
-        raise ValueError("the case has no transient part")
-    return case.transient
 
 
 def _stored_basis(
@@ -351,7 +269,7 @@ def _results(
     step: Step,
     within: Progress,
 ) -> TransientStudy:
-    transient, loads, damping = _asked(case), prepared.loads, prepared.damping
+    transient, loads, damping = transient_of(case), prepared.loads, prepared.damping
     maps = None
     full_error = None
     with step("spectra"):
@@ -424,7 +342,7 @@ def _against_full(
     run: FullRun,
 ) -> float:
     """Largest relative difference of the spectra, both solvers with Newmark at the same step."""
-    transient = _asked(case)
+    transient = transient_of(case)
     history = modal_histories(basis, loads, damping, scheme="newmark")
     same = node_spectra(node_response(basis, history, loads, nodes), case.spectra)
     truth = node_spectra(run.response, case.spectra)

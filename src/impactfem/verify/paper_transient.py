@@ -22,8 +22,8 @@ from impactfem.verify.row import Row
 from impactfem.verify.sticks import shipped_case
 
 if TYPE_CHECKING:
+    from impactfem.transient.prepared import Prepared
     from impactfem.transient.response import NodeResponse
-    from impactfem.transient.stage import Prepared
 
 Array = NDArray[np.float64]
 
@@ -181,7 +181,7 @@ def _prepared(case: Case, folder: Path, window: float) -> Prepared:
     """Mesh, and the forces of the sticks, as the stages would make them."""
     from impactfem.building.from_case import geometry_of
     from impactfem.building.generate import generate
-    from impactfem.transient.stage import prepare
+    from impactfem.transient.prepared import prepare
 
     structure = case.structure
     if structure is None:

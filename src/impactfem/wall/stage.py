@@ -230,7 +230,7 @@ def _reduced(prepared: Prepared, comm: Any, step: Step, within: Progress) -> Wal
             model,
             K,
             patterns,
-            _probes(mesh, experiment.floors),
+            wall_probes(mesh, experiment.floors),
             damping=prepared.dampings[OWN],
             maximum_frequency=MAXIMUM_FREQUENCY,
             tolerance=TOLERANCE,
@@ -248,8 +248,13 @@ def _reduced(prepared: Prepared, comm: Any, step: Step, within: Progress) -> Wal
     return found
 
 
-def _probes(mesh: BuildingMesh, floors: tuple[int, ...]) -> Index:
-    """Mass centres, and the ends and middles of the edges."""
+def wall_probes(mesh: BuildingMesh, floors: tuple[int, ...]) -> Index:
+    """Nodes where the free building must be accurate: mass centres, ends and middles of edges.
+
+    Args:
+        mesh: The mesh.
+        floors: Floors that may hit the wall.
+    """
     nodes = [mesh.centres[floor] for floor in floors]
     for floor in floors:
         edge = np.unique(mesh.edges[floor])

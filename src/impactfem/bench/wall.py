@@ -1,0 +1,126 @@
+"""Speed of the wall experiment with the 3D model: reduced against full order."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.bench.building import load_forms
+from impactfem.bench.figure import Figure
+from impactfem.building.from_case import geometry_of
+from impactfem.building.generate import generate
+from impactfem.building.model import assemble_building
+from impactfem.case import load_case
+from impactfem.dynamics.factorisation import Factorisation
+from impactfem.dynamics.unilateral_full import FullMotion
+from impactfem.parallel import communicator
+from impactfem.verify.sticks import shipped_case
+from impactfem.wall.building_model import WallPatterns, reduced_wall_model, wall_patterns
+from impactfem.wall.building_run import run_reduced
+from impactfem.wall.experiment import WallExperiment
+from impactfem.wall.stage import LARGEST, MAXIMUM_FREQUENCY, TOLERANCE, prepare, wall_probes
+
+Array = NDArray[np.float64]
+
+CASE = "npp_pair.toml"
+STEPS = 10
+"""Steps of the full model that are timed, without and with contact impulses."""
+
+
+def wall_figures() -> list[Figure]:
+    """Measure on the default mesh of the paper's case.
+
+    Raises:
+        ImpactfemError: The source tree with the shipped cases is missing.
+    """
+    case = load_case(shipped_case(CASE))
+    structure = case.structure
+    if structure is None:
+        raise ValueError(f"{CASE} has no structure")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "building.msh"
+        generate(geometry_of(case), path, source=str(case.path))
+        prepared = prepare(case, path, structure.storey_stiffness_factor)
+    load_forms()
+    experiment, mesh = prepared.experiment, prepared.parts.mesh
+    damping = next(iter(prepared.dampings.values()))
+    start = time.perf_counter()
+    model = assemble_building(communicator(), prepared.parts)
+    K = model.take_stiffness(prepared.storey_factor)
+    patterns = wall_patterns(model, mesh, experiment.floors, experiment.displaced_floor)
+    assembled = time.perf_counter() - start
+    start = time.perf_counter()
+    reduced = reduced_wall_model(
+        model,
+        K,
+        patterns,
+        wall_probes(mesh, experiment.floors),
+        damping=damping,
+        maximum_frequency=MAXIMUM_FREQUENCY,
+        tolerance=TOLERANCE,
+        largest=LARGEST,
+    )
+    built = time.perf_counter() - start
+    run_reduced(reduced, experiment, prepared.mass, damping)  # compiles
+    start = time.perf_counter()
+    run_reduced(reduced, experiment, prepared.mass, damping)
+    run = time.perf_counter() - start
+    factored, step, contact_step = _full(model.mass, K, patterns, experiment, damping)
+    # Impacts last 3 % of the window.
+    full = factored + (experiment.n_t - 1) * (0.97 * step + 0.03 * contact_step)
+    return [
+        Figure("wall, free degrees of freedom", float(model.n_free), "-"),
+        Figure("wall, contact constraints", float(patterns.contact.shape[1]), "-"),
+        Figure("wall, matrices", assembled, "s"),
+        Figure("wall, vectors of the reduced model", float(len(reduced.eigenvalue)), "-"),
+        Figure("wall, reduced model", built, "s"),
+        Figure(f"wall, {experiment.n_t - 1} steps of the reduced model", run, "s"),
+        Figure(
+            "wall, full order: static start, factorisation and Delassus operator", factored, "s"
+        ),
+        Figure("wall, full order: one step", step, "s"),
+        Figure("wall, full order: one step with impulses", contact_step, "s"),
+        Figure(f"wall, full order: {experiment.n_t - 1} steps", full, "s"),
+        Figure("wall, full over reduced, basis excluded", full / run, "-", 30.0, at_most=False),
+        Figure(
+            "wall, full over reduced, basis included",
+            full / (built + run),
+            "-",
+            10.0,
+            at_most=False,
+        ),
+    ]
+
+
+def _full(
+    M: Any, K: Any, patterns: WallPatterns, experiment: WallExperiment, damping: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Times of all before the first step, of a step, and of one with impulses [s]."""
+    alpha, beta = damping
+    start = time.perf_counter()
+    with Factorisation(K, name="the stiffness matrix") as factor:
+        u = np.ascontiguousarray(factor.solve_block(patterns.push[:, None])[:, 0])
+    with FullMotion(
+        K, M, patterns.contact, experiment.time_step, alpha=alpha, beta=beta, probes=patterns.seen
+    ) as motion:
+        motion.delassus()
+        motion.start(u, None)
+        factored = time.perf_counter() - start
+        nothing, impulse = np.zeros(0), np.full(motion.constraints, 1.0)
+        free, pushed = [], []
+        for _ in range(STEPS):
+            start = time.perf_counter()
+            motion.free(nothing)
+            motion.advance()
+            free.append(time.perf_counter() - start)
+            start = time.perf_counter()
+            motion.free(nothing)
+            motion.push(impulse)
+            motion.advance()
+            pushed.append(time.perf_counter() - start)
+    return factored, float(np.median(free)), float(np.median(pushed))

@@ -1,0 +1,96 @@
+"""What the stage `transient` needs beside the matrices: mesh, probes, loads and dampings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from impactfem.building.parts import BuildingParts
+from impactfem.building.read_parts import read_parts
+from impactfem.case import Case
+from impactfem.case.transient import Transient
+from impactfem.errors import Fault, InputError, SolutionError
+from impactfem.motion.from_case import ground_motions
+from impactfem.sticks.force_history import read_forces
+from impactfem.transient.forces import checked_forces
+from impactfem.transient.loads import Loads, make_loads
+from impactfem.transient.probes import Probe, case_probes
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What a run needs beside the matrices.
+
+    Args:
+        parts: The building.
+        probes: Where it is looked.
+        loads: The loads.
+        storey_factor: Factor on walls and columns.
+        damping: α [1/s] and β [s].
+        lightest: α and β of the lightest damping that the reduced basis must serve.
+    """
+
+    parts: BuildingParts
+    probes: tuple[Probe, ...]
+    loads: Loads
+    storey_factor: float
+    damping: tuple[float, float]
+    lightest: tuple[float, float]
+
+
+def prepare(
+    case: Case, mesh_file: Path, forces_file: Path, storey_factor: float, inputs: str
+) -> Prepared:
+    """Read mesh, motions and forces. Not collective.
+
+    Args:
+        case: The case; it has a structure and a transient part.
+        mesh_file: The mesh of the building.
+        forces_file: The impact forces of the sticks, where the case names none of its own.
+        storey_factor: Factor on walls and columns.
+        inputs: Hash of what the sticks of this run depend on.
+
+    Raises:
+        InputError: The mesh or the forces are not usable, or a probe is outside the building.
+    """
+    transient, structure = transient_of(case), case.structure
+    if structure is None:
+        raise ValueError("the case has no structure")
+    parts, _, _ = read_parts(case, mesh_file)
+    path = transient.forces or forces_file
+    history = read_forces(path)
+    duration = transient.duration or float(history.time[-1])
+    if transient.export and (transient.export_start or 0.0) >= duration:
+        expected = f"less than what is computed, {duration:g} s"
+        start = f"{transient.export_start:g} s"
+        raise InputError([Fault(case.path, "transient.export_start", start, expected)])
+    forces, edges = checked_forces(history, path, case, parts.mesh, duration, inputs)
+    try:
+        probes = tuple(case_probes(parts.mesh, transient.probes))
+    except SolutionError as error:
+        raise InputError([Fault(case.path, "transient.probes", None, str(error))]) from error
+    n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
+    motions = [
+        ("xyz".index(m.direction), m.accelerogram.time_step, m.accelerogram.acceleration)
+        for m in ground_motions(case.motions)
+    ]
+    damping = case.building(structure.building).damping
+    served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
+    return Prepared(
+        parts=parts,
+        probes=probes,
+        loads=make_loads(motions, forces, edges, transient.time_step, n_steps),
+        storey_factor=storey_factor,
+        damping=damping.coefficients,
+        lightest=min(
+            served, key=lambda one: one.ratio_at(transient.maximum_frequency)
+        ).coefficients,
+    )
+
+
+def transient_of(case: Case) -> Transient:
+    """The transient part of a case that has one."""
+    if case.transient is None:
+        raise ValueError("the case has no transient part")
+    return case.transient
