@@ -89,6 +89,55 @@ def run(
 
 
 @app.command()
+def sweep(
+    case: CaseFile,
+    settings: Annotated[
+        list[str],
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUES",
+            help="A key of the case and its values, with commas between; start:stop:count is a "
+            "range, start:stop:count:log one of equal ratios. Once for each key.",
+        ),
+    ],
+    zipped: Annotated[
+        bool, typer.Option("--zip", help="Keys run together, value by value.")
+    ] = False,
+    stage: Annotated[
+        str | None, typer.Option(help="Last stage to run; all stages when left out.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the sweep; runs/<case name>_sweep if left out.")
+    ] = None,
+    show: Annotated[
+        str, typer.Option(help="Results to show, with commas between; * for any letters.")
+    ] = "",
+    processes: Annotated[int, typer.Option(min=1, help="Variants that run at a time.")] = 1,
+) -> None:
+    """Run a case over values of one key or several, into one table; also over ranks."""
+    from impactfem import study
+
+    try:
+        result = study.sweep(
+            case,
+            settings,
+            zipped=zipped,
+            stage=stage,
+            out=out,
+            show=[name.strip() for name in show.split(",") if name.strip()],
+            processes=processes,
+        )
+    except KeyboardInterrupt:
+        typer.echo("interrupted; run again to go on", err=True)
+        raise typer.Exit(130) from None
+    if rank() == 0:
+        typer.echo(result.short_table().as_text(PIPE_WIDTH))
+        typer.echo(f"results: {', '.join(map(str, result.files))}")
+    if result.failed:
+        raise typer.Exit(1)
+
+
+@app.command()
 def check(case: CaseFile) -> None:
     """Check a case file and all files it names; nothing is computed."""
     from impactfem import study

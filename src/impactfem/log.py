@@ -72,7 +72,7 @@ def quiet() -> Iterator[None]:
 
 @contextmanager
 def in_file_only() -> Iterator[None]:
-    """Reports go to files only while the block runs; warnings, and details asked for, still come."""
+    """Reports go to files only while the block runs; warnings and the details of `-v` still come."""
     handlers = [
         handler
         for handler in LOGGER.handlers

@@ -138,6 +138,7 @@ def test_second_run_reuses_the_stage(
     assert scalars_of(second) == scalars_of(reduced[1])
     assert second.times == reduced[1].times
     assert not any("reduced basis" in line for line in told)
+    assert any("points in a cycle" in line for line in told)
 
 
 @pytest.mark.parametrize("change", ["motion", "forces and step", "damping", "probe"])

@@ -1,4 +1,4 @@
-"""A dotted key as people write it (``buildings[0].stiffness_factor``), and whether a case has it."""
+"""A dotted key as people write it, ``buildings[0].stiffness_factor``; whether a case has it."""
 
 from __future__ import annotations
 

@@ -2,13 +2,14 @@
 
 Dimensions: `case` (damping cases, the building's own first), `impact` (without, with), `device`,
 `time`, `component` (x, y, z, rx, ry, rz), `choice` (response spectrum analyses), `frequency` and
-`mode`
-(of the devices; values beyond a device's modes are nan). Forces are those of the device on the
-floor; accelerations are absolute; `anchor_acceleration` is that of the anchor without the device.
+`mode` (of the devices; values beyond a device's modes are nan). Forces are those of the device on
+the floor; accelerations are absolute; `anchor_acceleration` is that of the anchor without the
+device. `equipment.drawing` and `equipment.ordinates` say what else there is.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,8 @@ from numpy.typing import NDArray
 from impactfem.device.modes import device_modes
 from impactfem.device.springs import COMPONENTS
 from impactfem.equipment.analysis import DeviceResult
+from impactfem.equipment.drawing import drawing_variables
+from impactfem.equipment.ordinates import ordinate_variables
 from impactfem.equipment.scalars import device_scalars, headline
 from impactfem.equipment.stage import DampedStudy, DeviceStudy
 from impactfem.files import write_netcdf
@@ -41,11 +44,24 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         ImpactfemError: The file cannot be written.
     """
     cases, prepared = study.cases, study.prepared
-    first = cases[0].impact[0]
-    choices = list(first.by_spectrum)
+    choices = list(cases[0].impact[0].by_spectrum)
+    best = headline(study)
+    turned = replace(best, rotations=True)
+    modes = _modes(study)
     names = [device.name for device in prepared.devices]
     dataset = xr.Dataset(
-        {**_results(study), **_analyses(study), **_modes(study), **_cases(cases)},
+        {
+            **_results(study),
+            **_analyses(study),
+            **modes,
+            **_cases(cases),
+            **drawing_variables(study.case.devices, prepared.devices),
+            **ordinate_variables(
+                cases,
+                turned if turned in choices else best,
+                modes["mode_frequency"][1].shape[1],
+            ),
+        },
         coords={
             "case": ("case", np.array([c.name for c in cases], dtype=object)),
             "impact": IMPACTS,
@@ -70,10 +86,24 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
             "scalars": to_json(device_scalars(study)),
             "building": study.case.structure.building if study.case.structure else "",
             "shown_direction": "xyz"[study.direction],
-            "headline": headline(study).label,
+            "headline": best.label,
+            "notes": _notes(study),
         },
     )
     write_netcdf(path, dataset)
+
+
+def _notes(study: DeviceStudy) -> str:
+    """What the response spectrum analyses assumed, a line each."""
+    return "\n".join(
+        dict.fromkeys(
+            f"{result.name}: {note}"
+            for one in study.cases
+            for result in (*one.no_impact, *one.impact)
+            for analysis in result.by_spectrum.values()
+            for note in analysis.notes
+        )
+    )
 
 
 def _each(study: DeviceStudy, of: Any) -> Array:

@@ -3,5 +3,6 @@
 from impactfem.study.loop import Run, check, run
 from impactfem.study.stage import Stage
 from impactfem.study.stages import STAGES, stage_names
+from impactfem.study.sweep import Sweep, sweep
 
-__all__ = ["STAGES", "Run", "Stage", "check", "run", "stage_names"]
+__all__ = ["STAGES", "Run", "Stage", "Sweep", "check", "run", "stage_names", "sweep"]
