@@ -5,7 +5,7 @@ import pytest
 from rich.console import Console
 
 from impactfem import log
-from impactfem.log import LOGGER, Steps, mirrored, set_up
+from impactfem.log import LOGGER, Steps, in_file_only, mirrored, set_up
 
 
 def speak():
@@ -23,6 +23,22 @@ def test_standard_error(capsys, verbose, heard):
     speak()
     found = capsys.readouterr()
     assert found.err.splitlines() == heard and found.out == ""
+
+
+@pytest.mark.parametrize(
+    ("verbose", "heard"), [(False, []), (True, ["a detail", "a step", "a warning"])]
+)
+def test_in_file_only(capsys, tmp_path, verbose, heard):
+    set_up(verbose)
+    with mirrored(tmp_path / "run.log"):
+        with in_file_only() as warnings:
+            speak()
+            speak()
+            assert warnings == {"a warning"}
+        assert capsys.readouterr().err.splitlines() == 2 * heard
+        speak()
+    assert warnings == {"a warning"} and "a warning" in capsys.readouterr().err
+    assert (tmp_path / "run.log").read_text().count("a detail") == 3
 
 
 def test_setting_up_twice_says_nothing_twice(capsys):

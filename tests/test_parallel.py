@@ -67,6 +67,59 @@ def test_ranks(ranks, under_mpirun, tmp_path):
     assert ended.stdout.split("\n")[0] == "[1, 2, 3]"
 
 
+WORK = """
+from impactfem.parallel import alone, communicator, on_root, rank, size, workers, world
+
+def work(value):
+    from petsc4py import PETSc
+    with alone():
+        comm = communicator()
+        vector = PETSc.Vec().createMPI(3, comm=comm)
+        vector.set(value)
+        with workers() as executor:
+            inner = list(executor.map(abs, [-1.0]))
+        found = (world() is None, rank(), size(), comm.size, on_root(lambda: vector.sum()), inner)
+    return *found, size()
+"""
+ALONE_EACH = """
+from impactfem.parallel import start_solvers, workers
+from work import work
+
+start_solvers()
+with workers() as executor:
+    if executor is not None:
+        print(list(executor.map(work, [1.0, 2.0])))
+"""
+
+
+def test_ranks_that_act_alone(under_mpirun, tmp_path):
+    """PETSc starts on all of three ranks; then each of two works with a communicator of its own."""
+    (tmp_path / "work.py").write_text(WORK, encoding="utf-8")
+    script = tmp_path / "each.py"
+    script.write_text(ALONE_EACH, encoding="utf-8")
+    ended = under_mpirun(3, sys.executable, "-m", "mpi4py", script)
+    assert ended.returncode == 0, ended.stderr
+    rows = [(True, 0, 1, 1, 3.0 * value, [1.0], 3) for value in (1.0, 2.0)]
+    assert ended.stdout.split("\n")[0] == str(rows)
+
+
+def test_alone_in_one_process(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "3")  # not asked in the block
+    with parallel.alone():
+        with parallel.alone():
+            assert parallel.world() is None
+        assert parallel.world() is None and parallel.size() == 1
+        with parallel.workers() as executor:
+            assert list(executor.map(lambda value: (value, os.getpid()), [5])) == [(5, os.getpid())]
+
+
+def test_a_number_of_workers(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    with parallel.workers(1) as executor:
+        assert len(set(executor.map(eval, ["__import__('os').getpid()"] * 4))) == 1
+
+
 def test_a_run_on_two_ranks_is_that_of_one(under_mpirun, new_case, finished, tmp_path):
     program = Path(sys.executable).with_name("impactfem")
     case = new_case(tmp_path)

@@ -131,7 +131,8 @@ def sweep(
         typer.echo("interrupted; run again to go on", err=True)
         raise typer.Exit(130) from None
     if rank() == 0:
-        typer.echo(result.short_table().as_text(PIPE_WIDTH))
+        for table in result.short_tables():
+            typer.echo(table.as_text(PIPE_WIDTH))
         typer.echo(f"results: {', '.join(map(str, result.files))}")
     if result.failed:
         raise typer.Exit(1)

@@ -70,19 +70,38 @@ def quiet() -> Iterator[None]:
         LOGGER.setLevel(level)
 
 
+class _Distinct(logging.Handler):
+    """Keeps the warnings that it is given, each once."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.messages: set[str] = set()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a warning."""
+        self.messages.add(record.getMessage())
+
+
 @contextmanager
-def in_file_only() -> Iterator[None]:
-    """Reports go to files only while the block runs; warnings and the details of `-v` still come."""
+def in_file_only() -> Iterator[set[str]]:
+    """Reports go to files only while the block runs; the details that `-v` asks for still come.
+
+    Yields:
+        The warnings of the block, each once.
+    """
+    kept = _Distinct()
     handlers = [
         handler
         for handler in LOGGER.handlers
         if not isinstance(handler, logging.FileHandler) and handler.level == logging.INFO
     ]
+    LOGGER.addHandler(kept)
     for handler in handlers:
-        handler.setLevel(logging.WARNING)
+        handler.setLevel(logging.CRITICAL)
     try:
-        yield
+        yield kept.messages
     finally:
+        LOGGER.removeHandler(kept)
         for handler in handlers:
             handler.setLevel(logging.INFO)
 

@@ -46,7 +46,7 @@ def key_fault(place: Place, raw: Mapping[str, Any], model: type[BaseModel]) -> s
             if not isinstance(current, list):
                 return f"expected no index: {above} is no list in this case"
             if part >= len(current):
-                return f"expected an index from 0 to {len(current) - 1}: so long is the list"
+                return f"expected an index below {len(current)}, the length of the list"
         elif isinstance(current, list):
             return f"expected an index: {above}[0] is the first one of the list"
         elif not isinstance(current, Mapping):

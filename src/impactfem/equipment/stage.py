@@ -133,7 +133,7 @@ def prepare(case: Case, mesh_file: Path, forces_file: Path, storey_factor: float
     Args:
         case: The case; it has a structure, a transient part and devices.
         mesh_file: The mesh of the building.
-        forces_file: The impact forces of the sticks.
+        forces_file: The impact forces of the sticks, where the case names none of its own.
         storey_factor: Factor on walls and columns.
 
     Raises:
@@ -144,7 +144,8 @@ def prepare(case: Case, mesh_file: Path, forces_file: Path, storey_factor: float
     if structure is None:
         raise ValueError("the case has no structure")
     parts, _, _ = read_parts(case, mesh_file)
-    forces = read_forces(forces_file)
+    path = transient.forces or forces_file
+    forces = read_forces(path)
     motions = tuple(ground_motions(case.motions))
     devices = tuple(checked_devices(case))
     return Prepared(
@@ -155,7 +156,9 @@ def prepare(case: Case, mesh_file: Path, forces_file: Path, storey_factor: float
         rules=tuple(rules_of(analysis, d.maximum_frequency) for d in case.devices),
         own=case.building(structure.building).damping.coefficients,
         forces=forces,
-        loads=_loads(case, parts, motions, forces, forces_file, transient),
+        loads=_loads(
+            case, parts, motions, forces, path, transient.duration or float(forces.time[-1])
+        ),
         motions=motions,
         wall=None if case.wall_impact is None else prepare_wall(case, mesh_file, storey_factor),
     )
@@ -227,9 +230,9 @@ def _loads(
     motions: tuple[GroundMotion, ...],
     forces: ForceHistory,
     path: Path,
-    transient: Transient,
+    duration: float,
 ) -> Loads:
-    duration = transient.duration or float(forces.time[-1])
+    transient = _transient(case)
     own, edges = checked_forces(forces, path, case, parts.mesh, duration)
     n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
     along = [
@@ -306,14 +309,20 @@ def _damping_case(
 ) -> DampedStudy:
     """Restitution, sticks, 3D model and devices again with another damping."""
     transient = _transient(case)
+    if transient.forces is not None:
+        # Nothing is known of what another damping would do to forces from elsewhere.
+        LOGGER.info("device: damping case %s with the forces of %s", one.name, transient.forces)
+        return _damped(
+            analyst, one.name, one.coefficients, None, calibrated=False, loads=prepared.loads
+        )
     calibrated = one.restitution == CALIBRATED and analyst.model.wall is not None
     epsilon = None if one.restitution == CALIBRATED else float(one.restitution)
     if calibrated:
         epsilon = _epsilon(prepared, analyst.model, one.coefficients)
     damped = damped_case(case, one, epsilon)
-    duration = transient.duration or float(prepared.forces.time[-1])
+    duration = prepared.loads.time_step * (len(prepared.loads.ground) - 1)
     forces = impact_forces(damped, calibration, prepared.motions, duration)
-    loads = _loads(damped, prepared.parts, prepared.motions, forces, case.path, transient)
+    loads = _loads(damped, prepared.parts, prepared.motions, forces, case.path, duration)
     LOGGER.debug("device: damping case %s with the restitution %s", one.name, epsilon)
     return _damped(analyst, one.name, one.coefficients, epsilon, calibrated=calibrated, loads=loads)
 

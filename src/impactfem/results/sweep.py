@@ -17,8 +17,11 @@ from impactfem.results.table import Cell, Table
 from impactfem.scalar import Scalar
 
 NAME = "sweep"
+PANELS = 12
+DECADE = 10.0
+"""Ratio of swept values from which on their axis is logarithmic."""
 SHOWN = 6
-"""Number of results that are shown when none is asked for."""
+"""Number of results in a table on the screen, and of those shown when none is asked for."""
 
 
 @dataclass(frozen=True)
@@ -53,12 +56,14 @@ class SweepResults:
         keys: The swept keys, each with the SI unit of its values; "" for words.
         rows: The variants.
         published: Published values in SI by the name of the result.
+        zipped: Whether the keys ran together: all variants are on one line.
     """
 
     title: str
     keys: tuple[tuple[str, str], ...]
     rows: tuple[SweepRow, ...]
     published: Mapping[str, float]
+    zipped: bool = False
 
     @property
     def units(self) -> dict[str, str]:
@@ -157,16 +162,14 @@ def draw_sweep(path: Path, results: SweepResults, names: Sequence[str]) -> bool:
     Returns:
         Whether there was something to draw.
     """
-    numeric = [k for k, (_, unit) in enumerate(results.keys) if unit]
-    if not numeric:
-        return False
-    along = numeric[0]
-    drawn = [name for name in names if _longest(results, along, name) > 1]
+    along = _along(results)
+    drawn = [name for name in names if _longest(results, along, name) > 1][:PANELS]
     if not drawn:
         return False
     key, unit = results.keys[along]
     rows, columns = math.ceil(len(drawn) / 2), min(2, len(drawn))
-    caption = f"{results.title}: results over {key}."
+    dashed = " Dashed: published." if any(name in results.published for name in drawn) else ""
+    caption = f"{results.title}: results over {key}.{dashed}"
     with figure(path, (rows, columns), (4.5 * columns, 2.8 * rows), caption) as (_, axes):
         for panel, name in zip(axes, drawn, strict=False):
             lines = _lines(results, along, name)
@@ -175,15 +178,25 @@ def draw_sweep(path: Path, results: SweepResults, names: Sequence[str]) -> bool:
             for colour, (label, points) in zip(colours, lines.items(), strict=False):
                 x, y = zip(*sorted(points), strict=True)
                 panel.plot(x, y, marker="o", ms=3.5, color=colour, label=label)
+                if x[0] > 0.0 and x[-1] >= DECADE * x[0]:
+                    panel.set_xscale("log")
             _label(panel, (key, unit), (name, results.units[name]))
             if name in results.published:
                 panel.axhline(results.published[name], color="black", lw=0.8, ls="--")
+            if panel is axes[0] and any(lines):
+                panel.legend()
         for panel in axes[len(drawn) :]:
             panel.set_axis_off()
-        if len(results.keys) > 1:
-            axes[0].legend()
         letter(axes[: len(drawn)])
     return True
+
+
+def _along(results: SweepResults) -> int:
+    """The first key whose values are numbers and differ, or the first of all."""
+    for k, (_, unit) in enumerate(results.keys):
+        if unit and len({row.values[k] for row in results.rows}) > 1:
+            return k
+    return 0
 
 
 def _label(panel: Axes, key: tuple[str, str], result: tuple[str, str]) -> None:
@@ -203,7 +216,7 @@ def _lines(results: SweepResults, along: int, name: str) -> dict[str, list[tuple
             if isinstance(value, float)
             else f"{key} = {value}"
             for k, ((key, unit), value) in enumerate(zip(results.keys, row.values, strict=True))
-            if k != along
+            if k != along and not results.zipped
         ]
         lines.setdefault(", ".join(others), []).append((x, y))
     return lines

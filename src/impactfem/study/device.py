@@ -7,6 +7,7 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.structure import structure_files
+from impactfem.case.transient import transient_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
 from impactfem.results.device_checks import log_device_checks
@@ -33,7 +34,8 @@ STEPS = {
 
 def _key(case: Case) -> str:
     sections = (*STICK_INPUTS, "transient", "devices", "device_analysis", "damping_cases")
-    own = stick_inputs_key(case, sections)
+    files = transient_files(case.transient) if case.transient is not None else ()
+    own = stick_inputs_key(case, sections, files)
     rooms = inputs_key(case, ("structure",), DEVICE_ROOMS)
     return hashlib.sha256(f"{own}{rooms}{calibrate_key(case)}".encode()).hexdigest()
 

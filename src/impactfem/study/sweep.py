@@ -17,11 +17,11 @@ from typing import Any
 from impactfem import log
 from impactfem.case import Case
 from impactfem.case.model import CaseFile
-from impactfem.case.source import Source, read_source
+from impactfem.case.source import read_source
 from impactfem.errors import ImpactfemError, InputError
 from impactfem.log import LOGGER, in_file_only, mirrored
 from impactfem.parallel import alone, on_root, rank, start_solvers, workers, world
-from impactfem.results.sweep import SweepResults, SweepRow, write_sweep
+from impactfem.results.sweep import SHOWN, SweepResults, SweepRow, write_sweep
 from impactfem.results.table import Table
 from impactfem.scalar import Scalar
 from impactfem.study.axis import Axis, read_axes
@@ -56,19 +56,20 @@ class Sweep:
         """Number of variants that failed."""
         return sum(bool(row.error) for row in self.results.rows)
 
-    def short_table(self) -> Table:
-        """The table of the results that are shown."""
-        return self.results.table(self.shown)
+    def short_tables(self) -> Iterator[Table]:
+        """The results that are shown, in tables of a few columns."""
+        for first in range(0, max(1, len(self.shown)), SHOWN):
+            yield self.results.table(self.shown[first : first + SHOWN])
 
 
 @dataclass(frozen=True)
 class _Plan:
-    """A sweep before it runs: the case, what it extends, its axes and variants."""
+    """A sweep before it runs: its case, axes and variants, and whether the axes run together."""
 
     case: Case
-    source: Source
     axes: list[Axis]
     variants: list[Variant]
+    zipped: bool
 
 
 @dataclass(frozen=True)
@@ -92,10 +93,18 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job: its scalars, or why it failed, and its wall time [s]."""
+    """What became of a job.
+
+    Args:
+        scalars: Its results; none when it failed.
+        error: Why it failed; "" when it did not.
+        warnings: Number of its warnings.
+        seconds: Its wall time [s].
+    """
 
     scalars: list[Scalar]
     error: str
+    warnings: int
     seconds: float
 
 
@@ -173,7 +182,7 @@ def _prepared(
     open_folder(folder, resume=False, log=LOG)
     for variant in variants:
         write_case(variant, source, folder)
-    return _Plan(case, source, axes, variants)
+    return _Plan(case, axes, variants, zipped)
 
 
 def _outcomes(jobs: list[Job], processes: int) -> list[Outcome]:
@@ -182,9 +191,7 @@ def _outcomes(jobs: list[Job], processes: int) -> list[Outcome]:
     found: dict[int, Outcome] = {}
     with ExitStack() as stack:
         if world() is None and processes == 1:
-            ended: Iterator[tuple[int, Outcome]] = (
-                (k, _run_here(job)) for k, job in enumerate(jobs)
-            )
+            ended: Iterator[tuple[int, Outcome]] = ((k, run_job(job)) for k, job in enumerate(jobs))
         else:
             start_solvers()
             executor = stack.enter_context(workers(min(processes, len(jobs))))
@@ -197,13 +204,9 @@ def _outcomes(jobs: list[Job], processes: int) -> list[Outcome]:
             if outcome.error:
                 LOGGER.warning("variant %s, %s: failed: %s", count, name, outcome.error)
             else:
-                LOGGER.info("variant %s, %s: done in %.1f s", count, name, outcome.seconds)
+                told = f", warnings in its log: {outcome.warnings}" if outcome.warnings else ""
+                LOGGER.info("variant %s, %s: done in %.1f s%s", count, name, outcome.seconds, told)
     return [found[k] for k in range(len(jobs))]
-
-
-def _run_here(job: Job) -> Outcome:
-    with in_file_only():
-        return run_job(job)
 
 
 def _run_elsewhere(jobs: list[Job], executor: Executor) -> Iterator[tuple[int, Outcome]]:
@@ -214,7 +217,7 @@ def _run_elsewhere(jobs: list[Job], executor: Executor) -> Iterator[tuple[int, O
         except Exception as error:
             # A process that was killed, as for want of memory: the other results are kept.
             reason = f"its process ended: {type(error).__name__}: {error}"
-            yield futures[future], Outcome([], reason, math.nan)
+            yield futures[future], Outcome([], reason, 0, math.nan)
 
 
 def run_alone(job: Job) -> Outcome:
@@ -232,23 +235,29 @@ def run_job(job: Job, *, bar: bool = True) -> Outcome:
         bar: Whether a bar shows on a terminal how far its run is.
     """
     start = perf_counter()
-    try:
-        open_folder(job.folder, resume=False)
-        case = check(job.path)
-        for stage in asked_stages(case, job.stage):
-            origin = take_over(job.folder, job.others, stage.name, stage.key(case))
-            if origin is not None:
-                LOGGER.debug("stage %s: the same as in %s, copied", stage.name, origin)
-        scalars = run(job.path, out=job.folder, stage=job.stage, bar=bar).scalars
-        return Outcome(scalars, "", perf_counter() - start)
-    except ImpactfemError as error:
-        return Outcome([], str(error), perf_counter() - start)
-    except Exception as error:
-        # An error of the program or of a library in one variant: the others are run all the same.
-        LOGGER.debug("variant %s", job.name, exc_info=True)
-        return Outcome([], f"{type(error).__name__}: {error}", perf_counter() - start)
-    finally:
-        gc.collect()  # matrices of a variant go before those of the next one come
+    scalars: list[Scalar] = []
+    failure = ""
+    with in_file_only() as warnings:
+        try:
+            scalars = _run(job, bar)
+        except ImpactfemError as error:
+            failure = str(error)
+        except Exception as error:
+            # An error of the program or of a library in one variant: the others run all the same.
+            LOGGER.debug("variant %s", job.name, exc_info=True)
+            failure = f"{type(error).__name__}: {error}"
+    gc.collect()  # matrices of a variant go before those of the next one come
+    return Outcome(scalars, failure, len(warnings), perf_counter() - start)
+
+
+def _run(job: Job, bar: bool) -> list[Scalar]:
+    open_folder(job.folder, resume=False)
+    case = check(job.path)
+    for stage in asked_stages(case, job.stage):
+        origin = take_over(job.folder, job.others, stage.name, stage.key(case))
+        if origin is not None:
+            LOGGER.debug("stage %s: the same as in %s, copied", stage.name, origin)
+    return run(job.path, out=job.folder, stage=job.stage, bar=bar).scalars
 
 
 def _written(plan: _Plan, outcomes: list[Outcome], folder: Path, show: Sequence[str]) -> Sweep:
@@ -269,6 +278,7 @@ def _results(plan: _Plan, outcomes: list[Outcome]) -> SweepResults:
         keys=tuple((axis.key, axis.unit) for axis in plan.axes),
         rows=tuple(rows),
         published=published_values(plan.case),
+        zipped=plan.zipped,
     )
 
 

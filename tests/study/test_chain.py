@@ -1,0 +1,240 @@
+"""Every stage on the shipped frame: from the wall experiment to the force of a pump."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+
+from impactfem import study
+from impactfem.errors import InputError
+from impactfem.results import floor_products
+from impactfem.study import building, calibrate, device, sticks, transient
+
+pytestmark = pytest.mark.slow
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+SHORTER = (
+    ('duration = "3 s"', 'duration = "1 s"'),
+    ('strong_phase = ["0.5 s", "2.5 s"]', 'strong_phase = ["0.2 s", "0.8 s"]'),
+    ("modes = 20", "modes = 6"),
+    ('ratio = "5 %"', 'ratio = "1 %"'),
+    (
+        "\n[structure]\n",
+        """
+[[buildings]]
+name = "G"
+material = "concrete"
+floors = "frame_floors.csv"
+axis = ["0 m", "8 m"]
+rigid_below = "0.2 m"
+rigid_above = "0.1 m"
+second_moment_factor = 0.2
+
+[structure]
+""",
+    ),
+)
+REST = """
+[wall_impact]
+gap = "2 mm"
+displacement = "-5 mm"
+duration = "0.4 s"
+time_step = "0.25 ms"
+
+[[damping_cases]]
+name = "light"
+ratio = "0.5 %"
+frequencies = ["1 Hz", "20 Hz"]
+
+[contact_laws.floor]
+type = "kelvin-voigt"
+stiffness = "calibrated"
+restitution = "calibrated"
+
+[[contacts]]
+a = { building = "F", floor = [1, 2], offset = ["0 m", "2 m", "0 m"] }
+b = { building = "G", floor = [1, 2], offset = ["0 m", "-2 m", "0 m"] }
+normal = [0, 1, 0]
+gap = "0.2 mm"
+law = "floor"
+
+[transient]
+time_step = "1 ms"
+maximum_frequency = "100 Hz"
+
+[[devices]]
+name = "pump"
+point = ["2 m", "2.2 m", "6 m"]
+radius = "0.8 m"
+mass = "500 kg"
+mass_height = "0.5 m"
+inertia = ["30 kg m2", "30 kg m2", "20 kg m2"]
+[devices.stiffness]
+x = "2e7 N/m"
+y = "2e7 N/m"
+z = "rigid"
+rx = "1e7 N m/rad"
+ry = "1e7 N m/rad"
+rz = "rigid"
+[devices.damping]
+ratio = "2 %"
+frequencies = ["10 Hz", "60 Hz"]
+"""
+
+
+def no_pictures(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(building, "building_pictures", lambda *_: [])
+    patch.setattr(sticks, "stick_figures", lambda *_: [])
+    patch.setattr(floor_products, "floor_figures", lambda *_: [])
+    patch.setattr(transient, "transient_figures", lambda *_, **__: [])
+    patch.setattr(calibrate, "wall_figures", lambda *_: [])
+    patch.setattr(device, "device_figures", lambda *_: [])
+
+
+@pytest.fixture(scope="module")
+def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("chain")
+    for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
+        shutil.copy(GEOMETRY / name, folder)
+    path = edited(folder / "frame.toml", *SHORTER)
+    path.write_text(path.read_text() + REST)
+    return path
+
+
+@pytest.fixture(scope="module")
+def done(case: Path) -> study.Run:
+    with pytest.MonkeyPatch.context() as patch:
+        no_pictures(patch)
+        return study.run(case, out=case.parent / "run")
+
+
+def values(run: study.Run) -> dict[str, Any]:
+    return {scalar.name: scalar.value for scalar in run.scalars}
+
+
+def test_calibrated_values_reach_the_contact(done: study.Run) -> None:
+    found = values(done)
+    assert 0.0 < found["calibration.epsilon"] < 1.0
+    assert found["calibration.complementarity"] < 1e-9
+    assert found["calibration.epsilon.light"] > found["calibration.epsilon"]
+    with xr.open_dataset(done.folder / "forces.nc", engine="h5netcdf") as forces:
+        laws = [str(law) for law in forces["law"].values]
+    with xr.open_dataset(done.folder / "calibrate.nc", engine="h5netcdf") as store:
+        assert float(store["epsilon"][0]) == pytest.approx(found["calibration.epsilon"])
+    assert f"{found['calibration.K_Ceq']:.4g}"[:4] in laws[0]
+    assert found["pounding.impacts"] > 0
+
+
+def test_the_pump(done: study.Run) -> None:
+    found = values(done)
+    for name in ("detailed", "rsa"):
+        assert found[f"device.fy.{name}.impact"] > found[f"device.fy.{name}.no_impact"] > 0.0
+    assert abs(found["device.relative_difference.no_impact"]) < 0.6
+    assert found["device.fy.detailed.impact.light"] > found["device.fy.detailed.impact"]
+    # The pump's rosette makes the slab a little stiffer.
+    known = found["calibration.epsilon.light"]
+    assert found["device.epsilon.light"] == pytest.approx(known, abs=0.03)
+    with xr.open_dataset(done.folder / "device.nc", engine="h5netcdf") as store:
+        assert store["case"].values.tolist() == ["own", "light"]
+        assert float(store["imbalance"].max()) < 1e-8
+        largest = float(abs(store["force"].isel(case=0, impact=1, device=0, component=1)).max())
+    assert largest == pytest.approx(found["device.fy.detailed.impact"], rel=1e-5)
+
+
+def test_finished_stages_are_reused(case: Path, done: study.Run) -> None:
+    again = study.run(case, out=done.folder)
+    stages = ["building", "calibrate", "sticks", "transient", "device"]
+    assert again.reused == stages
+    assert values(again) == values(done)
+
+
+def test_a_wider_wall_gap_calibrates_again(
+    case: Path, done: study.Run, edited: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The reduced model serves again; what follows from the restitution does not."""
+    no_pictures(monkeypatch)
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
+    other = edited(tmp_path / "frame.toml", ('gap = "2 mm"', 'gap = "3 mm"'))
+    again = study.run(other, out=tmp_path / "run", stage="sticks")
+    assert again.reused == ["building"]
+    assert "calibrate: basis" not in again.times
+    assert values(again)["calibration.epsilon"] != values(done)["calibration.epsilon"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('gap = "2 mm"', 'gap = "20 mm"', "no impact: floor 2 does not touch the wall"),
+        ('duration = "0.4 s"', 'duration = "0.07 s"', "(still going on|no impact)"),
+        (
+            'point = ["2 m", "2.2 m", "6 m"]',
+            'point = ["2 m", "2.2 m", "4 m"]',
+            "point|is on no floor",
+        ),
+    ],
+)
+def test_refused(
+    case: Path,
+    done: study.Run,
+    edited: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    old: str,
+    new: str,
+    message: str,
+) -> None:
+    """What cannot be evaluated is told, and leaves the stores of the run as they were."""
+    no_pictures(monkeypatch)
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
+    before = {path.name: path.read_bytes() for path in (tmp_path / "run").glob("*.nc")}
+    other = edited(tmp_path / "frame.toml", (old, new))
+    with pytest.raises(Exception, match=message):
+        study.run(other, out=tmp_path / "run")
+    for name, content in before.items():
+        if name in ("calibrate.nc", "device.nc"):
+            assert (tmp_path / "run" / name).read_bytes() == content
+
+
+def test_case_that_lacks_devices(case: Path, edited: Any, tmp_path: Path) -> None:
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
+    other = tmp_path / "frame.toml"
+    other.write_text(other.read_text().split("[[devices]]")[0])
+    with pytest.raises(InputError, match=r"a section \[devices\], which the stage device needs"):
+        study.run(other, out=tmp_path / "run", stage="device")
+
+
+def test_two_ranks(
+    case: Path, done: study.Run, under_mpirun: Callable[..., Any], tmp_path: Path
+) -> None:
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
+    out = tmp_path / "ranks"
+    ended = under_mpirun(
+        2, sys.executable, "-c", MAIN, "run", tmp_path / "frame.toml", "--out", out
+    )
+    assert ended.returncode == 0, ended.stderr
+    known = values(done)
+    summary = json.loads((out / "summary.json").read_text())
+    for entry in summary:
+        name, value = entry["name"], entry["value"]
+        if value is None or name.rsplit(".", 1)[-1] in ROUNDING or "seconds" in name:
+            continue
+        assert value == pytest.approx(known[name], rel=1e-6, abs=1e-9), name
+
+
+MAIN = "from impactfem.cli import main; main()"
+ROUNDING = {
+    "complementarity",
+    "energy_residual",
+    "energy_gained",
+    "impulse_error",
+    "basis_difference",
+    "basis_error",
+    "contact_energy_defect",
+}
+"""Scalars that are rounding errors, or estimates of errors."""
