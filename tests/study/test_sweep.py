@@ -86,6 +86,9 @@ def test_a_stage_with_the_same_inputs_is_computed_once(
     assert len(calls) == 1 and swept.failed == 0
     first, *others = swept.results.rows
     assert all(other.scalars == first.scalars for other in others)
+    # Nor in a later sweep into the same folder, under another name.
+    later = study.sweep(case, {"title": ["d"]}, stage="sticks", out=tmp_path / "s")
+    assert len(calls) == 1 and later.results.rows[0].scalars == first.scalars
 
 
 @pytest.mark.parametrize(

@@ -80,14 +80,12 @@ class Job:
         name: Its name.
         path: Its case file.
         folder: The folder of its run.
-        others: Folders of the other variants' runs.
         stage: The last stage to run; all stages when None.
     """
 
     name: str
     path: Path
     folder: Path
-    others: tuple[Path, ...]
     stage: str | None
 
 
@@ -122,9 +120,9 @@ def sweep(
 
     Each variant is a case file of its own, which extends the case, in the folder `cases` of the
     sweep, and is run into a folder of its own in `runs`. Finished stages are reused, and a stage
-    that another variant has finished with the same inputs is copied. A variant that fails is named
-    and left behind. Collective under `mpirun`: rank 0 hands the variants out, the other ranks run
-    one each at a time.
+    that another run there has finished with the same inputs is copied. A variant that fails is
+    named and left behind. Collective under `mpirun`: rank 0 hands the variants out, the other ranks
+    run one each at a time.
 
     Args:
         path: The case file.
@@ -150,7 +148,6 @@ def sweep(
             variant.name,
             variant.case_file(folder),
             variant.run_folder(folder),
-            tuple(v.run_folder(folder) for v in plan.variants if v is not variant),
             stage,
         )
         for variant in plan.variants
@@ -253,8 +250,9 @@ def run_job(job: Job, *, bar: bool = True) -> Outcome:
 def _run(job: Job, bar: bool) -> list[Scalar]:
     open_folder(job.folder, resume=False)
     case = check(job.path)
+    others = sorted(other for other in job.folder.parent.iterdir() if other != job.folder)
     for stage in asked_stages(case, job.stage):
-        origin = take_over(job.folder, job.others, stage.name, stage.key(case))
+        origin = take_over(job.folder, others, stage.name, stage.key(case))
         if origin is not None:
             LOGGER.debug("stage %s: the same as in %s, copied", stage.name, origin)
     return run(job.path, out=job.folder, stage=job.stage, bar=bar).scalars
