@@ -25,10 +25,11 @@ def case() -> Case:
 
 @pytest.mark.parametrize("cases", [(), (LIGHT, HEAVY), (HEAVY, LIGHT)])
 def test_dampings(case: Case, cases: tuple[DampingCase, ...]) -> None:
-    """The building's own first, then the damping cases in their order."""
+    """The building's own first, then the damping cases that ask for a restitution."""
     changed = case.model_copy(update={"damping_cases": cases})
     prepared = prepare(changed, GEOMETRY / "frame.msh", 0.5)
-    assert list(prepared.dampings) == [OWN, *(one.name for one in cases)]
+    asking = [one for one in cases if one is not HEAVY]
+    assert list(prepared.dampings) == [OWN, *(one.name for one in asking)]
     assert prepared.dampings[OWN] == case.building("F").damping.coefficients
-    for one in cases:
+    for one in asking:
         assert prepared.dampings[one.name] == one.coefficients

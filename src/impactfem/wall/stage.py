@@ -17,6 +17,7 @@ from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
+from impactfem.case.calibrated import CALIBRATED
 from impactfem.case.damping_cases import OWN
 from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.log import LOGGER
@@ -56,7 +57,8 @@ class Prepared:
         mass: Masses of the floors that may hit, shape (n_floors,) [kg].
         experiment: What is done.
         storey_factor: Factor on walls and columns.
-        dampings: α [1/s] and β [s] by the name of the damping case; the building's own first.
+        dampings: α [1/s] and β [s] of the building's own damping, then by the name of each damping
+            case that asks for its restitution.
         position: Place of each contact constraint along its edge, shape (m,) [m].
         length: Length of edge that it stands for, shape (m,) [m].
         theta: θ of the time stepping.
@@ -154,7 +156,12 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
         mass=np.array([masses.floors[order[floor]] for floor in asked.floors]),
         experiment=experiment,
         storey_factor=storey_factor,
-        dampings={OWN: own, **{one.name: one.coefficients for one in case.damping_cases}},
+        dampings={OWN: own}
+        | {
+            one.name: one.coefficients
+            for one in case.damping_cases
+            if one.restitution == CALIBRATED
+        },
         position=np.concatenate([edge.position for edge in edges]),
         length=np.concatenate([edge.weight for edge in edges]),
         theta=asked.theta,
