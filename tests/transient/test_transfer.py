@@ -76,3 +76,20 @@ def test_without_forces(frame: Frame, loads: Loads) -> None:
     ground = replace(loads, edges=(), force=loads.force[:, :0])
     found = transfer_functions(frame.basis(ground, tolerance=0.1), frame.nodes, frame.damping, 50.0)
     assert found.loads == () and found.value.shape == (600, 0, len(frame.nodes), 3)
+
+
+def test_bound_holds(frame: Frame, loads: Loads, basis: ReducedBasis) -> None:
+    """The rigorous bound against a direct solution, at frequencies where it is sharp and not."""
+    exact = frame.basis(loads, tolerance=1e-6)
+    nodes = frame.nodes
+    coarse = frame.basis(loads, tolerance=0.1)
+    ours, truth = (transfer_functions(b, nodes, frame.light, HIGHEST) for b in (coarse, exact))
+    error = np.abs(ours.value - truth.value)
+    rounding = 1e-9 * np.abs(truth.value).max()
+    assert (error - ours.bound).max() < rounding
+    assert error.max() > 0.0 and np.isfinite(ours.bound).all()
+    # A better basis has a smaller one; of other nodes nothing is known.
+    better = transfer_functions(basis, nodes, frame.light, HIGHEST).bound
+    assert np.median(better / ours.bound) < 1.0
+    other = np.setdiff1d(coarse.nodes, nodes)[:1]
+    assert np.isinf(coarse.bound(other, np.array([10.0]), frame.light)).all()

@@ -170,10 +170,12 @@ class Residual:
 
     Args:
         basis: The basis as it stands.
+
+    `gram` is Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail).
     """
 
     def __init__(self, basis: KrylovBasis) -> None:
-        self._gram = inner(basis.M, basis.Q, basis.shifted_tail())
+        self.gram = inner(basis.M, basis.Q, basis.shifted_tail())
         self._size = basis.size
 
     def norms(self, model: ReducedModel, omega: Array, alpha: float, beta: float) -> Array:
@@ -191,10 +193,25 @@ class Residual:
         Raises:
             SolutionError: The model is a nested one, or of the basis before it grew.
         """
-        if (len(model.coordinates), len(model.tail)) != (self._size, len(self._gram)):
+        if (len(model.coordinates), len(model.tail)) != (self._size, len(self.gram)):
             raise SolutionError("the residual of another model than that of the whole basis")
-        w = model.outside(omega, alpha, beta)
-        squares = np.sum(w.conj() * (self._gram @ w), axis=1).real
-        away = np.abs(shift_of(omega, alpha, beta) - model.shift)
-        scale = away * np.abs(1.0 + 1j * beta * np.asarray(omega))
-        return np.asarray(scale[:, None] * np.sqrt(np.maximum(squares, 0.0)))
+        return residual_norms(self.gram, model, omega, alpha, beta)
+
+
+def residual_norms(
+    gram: Array, model: ReducedModel, omega: Array, alpha: float, beta: float
+) -> Array:
+    """Norms of the residual, as of `Residual`, from Qᵀ (K + σ0 M) Q; shape (n, n_patterns).
+
+    Args:
+        gram: Qᵀ (K + σ0 M) Q of the whole basis, shape (n_tail, n_tail).
+        model: The reduced model of all of the basis.
+        omega: ω, shape (n,) [rad/s].
+        alpha: α [1/s].
+        beta: β [s].
+    """
+    w = model.outside(omega, alpha, beta)
+    squares = np.sum(w.conj() * (gram @ w), axis=1).real
+    away = np.abs(shift_of(omega, alpha, beta) - model.shift)
+    scale = away * np.abs(1.0 + 1j * beta * np.asarray(omega))
+    return np.asarray(scale[:, None] * np.sqrt(np.maximum(squares, 0.0)))

@@ -99,7 +99,8 @@ def transfer_figure(path: Path, view: TransientView) -> None:
     names = "; ".join(f"{what} ({chr(97 + k)})" for k, (_, _, what) in enumerate(panels))
     caption = (
         f"Figure 22: Transfer functions, acceleration along $e_{view.direction}$ over impact "
-        f"force, at the middle of the impact edges and along the line of figure 14: {names}."
+        f"force, at the middle of the impact edges and along the line of figure 14: {names}. "
+        "Shaded: rigorous bound on the error of the reduced model, where it is below the value."
     )
     with figure(path, (1, len(panels)), (3.6 * len(panels), 3.6), caption) as (_, axes):
         f = view.transfer_frequency
@@ -107,7 +108,19 @@ def transfer_figure(path: Path, view: TransientView) -> None:
             for colour, (label, probe) in zip(
                 floor_colours(len(probes)), probes.items(), strict=True
             ):
-                panel.semilogx(f, 1e6 * view.transfer(load, probe), color=colour, label=label)
+                size, bound = view.transfer(load, probe), view.transfer_bound(load, probe)
+                panel.semilogx(f, 1e6 * size, color=colour, label=label)
+                sharp = bound < size
+                within = np.where(sharp, bound, 0.0)
+                panel.fill_between(
+                    f,
+                    1e6 * (size - within),
+                    1e6 * (size + within),
+                    where=sharp,
+                    color=colour,
+                    alpha=0.25,
+                    linewidth=0.0,
+                )
             panel.set_xlabel("frequency [Hz]")
             panel.set_ylabel("acceleration / force [10⁻⁶ kg⁻¹]")
             panel.set_xlim(f[0], f[-1])

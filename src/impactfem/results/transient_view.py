@@ -168,6 +168,13 @@ class TransientView:
         """Frequencies of the transfer functions, shape (n_tf,) [Hz]."""
         return np.asarray(self.store["transfer_frequency"].values, dtype=np.float64)
 
+    def transfer_bound(self, floor: int, probe: int) -> Array:
+        """Rigorous bound on the error of `transfer`, shape (n_tf,) [1/kg]; infinite if unknown."""
+        chosen = (slice(None), self.transfer_loads[floor], probe, self._component)
+        if "transfer_bound" not in self.store.variables:
+            return np.full(len(self.transfer_frequency), np.inf)
+        return np.asarray(self.store["transfer_bound"].values[chosen], dtype=np.float64)
+
     def transfer(self, floor: int, probe: int) -> Array:
         """|acceleration / force| of a probe over the load on a floor, shape (n_tf,) [1/kg]."""
         chosen = (slice(None), self.transfer_loads[floor], probe, self._component)

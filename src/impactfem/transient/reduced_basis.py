@@ -9,13 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 
 from impactfem.building.local import DOFS
 from impactfem.building.model import BuildingModel
-from impactfem.dynamics.error_band import by_third_octave, nested_models, transfer_band
+from impactfem.dynamics.error_band import (
+    by_third_octave,
+    nested_models,
+    transfer_band,
+    transfer_bound,
+)
 from impactfem.dynamics.krylov import KrylovBasis
-from impactfem.dynamics.reduced import ReducedModel
+from impactfem.dynamics.reduced import ReducedModel, Residual, residual_norms
 from impactfem.errors import SolutionError
 from impactfem.log import LOGGER
 from impactfem.transient.archive import read_archive, write_archive
@@ -41,6 +47,9 @@ class ReducedBasis:
         vectors: V at their displacements, shape (n, 3, size of the basis); zero at clamped nodes.
         difference: Estimated error of the transfer functions at the probes that it was made for,
             as of `error`.
+        certified: Nodes for which the rigorous bound is known, ascending, shape (m,).
+        norm: ‖l‖ of their displacements (see `error_band`), shape (m, 3).
+        gram: Qᵀ (K + σ0 M) Q of the basis, shape (n_tail, n_tail).
     """
 
     loads: tuple[str, ...]
@@ -48,6 +57,9 @@ class ReducedBasis:
     nodes: Index
     vectors: Array
     difference: float
+    certified: Index
+    norm: Array
+    gram: Array
 
     @property
     def model(self) -> ReducedModel:
@@ -82,6 +94,25 @@ class ReducedBasis:
             raise KeyError("a node that the basis was not made for")
         return self.vectors[at]
 
+    def bound(self, nodes: Index, omega: Array, damping: tuple[float, float]) -> Array:
+        """Rigorous bound on the error of displacements under exp(iωt) of each load.
+
+        Args:
+            nodes: Nodes, shape (n,).
+            omega: ω, shape (n_freq,) [rad/s].
+            damping: α [1/s] and β [s].
+
+        Returns:
+            Shape (n_freq, n, 3, n_loads); infinite where nothing is known.
+        """
+        at = np.searchsorted(self.certified, nodes)
+        known = np.isin(nodes, self.certified)
+        norm = np.full((len(nodes), 3), math.inf)
+        norm[known] = self.norm[at[known]]
+        residual = residual_norms(self.gram, self.model, omega, *damping)
+        found = transfer_bound(self.model, norm.ravel(), residual, omega, *damping)
+        return found.reshape(len(omega), len(nodes), 3, -1)
+
     def error(self, probes: Index, damping: tuple[float, float], maximum_frequency: float) -> float:
         """Largest estimated error of the accelerations at probes under any one of the loads.
 
@@ -108,6 +139,9 @@ class ReducedBasis:
             "vectors": self.vectors,
             "difference": self.difference,
             "models": len(self.models),
+            "certified": self.certified,
+            "norm": self.norm,
+            "gram": self.gram,
         }
         for number, model in enumerate(self.models):
             for field in fields(ReducedModel):
@@ -131,6 +165,9 @@ class ReducedBasis:
             nodes=content["nodes"],
             vectors=content["vectors"],
             difference=float(content["difference"]),
+            certified=content["certified"],
+            norm=content["norm"],
+            gram=content["gram"],
         )
 
 
@@ -181,8 +218,11 @@ def build_basis(
         progress=progress,
     )
     vectors = _Rows(model, nodes).gathered(basis)
+    certified = np.unique(probes)
+    norm = basis.dual_norm(_Rows(model, certified).columns(model)).reshape(-1, DOFS // 2)
+    gram = Residual(basis).gram
     basis.destroy()
-    return ReducedBasis(loads, tuple(models), nodes, vectors, difference)
+    return ReducedBasis(loads, tuple(models), nodes, vectors, difference, certified, norm, gram)
 
 
 def grow_until_accurate(
@@ -243,6 +283,14 @@ class _Rows:
         self.here = np.flatnonzero(rows >= 0)
         self.rows = rows[self.here, None] + np.arange(DOFS // 2)
         self.count = len(nodes)
+
+    def columns(self, model: BuildingModel) -> scipy.sparse.csc_matrix:
+        """The displacements as columns at this rank's rows, shape (n_local, 3 n), sparse."""
+        each = DOFS // 2
+        column = each * self.here[:, None] + np.arange(each)
+        shape = (DOFS * len(model.nodes), each * self.count)
+        entries = (np.ones(self.rows.size), (self.rows.ravel(), column.ravel()))
+        return scipy.sparse.csc_matrix(entries, shape=shape)
 
     def gathered(self, basis: KrylovBasis) -> Array:
         """V at the nodes of all ranks, shape (n, 3, size); zero at clamped ones. Collective."""

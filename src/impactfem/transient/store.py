@@ -164,4 +164,9 @@ def _transfer(study: TransientStudy) -> Variables:
         "transfer_load": ("transfer_load", np.array(found.loads, dtype=object), {}),
         "transfer_re": (dims, found.value.real, {"units": "1/kg"}),
         "transfer_im": (dims, found.value.imag, {"units": "1/kg"}),
+        "transfer_bound": (
+            dims,
+            found.bound,
+            {"units": "1/kg", "note": "rigorous bound on the modulus of the error"},
+        ),
     }

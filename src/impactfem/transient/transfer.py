@@ -26,11 +26,14 @@ class Transfer:
         frequency: Shape (n_f,) [Hz].
         loads: Names of the loads; the floors' edges only.
         value: Acceleration over force, shape (n_f, n_loads, n_nodes, 3) [1/kg].
+        bound: Rigorous bound on the modulus of its error, same shape; infinite where it is not
+            known.
     """
 
     frequency: Array
     loads: tuple[str, ...]
     value: Complex
+    bound: Array
 
 
 def transfer_functions(
@@ -52,4 +55,6 @@ def transfer_functions(
     for k, w in enumerate(omega):
         z = basis.model.amplitude(np.array([w]), *damping)[0][:, chosen]
         value[k] = (-(w**2) * (shapes @ z)).T.reshape(len(chosen), len(nodes), 3)
-    return Transfer(frequency, tuple(basis.loads[k] for k in chosen), value)
+    bound = basis.bound(nodes, omega, damping)[..., chosen] * (omega**2)[:, None, None, None]
+    names = tuple(basis.loads[k] for k in chosen)
+    return Transfer(frequency, names, value, np.moveaxis(bound, -1, 1))
