@@ -22,6 +22,9 @@ rounding of a solve."""
 SMALL = 0.1
 """Part of a vector inside the others, over its length, that is too much for rounding."""
 
+GONE = 0.5
+"""Length that is left of a vector of length one which counts as none."""
+
 CHUNK = 64
 """Vectors that memory is set aside for at once. The system gives it when they are written."""
 
@@ -61,17 +64,18 @@ class Orthonormal:
         coordinates = np.zeros((self.count, X.shape[1]))
         B: Array = np.eye(X.shape[1])
         # Twice is enough, and needed: what is left of a nearly dependent vector is mostly rounding.
-        # Once more, where the second time takes away what is more than rounding.
+        # Once more, where the second time takes away more than rounding; a vector that is then not
+        # there any more was rounding itself.
         first, least = near, DEPENDENT * length
-        passes, most = 0, 1.0
-        while passes < 2 or most > SMALL:
+        for attempt in range(3):
             known = self._subtract(first, X, MX)
             coordinates[first:] += known @ B
             X, MX, inside = _orthonormal(self.M, X, product(self.M, X), least)
             B = inside @ B
-            first, least = 0, np.zeros(X.shape[1])
-            most = float(np.abs(known).max(initial=0.0)) if passes else 1.0
-            passes += 1
+            first = 0
+            least = np.full(X.shape[1], 0.0 if attempt == 0 else GONE)
+            if attempt == 1 and np.abs(known).max(initial=0.0) <= SMALL:
+                break
         self._store(X)
         return np.vstack([coordinates, B]), MX
 
