@@ -102,7 +102,7 @@ def test_dampings_beside_both_readings_of_table_8(tmp_path, paper):
     assert [(r["damping"], r["by the text [-]"], r["as printed [-]"]) for r in found] == [
         ("own", "0.687", "0.687"),
         ("under-damped", "0.891", "0.414"),
-        ("damped", "", ""),
+        ("damped", "0.687", "0.687"),
         ("over-damped", "0.414", "0.891"),
     ]
     assert [(r["epsilon [-]"], r["where from"]) for r in found[:2]] == [
