@@ -95,7 +95,7 @@ def march(
         substeps,
         eigenvalue,
         damping,
-        1.0 / D,
+        np.asarray(1.0 / D, dtype=np.float64),
         compliant,
         M,
         C,
@@ -119,7 +119,7 @@ def _small_inverse(S: Array, compliance: Array) -> tuple[Array, Array]:
     small = S.copy()
     small[:n] = compliance @ S[:n]
     small[:n, :n] += np.eye(n)
-    inverse = np.linalg.inv(small)
+    inverse: Array = np.asarray(np.linalg.inv(small), dtype=np.float64)
     free = np.ascontiguousarray(inverse[:, :n])
     loaded = inverse.copy()
     loaded[:, :n] = free @ compliance

@@ -20,7 +20,7 @@ RANGE = (0.5, 500.0)
 
 def damping_figure(path: Path, view: DeviceView) -> None:
     """Figure 28: Rayleigh's damping ratio by damping case."""
-    frequency = np.geomspace(*RANGE, 400)
+    frequency: Array = np.asarray(np.geomspace(*RANGE, 400), dtype=np.float64)
     caption = (
         "Figure 28: Rayleigh damping ratio of the buildings over the frequency by damping case. "
         f"Dotted: modes of {view.devices[0]} along $e_{view.direction}$."

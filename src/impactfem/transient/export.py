@@ -96,7 +96,7 @@ def write_motion(
     if not np.array_equal(basis.nodes.take(at, mode="clip"), grid.nodes):
         raise KeyError("a node that the basis was not made for")
     steps = exported_steps(transient, loads, study.main_impact)
-    times = loads.time_step * steps
+    times: Array = np.asarray(loads.time_step * steps, dtype=np.float64)
     damping = study.case.building(structure.building).damping.coefficients
     history = modal_histories(basis, loads, damping)
     # V (Y z): Φ = V Y of so many nodes would be as large as V.
