@@ -7,7 +7,8 @@ import pytest
 import xarray as xr
 
 from impactfem.files import write_netcdf
-from impactfem.results.device_checks import log_device_checks
+from impactfem.results.check import log_checks
+from impactfem.results.device_checks import device_checks
 
 from .device_store import WantedDevice, device_folder, device_store
 
@@ -30,7 +31,7 @@ LINES = [
 
 def logged(folder, caplog):
     with caplog.at_level(logging.INFO, "impactfem"):
-        log_device_checks(folder)
+        log_checks(device_checks(folder))
     return [(record.levelname, record.getMessage()) for record in caplog.records]
 
 

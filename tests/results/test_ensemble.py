@@ -1,14 +1,14 @@
 """What a person sees of an ensemble."""
 
 import csv
-import logging
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from impactfem.files import write_netcdf
-from impactfem.results.ensemble import bands, ensemble_results, log_ensemble
+from impactfem.results.ensemble import bands, ensemble_checks, ensemble_results
+from impactfem.scalar import Scalar, to_json
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
 
@@ -73,8 +73,15 @@ def test_inside_or_not(folder):
     assert [(row[0], row[-1]) for row in table.rows] == [("a.b", "yes"), ("c.d", "no")]
 
 
-def test_log(folder, caplog):
-    with caplog.at_level(logging.INFO, "impactfem"):
-        log_ensemble(folder, {"a.b": 20.0})
-    assert "Ensemble of 40 motions" in caplog.text and "a.b" in caplog.text
-    assert "c.d" not in caplog.text
+def test_checks(folder):
+    with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
+        members = store.load()
+    for failed, good in ((0.0, True), (2.0, False)):
+        counts = {"ensemble.members": 40.0, "ensemble.failed": failed}
+        members.attrs["scalars"] = to_json(Scalar(name, x, "-") for name, x in counts.items())
+        write_netcdf(folder / "ensemble.nc", members)
+        assert ensemble_checks(folder, {"a.b": 20.0, "c.d": 5.0}) == [
+            (good, f"ensemble: 40 motions, {failed:.0f} failed"),
+            (True, "ensemble: 1 of 2 published values within 5 to 95 %; outside: c.d"),
+        ]
+    assert len(ensemble_checks(folder, {})) == 1

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from impactfem.results.transient_checks import log_samples, log_transient_checks
+from impactfem.results.check import log_checks
+from impactfem.results.transient_checks import log_samples, transient_checks
 from impactfem.scalar import Scalar, to_json
 
 GOOD = {
@@ -32,7 +33,7 @@ def logged(
     store = xr.Dataset(attrs={"scalars": to_json(scalars)})
     store.to_netcdf(folder / "transient.nc", engine="h5netcdf")
     with caplog.at_level(logging.INFO, "impactfem"):
-        log_transient_checks(folder)
+        log_checks(transient_checks(folder))
     return [(record.levelname, record.getMessage()) for record in caplog.records]
 
 

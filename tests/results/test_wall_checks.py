@@ -4,7 +4,8 @@ import logging
 
 import pytest
 
-from impactfem.results.wall_checks import log_wall_checks
+from impactfem.results.check import log_checks
+from impactfem.results.wall_checks import wall_checks
 
 LINES = [
     "calibrate: ε = 0.667, ξ_c = 0.128, K_Ceq = 1.2e+11 N/m from the impact of floor 8 at 0.2003 s:"
@@ -26,7 +27,7 @@ LINES = [
 
 def logged(folder, caplog):
     with caplog.at_level(logging.INFO, "impactfem"):
-        log_wall_checks(folder)
+        log_checks(wall_checks(folder))
     return [(record.levelname, record.getMessage()) for record in caplog.records]
 
 

@@ -29,6 +29,7 @@ from impactfem.case.generated_mesh import GeneratedMesh, GeneratedMeshEntry
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import Motion, RecordMotion
 from impactfem.case.named_files import NamedFiles, tables_of
+from impactfem.case.report import Report
 from impactfem.case.source import Source, read_source
 from impactfem.case.structure import Mesh, Structure, StructureEntry
 from impactfem.case.transient import Transient, transient_faults
@@ -146,6 +147,7 @@ def _resolve(source: Source, case_file: CaseFile, files: NamedFiles) -> Case:
         pounding=case_file.pounding,
         spectra=case_file.spectra,
         ensemble=_ensemble(case_file.ensemble, folder),
+        report=_report(case_file, files),
         published=files.published,
         digest=_digest(source, files.contents),
     )
@@ -242,6 +244,12 @@ def _motion(motion: Motion, folder: Path) -> Motion:
         spectrum = motion.spectrum.model_copy(update={"file": folder / motion.spectrum.file})
         return motion.model_copy(update={"spectrum": spectrum})
     return motion
+
+
+def _report(case_file: CaseFile, files: NamedFiles) -> Report:
+    entry = case_file.report
+    assumptions = () if entry is None else entry.assumptions
+    return Report(reference=files.reference, assumptions=assumptions)
 
 
 def _loop_faults(source: Source, case: Case) -> Iterator[Fault]:

@@ -20,6 +20,7 @@ from impactfem.case.leaf import File, Text, refuse
 from impactfem.case.materials import Material
 from impactfem.case.motions import Motion, MotionEntry
 from impactfem.case.published import Published
+from impactfem.case.report import Report, ReportEntry
 from impactfem.case.structure import Structure, StructureEntry
 from impactfem.case.transient import Transient
 from impactfem.case.wall_impact import WallImpactEntry, WallImpactSetup
@@ -80,6 +81,9 @@ class CaseFile(Section):
     ensemble: Ensemble | None = Field(
         default=None, description="Ensemble of motions; left out, there is none."
     )
+    report: ReportEntry | None = Field(
+        default=None, description="What the report of the run says beside the results."
+    )
 
     @field_validator("contacts")
     @classmethod
@@ -120,6 +124,7 @@ class Case(Section):
         pounding: Time integration.
         spectra: Response spectra.
         ensemble: The ensemble of motions, or None.
+        report: What the report says beside the results.
         published: Published values in SI by the name of the result.
         digest: SHA-256 of the case text, of those it extends and of all files they name, as
             hexadecimal digits.
@@ -143,6 +148,7 @@ class Case(Section):
     pounding: Pounding
     spectra: Spectra
     ensemble: Ensemble | None
+    report: Report
     published: dict[str, Published]
     digest: str
 

@@ -19,6 +19,7 @@ from impactfem.case.leaf import PositiveLength
 from impactfem.case.members import MemberRow, Site, read_members
 from impactfem.case.place import Place
 from impactfem.case.published import Published, read_published
+from impactfem.case.report import REFERENCE, Reference, read_reference
 from impactfem.case.source import Source
 from impactfem.case.table import Table
 from impactfem.case.targets import Target, read_targets
@@ -44,6 +45,7 @@ class NamedFiles:
     targets: dict[Path, tuple[Target, ...]] = field(default_factory=dict)
     spectra: dict[Path, SpectrumTable] = field(default_factory=dict)
     published: dict[str, Published] = field(default_factory=dict)
+    reference: Reference | None = None
     walls: tuple[Wall, ...] = ()
     bays: tuple[Bay, ...] = ()
     beams: tuple[Beam, ...] = ()
@@ -90,6 +92,11 @@ class NamedFiles:
         file = self._open(("published",), raw.get("published"), "a table (CSV)")
         if file is not None:
             self.published = read_published(self._path(file), self.faults) or {}
+        report = raw.get("report")
+        if isinstance(report, dict):
+            file = self._open(("report", "reference"), report.get("reference"), REFERENCE)
+            if file is not None:
+                self.reference = read_reference(self._path(file), self.faults)
 
     def _path(self, file: Path) -> Path:
         """A file relative to the working folder."""

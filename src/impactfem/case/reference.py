@@ -24,6 +24,7 @@ from impactfem.case.device_modes import DeviceMode
 from impactfem.case.floors import Floor
 from impactfem.case.leaf import Quantity, Ratio
 from impactfem.case.published import PublishedRow
+from impactfem.case.report import Reference
 from impactfem.case.schema import json_schema
 from impactfem.case.table import leaf_of
 from impactfem.case.targets import Target
@@ -88,12 +89,22 @@ _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
 
+_REFERENCE = """\
+## The reference of a report
+
+`reference` of `[report]` is a TOML file of its own: the equations, figures and tables of a
+publication, where the run shows each, and how near each published value has to come.
+
+"""
+
 
 def reference_page() -> str:
     """The reference page of the case file and its tables, in Markdown."""
     writer = _Writer(json_schema())
     parts = [_INTRODUCTION, *writer.sections(), _TABLES]
     parts.extend(_csv_section(*entry) for entry in _TABLE_MODELS)
+    beside = _Writer(json_schema(Reference, "What the report stands beside"))
+    parts.extend([_REFERENCE, *beside.sections("Top of the reference")])
     return "".join(parts).rstrip() + "\n"
 
 
@@ -122,9 +133,9 @@ class _Writer:
     schema: dict[str, Any]
     headings: dict[str, str] = field(default_factory=dict)
 
-    def sections(self) -> Iterator[str]:
+    def sections(self, heading: str = "Top of the file") -> Iterator[str]:
         """The sections of all tables, outer ones first."""
-        yield from self._section("Top of the file", "", self.schema)
+        yield from self._section(heading, "", self.schema)
 
     def _section(self, heading: str, path: str, table: dict[str, Any]) -> Iterator[str]:
         inner: list[tuple[str, str, str]] = []

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 from typing import Any
 
+from impactfem.case.base import Section
 from impactfem.case.model import CaseFile
 
 __all__ = ["json_schema"]
 
 
-def json_schema() -> dict[str, Any]:
-    """The JSON schema (2020-12) of a case file.
+def json_schema(
+    model: type[Section] = CaseFile, title: str = "Case file of impactfem"
+) -> dict[str, Any]:
+    """The JSON schema (2020-12) of a case file, or of another TOML file that it names.
 
     Quantities are texts with a unit. Two keywords are added to those of the standard: ``x-unit``,
     the SI unit that results give the quantity in, and ``x-accepts``, what is accepted in words.
     What a schema cannot say, such as the names a reference may have, ``load_case`` checks.
+
+    Args:
+        model: The model of the file.
+        title: What the file is.
     """
-    schema = CaseFile.model_json_schema()
-    schema["title"] = "Case file of impactfem"
+    schema = model.model_json_schema()
+    schema["title"] = title
     definitions: dict[str, Any] = schema.pop("$defs")
     for name, table in definitions.items():
         table["title"] = name.removesuffix("Entry")

@@ -103,7 +103,7 @@ def _chain(
     if isinstance(text, Fault):
         raise InputError([text])
     while True:
-        content = _parse(file, text)
+        content = parse(file, text)
         texts["" if file == path else str(name)] = text
         folders[file] = name.parent
         extended = content.pop(EXTENDS, None)
@@ -124,7 +124,16 @@ def _chain(
         file, name = below, name.parent / extended
 
 
-def _parse(path: Path, text: str) -> dict[str, Any]:
+def parse(path: Path, text: str) -> dict[str, Any]:
+    """The content of a TOML file.
+
+    Args:
+        path: The file, for messages.
+        text: Its text.
+
+    Raises:
+        InputError: It is not TOML.
+    """
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

@@ -7,31 +7,25 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.log import LOGGER
+from impactfem.results.check import Check
 
 RESIDUAL = 1e-6
 """Largest residual of a mode that counts as converged."""
 
 
-def log_building_checks(folder: Path) -> None:
-    """Log the checks of the stage, as warnings where one fails.
+def building_checks(folder: Path) -> list[Check]:
+    """The checks of the stage.
 
     Args:
         folder: The run's folder, with `building.nc`.
     """
     with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as store:
-        lines = [_masses(store), _modes(store), *_bending(store)]
         warnings = str(store.attrs["mesh_warnings"]).splitlines()
-    for warning in warnings:
-        LOGGER.warning("warning: mesh: %s", warning)
-    for good, line in lines:
-        if good:
-            LOGGER.info("%s", line)
-        else:
-            LOGGER.warning("warning: %s", line)
+        mesh = [(False, f"mesh: {warning}") for warning in warnings]
+        return [*mesh, _masses(store), _modes(store), *_bending(store)]
 
 
-def _masses(store: xr.Dataset) -> tuple[bool, str]:
+def _masses(store: xr.Dataset) -> Check:
     total = float(store["total_mass"].sel(direction="y"))
     floors = float(store["floor_mass"].sum())
     base = float(store.attrs["base_mass"])
@@ -43,7 +37,7 @@ def _masses(store: xr.Dataset) -> tuple[bool, str]:
     return off < 1e-9, line
 
 
-def _modes(store: xr.Dataset) -> tuple[bool, str]:
+def _modes(store: xr.Dataset) -> Check:
     worst = float(store["residual"].max())
     frequency = store["frequency"].values
     line = (
@@ -53,7 +47,7 @@ def _modes(store: xr.Dataset) -> tuple[bool, str]:
     return worst < RESIDUAL, line
 
 
-def _bending(store: xr.Dataset) -> list[tuple[bool, str]]:
+def _bending(store: xr.Dataset) -> list[Check]:
     direction = str(store.attrs["bending_direction"])
     chosen = store.sel(mode=store["bending_mode"].values)
     total = float(store["total_mass"].sel(direction=direction))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.log import LOGGER
+from impactfem.results.check import Check
 from impactfem.results.device_verdict import LOADS, pounding, rotations
 from impactfem.results.device_view import ROTATIONS, DeviceView
 
@@ -18,18 +18,16 @@ BASIS = 0.005
 NODES = 3
 """Least number of floor nodes that spread an anchor; fewer hold it at a point or along a line."""
 
-Lines = list[tuple[bool, str]]
 
-
-def log_device_checks(folder: Path) -> None:
-    """Log the checks of the stage, as warnings where one fails.
+def device_checks(folder: Path) -> list[Check]:
+    """The checks of the stage.
 
     Args:
         folder: The run's folder, with `device.nc`.
     """
     with xr.open_dataset(folder / "device.nc", engine="h5netcdf") as store:
         view = DeviceView(store)
-        lines = [
+        return [
             *_verdict(view),
             *_anchors(view),
             *_balance(view),
@@ -37,16 +35,11 @@ def log_device_checks(folder: Path) -> None:
             *_impacts(view),
             *_notes(view),
         ]
-    for good, line in lines:
-        if good:
-            LOGGER.info("%s", line)
-        else:
-            LOGGER.warning("warning: %s", line)
 
 
-def _verdict(view: DeviceView) -> Lines:
+def _verdict(view: DeviceView) -> list[Check]:
     """With the building's own damping; the table has that of all dampings."""
-    lines: Lines = []
+    lines: list[Check] = []
     for d, name in enumerate(view.devices):
         demand = ", ".join(
             f"{1e-3 * view.detailed(d, k):.4g} kN {load}" for k, load in LOADS.items()
@@ -59,8 +52,8 @@ def _verdict(view: DeviceView) -> Lines:
     return lines
 
 
-def _anchors(view: DeviceView) -> Lines:
-    lines: Lines = []
+def _anchors(view: DeviceView) -> list[Check]:
+    lines: list[Check] = []
     for d, name in enumerate(view.devices):
         _, floor, nodes = view.anchor(d)
         text = f"device: {name} is anchored to {nodes} node{'s' * (nodes > 1)} of floor {floor}"
@@ -70,9 +63,9 @@ def _anchors(view: DeviceView) -> Lines:
     return lines
 
 
-def _balance(view: DeviceView) -> Lines:
+def _balance(view: DeviceView) -> list[Check]:
     found = view.store["imbalance"].values
-    lines: Lines = []
+    lines: list[Check] = []
     for d, name in enumerate(view.devices):
         own = found[:, :, d]
         if not np.isfinite(own).any():
@@ -88,7 +81,7 @@ def _balance(view: DeviceView) -> Lines:
     return lines
 
 
-def _basis(view: DeviceView) -> Lines:
+def _basis(view: DeviceView) -> list[Check]:
     values = view.values
     error = values["device.basis_error"]
     text = (
@@ -98,8 +91,8 @@ def _basis(view: DeviceView) -> Lines:
     return [(error <= BASIS, text)]
 
 
-def _impacts(view: DeviceView) -> Lines:
-    lines: Lines = []
+def _impacts(view: DeviceView) -> list[Check]:
+    lines: list[Check] = []
     for c, case in enumerate(view.cases):
         peak, epsilon = float(view.impact_force[c]), view.epsilon(c)
         if epsilon is None:
@@ -114,7 +107,7 @@ def _impacts(view: DeviceView) -> Lines:
     return lines
 
 
-def _notes(view: DeviceView) -> Lines:
+def _notes(view: DeviceView) -> list[Check]:
     """What the response spectrum analyses assumed."""
     notes = str(view.store.attrs["notes"]) if "notes" in view.store.attrs else ""
     return [(True, f"device: {note}") for note in notes.splitlines()]

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.log import LOGGER
+from impactfem.results.check import Check
 from impactfem.results.style import BLUE, ORANGE, RED, figure, letter, span
 from impactfem.results.table import Cell, Table
+from impactfem.scalar import from_json
 
 
 def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]:
@@ -36,14 +37,21 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
     return files
 
 
-def log_ensemble(folder: Path, published: Mapping[str, float]) -> None:
-    """Log the bands of the published values; arguments as `ensemble_results`."""
+def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]:
+    """The checks of the stage; arguments as `ensemble_results`."""
     with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
-        table = bands(store, published)
-    rows = tuple(row for row in table.rows if row[-2] is not None)
+        rows = [row for row in bands(store, published).rows if row[-1] is not None]
+        values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
+    failed = values["ensemble.failed"]
+    checks: list[Check] = [
+        (failed == 0.0, f"ensemble: {values['ensemble.members']:.0f} motions, {failed:.0f} failed")
+    ]
     if rows:
-        shown = Table(table.name, table.title, table.columns, rows)
-        LOGGER.info("%s", shown.as_text())
+        outside = [str(row[0]) for row in rows if row[-1] == "no"]
+        which = f"; outside: {', '.join(outside)}" if outside else ""
+        text = f"{len(rows) - len(outside)} of {len(rows)} published values within 5 to 95 %"
+        checks.append((True, f"ensemble: {text}{which}"))
+    return checks
 
 
 def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from impactfem.log import LOGGER
+from impactfem.results.check import Check, log_checks
 from impactfem.scalar import from_json
 
 IMPULSE = 1e-9
@@ -24,18 +24,18 @@ def log_samples(step: float, highest: float) -> None:
     """
     points = 1.0 / (highest * step)
     line = f"{points:.1f} points in a cycle of {highest:g} Hz at the step of {1e3 * step:g} ms"
-    _log(points >= POINTS, f"transient: {line}")
+    log_checks([(points >= POINTS, f"transient: {line}")])
 
 
-def log_transient_checks(folder: Path) -> None:
-    """Log the checks of the stage, as warnings where one fails.
+def transient_checks(folder: Path) -> list[Check]:
+    """The checks of the stage.
 
     Args:
         folder: The run's folder, with `transient.nc`.
     """
     with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store:
         values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
-    lines = [
+    lines: list[Check] = [
         (
             values["transient.impulse_error"] < IMPULSE,
             f"transient: impulses kept to {values['transient.impulse_error']:.1e}",
@@ -52,12 +52,4 @@ def log_transient_checks(folder: Path) -> None:
         lines.append(
             (error < 0.5, f"transient: spectra of reduced and full differ by {error:.2g} %")
         )
-    for good, line in lines:
-        _log(good, line)
-
-
-def _log(good: bool, line: str) -> None:
-    if good:
-        LOGGER.info("%s", line)
-    else:
-        LOGGER.warning("warning: %s", line)
+    return lines

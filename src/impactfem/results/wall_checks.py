@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.log import LOGGER
+from impactfem.results.check import Check
 from impactfem.results.wall_view import WallView
 
 COMPLEMENTARITY = 1e-9
@@ -19,32 +19,25 @@ STEPS = 16.0
 RIGID, PENALTY = 0.05, 0.5
 """Largest penetration in parts of the gap: of a rigid wall, and of the stick's penalty law."""
 
-Lines = list[tuple[bool, str]]
 
-
-def log_wall_checks(folder: Path) -> None:
-    """Log the checks of the stage, as warnings where one fails.
+def wall_checks(folder: Path) -> list[Check]:
+    """The checks of the stage.
 
     Args:
         folder: The run's folder, with `calibrate.nc`.
     """
     with xr.open_dataset(folder / "calibrate.nc", engine="h5netcdf") as store:
         view = WallView(store)
-        lines = [
+        return [
             *_found(view),
             *_floors(view),
             *_contact(view),
             *_steps(view),
             *_penetration(view),
         ]
-    for good, line in lines:
-        if good:
-            LOGGER.info("%s", line)
-        else:
-            LOGGER.warning("warning: %s", line)
 
 
-def _found(view: WallView) -> Lines:
+def _found(view: WallView) -> list[Check]:
     values, first = view.values, view.first_impact
     later = 1e3 * values["calibration.stick_delay"]
     return [
@@ -65,8 +58,8 @@ def _found(view: WallView) -> Lines:
     ]
 
 
-def _floors(view: WallView) -> Lines:
-    lines: Lines = []
+def _floors(view: WallView) -> list[Check]:
+    lines: list[Check] = []
     for kind, impacts in (("3D model", view.model_impacts), ("stick", view.stick_impacts)):
         for found in impacts:
             who = f"calibrate: floor {found.floor} of the {kind}"
@@ -80,11 +73,11 @@ def _floors(view: WallView) -> Lines:
     return lines
 
 
-def _contact(view: WallView) -> Lines:
+def _contact(view: WallView) -> list[Check]:
     values = view.values
     residual = values["calibration.complementarity"]
     identity, gained = values["calibration.energy_residual"], values["calibration.energy_gained"]
-    lines: Lines = [
+    lines: list[Check] = [
         (residual < COMPLEMENTARITY, f"calibrate: complementarity within {residual:.1e}"),
         (identity < ENERGY, f"calibrate: energy identity to {identity:.1e}"),
         (
@@ -99,11 +92,11 @@ def _contact(view: WallView) -> Lines:
     return lines
 
 
-def _steps(view: WallView) -> Lines:
+def _steps(view: WallView) -> list[Check]:
     duration = view.store["impact_duration"].values / view.time_step
     k = int(np.argmin(duration))
     which = f" with the damping {view.cases[k]}" if len(view.cases) > 1 else ""
-    lines: Lines = []
+    lines: list[Check] = []
     for steps, who in (
         (float(duration[k]), f"floor {view.top} of the 3D model{which}"),
         (
@@ -116,7 +109,7 @@ def _steps(view: WallView) -> Lines:
     return lines
 
 
-def _penetration(view: WallView) -> Lines:
+def _penetration(view: WallView) -> list[Check]:
     if not view.gap > 0.0:
         return []
     into = view.values["calibration.penetration"] / view.gap

@@ -8,7 +8,7 @@ from impactfem.case import Case
 from impactfem.case.structure import structure_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
-from impactfem.results.building_checks import log_building_checks
+from impactfem.results.building_checks import building_checks
 from impactfem.results.building_pictures import building_pictures
 from impactfem.results.building_tables import building_tables
 from impactfem.study.inputs import inputs_key, published_values
@@ -59,7 +59,7 @@ BUILDING = Stage(
     key=building_key,
     store="building.nc",
     run=_run,
-    checks=lambda case, folder: log_building_checks(folder),
+    checks=lambda case, folder: building_checks(folder),
     lacks=lambda case: "structure" if case.structure is None else None,
     collective=True,
 )

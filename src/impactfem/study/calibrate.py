@@ -9,7 +9,7 @@ from impactfem.case import Case
 from impactfem.case.structure import structure_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
-from impactfem.results.wall_checks import log_wall_checks
+from impactfem.results.wall_checks import wall_checks
 from impactfem.results.wall_figures import wall_figures
 from impactfem.results.wall_tables import wall_tables
 from impactfem.study.building import BUILDING_INPUTS, BUILDING_ROOMS, building_key
@@ -92,7 +92,7 @@ CALIBRATE = Stage(
     key=calibrate_key,
     store="calibrate.nc",
     run=_run,
-    checks=lambda case, folder: log_wall_checks(folder),
+    checks=lambda case, folder: wall_checks(folder),
     lacks=lambda case: "wall_impact" if case.wall_impact is None else None,
     needs=lambda case: ("building",),
     collective=True,

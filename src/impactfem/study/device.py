@@ -10,7 +10,7 @@ from impactfem.case.structure import structure_files
 from impactfem.case.transient import transient_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
-from impactfem.results.device_checks import log_device_checks
+from impactfem.results.device_checks import device_checks
 from impactfem.results.device_figures import device_figures
 from impactfem.results.device_tables import device_tables
 from impactfem.study.calibrate import CALIBRATE_ROOMS, DAMPINGS, calibrate_key
@@ -101,7 +101,7 @@ DEVICE = Stage(
     key=_key,
     store="device.nc",
     run=_run,
-    checks=lambda case, folder: log_device_checks(folder),
+    checks=lambda case, folder: device_checks(folder),
     lacks=_lacks,
     needs=lambda case: ("building", "sticks"),
     collective=True,

@@ -7,7 +7,7 @@ from pathlib import Path
 from impactfem.case import Case
 from impactfem.log import Steps
 from impactfem.parallel import on_root, workers
-from impactfem.results.ensemble import ensemble_results, log_ensemble
+from impactfem.results.ensemble import ensemble_checks, ensemble_results
 from impactfem.results.floor_products import write_floor_products
 from impactfem.sticks.ensemble import run_ensemble
 from impactfem.sticks.ensemble_store import write_ensemble
@@ -65,7 +65,7 @@ ENSEMBLE = Stage(
     key=_key,
     store="ensemble.nc",
     run=_run,
-    checks=lambda case, folder: log_ensemble(folder, published_values(case)),
+    checks=lambda case, folder: ensemble_checks(folder, published_values(case)),
     lacks=lambda case: "ensemble" if case.ensemble is None else None,
     needs=lambda case: ("sticks",),
     collective=True,

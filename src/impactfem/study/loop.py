@@ -17,6 +17,7 @@ from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
 from impactfem.motion.from_case import checked_durations
 from impactfem.parallel import on_root, rank, size
+from impactfem.results.check import log_checks
 from impactfem.results.provenance import provenance
 from impactfem.results.summary import write_summary
 from impactfem.scalar import Scalar, from_json
@@ -142,7 +143,8 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
         LOGGER.info("stage %s: done in %.1f s", stage.name, sum(steps.times.values()))
 
     def finish() -> tuple[list[Scalar], dict[str, float]]:
-        stage.checks(case, folder)
+        checks = stage.checks(case, folder)
+        log_checks(checks)
         seconds = seconds_of(folder, stage.name)
         with xr.open_dataset(folder / stage.store, engine="h5netcdf") as store:
             scalars = from_json(store.attrs["scalars"])

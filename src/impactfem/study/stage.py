@@ -8,6 +8,7 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.log import Steps
+from impactfem.results.check import Check
 from impactfem.scalar import Scalar
 
 
@@ -23,7 +24,7 @@ class Stage:
         key: Hash of what it depends on.
         store: Its main file, with the scalars.
         run: Computes and writes; gives the files that it wrote, on rank 0.
-        checks: Logs the checks of its results.
+        checks: The checks of its results in words.
         announces: Logs what is known of its results before anything is computed.
         lacks: The section of the case file without which the stage has nothing to do; None when
             nothing is missing.
@@ -38,7 +39,7 @@ class Stage:
     key: Callable[[Case], str]
     store: str
     run: Callable[[Case, Path, str, Steps], list[Path]]
-    checks: Callable[[Case, Path], None]
+    checks: Callable[[Case, Path], list[Check]]
     announces: Callable[[Case], None] = lambda case: None
     lacks: Callable[[Case], str | None] = lambda case: None
     needs: Callable[[Case], tuple[str, ...]] = lambda case: ()

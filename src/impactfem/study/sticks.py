@@ -7,9 +7,9 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.log import Steps
-from impactfem.results.checks import log_stick_checks
 from impactfem.results.figures import stick_figures
 from impactfem.results.floor_products import write_floor_products
+from impactfem.results.stick_checks import stick_checks
 from impactfem.results.tables import stick_tables
 from impactfem.sticks.force_history import ForceHistory, write_forces, write_forces_csv
 from impactfem.sticks.stage import STEPS, run_sticks
@@ -87,5 +87,5 @@ STICKS = Stage(
     store="sticks.nc",
     run=_run,
     needs=_needs,
-    checks=lambda case, folder: log_stick_checks(folder, case.pounding.points_per_impact),
+    checks=lambda case, folder: stick_checks(folder, case.pounding.points_per_impact),
 )

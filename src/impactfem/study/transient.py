@@ -12,7 +12,7 @@ from impactfem.case.structure import structure_files
 from impactfem.case.transient import transient_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
-from impactfem.results.transient_checks import log_samples, log_transient_checks
+from impactfem.results.transient_checks import log_samples, transient_checks
 from impactfem.results.transient_figures import transient_figures
 from impactfem.results.transient_physics import physics_scalars
 from impactfem.results.transient_tables import transient_tables
@@ -146,7 +146,7 @@ TRANSIENT = Stage(
     key=_key,
     store="transient.nc",
     run=_run,
-    checks=lambda case, folder: log_transient_checks(folder),
+    checks=lambda case, folder: transient_checks(folder),
     announces=_announce,
     lacks=lambda case: "transient" if case.transient is None else None,
     needs=lambda case: ("building", "sticks"),

@@ -3,7 +3,8 @@ import logging
 import pytest
 import xarray as xr
 
-from impactfem.results.checks import log_stick_checks
+from impactfem.results.check import log_checks
+from impactfem.results.stick_checks import stick_checks
 from impactfem.scalar import Scalar, from_json, to_json
 
 
@@ -23,7 +24,7 @@ def told(finished, tmp_path, caplog):
         store.to_netcdf(tmp_path / "sticks.nc", engine="h5netcdf")
         caplog.clear()
         with caplog.at_level(logging.INFO, "impactfem"):
-            log_stick_checks(tmp_path, asked)
+            log_checks(stick_checks(tmp_path, asked))
         return {record.getMessage(): record.levelno for record in caplog.records}
 
     return log
