@@ -139,6 +139,16 @@ def sweep(
 
 
 @app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")],
+) -> None:
+    """Make the report of a run again, from the files of its folder."""
+    from impactfem import study
+
+    typer.echo(f"report: {study.make_report(folder)}")
+
+
+@app.command()
 def check(case: CaseFile) -> None:
     """Check a case file and all files it names; nothing is computed."""
     from impactfem import study

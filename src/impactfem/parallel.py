@@ -125,6 +125,13 @@ def on_root(action: Callable[[], T]) -> T:
     return comm.bcast(result, root=0)  # type: ignore[no-any-return]
 
 
+def total(amount: float | None) -> float | None:
+    """Sum of an amount over all ranks; None when one does not know its own. Collective."""
+    comm = world()
+    amounts = [amount] if comm is None else comm.allgather(amount)
+    return None if None in amounts else float(sum(amounts))
+
+
 def all_stop() -> bool:
     """Whether all ranks come here within a few seconds, as they do when all find one error."""
     comm = world()

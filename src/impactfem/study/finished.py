@@ -42,7 +42,12 @@ def is_finished(folder: Path, stage: str, key: str) -> bool:
 
 
 def mark_finished(
-    folder: Path, stage: str, key: str, files: list[Path], seconds: dict[str, float]
+    folder: Path,
+    stage: str,
+    key: str,
+    files: list[Path],
+    seconds: dict[str, float],
+    memory: float | None = None,
 ) -> None:
     """Write down what a stage wrote, last of all: without it the stage is not finished.
 
@@ -52,9 +57,11 @@ def mark_finished(
         key: Hash of its inputs.
         files: All files that it wrote, below the folder.
         seconds: Wall time of each of its steps [s].
+        memory: Largest resident memory of all its processes [byte], if it is known.
     """
     listed = {str(path.relative_to(folder)): _file_digest(path) for path in sorted(files)}
-    write_json(_manifest(folder, stage), {"inputs": key, "seconds": seconds, "files": listed})
+    written = {"inputs": key, "seconds": seconds, "peak_memory": memory, "files": listed}
+    write_json(_manifest(folder, stage), written)
 
 
 def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Path | None:
@@ -97,6 +104,12 @@ def seconds_of(folder: Path, stage: str) -> dict[str, float]:
     """Wall time of each step of a finished stage when it ran [s]."""
     seconds: dict[str, float] = _read(_manifest(folder, stage))["seconds"]
     return seconds
+
+
+def memory_of(folder: Path, stage: str) -> float | None:
+    """Largest resident memory of a finished stage when it ran [byte], if it is known."""
+    memory: float | None = _read(_manifest(folder, stage)).get("peak_memory")
+    return memory
 
 
 def _manifest(folder: Path, stage: str) -> Path:

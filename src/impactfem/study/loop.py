@@ -16,15 +16,17 @@ from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
 from impactfem.motion.from_case import checked_durations
-from impactfem.parallel import on_root, rank, size
-from impactfem.results.check import log_checks
+from impactfem.parallel import on_root, rank, size, total
+from impactfem.results.check import Check, log_checks
 from impactfem.results.provenance import provenance
 from impactfem.results.summary import write_summary
 from impactfem.scalar import Scalar, from_json
 from impactfem.sticks.force_history import read_forces
-from impactfem.study.finished import is_finished, mark_finished, seconds_of
+from impactfem.study.finished import is_finished, mark_finished, memory_of, seconds_of
 from impactfem.study.folder import LOG, open_folder
 from impactfem.study.inputs import program_key, published_values
+from impactfem.study.memory import forget_peak, peak_memory
+from impactfem.study.report import REPORT, make_report, write_findings
 from impactfem.study.stage import Stage
 from impactfem.study.stages import STAGES, asked_stages, check_stage_name
 from impactfem.wall.side import wall_side
@@ -38,15 +40,19 @@ class Run:
         folder: Its folder.
         scalars: All scalar results, in the order of the stages.
         published: Published values in SI by the name of the result.
+        checks: The checks of each stage: whether it is met, and what it says.
         reused: Names of the stages whose stores were reused.
         times: Wall time of each step when it ran, by stage and step [s].
+        memory: Largest resident memory of each stage when it ran [byte], None where not known.
     """
 
     folder: Path
     scalars: list[Scalar]
     published: dict[str, float]
+    checks: dict[str, list[Check]] = field(default_factory=dict)
     reused: list[str] = field(default_factory=list)
     times: dict[str, float] = field(default_factory=dict)
+    memory: dict[str, float | None] = field(default_factory=dict)
 
 
 def check(path: Path, *, mesh: bool = False) -> Case:
@@ -122,6 +128,8 @@ def run(
         for one in stages:
             _run_stage(one, case, result, fresh, bar)
         on_root(lambda: _write_results(case, result, stages, started))
+        if stage in (None, REPORT):
+            on_root(lambda: make_report(folder))
     return result
 
 
@@ -133,19 +141,23 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
         LOGGER.info("stage %s: finished before with the same inputs, reused", stage.name)
         result.reused.append(stage.name)
     else:
+        forget_peak()
         with Steps(stage.steps, quiet=rank() != 0 or not bar) as steps:
             if stage.collective:
                 files = stage.run(case, folder, key, steps)
             else:
                 files = on_root(lambda: stage.run(case, folder, key, steps))
             times = {f"{stage.name}: {name}": round(t, 3) for name, t in steps.times.items()}
-            on_root(lambda: mark_finished(folder, stage.name, key, files, times))
+            memory = total(peak_memory())
+            on_root(lambda: mark_finished(folder, stage.name, key, files, times, memory))
         LOGGER.info("stage %s: done in %.1f s", stage.name, sum(steps.times.values()))
 
     def finish() -> tuple[list[Scalar], dict[str, float]]:
         checks = stage.checks(case, folder)
         log_checks(checks)
+        result.checks[stage.name] = checks
         seconds = seconds_of(folder, stage.name)
+        result.memory[stage.name] = memory_of(folder, stage.name)
         with xr.open_dataset(folder / stage.store, engine="h5netcdf") as store:
             scalars = from_json(store.attrs["scalars"])
         return scalars + stage.derived(folder), seconds
@@ -158,6 +170,7 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:
     published = dict(result.published)
     published |= {f"ensemble.median.{name}": v for name, v in result.published.items()}
+    write_findings(result.folder, case, result.checks)
     write_summary(result.folder / "summary.json", result.scalars, published)
     write_json(
         result.folder / "provenance.json",
@@ -169,6 +182,7 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
             started=started,
             reused=result.reused,
             seconds=result.times,
+            peak_memory=result.memory,
             ranks=size(),
         ),
     )

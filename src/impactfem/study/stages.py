@@ -8,6 +8,7 @@ from impactfem.study.building import BUILDING
 from impactfem.study.calibrate import CALIBRATE
 from impactfem.study.device import DEVICE
 from impactfem.study.ensemble import ENSEMBLE
+from impactfem.study.report import REPORT
 from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICKS
 from impactfem.study.transient import TRANSIENT
@@ -16,8 +17,8 @@ STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, STICKS, ENSEMBLE, TRANSIENT, D
 
 
 def stage_names() -> list[str]:
-    """Names of the stages in order."""
-    return [stage.name for stage in STAGES]
+    """Names of the stages in order, the report last."""
+    return [*(stage.name for stage in STAGES), REPORT]
 
 
 def check_stage_name(name: str | None) -> None:
@@ -37,13 +38,13 @@ def asked_stages(case: Case, last: str | None) -> list[Stage]:
 
     Args:
         case: The case.
-        last: Name of a stage, which runs with all that it needs; None for all stages that the case
-            has the input for.
+        last: Name of a stage, which runs with all that it needs; None or the report's for all
+            stages that the case has the input for.
 
     Raises:
         InputError: The case lacks what the stage needs.
     """
-    if last is None:
+    if last in (None, REPORT):
         return [stage for stage in STAGES if stage.lacks(case) is None]
     by_name = {stage.name: stage for stage in STAGES}
     wanted, ahead = set(), [last]

@@ -1,0 +1,217 @@
+"""What a run found, for the page that is read in a minute."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from impactfem.report.run_files import RunFiles
+from impactfem.results.device_verdict import LOADS
+from impactfem.results.device_view import DeviceView
+from impactfem.results.transient_view import XYZ, TransientView
+
+
+@dataclass(frozen=True)
+class Facts:
+    """A short table.
+
+    Args:
+        title: What it tells.
+        head: Names of the columns, with units.
+        rows: Its cells.
+        note: What is to be said below it; "" for nothing.
+    """
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+
+
+def facts(run: RunFiles) -> list[Facts]:
+    """The buildings, what hits what, the governing spectra and the device forces of a run."""
+    found = [_buildings(run)]
+    if run.has("sticks.nc"):
+        found.append(_impacts(run))
+        found.append(_stick_spectra(run))
+    if run.has("transient.nc"):
+        found.append(_structure_spectra(run))
+    if run.has("device.nc"):
+        found.append(_devices(run))
+    return found
+
+
+def _buildings(run: RunFiles) -> Facts:
+    rows = []
+    shown = run.case["structure"]["building"] if run.case["structure"] else None
+    for building in run.case["buildings"]:
+        name, floors = building["name"], building["floors"]
+        found = _series(run.values, rf"sticks\.{re.escape(name)}\.frequency\.(\d+)")
+        frequencies = list(found.values())
+        rows.append(
+            [
+                name,
+                str(len(floors)),
+                f"{sum(floor['mass'] for floor in floors) / 1e3:,.0f}",
+                f"{sum(floor['storey_height'] for floor in floors):.2f}",
+                ", ".join(f"{f:.2f}" for f in frequencies[:3]) or "not computed",
+                "stick and 3D model" if name == shown else "stick",
+            ]
+        )
+    head = ["building", "floors", "mass of floors [t]", "height [m]", "first modes [Hz]", "model"]
+    note = ""
+    if "building.dofs" in run.values:
+        own = list(_series(run.values, r"building\.frequency\.(\d+)").values())
+        note = (
+            f"3D model of {shown}: {run.values['building.elements']:,.0f} shells and beams, "
+            f"{run.values['building.dofs']:,.0f} degrees of freedom; modes that bend at "
+            f"{', '.join(f'{f:.2f}' for f in own[:3])} Hz."
+        )
+    return Facts("The buildings", head, rows, note)
+
+
+def _impacts(run: RunFiles) -> Facts:
+    with run.store("sticks.nc") as store:
+        pairs = [str(name) for name in store["pair"].values]
+        gap = 1e3 * store["pair_rest_gap"].values
+        required = 1e3 * store["pair_required_separation"].values
+        of = store["impact_pair"].values
+        peak, time = 1e-6 * store["impact_peak_force"].values, store["impact_peak_time"].values
+        duration = 1e3 * store["impact_duration"].values
+        approach, deep = store["impact_approach"].values, 1e3 * store["impact_penetration"].values
+    rows, apart = [], []
+    for k in range(len(pairs) - 1, -1, -1):
+        hits = np.flatnonzero(of == pairs[k])
+        if not hits.size:
+            apart.append(pairs[k])
+            continue
+        main = hits[np.argmax(peak[hits])]
+        rows.append(
+            [
+                pairs[k].replace("-", " and "),
+                str(hits.size),
+                f"{peak[main]:.1f}",
+                f"{time[main]:.3f}",
+                f"{duration[main]:.1f}",
+                _number(approach[main], 3),
+                f"{deep[main]:.2f}",
+                f"{gap[k]:.0f}",
+                f"{required[k]:.0f}",
+            ]
+        )
+    head = ["what hits what", "impacts", "largest force [MN]", "at [s]", "for [ms]"]
+    head += ["approach [m/s]", "penetration [mm]", "gap [mm]", "gap needed [mm]"]
+    note = ""
+    if apart:
+        note = f"Without impact: {', '.join(name.replace('-', ' and ') for name in apart)}."
+    if not pairs:
+        note = "Nothing can touch: the case has no contacts."
+    return Facts("What hits what, and how hard", head, rows, note)
+
+
+def _stick_spectra(run: RunFiles) -> Facts:
+    with run.store("sticks.nc") as store:
+        building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
+        column = list(store["direction"].values).index(direction)
+        chosen = np.flatnonzero(store["station_building"].values == building)[::-1]
+        frequency, damping = store["frequency"].values, float(store["damping"].values[0])
+        forces = _series(run.values, r"pounding\.peak_force\.floor_(\d+)")
+        hit = {number for number, force in forces.items() if force > 0.0}
+        rows = []
+        for k in chosen:
+            if hit and int(store["station_floor"].values[k]) not in hit:
+                continue
+            psa, free = store["psa"].values[0, k, column], store["psa_free"].values[0, k, column]
+            rows.append(
+                [
+                    str(int(store["station_floor"].values[k])),
+                    f"{psa.max():.1f}",
+                    f"{frequency[psa.argmax()]:.1f}",
+                    f"{store['pfa'].values[k, column]:.1f}",
+                    f"{free.max():.1f}",
+                    f"{store['pfa_free'].values[k, column]:.1f}",
+                ]
+            )
+    head = ["floor", "peak [m/s²]", "at [Hz]", "PFA [m/s²]", "peak, no contact [m/s²]"]
+    head.append("PFA, no contact [m/s²]")
+    title = f"Floor spectra of the stick of {building} along {direction}, {100 * damping:g} %"
+    return Facts(title, head, rows, _others(rows, chosen.size))
+
+
+def _structure_spectra(run: RunFiles) -> Facts:
+    with run.store("transient.nc") as store:
+        view = TransientView(store)
+        column, known = XYZ.index(view.direction), view.known
+        order = ("damping", "probe", "component", "frequency")
+        psa = store["psa"].transpose(*order).values[0, :, column][:, known]
+        pfa = store["pfa"].transpose("probe", "component").values[:, column]
+        band = (
+            store["psa_band"].transpose(*order).values[0, :, column][:, known]
+            if "psa_band" in store
+            else None
+        )
+        frequency, rows = view.frequency[known], []
+        hit = [n for n, k in view.loads.items() if np.abs(view.force[:, k]).max() > 0.0]
+        for number, probe in reversed(view.centres.items()):
+            if hit and number not in hit:
+                continue
+            places = [("mass centre", probe)]
+            if number in view.edges:
+                places.append(("impact edge", view.edges[number]))
+            for place, p in places:
+                at = int(psa[p].argmax())
+                rows.append(
+                    [
+                        str(number),
+                        place,
+                        f"{psa[p, at]:.1f}",
+                        "not known" if band is None else f"± {band[p, at]:.2g}",
+                        f"{frequency[at]:.1f}",
+                        f"{pfa[p]:.1f}",
+                    ]
+                )
+        title = (
+            f"Floor spectra of the 3D model of {view.building} along {view.direction}, "
+            f"{100 * view.damping:g} %"
+        )
+    head = ["floor", "place", "peak [m/s²]", "error band [m/s²]", "at [Hz]", "PFA [m/s²]"]
+    return Facts(title, head, rows, _others({row[0] for row in rows}, len(view.centres)))
+
+
+def _devices(run: RunFiles) -> Facts:
+    with run.store("device.nc") as store:
+        view = DeviceView(store)
+        rows = []
+        for d, device in enumerate(view.devices):
+            for impact, load in LOADS.items():
+                detailed, spectral = view.detailed(d, impact), view.by_spectrum(d, impact)
+                rows.append(
+                    [
+                        device,
+                        load,
+                        f"{1e-3 * detailed:.2f}",
+                        f"{1e-3 * spectral:.2f}",
+                        f"{100.0 * (spectral / detailed - 1.0):+.1f}" if detailed else "",
+                    ]
+                )
+        direction = view.direction
+    head = ["device", "load", "in the 3D model [kN]", "by response spectrum [kN]", "difference [%]"]
+    return Facts(f"Force F{direction} of the devices on the floor", head, rows)
+
+
+def _others(shown: Collection[object], whole: int) -> str:
+    return "" if len(shown) == whole else "The floors that are hit; the others are further below."
+
+
+def _series(values: dict[str, Any], pattern: str) -> dict[int, float]:
+    """Values whose names end in a number, by that number and in its order."""
+    found = {int(m[1]): v for name, v in values.items() if (m := re.fullmatch(pattern, name))}
+    return dict(sorted(found.items()))
+
+
+def _number(value: float, digits: int) -> str:
+    return f"{value:.{digits}g}" if np.isfinite(value) else "not known"

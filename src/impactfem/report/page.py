@@ -1,0 +1,267 @@
+"""The page itself: what a run's files say, put into the template."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pint
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from impactfem.files import atomic
+from impactfem.report.assumptions import assumptions
+from impactfem.report.beside import (
+    ABSENT,
+    DIFFERS,
+    REPRODUCED,
+    SHOWN,
+    UNPUBLISHED,
+    Place,
+    count,
+    places,
+)
+from impactfem.report.embed import csv_table, data_address, frame_document
+from impactfem.report.overview import facts
+from impactfem.report.plots import Plot, plots_of
+from impactfem.report.run_files import RunFiles
+
+REPORT = "report.html"
+TITLES = {
+    "building": ("The 3D model", "Mesh of shells and beams, its masses and modes."),
+    "calibrate": (
+        "Impact on a rigid wall",
+        "Restitution and contact stiffness from an impact of the 3D model, and the stick beside "
+        "it.",
+    ),
+    "sticks": ("Pounding of the sticks", "Ground motion, sticks, impact forces, floor spectra."),
+    "ensemble": ("Many motions", "The sticks under other motions: bands of every result."),
+    "transient": (
+        "The 3D model in time",
+        "The impacts and the ground motion on the 3D model: floor spectra, waves, transfer.",
+    ),
+    "device": (
+        "Devices",
+        "Forces on the anchors in the 3D model and by response spectrum analysis.",
+    ),
+    "design": ("Design spectra", "Spectra enveloped over each floor and broadened."),
+}
+STATUSES = (REPRODUCED, DIFFERS, UNPUBLISHED, SHOWN, ABSENT)
+GOVERNING = ("plot_structure_spectra", "plot_stick_spectra")
+UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
+PREFIXED = {"N": "newton", "N s": "newton * second", "Pa": "pascal", "s": "second", "m": "metre"}
+KEY_WORDS = ("energy", "steps", "points in a cycle", "band", "Sturm", "mass matrix")
+"""What the checks of the first page speak of."""
+
+
+def write_report(folder: Path) -> Path:
+    """Make `report.html` from the files of a run.
+
+    Args:
+        folder: The run's folder.
+
+    Returns:
+        The page, which needs no other file and no network.
+
+    Raises:
+        ImpactfemError: The folder holds no run, or a file cannot be read or written.
+    """
+    path = folder / REPORT
+    text = _render(RunFiles(folder))
+    with atomic(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
+
+
+def _render(run: RunFiles) -> str:
+    templates = files("impactfem.report") / "templates"
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    template = environment.from_string((templates / "report.html").read_text(encoding="utf-8"))
+    stages = [_stage(run, name) for name in run.stages]
+    plots: dict[str, Plot] = {plot.name: plot for stage in stages for plot in stage["plots"]}
+    checks = run.checks
+    reference = run.case["report"]["reference"]
+    compared = (
+        []
+        if reference is None
+        else places(reference, run.summary, [name for stage in stages for name in stage["files"]])
+    )
+    drawing = run.folder / "figures" / "figure_02_case.png"
+    return template.render(
+        version=run.provenance["impactfem"],
+        title=run.case["title"],
+        css=Markup((templates / "report.css").read_text(encoding="utf-8")),
+        plotly=Markup(get_plotlyjs()),
+        provenance=run.provenance,
+        tiles=_tiles(run),
+        drawing=data_address(drawing) if drawing.is_file() else "",
+        facts=facts(run),
+        governing=next((plots[name] for name in GOVERNING if name in plots), None),
+        checks=checks,
+        failed=[check for check in checks if not check["good"]],
+        key_checks=[
+            check
+            for check in checks
+            if check["good"] and any(word in check["text"] for word in KEY_WORDS)
+        ],
+        assumptions=assumptions(run.case),
+        stages=stages,
+        publication="" if reference is None else reference["title"],
+        places=[_shown(place, stages) for place in compared],
+        kinds=[
+            kind
+            for kind in ("equation", "figure", "table")
+            if any(place.kind == kind for place in compared)
+        ],
+        statuses=STATUSES,
+        tally=[(kind, count(compared, kind)) for kind in ("equation", "figure", "table")],
+        times=_times(run),
+        summary=[
+            {**entry, "value_text": number(entry["value"]), "paper_text": number(entry["paper"])}
+            for entry in run.summary
+        ],
+    )
+
+
+def _stage(run: RunFiles, name: str) -> dict[str, Any]:
+    title, about = TITLES[name]
+    figures = run.files_of(name, "figures")
+    tables = run.files_of(name, "tables")
+    pictures = [path for path in figures if path.suffix == ".png"]
+    films = [path for path in figures if path.suffix == ".mp4"]
+    scenes = [path for path in figures if path.suffix == ".html"]
+    return {
+        "name": name,
+        "title": title,
+        "about": about,
+        "checks": [check for check in run.checks if check["stage"] == name],
+        "plots": plots_of(run, name),
+        "scene": frame_document(scenes[0]) if scenes else "",
+        "figures": [_embedded(path) for path in pictures],
+        "films": [_embedded(path) for path in films],
+        "tables": [_table(path) for path in tables],
+        "files": [str(path.relative_to(run.folder)) for path in (*figures, *tables)],
+    }
+
+
+def _embedded(path: Path) -> dict[str, str]:
+    return {
+        "anchor": _anchor(str(path)),
+        "name": path.stem.replace("_", " "),
+        "address": data_address(path),
+    }
+
+
+def _table(path: Path) -> dict[str, Any]:
+    head, rows, whole = csv_table(path)
+    return {
+        "anchor": _anchor(str(path)),
+        "name": path.stem.replace("_", " "),
+        "file": f"tables/{path.name}",
+        "head": head,
+        "rows": rows,
+        "count": whole,
+    }
+
+
+def _anchor(name: str) -> str:
+    return f"{Path(name).suffix[1:]}_{Path(name).stem}"
+
+
+def _shown(place: Place, stages: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """A place with its numbers as texts and links to where ours is shown."""
+    known = {name for stage in stages for name in stage["files"]}
+    return {
+        "kind": place.kind,
+        "number": place.number,
+        "title": place.title,
+        "tells": place.tells,
+        "status": place.status,
+        "standing": _standing(place),
+        "lacking": place.lacking,
+        "links": [
+            (_anchor(name), Path(name).stem.replace("_", " "))
+            for name in place.shows
+            if name in known
+        ],
+        "compared": [
+            {
+                "name": one.name,
+                "reason": one.reason,
+                "status": one.status,
+                "ours_text": quantity(one.ours, one.unit),
+                "published_text": quantity(one.published, one.unit),
+                "difference_text": (
+                    "" if one.difference is None else f"{100.0 * one.difference:+.1f} %"
+                ),
+                "tolerance_text": f"{100.0 * one.tolerance:g} %",
+            }
+            for one in place.compared
+        ],
+    }
+
+
+def _standing(place: Place) -> str:
+    """How many of its results come near enough, where some do not."""
+    near = sum(one.status == REPRODUCED for one in place.compared)
+    return f"{near} of {len(place.compared)} reproduced" if place.status == DIFFERS else ""
+
+
+def _tiles(run: RunFiles) -> list[tuple[str, str]]:
+    """The few numbers that a run is remembered by."""
+    values = run.values
+    forces = {n: v for n, v in values.items() if n.startswith("pounding.peak_force.")}
+    tiles = []
+    if forces:
+        name = max(forces, key=lambda n: forces[n])
+        where = name.rpartition(".")[2].replace("_", " ")
+        tiles.append((f"{forces[name] / 1e6:.4g} MN", f"largest impact force, {where}"))
+    if "pounding.impacts" in values:
+        tiles.append((f"{values['pounding.impacts']:.0f}", "impacts"))
+    if "pounding.required_separation" in values:
+        gap = 100.0 * values["pounding.required_separation"]
+        tiles.append((f"{gap:.3g} cm", "gap that would prevent contact"))
+    if "transient.pfa.edge_max" in values:
+        value = values["transient.pfa.edge_max"]
+        tiles.append((f"{value:.3g} m/s²", "largest acceleration at an edge of the top floor"))
+    if "calibration.epsilon" in values:
+        tiles.append((f"{values['calibration.epsilon']:.3g}", "restitution ε of the 3D model"))
+    if "device.fy.detailed.impact" in values:
+        force = 1e-3 * values["device.fy.detailed.impact"]
+        tiles.append((f"{force:.4g} kN", "shear force on the first device's anchor"))
+    return tiles
+
+
+def _times(run: RunFiles) -> list[tuple[str, str, str, str]]:
+    rows = []
+    memory = run.provenance["peak_memory"]
+    for stage, inputs in run.provenance["inputs"].items():
+        own = [t for n, t in run.provenance["seconds"].items() if n.startswith(f"{stage}: ")]
+        peak = memory.get(stage)
+        text = "not known" if peak is None else f"{peak / 1e9:.2f}"
+        rows.append((stage, f"{sum(own):.1f}", text, str(inputs)[:16]))
+    return rows
+
+
+def number(value: float | None) -> str:
+    """A value with five digits; a dash for none."""
+    if value is None:
+        return "–"
+    if value != 0.0 and not 1e-3 <= abs(value) < 1e6:
+        digits = f"{value:.4g}"
+        return digits if math.isfinite(value) else "–"
+    return f"{value:.5g}"
+
+
+def quantity(value: float | None, unit: str) -> str:
+    """A value with its unit, with a prefix where the unit takes one."""
+    if value is None or unit == "-":
+        return number(value)
+    if unit in PREFIXED and value != 0.0:
+        compact = UNITS.Quantity(value, PREFIXED[unit]).to_compact()
+        return f"{compact.magnitude:.5g} {compact.units:~P}".replace("·", " ")
+    return f"{number(value)} {unit}"

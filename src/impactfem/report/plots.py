@@ -1,0 +1,297 @@
+"""Plots to zoom into and read values off, of the spectra and forces of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from impactfem.report.run_files import RunFiles
+from impactfem.results.device_verdict import LOADS
+from impactfem.results.device_view import WITH, WITHOUT, DeviceView
+from impactfem.results.transient_view import XYZ, TransientView
+
+Array = NDArray[np.float64]
+
+BLACK, GREY = "#222222", "#888888"
+# Okabe and Ito's colours, and dashes beside them: told apart with any colour vision, and in print.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#000000", "#999999")
+DASHES = ("solid", "dash", "dot", "dashdot")
+SETTINGS = {"displaylogo": False, "responsive": True, "toImageButtonOptions": {"format": "svg"}}
+SAMPLES = 4000
+"""Points of a history at most; the largest of each interval is kept."""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A plot of a page.
+
+    Args:
+        name: Its anchor.
+        caption: What it shows, in a sentence.
+        markup: Its HTML, which needs plotly's script on the page.
+    """
+
+    name: str
+    caption: str
+    markup: str
+
+
+def plots_of(run: RunFiles, stage: str) -> list[Plot]:
+    """The plots of a stage.
+
+    Args:
+        run: The run.
+        stage: Name of the stage.
+    """
+    makers: dict[str, Sequence[Callable[[RunFiles], Plot | None]]] = {
+        "sticks": (_motion, _stick_spectra, _impact_forces),
+        "ensemble": (_ensemble,),
+        "transient": (_structure_spectra, _across),
+        "device": (_anchor_spectra, _device_forces),
+    }
+    made = [make(run) for make in makers.get(stage, ())]
+    return [plot for plot in made if plot is not None]
+
+
+def _motion(run: RunFiles) -> Plot:
+    with run.store("sticks.nc") as store:
+        direction, time = str(store.attrs["shown_direction"]), store["time"].values
+        ground = store["ground"].transpose("time", "axis").values[:, XYZ.index(direction)]
+    plot = go.Figure()
+    t, a = thinned(time, ground)
+    plot.add_scatter(x=t, y=a, line_color=COLOURS[0], name="ground", line_width=1)
+    caption = f"Ground acceleration along {direction}."
+    return _plot("plot_motion", caption, plot, "time [s]", "acceleration [m/s²]")
+
+
+def _stick_spectra(run: RunFiles) -> Plot:
+    with run.store("sticks.nc") as store:
+        building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
+        column = list(store["direction"].values).index(direction)
+        chosen = np.flatnonzero(store["station_building"].values == building)
+        floors = store["station_floor"].values[chosen]
+        frequency, damping = store["frequency"].values, float(store["damping"].values[0])
+        psa = store["psa"].values[0, chosen, column]
+        free = store["psa_free"].values[0, chosen, column]
+    plot = go.Figure()
+    top = len(floors) - 1
+    for k in range(top, -1, -1):
+        style = {"color": COLOURS[(top - k) % len(COLOURS)]}
+        hidden = True if top - k < 3 else "legendonly"
+        group = f"floor {int(floors[k])}"
+        plot.add_scatter(x=frequency, y=psa[k], name=group, line=style, visible=hidden)
+        dashed = {**style, "dash": "dot", "width": 1}
+        name = f"{group}, no contact"
+        plot.add_scatter(x=frequency, y=free[k], name=name, line=dashed, visible=hidden)
+    caption = (
+        f"Floor response spectra of the stick of {building} along {direction}, {100 * damping:g} % "
+        "damping, with impacts and without contact (dotted). Further floors: click in the legend."
+    )
+    return _spectrum("plot_stick_spectra", caption, plot)
+
+
+def _impact_forces(run: RunFiles) -> Plot | None:
+    with run.store("forces.nc") as store:
+        time, values = store["time"].values, store["force"].transpose("time", "pair").values
+        names = [str(name).replace("-", " and ") for name in store["pair"].values]
+    hit = np.flatnonzero(np.abs(values).max(axis=0) > 0.0) if values.size else np.array([], int)
+    if not hit.size:
+        return None
+    plot = go.Figure()
+    for number, k in enumerate(hit[::-1]):
+        t, f = thinned(time, 1e-6 * values[:, k])
+        plot.add_scatter(x=t, y=f, name=names[k], line=_line(number))
+    caption = "Impact forces of the sticks, positive in compression: what the 3D model takes over."
+    return _plot("plot_forces", caption, plot, "time [s]", "force [MN]")
+
+
+def _ensemble(run: RunFiles) -> Plot:
+    with run.store("ensemble.nc") as store:
+        building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
+        column = list(store["direction"].values).index(direction)
+        percentile = [float(q) for q in store["percentile"].values]
+        frequency, floors = store["frequency"].values, store["station_floor"].values
+        bands = store["psa_percentile"].values[:, 0, :, column]
+        count = store.sizes["motion"]
+    plot = go.Figure()
+    top = int(np.argmax(floors))
+    for number, q in enumerate(percentile):
+        middle = q == 50.0
+        style = {"color": COLOURS[0] if middle else GREY, "width": 2 if middle else 1}
+        plot.add_scatter(
+            x=frequency,
+            y=bands[number, top],
+            name="median" if middle else f"{q:g} %",
+            line={**style, "dash": DASHES[abs(number - len(percentile) // 2) % len(DASHES)]},
+        )
+    caption = (
+        f"Floor response spectrum of floor {int(floors[top])} of the stick of {building} along "
+        f"{direction} over {count} motions: percentiles."
+    )
+    return _spectrum("plot_ensemble", caption, plot)
+
+
+def _structure_spectra(run: RunFiles) -> Plot:
+    with run.store("transient.nc") as store:
+        view = TransientView(store)
+        column = XYZ.index(view.direction)
+        psa, known = store["psa"], view.known
+        order = ("damping", "probe", "component", "frequency")
+        values = psa.transpose(*order).values[0, :, column][:, known]
+        band = (
+            store["psa_band"].transpose(*order).values[0, :, column][:, known]
+            if "psa_band" in store
+            else None
+        )
+        top = view.top
+        shown = [(f"floor {n}, mass centre", p) for n, p in reversed(view.centres.items())]
+        shown += [(f"floor {n}, impact edge", p) for n, p in reversed(view.edges.items())]
+        named = {p for _, p in shown}
+        own = [(view.names[p], p) for p in range(len(view.names)) if p not in named]
+        shown += [(name.replace("_", " "), p) for name, p in own if p not in view.line]
+        frequency, damping = view.frequency[known], view.damping
+        building, direction = view.building, view.direction
+    plot = go.Figure()
+    for number, (name, probe) in enumerate(shown):
+        at_first = name in (f"floor {top}, mass centre", f"floor {top}, impact edge")
+        visible = True if at_first else "legendonly"
+        line = _line(number)
+        plot.add_scatter(x=frequency, y=values[probe], name=name, line=line, visible=visible)
+        if band is not None and at_first:
+            low, high = values[probe] - band[probe], values[probe] + band[probe]
+            plot.add_scatter(
+                x=np.concatenate([frequency, frequency[::-1]]),
+                y=np.concatenate([high, np.maximum(low[::-1], 1e-9)]),
+                fill="toself",
+                fillcolor=line["color"],
+                opacity=0.25,
+                line_width=0,
+                name=f"{name}, error band",
+                hoverinfo="skip",
+            )
+    caption = (
+        f"Floor response spectra of the 3D model of {building} along {direction}, "
+        f"{100 * damping:g} % damping"
+        + (", with the error band of the reduced basis" if band is not None else "")
+        + ". Further points: click in the legend."
+    )
+    return _spectrum("plot_structure_spectra", caption, plot)
+
+
+def _across(run: RunFiles) -> Plot | None:
+    with run.store("transient.nc") as store:
+        view = TransientView(store)
+        if len(view.line) < 2:
+            return None
+        column, known = XYZ.index(view.direction), view.known
+        psa = store["psa"].transpose("damping", "probe", "component", "frequency")
+        values = psa.values[0, view.line, column][:, known]
+        frequency, distance, top = view.frequency[known], view.distance, view.top
+        direction, damping = view.direction, view.damping
+    plot = go.Figure()
+    for number, (d, spectrum) in enumerate(zip(distance, values, strict=True)):
+        name = f"d = {d:.3g} m"
+        plot.add_scatter(x=frequency, y=spectrum, name=name, line=_line(number))
+    caption = (
+        f"Floor response spectra across floor {top} of the 3D model along {direction}, "
+        f"{100 * damping:g} % damping, by the distance d from the impact edge."
+    )
+    return _spectrum("plot_across", caption, plot)
+
+
+def _anchor_spectra(run: RunFiles) -> Plot:
+    plot, number = go.Figure(), 0
+    with run.store("device.nc") as store:
+        view = DeviceView(store)
+        for d, device in enumerate(view.devices):
+            for c, case in enumerate(view.cases):
+                for impact, load in LOADS.items():
+                    dash = "dash" if impact == WITHOUT else "solid"
+                    style = {"color": COLOURS[number // 2 % len(COLOURS)], "dash": dash}
+                    visible = True if d == 0 and c == 0 else "legendonly"
+                    name = f"{device}, damping {case}, {load}"
+                    y = view.spectrum(d, impact, c)
+                    plot.add_scatter(x=view.frequency, y=y, name=name, line=style, visible=visible)
+                    number += 1
+        for f in view.mode_frequency(0):
+            if view.frequency[0] <= f <= view.frequency[-1]:
+                plot.add_vline(x=f, line_dash="dot", line_color=GREY, line_width=1)
+        caption = (
+            f"Spectra of the floor at the anchors along {view.direction}, at the damping of the "
+            f"devices; dotted: the frequencies of {view.devices[0]}."
+        )
+    return _spectrum("plot_anchor_spectra", caption, plot)
+
+
+def _device_forces(run: RunFiles) -> Plot:
+    plot = go.Figure()
+    with run.store("device.nc") as store:
+        view = DeviceView(store)
+        for d, device in enumerate(view.devices):
+            for impact in (WITH, WITHOUT):
+                t, f = thinned(view.time, 1e-3 * view.force(d, impact))
+                style = {"color": COLOURS[(2 * d + impact) % len(COLOURS)], "width": 1}
+                visible = True if d == 0 else "legendonly"
+                name = f"{device}, {LOADS[impact]}"
+                plot.add_scatter(x=t, y=f, name=name, line=style, visible=visible)
+        caption = f"Force F{view.direction} of the devices on the floor."
+    return _plot("plot_device_forces", caption, plot, "time [s]", "force [kN]")
+
+
+def thinned(time: Array, values: Array) -> tuple[Array, Array]:
+    """A history of fewer points that keeps the least and the largest of each interval.
+
+    Args:
+        time: Shape (n,) [s].
+        values: Shape (n,).
+
+    Returns:
+        Times and values, of at most about `SAMPLES` points.
+    """
+    size = -(-time.size // (SAMPLES // 2))
+    if size <= 2:
+        return time, values
+    whole = time.size // size * size
+    rows = values[:whole].reshape(-1, size)
+    start = np.arange(0, whole, size)
+    both = np.sort(np.stack([start + rows.argmin(axis=1), start + rows.argmax(axis=1)], axis=1))
+    kept = np.unique(np.concatenate([both.ravel(), np.arange(whole, time.size)]))
+    return time[kept], values[kept]
+
+
+def _line(number: int) -> dict[str, Any]:
+    return {
+        "color": COLOURS[number % len(COLOURS)],
+        "dash": DASHES[number // len(COLOURS) % len(DASHES)],
+    }
+
+
+def _spectrum(name: str, caption: str, plot: Any) -> Plot:
+    plot.update_xaxes(type="log")
+    return _plot(name, caption, plot, "frequency [Hz]", "pseudo-acceleration [m/s²]")
+
+
+def _plot(name: str, caption: str, plot: Any, across: str, up: str) -> Plot:
+    plot.update_layout(
+        template="simple_white",
+        height=430,
+        margin={"l": 60, "r": 10, "t": 10, "b": 45},
+        xaxis_title=across,
+        yaxis_title=up,
+        legend={"font_size": 11},
+        font={"family": "inherit", "color": BLACK},
+    )
+    plot.update_xaxes(showgrid=True, gridcolor="#dddddd")
+    plot.update_yaxes(showgrid=True, gridcolor="#dddddd")
+    for trace in plot.data:
+        # Half the size: four digits are more than can be read off.
+        trace.x, trace.y = np.float32(trace.x), np.float32(trace.y)
+    markup = plot.to_html(
+        full_html=False, include_plotlyjs=False, div_id=name, config=SETTINGS, default_width="100%"
+    )
+    return Plot(name, caption, markup)

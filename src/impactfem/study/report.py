@@ -1,0 +1,56 @@
+"""The report: the last stage, made from what the others wrote."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from impactfem.case import Case
+from impactfem.files import write_json
+from impactfem.log import LOGGER
+from impactfem.report.page import write_report
+from impactfem.report.run_files import CASE, CHECKS
+from impactfem.results.check import Check
+
+REPORT = "report"
+
+
+def write_findings(folder: Path, case: Case, checks: dict[str, list[Check]]) -> None:
+    """Write the case as it was read, and the checks of all stages.
+
+    Args:
+        folder: The run's folder.
+        case: The case.
+        checks: Those of each stage by its name.
+
+    Raises:
+        ImpactfemError: A file cannot be written.
+    """
+    write_json(folder / CASE, case.model_dump(mode="json", exclude={"path"}))
+    write_json(
+        folder / CHECKS,
+        [
+            {"stage": stage, "good": good, "text": text}
+            for stage, found in checks.items()
+            for good, text in found
+        ],
+    )
+
+
+def make_report(folder: Path) -> Path:
+    """Make the page of a finished run again, from the files of its folder.
+
+    Args:
+        folder: The run's folder.
+
+    Returns:
+        The page.
+
+    Raises:
+        ImpactfemError: The folder holds no run, or a file cannot be read or written.
+    """
+    start = time.perf_counter()
+    page = write_report(folder)
+    size, seconds = page.stat().st_size / 1e6, time.perf_counter() - start
+    LOGGER.info("stage report: %s, %.1f MB, in %.1f s", page, size, seconds)
+    return page

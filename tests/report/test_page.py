@@ -1,0 +1,131 @@
+"""The report of a run."""
+
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+
+import pytest
+from typer.testing import CliRunner
+
+from impactfem import study
+from impactfem.cli import app
+from impactfem.errors import ImpactfemError
+from impactfem.report.page import number, quantity, write_report
+
+VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
+
+
+class Page(HTMLParser):
+    """The tags of a page: what is open, which anchors and addresses it has."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.open, self.ids, self.links, self.addresses, self.words = [], [], [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.ids += [found["id"]] if "id" in found else []
+        if tag == "a":
+            self.links.append(found["href"])
+        self.addresses += [found[k] for k in ("src", "poster") if k in found]
+        self.addresses += [found["href"]] if tag == "link" else []
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if self.open[-1] != tag:
+            raise ValueError(f"</{tag}> closes <{self.open[-1]}>")
+        self.open.pop()
+
+    def handle_data(self, data):
+        if not {"script", "style"} & set(self.open):
+            self.words.append(data.strip())
+
+
+@pytest.fixture(scope="module")
+def text(finished):
+    return (finished.folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(text):
+    return Page(text)
+
+
+def test_tags_are_closed_and_anchors_exist(page):
+    assert page.open == []
+    assert len(set(page.ids)) == len(page.ids)
+    assert {link[1:] for link in page.links if link.startswith("#")} <= set(page.ids)
+
+
+def test_it_needs_no_other_file(page):
+    assert page.addresses and all(one.startswith("data:") for one in page.addresses)
+
+
+def test_everything_that_the_run_drew_is_in_it(finished, page):
+    drawn = sorted((finished.folder / "figures").glob("*.png"))
+    assert drawn and {f"png_{path.stem}" for path in drawn} <= set(page.ids)
+    tables = sorted((finished.folder / "tables").glob("*.csv"))
+    assert tables and {f"csv_{path.stem}" for path in tables} <= set(page.ids)
+
+
+def test_checks_and_results_are_those_of_the_run(finished, page):
+    checks = json.loads((finished.folder / "checks.json").read_text(encoding="utf-8"))
+    assert {check["stage"] for check in checks} >= {"sticks"}
+    assert {check["text"] for check in checks} <= set(page.words)
+    summary = json.loads((finished.folder / "summary.json").read_text(encoding="utf-8"))
+    assert {entry["name"] for entry in summary} <= set(page.words)
+
+
+def test_it_is_made_again_from_the_folder_alone(finished, tmp_path, text, monkeypatch):
+    shutil.copytree(finished.folder, tmp_path / "run")
+    (tmp_path / "run" / "report.html").unlink()
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["report", "run"])
+    assert result.exit_code == 0 and "report: run/report.html" in result.output
+    assert (tmp_path / "run" / "report.html").read_text(encoding="utf-8") == text
+
+
+def test_a_folder_without_a_run(tmp_path):
+    with pytest.raises(ImpactfemError, match=r"no run to report on: case.json, summary.json"):
+        write_report(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["summary.json", "case.json", "sticks.stage.json"])
+@pytest.mark.parametrize("content", ["{", '"words"'])
+def test_a_broken_file_is_named(finished, tmp_path, name, content):
+    shutil.copytree(finished.folder, tmp_path / "run")
+    (tmp_path / "run" / name).write_text(content, encoding="utf-8")
+    with pytest.raises(ImpactfemError, match=re.escape(f"cannot read {tmp_path / 'run' / name}")):
+        study.make_report(tmp_path / "run")
+
+
+def test_a_broken_store_is_named(finished, tmp_path):
+    shutil.copytree(finished.folder, tmp_path / "run")
+    (tmp_path / "run" / "sticks.nc").write_bytes(b"no store")
+    with pytest.raises(ImpactfemError, match=r"cannot read .*sticks\.nc"):
+        write_report(tmp_path / "run")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (121590782.2, "N", "121.59 MN"),
+        (-0.0131, "s", "-13.1 ms"),
+        (685364.0, "N s", "685.36 kN s"),
+        (0.0, "N", "0 N"),
+        (9.7e-12, "m/N", "9.7e-12 m/N"),
+        (36.9, "m/s2", "36.9 m/s2"),
+        (0.5, "-", "0.5"),
+        (None, "N", "–"),
+    ],
+)
+def test_quantity(value, unit, text):
+    assert quantity(value, unit) == text
+
+
+def test_number():
+    values = (None, 0.0, 1234567.0, 12345.6, 1e-4)
+    assert [number(x) for x in values] == ["–", "0", "1.235e+06", "12346", "0.0001"]
