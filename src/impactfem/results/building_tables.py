@@ -2,32 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import xarray as xr
 
+from impactfem.case.bays import Bay
 from impactfem.log import LOGGER
 from impactfem.results.table import Cell, Table
 
 
-def building_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
+def building_tables(
+    folder: Path, published: Mapping[str, float], bays: Sequence[Bay] = ()
+) -> list[Path]:
     """Write the tables of the stage into `tables/` and into the log.
 
     Args:
         folder: The run's folder, with `building.nc`.
         published: Published values in SI by the name of the result.
+        bays: The openings in the walls of a generated mesh.
 
     Returns:
         The files.
     """
     with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as store:
         tables = [_bending(store, published), _modes(store), _floors(store, published)]
+    if bays:
+        tables.append(_bays(bays))
     target = folder / "tables"
     target.mkdir(exist_ok=True)
     for table in tables:
         LOGGER.debug("\n%s", table.as_text())
     return [table.write_csv(target) for table in tables]
+
+
+def _bays(bays: Sequence[Bay]) -> Table:
+    """Table 1 of the paper: each size of opening, and how often it occurs."""
+    counts = Counter((bay.bay, bay.storey, bay.width, bay.height) for bay in bays)
+    return Table(
+        "building_bays",
+        "Openings in the walls",
+        (
+            ("bay", ""),
+            ("storey", ""),
+            ("width", "cm"),
+            ("height", "cm"),
+            ("area", "m2"),
+            ("number", "-"),
+        ),
+        tuple(
+            (name, storey, 100.0 * width, 100.0 * height, width * height, number)
+            for (name, storey, width, height), number in counts.items()
+        ),
+    )
 
 
 def _bending(store: xr.Dataset, published: Mapping[str, float]) -> Table:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from impactfem.case import Case
+from impactfem.case.bays import Bay
+from impactfem.case.generated_mesh import GeneratedMesh
 from impactfem.case.structure import structure_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
@@ -45,11 +47,16 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         with steps.step("stores"):
             write_building(files[0], study, case.title, key)
         with steps.step("tables and pictures"):
-            files += building_tables(folder, published_values(case))
+            files += building_tables(folder, published_values(case), _bays(case))
             files += building_pictures(folder)
         return files
 
     return on_root(write) or []
+
+
+def _bays(case: Case) -> tuple[Bay, ...]:
+    mesh = None if case.structure is None else case.structure.mesh
+    return mesh.bays if isinstance(mesh, GeneratedMesh) else ()
 
 
 BUILDING = Stage(
