@@ -113,7 +113,7 @@ def unilateral_response(
             None.
         restitution: Newton's e of each constraint, shape (m,) or one for all, from 0 to
             (1 − θ)/θ. The e of nodes is not that of a building: without it, a mesh loses only the
-            energy of its contact nodes, which goes to zero with their mass.
+            energy of its contact nodes, which falls with their mass.
         progress: Called with the part of the steps that is done.
 
     Returns:

@@ -45,7 +45,7 @@ def _energy(main: DampedRun, impact: WallImpact) -> list[Scalar]:
             "calibration.energy_dissipated.contact",
             contact,
             "J",
-            "of that: the energy of the contact nodes, which goes to zero with mesh and step",
+            "of that: the energy of the contact nodes, which falls with mesh and step",
         ),
     ]
 
