@@ -5,8 +5,6 @@
 The motion and the sticks stay; each row changes one thing.
 """
 
-from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +68,7 @@ def main() -> None:
 
 
 def _row(name: str, case: Case, system: System) -> tuple[Cell, ...]:
-    study = run_sticks(case, lambda _: nullcontext(), ready=(None, system), buildings=1)
+    study = run_sticks(case, ready=(None, system), buildings=1)
     found = {scalar.name: scalar.value for scalar in stick_scalars(study)}
     cells: list[Cell] = [name]
     for key, _, _, factor in SHOWN:
@@ -85,8 +83,7 @@ def _stepped(case: Case, step: float, update: str) -> Case:
 
 
 def _with_law(system: System, make) -> System:
-    pairs = tuple(replace(pair, law=make(pair.law.mass)) for pair in system.pairs)
-    return System(system.sticks, pairs)
+    return system.with_laws(lambda pair: make(pair.law.mass))
 
 
 def _hertz(mass: float) -> float:

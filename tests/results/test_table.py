@@ -47,6 +47,14 @@ def test_text():
     assert lines[-1].split() == ["é", "[red]", "-", "-"]
 
 
+def test_text_in_a_notebook(monkeypatch):
+    """Its kernel shows what rich prints, and asks for colours."""
+    expected = TABLE.as_text()
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert TABLE.as_text() == expected and "\x1b" not in expected
+
+
 @pytest.mark.parametrize("width", [60, 140])
 def test_the_width_is_kept(width):
     assert max(len(line) for line in TABLE.as_text(width).splitlines()) <= width

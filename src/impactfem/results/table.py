@@ -50,7 +50,16 @@ class Table:
         for row in self.rows:
             table.add_row(*(_text(cell) for cell in row))
         stream = io.StringIO()
-        Console(file=stream, width=width, markup=False, highlight=False).print(table)
+        # Plain text: in a notebook rich would show the table there, or colour it.
+        console = Console(
+            file=stream,
+            width=width,
+            markup=False,
+            highlight=False,
+            force_jupyter=False,
+            force_terminal=False,
+        )
+        console.print(table)
         return stream.getvalue().rstrip()
 
 

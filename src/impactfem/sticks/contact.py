@@ -2,7 +2,8 @@
 
 A law is one small compiled function ``(parameters, p, v, v0) -> (F, dF/dp, dF/dv)`` with the
 penetration p > 0 [m], its rate v [m/s], the speed of approach v0 with which this contact began
-[m/s], and the force F [N], positive in compression. `law_force` picks it by its code.
+[m/s], and the force F [N], positive in compression. `law_force` picks it by its code; `own_law`
+makes further laws.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.sticks import restitution as relations
+from impactfem.sticks.own_force import own_force
 
 KELVIN_VOIGT = 0
 KELVIN_VOIGT_NO_TENSION = 1
@@ -30,7 +32,7 @@ class Law:
 
     Args:
         name: What it is, in the words of the case file.
-        code: Which compiled law.
+        code: Which compiled law; above JANKOWSKI, the address of one's own.
         parameters: Its parameters, shape (N_PARAMETERS,): the stiffness K [N/m or N/m^1.5], then
             those of the law's function.
         asked: The restitution asked [-].
@@ -57,6 +59,11 @@ class Law:
         """Whether the elastic force goes with p; else with p^1.5."""
         return self.code in (KELVIN_VOIGT, KELVIN_VOIGT_NO_TENSION)
 
+    @property
+    def stiffness_unit(self) -> str:
+        """Unit of the stiffness."""
+        return "N/m" if self.linear else "N/m^1.5"
+
     def duration(self, speed: float) -> float:
         """Duration of an impact of two free masses [s].
 
@@ -82,9 +89,8 @@ class Law:
 
     def describe(self) -> str:
         """The law in words and numbers, for other programs and people."""
-        unit = "N/m" if self.linear else "N/m^1.5"
         return (
-            f"{self.name}: stiffness {self.stiffness:.9g} {unit}, restitution asked "
+            f"{self.name}: stiffness {self.stiffness:.9g} {self.stiffness_unit}, restitution asked "
             f"{self.asked:.6g}, of two free masses {self.epsilon:.6g}, effective mass "
             f"{self.mass:.9g} kg"
         )
@@ -249,4 +255,6 @@ def law_force(
         return kelvin_voigt_no_tension_force(parameters, p, v)
     if code == HERTZ:
         return damped_hertz_force(parameters, p, v, v0)
-    return jankowski_force(parameters, p, v)
+    if code == JANKOWSKI:
+        return jankowski_force(parameters, p, v)
+    return own_force(code, parameters, p, v, v0)

@@ -144,7 +144,7 @@ def run_ensemble(
     """
     members = members_of(case)
     folder.mkdir(parents=True, exist_ok=True)
-    files = {member.name: folder / f"{_file_key(member, key)}.npz" for member in members}
+    files = {member.name: folder / f"{member_key(member, key)}.npz" for member in members}
     waiting = [member for member in members if not _is_whole(files[member.name])]
     failed: dict[str, str] = {}
     done = len(members) - len(waiting)
@@ -184,7 +184,13 @@ def run_member(ready: tuple[Calibration | None, System], member: Member) -> dict
     }
 
 
-def _file_key(member: Member, key: str) -> str:
+def member_key(member: Member, key: str) -> str:
+    """Hash of what the results of a member depend on.
+
+    Args:
+        member: The member.
+        key: Hash of what all members depend on, besides their motions.
+    """
     digest = hashlib.sha256(key.encode())
     for motion in member.case.motions:
         digest.update(motion.model_dump_json(exclude={"file"}).encode())

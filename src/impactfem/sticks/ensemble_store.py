@@ -85,7 +85,7 @@ def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> 
             "scalars": to_json(ensemble_scalars(result)),
             "failed": failures_text(result.failed),
             "studied_building": building.name,
-            "shown_direction": case.motions[0].direction,
+            "shown_direction": case.shown_direction,
         },
     )
     write_netcdf(path, dataset)

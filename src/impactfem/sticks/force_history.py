@@ -63,6 +63,12 @@ class ForceHistory:
     inputs: str = ""
     ends: PairEnds = field(default_factory=PairEnds)
 
+    @classmethod
+    def of_response(cls, response: Response) -> ForceHistory:
+        """The forces of a response of the sticks."""
+        names = tuple(pair.name for pair in response.system.pairs)
+        return cls(response.time, names, response.force)
+
     @property
     def impulse(self) -> Array:
         """Time integral of each pair's force by the trapezoidal rule, shape (m,) [N s]."""

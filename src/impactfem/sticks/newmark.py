@@ -38,7 +38,7 @@ def pair_force(
     the step; its force at p = 0 counts then.
 
     Args:
-        code: The law.
+        code: The law, as in `law_force`.
         parameters: Its parameters.
         p_free: Penetration without this force [m].
         v_free: Its rate [m/s].
@@ -101,7 +101,7 @@ def contact_forces(
         W: Velocities per force, symmetric, positive semidefinite, shape (m, m) [m/s/N].
         delta: Gap functions without the new forces, shape (m,) [m].
         rate: Their rates, shape (m,) [m/s].
-        codes: Contact laws, shape (m,).
+        codes: Contact laws, as in `law_force`, shape (m,).
         parameters: Their parameters, shape (m, N_PARAMETERS).
         onset: Speeds of approach with which the contacts began, shape (m,) [m/s].
         touches: Room for who touches, shape (m,).
@@ -175,7 +175,7 @@ def march(
         J: Rows of relative displacement of the pairs, shape (m, n); tension positive.
         SJ: S⁻¹ Jᵀ, transposed, shape (m, n).
         gap: Gaps g, shape (m,) [m].
-        codes: Contact laws, shape (m,).
+        codes: Contact laws, as in `law_force`, shape (m,).
         parameters: Their parameters, shape (m, N_PARAMETERS).
         lagged: Take the force of a step from the state before it (paper, equation 2 as printed)
             instead of the new state.

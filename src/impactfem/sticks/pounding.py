@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -134,6 +134,15 @@ class System:
     def without_contact(self) -> System:
         """The same buildings, nothing between them."""
         return replace(self, pairs=())
+
+    def with_laws(self, make: Callable[[Pair], Law]) -> System:
+        """The same buildings and pairs under other contact laws.
+
+        Args:
+            make: Gives the law of a pair, with the effective mass of the one that it has.
+        """
+        pairs = tuple(replace(pair, law=make(pair)) for pair in self.pairs)
+        return replace(self, pairs=pairs)
 
 
 @dataclass(frozen=True)

@@ -244,7 +244,7 @@ def _spectra(study: StickStudy) -> list[Scalar]:
     floors, free = study.floors, study.floors_free
     f = floors.spectra.frequency
     studied = study.system.sticks[0].name
-    direction = study.motions[0].direction
+    direction = study.case.shown_direction
     column = floors.directions.index(direction)
     xi = study.case.spectra.damping[0]
     note = f"direction {direction}, {xi:.3g} damping, mass centre"

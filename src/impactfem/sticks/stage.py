@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +97,7 @@ class StickStudy:
 
 def run_sticks(
     case: Case,
-    step: Callable[[str], AbstractContextManager[None]],
+    step: Callable[[str], AbstractContextManager[None]] = lambda name: nullcontext(),
     *,
     ready: tuple[Calibration | None, System] | None = None,
     buildings: int | None = None,
@@ -107,7 +107,8 @@ def run_sticks(
     Args:
         case: The case.
         step: Called with the name of each step of `STEPS`; the step runs inside its context.
-        ready: Calibration and system where they are known; made from the case when None.
+        ready: Calibration and system where they are known, as with contact laws of one's own; made
+            from the case when None.
         buildings: Number of buildings, from the first on, whose floor spectra are made; all when
             None.
 
@@ -121,18 +122,7 @@ def run_sticks(
         longest = max(motion.accelerogram.duration for motion in motions)
         # Rounded, so that a step printed with four digits still gives the steps that were meant.
         n_t = round((case.pounding.duration or longest) / dt) + 1
-        ground = interpolate_ground(
-            [
-                (
-                    "xyz".index(motion.direction),
-                    motion.accelerogram.time_step,
-                    motion.accelerogram.acceleration,
-                )
-                for motion in motions
-            ],
-            dt,
-            n_t,
-        )
+        ground = interpolate_ground([motion.history for motion in motions], dt, n_t)
     with step("sticks"):
         if ready is None:
             calibration = calibration_of(case)

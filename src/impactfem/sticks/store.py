@@ -76,7 +76,7 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
             "case_hash": study.case.content_hash(),
             "scalars": to_json(stick_scalars(study)),
             "studied_building": study.system.sticks[0].name,
-            "shown_direction": study.motions[0].direction,
+            "shown_direction": study.case.shown_direction,
             "elevation_direction": _elevation_direction(study),
         },
     )
@@ -250,7 +250,7 @@ def _pairs(study: StickStudy) -> Variables:
         "rest_gap": ([pair.gap for pair in pairs], "m"),
         "stiffness": (
             [law.stiffness for law in laws],
-            "N/m" if all(law.linear for law in laws) else "N/m, N/m^1.5 for laws after Hertz",
+            ", ".join(dict.fromkeys(law.stiffness_unit for law in laws)) or "N/m",
         ),
         "dashpot": ([law.parameters[1] if law.linear else np.nan for law in laws], "N s/m"),
         "onset_force": (

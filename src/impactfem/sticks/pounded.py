@@ -1,0 +1,34 @@
+"""The pounding of the sticks of a case under given ground motions, over a given time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from impactfem.case import Case
+from impactfem.motion.from_case import GroundMotion
+from impactfem.sticks.calibration import Calibration
+from impactfem.sticks.from_case import system_of
+from impactfem.sticks.pounding import Response, interpolate_ground, simulate
+
+
+def pounded(
+    case: Case,
+    calibration: Calibration | None,
+    motions: Sequence[GroundMotion],
+    duration: float,
+) -> Response:
+    """Run the pounding of the sticks.
+
+    Args:
+        case: The case, with the damping and the laws that are meant.
+        calibration: Of the sticks, which does not depend on damping.
+        motions: The ground motions.
+        duration: Time that is computed, to the end of a step at least [s].
+
+    Raises:
+        SolutionError: The contact forces do not converge, or lagged ones create energy.
+    """
+    dt = case.pounding.time_step
+    ground = interpolate_ground([m.history for m in motions], dt, int(duration / dt) + 2)
+    system = system_of(case, calibration)
+    return simulate(system, ground, dt, update=case.pounding.update)

@@ -1,0 +1,139 @@
+"""Notebooks from their text, run from top to bottom in a kernel of their own."""
+
+from __future__ import annotations
+
+import ast
+import os
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import jupytext
+import pytest
+from jupyter_client.kernelspec import KernelSpec, KernelSpecManager
+from jupyter_client.manager import AsyncKernelManager
+from nbclient import NotebookClient
+from nbformat import NotebookNode
+from nbformat.v4 import new_code_cell
+
+STRICT = (str(Path(__file__).with_name("kernel.py")),)
+PLAIN = ("-m", "ipykernel_launcher")
+"""A kernel that starts faster, for cells that load nothing."""
+NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
+TIME_LIMIT = 300  # s, of a cell, on a machine that is busy
+ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "MPLBACKEND": "module://matplotlib_inline.backend_inline",
+}
+
+
+class _ThisPython(KernelSpecManager):  # type: ignore[misc]
+    """Knows one kernel: this Python. None need be installed, none of another Python is taken."""
+
+    program: tuple[str, ...]
+
+    def get_kernel_spec(self, kernel_name: str) -> KernelSpec:
+        return KernelSpec(
+            argv=[sys.executable, *self.program, "-f", "{connection_file}"],
+            display_name="this Python",
+            language="python",
+        )
+
+
+def read_notebook(path: Path) -> NotebookNode:
+    """A notebook from its text."""
+    return jupytext.read(path, fmt="py:percent")
+
+
+def with_parameters(notebook: NotebookNode, parameters: Mapping[str, Any]) -> NotebookNode:
+    """Other values behind the cell that is tagged `parameters`.
+
+    Raises:
+        ValueError: The notebook has no such cell, or the cell does not set one of them.
+    """
+    tagged = [
+        k for k, cell in enumerate(notebook.cells) if "parameters" in cell.metadata.get("tags", [])
+    ]
+    if len(tagged) != 1:
+        raise ValueError(f"expected one cell that is tagged 'parameters', found {len(tagged)}")
+    cell = notebook.cells[tagged[0]]
+    known = {
+        target.id
+        for statement in ast.parse(cell.source).body
+        if isinstance(statement, ast.Assign)
+        for target in statement.targets
+        if isinstance(target, ast.Name)
+    }
+    unknown = sorted(set(parameters) - known)
+    if unknown:
+        raise ValueError(f"{', '.join(unknown)}: no parameter of the notebook")
+    lines = [f"{name} = {value!r}" for name, value in parameters.items()]
+    notebook.cells.insert(tagged[0] + 1, new_code_cell("\n".join(lines)))
+    return notebook
+
+
+def run_notebook(
+    path: Path,
+    workplace: Path,
+    parameters: Mapping[str, Any],
+    limit: int = TIME_LIMIT,
+    program: tuple[str, ...] = STRICT,
+) -> NotebookNode:
+    """Run a notebook.
+
+    Args:
+        path: Its text.
+        workplace: The working folder of its kernel.
+        parameters: Values for its parameters.
+        limit: Time that a cell may take [s].
+        program: What Python runs as the kernel.
+
+    Raises:
+        CellExecutionError: A cell raised.
+        CellTimeoutError: A cell took longer.
+    """
+    notebook = with_parameters(read_notebook(path), parameters)
+    with TemporaryDirectory(prefix="kernel") as own:
+        # Through sockets in a folder of its own, whose name is short enough for them: nobody else
+        # can reach the kernel, and nothing is written to the home of the user.
+        known = _ThisPython()
+        known.program = program
+        manager = AsyncKernelManager(
+            kernel_spec_manager=known,
+            transport="ipc",
+            ip=f"{own}/socket",
+            connection_file=f"{own}/connection.json",
+        )
+        client = NotebookClient(
+            notebook,
+            km=manager,
+            timeout=limit,
+            resources={"metadata": {"path": str(workplace)}},
+        )
+        client.execute(env={**os.environ, **ENVIRONMENT, "IPYTHONDIR": own}, cleanup_kc=True)
+    return notebook
+
+
+@pytest.fixture(scope="session")
+def notebooks() -> Path:
+    """The folder of the notebooks."""
+    return NOTEBOOKS
+
+
+@pytest.fixture(scope="session")
+def execute() -> Callable[..., NotebookNode]:
+    """Run a notebook by its name or path, in a working folder, with values of its parameters."""
+
+    def execute(
+        name: str | Path,
+        workplace: Path,
+        limit: int = TIME_LIMIT,
+        plain: bool = False,
+        **parameters: Any,
+    ) -> NotebookNode:
+        path = name if isinstance(name, Path) else NOTEBOOKS / f"{name}.py"
+        return run_notebook(path, workplace, parameters, limit, PLAIN if plain else STRICT)
+
+    return execute
