@@ -14,6 +14,8 @@ KEYS = [
     "unit",
     "error",
     "tolerance",
+    "absolute",
+    "at_least",
     "passed",
     "source",
 ]
@@ -37,6 +39,10 @@ def row(computed, reference=2.0, tolerance=0.01, **options):
         (row(2.011, absolute=True), 0.011, False),
         (row(0.009, reference=0.0, absolute=True), 0.009, True),
         (row(-0.011, reference=0.0, absolute=True), 0.011, False),
+        (row(1.992, at_least=True), 0.008, True),
+        (row(1.988, at_least=True), 0.012, False),
+        (row(5.0, at_least=True), 0.0, True),
+        (row(math.inf, at_least=True), 0.0, False),
         (row(math.inf), math.inf, False),
         (row(-math.inf, absolute=True), math.inf, False),
     ],
@@ -46,9 +52,9 @@ def test_error_and_tolerance(made, error, passed):
     assert made.passed is passed
 
 
-@pytest.mark.parametrize("absolute", [True, False])
-def test_what_is_no_number_never_passes(absolute):
-    made = row(math.nan, tolerance=math.inf, absolute=absolute)
+@pytest.mark.parametrize("kind", [{}, {"absolute": True}, {"at_least": True}])
+def test_what_is_no_number_never_passes(kind):
+    made = row(math.nan, tolerance=math.inf, **kind)
     assert math.isnan(made.error) and made.passed is False
 
 

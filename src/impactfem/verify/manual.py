@@ -16,7 +16,9 @@ from impactfem.verify import (
     contact,
     device,
     device_spectra,
+    device_supports,
     eccentric_beam,
+    error_band,
     frame_loads,
     integrator,
     landing_block,
@@ -92,6 +94,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "travelling_force": moving_force.travelling_force,
     "superposition": frame_loads.superposition,
     "reciprocity": frame_loads.reciprocity,
+    "error_band": error_band.band_on_frame,
     "device_table_6": device.table_6,
     "device_sdll06": device.oscillator_under_pulse,
     "device_on_shaking_anchor": device.shaking_anchor,
@@ -101,6 +104,8 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "missing_mass": device_spectra.static_load,
     "rocking_floor": device_spectra.rocking_floor,
     "two_supports": device_spectra.two_supports,
+    "sdld30": device_supports.sdld30,
+    "harmonic_supports": device_supports.harmonic_supports,
     "device_under_noise": device_spectra.noise_against_spectra,
     "unilateral_bar": unilateral.elastic_bar,
     "unilateral_damped_bar": unilateral.damped_bar,
@@ -135,13 +140,13 @@ def verify(only: str | None = None, json_file: Path | None = None, full: bool = 
         if not full:
             expected += f"; or with --full of {', '.join(FULL)}"
         raise InputError([Fault("command line", "--only", only, expected)])
-    rows: list[Row] = []
+    found: list[tuple[str, Row]] = []
     for name, run in chosen.items():
         LOGGER.debug("benchmark %s", name)
-        rows += run()
+        found += [(name, row) for row in run()]
     if json_file is not None:
-        write_json(json_file, [row.as_dict() for row in rows])
-    return rows
+        write_json(json_file, [{"benchmark": name, **row.as_dict()} for name, row in found])
+    return [row for _, row in found]
 
 
 def as_table(rows: list[Row]) -> Table:

@@ -20,6 +20,8 @@ class Row:
         source: Where the reference comes from.
         absolute: Whether the error is the plain difference, for references that are zero or
             bounds.
+        at_least: Whether the reference is a lower bound: the error is what is missing to it, the
+            plain difference.
     """
 
     name: str
@@ -30,10 +32,13 @@ class Row:
     tolerance: float
     source: str
     absolute: bool = False
+    at_least: bool = False
 
     @property
     def error(self) -> float:
-        """Error as the tolerance counts it [-, or the row's unit when absolute]."""
+        """Error as the tolerance counts it [-, or the row's unit when absolute or a bound]."""
+        if self.at_least:
+            return max(self.reference - self.computed, 0.0)
         difference = abs(self.computed - self.reference)
         return difference if self.absolute else difference / abs(self.reference)
 
@@ -52,6 +57,8 @@ class Row:
             "unit": self.unit,
             "error": float(self.error) if math.isfinite(self.error) else None,
             "tolerance": self.tolerance,
+            "absolute": self.absolute,
+            "at_least": self.at_least,
             "passed": bool(self.passed),
             "source": self.source,
         }

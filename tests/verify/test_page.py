@@ -1,0 +1,145 @@
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from impactfem.errors import ImpactfemError, InputError
+from impactfem.verify import page as module
+from impactfem.verify.manual import BENCHMARKS, FULL, verify
+from impactfem.verify.page import main, page, read_entries, section
+from impactfem.verify.row import Row
+
+PAGE = Path(__file__).parents[2] / "docs" / module.NAME
+REMAKE = "run: impactfem verify --json FILE; python -m impactfem.verify.page FILE docs"
+QUICK = ("decree_ordinates", "cqc_coefficient", "mode_combinations", "rg_1_122", "two_supports")
+
+
+@pytest.fixture(scope="module")
+def committed():
+    return PAGE.read_text(encoding="utf-8")
+
+
+def entry(name, quantity="force", **values):
+    row = Row(name, quantity, **{"reference": 2.0, "computed": 2.002, "unit": "N"} | values)
+    return {"benchmark": name, **row.as_dict()}
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Two benchmarks and a heavy one in place of all."""
+
+    def one():
+        """About one: |a| < b_c.
+
+            F = K p * v
+
+        That is all.
+        """
+
+    def two():
+        """About two, see `one`."""
+
+    two.__module__ = "somewhere.else"
+    one.__module__ = "impactfem.verify.beams"
+    monkeypatch.setattr(module, "BENCHMARKS", {"one": one, "two": two})
+    monkeypatch.setattr(module, "FULL", {"heavy": two})
+
+
+def test_the_page_has_the_benchmarks_of_the_program(committed):
+    names = re.findall(r"(?m)^### `(\w+)`$", committed)
+    assert sorted(names) == sorted({**BENCHMARKS, **FULL}), REMAKE
+    for name in names:
+        assert section(name, []).removesuffix("Runs with `--full` only.\n\n") in committed, REMAKE
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_the_page_has_the_rows_of_the_program(committed, name):
+    part = re.split(r"\n##+ ", committed[committed.index(f"### `{name}`") :])[0]
+    made = section(name, [{"benchmark": name, **row.as_dict()} for row in BENCHMARKS[name]()])
+    # Errors of rounding differ from machine to machine.
+    rounding = re.compile(r"\| \d\.\de-1[0-9]( abs)? \|")
+    assert rounding.sub("| tiny |", part.strip()) == rounding.sub("| tiny |", made.strip()), REMAKE
+
+
+def test_the_page_says_that_all_is_well(committed):
+    rows, count, passed = re.search(
+        r"(\d+) rows of (\d+) benchmarks, (\d+) within what is allowed", committed
+    ).groups()
+    assert rows == passed and int(count) >= len(BENCHMARKS)
+    assert "fails**" not in committed and "no number" not in committed
+
+
+def test_groups(few):
+    entries = [
+        entry("one", tolerance=0.01, source="a|b"),
+        entry("two", "x", tolerance=1e-6, source="s", absolute=True),
+        entry("two", "y", tolerance=0.01, source="t", computed=float("nan")),
+    ]
+    text = page(entries)
+    assert text.index("## Beams") < text.index("### `one`") < text.index("## Further benchmarks")
+    assert "3 rows of 2 benchmarks, 1 within what is allowed." in text
+    assert "| Beams | [one](#one) | 1 | 1 |\n" in text
+    assert "About one: \\|a\\| \\< b\\_c.\n\n    F = K p * v\n\nThat is all.\n" in text
+    assert "| force | 2 | 2.002 | N | 1.0e-03 | 0.01 |\n\nSource: a\\|b.\n" in text
+    assert "About two, see `one`." in text
+    assert "| x | 2 | 2.002 | N | **2.0e-03 abs, fails** | 1e-06 abs | s |" in text
+    assert "| y | 2 | no number | N | **no number, fails** | 0.01 | t |" in text
+    assert text.endswith("### `heavy`\n\nAbout two, see `one`.\n\nRuns with `--full` only.\n")
+
+
+def test_a_lower_bound():
+    values = {"tolerance": 0.1, "source": "s", "at_least": True, "unit": "-"}
+    enough, short = (
+        section("cqc_coefficient", [entry("cqc_coefficient", "order", computed=c, **values)])
+        for c in (3.0, 1.8)
+    )
+    assert "| order | 2 | 3 | - | 0.0e+00 short | 0.1 short |\n" in enough
+    assert "| order | 2 | 1.8 | - | **2.0e-01 short, fails** | 0.1 short |\n" in short
+
+
+def test_rows_of_other_benchmarks(few):
+    one, two = (entry(n, tolerance=0.01, source="s") for n in ("one", "two"))
+    with pytest.raises(ImpactfemError, match="no rows of the benchmarks two: run all"):
+        page([one])
+    with pytest.raises(ImpactfemError, match="benchmarks that do not exist: three"):
+        page([one, two, {**two, "benchmark": "three"}])
+
+
+def test_every_group_has_benchmarks():
+    known = {run.__module__.rsplit(".", 1)[-1] for run in {**BENCHMARKS, **FULL}.values()}
+    listed = [name for modules in module.GROUPS.values() for name in modules]
+    assert len(listed) == len(set(listed)) and set(listed) <= known
+
+
+@pytest.mark.parametrize("text", ["", "{}", '[{"name": "a"}]', "[1]"])
+def test_a_file_of_something_else(tmp_path, text):
+    path = tmp_path / "rows.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"rows\.json.*impactfem verify --json FILE"):
+        read_entries(path)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(InputError, match="No such file"):
+        read_entries(tmp_path / "none.json")
+
+
+def test_written_by_the_command(few, tmp_path, capsys):
+    rows = tmp_path / "rows.json"
+    entries = [entry(n, tolerance=0.01, source="s") for n in ("one", "two")]
+    rows.write_text(json.dumps(entries), encoding="utf-8")
+    assert main([str(rows), str(tmp_path)]) == 0
+    assert (tmp_path / module.NAME).read_text(encoding="utf-8") == page(entries)
+    assert capsys.readouterr().out == f"{tmp_path / module.NAME}\n"
+    rows.write_text(json.dumps(entries[:1]), encoding="utf-8")
+    assert main([str(rows), str(tmp_path)]) == 1
+    assert main([str(tmp_path), str(tmp_path)]) == 2
+    assert main([str(rows)]) == main([str(rows), str(rows)]) == 2
+    assert "usage" in capsys.readouterr().err
+
+
+def test_it_reads_what_verify_writes(tmp_path):
+    path = tmp_path / "rows.json"
+    rows = verify("cqc", path)
+    assert [e["quantity"] for e in read_entries(path)] == [row.quantity for row in rows]
