@@ -28,6 +28,7 @@ def written(tmp_path):
 def test_synthetic(written):
     ensemble = load_case(written("motions = 5\nfirst_seed = 3\n")).ensemble
     assert (ensemble.motions, ensemble.first_seed, ensemble.files()) == (5, 3, ())
+    assert ensemble.structure_motions == 0
 
 
 @pytest.mark.parametrize(
@@ -40,6 +41,12 @@ def test_synthetic(written):
         ('records = "nowhere"\n', "a folder of records; there is none"),
         ('records = "."\n', "a case with one motion of type 'record'"),
         ("motion = 5\n", "motions"),
+        (
+            "motions = 5\nstructure_motions = 1\n",
+            "structure_motions = 1: expected 0, or at least 2",
+        ),
+        ("motions = 5\nstructure_motions = 6\n", "expected at most all members, 5"),
+        ("motions = 5\nstructure_motions = 3\n", "expected 0, or a section [transient]"),
     ],
 )
 def test_refused(written, section, words):

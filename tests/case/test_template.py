@@ -32,6 +32,14 @@ MODES = "frequency [Hz],direction,effective_mass [kg],height [m]\n8,y,300,1\n"
 FORCES = "time [s],west.floor_3-east.floor_3 [N]\n0,0\n1,1\n"
 OTHER_WAY = "not both|together|Cannot overwrite"  # a key for the other of two ways
 
+FLOOR = "frequency [Hz],acceleration [m/s2],direction,damping\n" + "".join(
+    f"{f},5,y,{ratio}\n" for ratio in ("0.1 %", "40 %") for f in (1, 2000)
+).replace(" %", "e-2")
+MATRICES = {
+    "mass": "1.y,tip,2.y\n0,0,0\n0,50,0\n0,0,0\n",
+    "stiffness": "1.y,tip,2.y\n3e6,-3e6,0\n-3e6,4e6,-1e6\n0,-1e6,1e6\n",
+}
+
 
 @pytest.fixture
 def template(tmp_path: Path) -> Path:
@@ -193,15 +201,20 @@ def test_optional_devices(template: Path) -> None:
         (template.parent / f"new_{name}.csv").write_text(table)
     (template.parent / "new_forces.csv").write_text(FORCES)
     (template.parent / "new_modes.csv").write_text(MODES)
+    (template.parent / "new_floor.csv").write_text(FLOOR)
+    for name, table in MATRICES.items():
+        (template.parent / f"new_{name}.csv").write_text(table)
     for begin in ("# [structure]", "# [transient]", "# [[devices]]", "# [device_analysis]"):
         uncommented(template, begin, None)
     text = template.read_text(encoding="utf-8").replace("# density", "density")
     template.write_text(text, encoding="utf-8")
     case = load_case(template)
-    pump, cabinet = case.devices
+    pump, cabinet, pipe = case.devices
     # The defaults are those it shows, but for the rigid part, which is none.
     assert pump.maximum_frequency == cabinet.maximum_frequency
     assert pump.beam == DeviceBeam(length=0.46, bending=(8e7, 8e7))
+    assert pump.envelope == ("corner", "centre_3") and pump.spectra is not None
+    assert [anchor.radius for anchor in pipe.anchors] == [0.3, 0.3]
     assert case.device_analysis is not None
     assert case.device_analysis.rigid is not None
     shown = DeviceAnalysis(duration=4.0, time_step=0.125e-3)

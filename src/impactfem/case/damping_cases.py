@@ -39,8 +39,9 @@ class DampingCase(Damping, _Named):
     restitution: CalibratedRestitution = Field(
         default="calibrated",
         description="Coefficient of restitution with this damping, of contact laws of type "
-        "'kelvin-voigt'; calibrated by the impact of [wall_impact] with this damping. Left out in "
-        "a case without [wall_impact], the laws keep theirs.",
+        "'kelvin-voigt'; calibrated by the impact of [wall_impact] with this damping, for those "
+        "laws that say 'calibrated' where one does. Left out in a case without [wall_impact], the "
+        "laws keep theirs.",
     )
 
 

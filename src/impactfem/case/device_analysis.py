@@ -11,6 +11,8 @@ from impactfem.case.leaf import Frequency, PositiveTime, Ratio, refuse
 
 Combination = Literal["abs", "srss", "cqc", "dsc", "dsc-abs", "ten-percent", "grouping"]
 
+SupportRule = Literal["srss", "abs", "algebraic", "envelope"]
+
 STEPS = 8
 """Steps of the coupled integration in one of the transient stage, when the case names no step."""
 
@@ -42,7 +44,15 @@ class RigidPart(Section):
 
 
 class DeviceAnalysis(Section):
-    """The response spectrum analysis of all devices, and the step of the detailed one."""
+    """The response spectrum analysis of all devices, and how the detailed one is done."""
+
+    solver: Literal["reduced", "full"] = Field(
+        default="reduced",
+        description="Of the 3D model with the devices in it: 'reduced' on a basis of few vectors; "
+        "'full' integrates all unknowns, without and with impacts, with the building's own damping "
+        "only, which takes much longer. The response spectrum analyses and [[damping_cases]] have "
+        "the basis either way, which is then held against the full order.",
+    )
 
     combination: tuple[Combination, ...] = Field(
         default=("srss", "cqc"),
@@ -67,6 +77,23 @@ class DeviceAnalysis(Section):
     directions: Literal["srss", "100-40-40"] = Field(
         default="srss", description="Combination of the directions."
     )
+    supports: tuple[SupportRule, ...] = Field(
+        default=("srss", "abs", "envelope"),
+        min_length=1,
+        description="Of devices with several supports: combination of the responses to the "
+        "supports, a result each. 'srss' and 'abs' take them as independent, 'algebraic' as moving "
+        "in step, 'envelope' lets all move in step by the envelope of their spectra.",
+    )
+    displacements: Literal["srss", "abs"] = Field(
+        default="abs",
+        description="Combination of the forces by displacements of the supports against each "
+        "other, among themselves and with the rest.",
+    )
+    envelope_dampings: StrictBool = Field(
+        default=False,
+        description="Whether the analysis is also done with the envelope of the spectra over all "
+        "[[damping_cases]], with those of envelope where a device has any.",
+    )
     rotations: StrictBool = Field(
         default=True,
         description="Whether the analysis is also done with the spectra of the anchor's rotations "
@@ -83,9 +110,9 @@ class DeviceAnalysis(Section):
         "[transient].",
     )
 
-    @field_validator("combination")
+    @field_validator("combination", "supports")
     @classmethod
-    def _each_once(cls, value: tuple[Combination, ...]) -> tuple[Combination, ...]:
+    def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         if len(set(value)) < len(value):
             raise refuse("expected each combination once")
         return value

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,11 +10,15 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
 from impactfem.case.damping import Damping
-from impactfem.case.device_analysis import STEPS, DeviceAnalysis
+from impactfem.case.device_matrices import DeviceMatrices, DeviceMatricesEntry
 from impactfem.case.device_modes import DeviceMode
 from impactfem.case.device_stiffness import RIGID, BaseStiffness, DeviceBeam
-from impactfem.case.file_mesh import FileMesh
-from impactfem.case.generated_mesh import GeneratedMeshEntry
+from impactfem.case.device_support import (
+    DeviceSupport,
+    ProbePattern,
+    once,
+)
+from impactfem.case.given_spectra import GivenSpectrum
 from impactfem.case.leaf import (
     File,
     Frequency,
@@ -26,13 +30,11 @@ from impactfem.case.leaf import (
     refuse,
 )
 from impactfem.case.members import TOUCH
-from impactfem.case.place import value_at
-from impactfem.case.source import Source
 from impactfem.case.unit import INERTIA
-from impactfem.errors import Fault
 
 _Moment = Annotated[float, Quantity(INERTIA, at_least=0)]
 _BESIDE_MODES = "expected nothing here beside modes: the table says how the device moves"
+_BESIDE_MATRICES = "expected nothing here beside matrices: they say how the device moves"
 
 
 class Cylinder(Section):
@@ -50,14 +52,29 @@ class _Device(Section):
     """
 
     name: Name = Field(description="Name of the device, unique in the file.")
-    point: tuple[Length, Length, Length] = Field(
-        description="Its anchor (x, y, z), on a floor of the building of [structure]."
+    supports: tuple[DeviceSupport, ...] = Field(
+        default=(),
+        description="In place of point and radius: several anchors, of a device with matrices.",
     )
-    radius: PositiveLength = Field(
+    point: tuple[Length, Length, Length] | None = Field(
+        default=None,
+        validate_default=True,
+        description="Its anchor (x, y, z), on a floor of the building of [structure].",
+    )
+    radius: PositiveLength | None = Field(
+        default=None,
+        validate_default=True,
         description="Radius around the anchor within which the nodes of the floor are tied to it, "
-        "as to a rigid plate."
+        "as to a rigid plate.",
     )
+    envelope: tuple[ProbePattern, ...] = Field(
+        default=(),
+        description="Probes of [transient] whose spectra, with those of the anchor, make an "
+        "envelope for further response spectrum analyses: names, or patterns with * and ?.",
+    )
+    spectra: Path | tuple[GivenSpectrum, ...] | None
     modes: Path | tuple[DeviceMode, ...] | None
+    matrices: DeviceMatricesEntry | DeviceMatrices | None
     mass: Mass | None = Field(
         default=None,
         validate_default=True,
@@ -100,11 +117,69 @@ class _Device(Section):
         description="Modes of the device above it follow the anchor rigidly.",
     )
 
+    @property
+    def anchors(self) -> tuple[DeviceSupport, ...]:
+        """Where it is anchored: one place or several."""
+        if self.point is None or self.radius is None:
+            return self.supports
+        return (DeviceSupport(point=self.point, radius=self.radius, envelope=self.envelope),)
+
+    @field_validator("supports")
+    @classmethod
+    def _apart(cls, value: tuple[DeviceSupport, ...]) -> tuple[DeviceSupport, ...]:
+        for index, one in enumerate(value):
+            if any(math.dist(one.point, other.point) < TOUCH for other in value[:index]):
+                x, y, z = one.point
+                raise refuse(
+                    f"expected supports at different points, found two at ({x:g}, {y:g}, {z:g}) m"
+                )
+        return value
+
+    @field_validator("point", "radius")
+    @classmethod
+    def _one_place(cls, value: Any, info: ValidationInfo) -> Any:
+        if not present(info, ["supports"]):
+            return value
+        if value is None and not info.data["supports"]:
+            what = "anchor (x, y, z)" if info.field_name == "point" else "radius of the anchor"
+            raise refuse(f"missing; expected the {what}, or supports: several anchors")
+        if value is not None and info.data["supports"]:
+            raise refuse("expected nothing here beside supports: each has a point and a radius")
+        return value
+
+    @field_validator("envelope")
+    @classmethod
+    def _of_one_anchor(cls, value: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+        if value and info.data.get("supports"):
+            raise refuse("expected nothing here beside supports: each may have an envelope")
+        return once(value)
+
+    @field_validator("modes")
+    @classmethod
+    def _modes_of_one_anchor(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None and len(info.data.get("supports", ())) > 1:
+            raise refuse("expected matrices for a device with several supports")
+        return value
+
+    @field_validator("matrices")
+    @classmethod
+    def _one_model(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None and info.data.get("modes") is not None:
+            raise refuse(_BESIDE_MODES)
+        several = len(info.data.get("supports", ())) > 1 and info.data.get("modes") is None
+        if value is None and several and present(info, ["modes"]):
+            raise refuse("missing; expected the matrices of a device with several supports")
+        return value
+
     @field_validator("mass")
     @classmethod
     def _something_moves(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if value is None and present(info, ["modes"]) and info.data["modes"] is None:
-            raise refuse("missing; expected the mass of a body, or modes: the table of a device")
+        if value is None and _on_base(info):
+            raise refuse(
+                "missing; expected the mass of a body, or modes: the table of a device, or matrices"
+            )
+        if value is not None and info.data.get("matrices") is not None:
+            raise refuse(_BESIDE_MATRICES)
         return value
 
     @field_validator("mass_height")
@@ -137,19 +212,18 @@ class _Device(Section):
     @field_validator("stiffness")
     @classmethod
     def _on_springs(cls, value: BaseStiffness | None, info: ValidationInfo) -> BaseStiffness | None:
-        if present(info, ["modes"]) and info.data["modes"] is None and value is None:
+        if value is None and _on_base(info):
             raise refuse(
-                "missing; expected the springs of the base, or modes: the table of a device"
+                "missing; expected the springs of the base, or modes: the table of a device, or "
+                "matrices"
             )
-        if value is not None and info.data.get("modes") is not None:
-            raise refuse(_BESIDE_MODES)
+        _refuse_beside(value, info)
         return value
 
     @field_validator("beam")
     @classmethod
     def _moves(cls, value: DeviceBeam | None, info: ValidationInfo) -> DeviceBeam | None:
-        if value is not None and info.data.get("modes") is not None:
-            raise refuse(_BESIDE_MODES)
+        _refuse_beside(value, info)
         springs = info.data.get("stiffness")
         if value is None and springs is not None and all(k == RIGID for _, k in springs):
             raise refuse(
@@ -166,141 +240,52 @@ class _Device(Section):
 
 
 class DeviceEntry(_Device):
-    """A device on a floor of the building of [structure]: a rigid body on springs, or modes.
+    """A device on a floor of the building of [structure]: a rigid body on springs, or a table.
 
     Either ``mass``, ``mass_height``, ``inertia`` or ``shape``, ``stiffness`` and ``damping``, with
-    a ``beam`` where it has one; or ``modes``. With a beam, too, the mass centre is counted from the
-    anchor.
+    a ``beam`` where it has one; or ``modes``; or ``matrices``. With a beam, too, the mass centre is
+    counted from the anchor.
     """
 
+    spectra: File | None = Field(
+        default=None,
+        description="Floor spectra (CSV) that a further response spectrum analysis is done with: "
+        "frequency, acceleration, direction, damping, and support where the device has several; "
+        "or products/floor_spectra.csv of a run, whose broadened spectra of the floor are taken.",
+    )
     modes: File | None = Field(
         default=None,
         description="Table of the modes of the device (CSV), in place of springs and beam.",
     )
+    matrices: DeviceMatricesEntry | None = Field(
+        default=None,
+        validate_default=True,
+        description="Mass and stiffness matrices of the device, in place of springs and beam.",
+    )
 
 
 class DeviceSetup(_Device):
-    """A device with its table read, and the floor it stands on.
+    """A device with its tables read, and the floor it stands on.
 
     Args:
-        floor: Number of the floor that is nearest to the point.
+        floor: Number of the floor that is nearest to the point, or to the first support.
     """
 
+    spectra: tuple[GivenSpectrum, ...] | None = None
     modes: tuple[DeviceMode, ...] | None
+    matrices: DeviceMatrices | None = None
     floor: int
 
 
-def resolve_device(
-    entry: DeviceEntry, modes: Mapping[Path, tuple[DeviceMode, ...]], levels: Mapping[int, float]
-) -> DeviceSetup:
-    """The device with its table and its floor.
-
-    Args:
-        entry: The device as written.
-        modes: The tables of modes by the file name in the case file.
-        levels: Elevation of each floor [m] by its number.
-    """
-    shared = {name: getattr(entry, name) for name in DeviceEntry.model_fields}
-    table = None if entry.modes is None else modes[entry.modes]
-    return DeviceSetup(**shared | {"modes": table, "floor": _nearest(levels, entry.point[2])})
+def _on_base(info: ValidationInfo) -> bool:
+    """Whether the device is a body on springs, as it has neither modes nor matrices."""
+    return present(info, ["modes", "matrices"]) and (
+        info.data["modes"] is None and info.data["matrices"] is None
+    )
 
 
-def resolve_analysis(analysis: DeviceAnalysis | None, time_step: float) -> DeviceAnalysis:
-    """The analysis of the devices with its time step, or the default of it all.
-
-    Args:
-        analysis: The section as written, or None.
-        time_step: Of the response of the 3D model in time [s].
-    """
-    found = analysis or DeviceAnalysis()
-    return found.model_copy(update={"time_step": found.time_step or time_step / STEPS})
-
-
-def lacks_of_devices(source: Source) -> Iterator[Fault]:
-    """What devices do without that they need, from the file as it stands.
-
-    Args:
-        source: The case file.
-    """
-    if "devices" in source.raw:
-        needed = {
-            "structure": "the 3D model of their building",
-            "transient": "the response of that model in time",
-        }
-        lacking = [f"[{name}]: {what}" for name, what in needed.items() if name not in source.raw]
-        if lacking:
-            expected = f"expected beside them {', and '.join(lacking)}"
-            yield source.fault(("devices",), None, expected)
-    elif "device_analysis" in source.raw:
-        expected = "expected [[devices]] beside it: the devices to analyse"
-        yield source.fault(("device_analysis",), None, expected)
-
-
-def device_faults(
-    source: Source,
-    devices: Sequence[DeviceEntry],
-    modes: Mapping[Path, tuple[DeviceMode, ...]],
-    mesh: GeneratedMeshEntry | FileMesh,
-    levels: Mapping[int, float],
-) -> Iterator[Fault]:
-    """Devices beside the building, and tables that say no damping.
-
-    Args:
-        source: The case file.
-        devices: The devices as written.
-        modes: The tables of modes by the file name in the case file, as far as they could be read.
-        mesh: The mesh of the structure. Of one from a file the plan is not known yet.
-        levels: Elevation of each floor [m] by its number; empty when not known.
-    """
-    for index, device in enumerate(devices):
-        if not isinstance(mesh, FileMesh):
-            wrong = "; ".join(_misplaced(device, mesh, levels))
-            if wrong:
-                place = ("devices", index, "point")
-                yield source.fault(place, value_at(place, source.raw), wrong)
-        rows = modes.get(device.modes) if device.modes is not None else None
-        if device.damping is None and any(row.damping is None for row in rows or ()):
-            expected = f"missing; expected a damping, as {device.modes} has no column damping"
-            yield source.fault(("devices", index, "damping"), None, expected)
-
-
-def analysis_faults(
-    source: Source, analysis: DeviceAnalysis | None, time_step: float
-) -> Iterator[Fault]:
-    """A step of the coupled integration that is longer than that of the motion it follows.
-
-    Args:
-        source: The case file.
-        analysis: The section as written, or None.
-        time_step: Of the response of the 3D model in time [s].
-    """
-    step = None if analysis is None else analysis.time_step
-    if step is not None and step > time_step * (1.0 + 1e-9):
-        expected = f"expected at most the time step of [transient], {time_step:g} s"
-        place = ("device_analysis", "time_step")
-        yield source.fault(place, value_at(place, source.raw), expected)
-
-
-def _misplaced(
-    device: DeviceEntry, mesh: GeneratedMeshEntry, levels: Mapping[int, float]
-) -> Iterator[str]:
-    """What is wrong with the point of a device in a generated mesh, in words."""
-    x, y, z = device.point
-    inside = -TOUCH <= x <= mesh.length + TOUCH and -TOUCH <= y <= mesh.width + TOUCH
-    if not inside:
-        yield (
-            f"outside the building; expected x from 0 to {mesh.length:g} m and y from 0 to "
-            f"{mesh.width:g} m"
-        )
-    if levels:
-        floor = _nearest(levels, z)
-        within = mesh.slab_thickness / 2.0
-        if abs(levels[floor] - z) > within + TOUCH:
-            yield (
-                f"at the level of no floor; expected z within half of the slab's thickness, "
-                f"{within:g} m, of a floor: the nearest, floor {floor}, is at {levels[floor]:g} m"
-            )
-
-
-def _nearest(levels: Mapping[int, float], z: float) -> int:
-    return min(levels, key=lambda floor: abs(levels[floor] - z))
+def _refuse_beside(value: Any, info: ValidationInfo) -> None:
+    """Refuse a part of a body on springs beside modes or matrices."""
+    for name, fault in (("modes", _BESIDE_MODES), ("matrices", _BESIDE_MATRICES)):
+        if value is not None and info.data.get(name) is not None:
+            raise refuse(fault)

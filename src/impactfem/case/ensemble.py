@@ -12,6 +12,7 @@ from impactfem.case.base import Section, present
 from impactfem.case.leaf import FileName, Whole, refuse
 from impactfem.case.motions import Motion, RecordMotion
 from impactfem.case.source import Source
+from impactfem.case.transient import Transient
 from impactfem.errors import Fault
 
 Folder = Annotated[Path, FileName()]
@@ -33,6 +34,20 @@ class Ensemble(Section):
         "case's one motion, with the same scale, component and treatment.",
     )
 
+    structure_motions: Annotated[int, Whole(0)] = Field(
+        default=0,
+        description="Number of members, from the first, that are carried through the 3D model of "
+        "[transient] and the devices, with their impact forces: statistics of design spectra and "
+        "of forces on anchors. 0 carries none; statistics need at least two.",
+    )
+
+    @field_validator("structure_motions")
+    @classmethod
+    def _some(cls, value: int) -> int:
+        if value == 1:
+            raise refuse("expected 0, or at least 2: statistics of one motion there are none")
+        return value
+
     @field_validator("records")
     @classmethod
     def _either(cls, value: Path | None, info: ValidationInfo) -> Path | None:
@@ -51,15 +66,20 @@ class Ensemble(Section):
 
 
 def ensemble_faults(
-    source: Source, ensemble: Ensemble, motions: Sequence[Motion]
+    source: Source,
+    ensemble: Ensemble,
+    motions: Sequence[Motion],
+    transient: Transient | None,
 ) -> Iterator[Fault]:
-    """What does not go together between an ensemble and the motions of its case.
+    """What does not go together between an ensemble and the rest of its case.
 
     Args:
         source: The case file.
         ensemble: The ensemble, its folder relative to the working folder.
         motions: The motions of the case.
+        transient: The response of the 3D model in time, or None.
     """
+    yield from _carried_faults(source, ensemble, transient)
     recorded = [motion for motion in motions if isinstance(motion, RecordMotion)]
     if ensemble.motions is not None and recorded:
         expected = "synthetic motions only: other seeds of a record there are none; use records"
@@ -75,3 +95,25 @@ def ensemble_faults(
         elif len(ensemble.files()) < 2:
             expected = f"at least two records in it, found {len(ensemble.files())}"
             yield source.fault(place, records, expected)
+
+
+def _carried_faults(
+    source: Source, ensemble: Ensemble, transient: Transient | None
+) -> Iterator[Fault]:
+    """Why members cannot be carried through the 3D model."""
+    place, carried = ("ensemble", "structure_motions"), ensemble.structure_motions
+    if carried == 0:
+        return
+    there = ensemble.motions
+    if there is None and ensemble.records is not None and ensemble.records.is_dir():
+        there = len(ensemble.files())
+    if there is not None and carried > there:
+        yield source.fault(place, carried, f"expected at most all members, {there}")
+    if transient is None:
+        yield source.fault(place, carried, "expected 0, or a section [transient], the 3D model")
+    elif transient.solver == "full":
+        expected = "expected 0, or a [transient] with another solver than 'full'"
+        yield source.fault(place, carried, f"{expected}: members take the reduced model")
+    elif transient.forces is not None:
+        expected = "expected 0: each member has its own impact forces, not transient.forces"
+        yield source.fault(place, carried, expected)

@@ -14,14 +14,7 @@ from impactfem.case.contacts import expand
 from impactfem.case.damping_cases import damping_case_faults
 from impactfem.case.design_spectrum import TableSpectrum
 from impactfem.case.device_analysis import DeviceAnalysis
-from impactfem.case.devices import (
-    DeviceSetup,
-    analysis_faults,
-    device_faults,
-    lacks_of_devices,
-    resolve_analysis,
-    resolve_device,
-)
+from impactfem.case.devices import DeviceSetup
 from impactfem.case.ensemble import Ensemble, ensemble_faults
 from impactfem.case.explain import explain
 from impactfem.case.file_mesh import FileMesh
@@ -29,6 +22,15 @@ from impactfem.case.generated_mesh import GeneratedMesh, GeneratedMeshEntry
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import Motion, RecordMotion
 from impactfem.case.named_files import NamedFiles, tables_of
+from impactfem.case.part_damping import part_damping_faults
+from impactfem.case.placed_devices import (
+    DeviceTables,
+    analysis_faults,
+    device_faults,
+    lacks_of_devices,
+    resolve_analysis,
+    resolve_device,
+)
 from impactfem.case.report import Report
 from impactfem.case.source import Source, read_source
 from impactfem.case.structure import Mesh, Structure, StructureEntry
@@ -67,6 +69,7 @@ def load_case(path: str | Path) -> Case:
     faults.extend(_lacks_structure(source))
     faults.extend(lacks_wall_impact(source))
     faults.extend(damping_case_faults(source))
+    faults.extend(part_damping_faults(source))
     faults.extend(lacks_of_devices(source))
     faults.extend(files.faults)
     if case_file is not None:
@@ -77,7 +80,7 @@ def load_case(path: str | Path) -> Case:
         raise InputError(faults)
     case = _resolve(source, case_file, files)
     if case.ensemble is not None:
-        faults.extend(ensemble_faults(source, case.ensemble, case.motions))
+        faults.extend(ensemble_faults(source, case.ensemble, case.motions, case.transient))
     if case.transient is not None and case.structure is not None:
         floors = len(case.building(case.structure.building).floors)
         faults.extend(
@@ -215,8 +218,17 @@ def _transient(transient: Transient | None, folder: Path) -> Transient | None:
 
 
 def _devices(case_file: CaseFile, files: NamedFiles) -> tuple[DeviceSetup, ...]:
-    levels = _levels(case_file, files)
-    return tuple(resolve_device(entry, files.device_modes, levels) for entry in case_file.devices)
+    structure = case_file.structure
+    if structure is None:
+        return ()
+    levels, tables = _levels(case_file, files), _device_tables(files)
+    return tuple(
+        resolve_device(entry, tables, levels, structure.building) for entry in case_file.devices
+    )
+
+
+def _device_tables(files: NamedFiles) -> DeviceTables:
+    return DeviceTables(files.device_modes, files.given_spectra, files.device_matrices)
 
 
 def _device_analysis(case_file: CaseFile) -> DeviceAnalysis | None:
@@ -296,9 +308,10 @@ def _device_faults(source: Source, case_file: CaseFile, files: NamedFiles) -> It
         yield from device_faults(
             source,
             case_file.devices,
-            files.device_modes,
-            case_file.structure.mesh,
+            _device_tables(files),
+            case_file.structure,
             _levels(case_file, files),
+            () if case_file.transient is None else case_file.transient.probes,
         )
     if case_file.transient is not None:
         step = case_file.transient.time_step

@@ -156,6 +156,36 @@ class Case(Section):
         """SHA-256 of the case texts and of every file they name, as they were when read."""
         return self.digest
 
+    @property
+    def shown_direction(self) -> str:
+        """The direction "x", "y" or "z" of the motions that results are told along.
+
+        The one in which the buildings pound: that of the motion most along a normal of the
+        contacts; without contacts, or among equals, that of the first motion.
+        """
+
+        def along(direction: str) -> float:
+            axis = "xyz".index(direction)
+            return max((abs(contact.normal[axis]) for contact in self.contacts), default=0.0)
+
+        return max((motion.direction for motion in self.motions), key=along)
+
+    @property
+    def wave_floor(self) -> int:
+        """The floor of the 3D model that waves are looked at in: the highest that may be struck.
+
+        Without contacts it is the top floor.
+
+        Raises:
+            ValueError: The case has no structure.
+        """
+        if self.structure is None:
+            raise ValueError("the case has no structure")
+        name = self.structure.building
+        ends = [end for contact in self.contacts for end in (contact.a, contact.b)]
+        struck = [end.floor for end in ends if end.building == name and end.floor is not None]
+        return max(struck, default=self.building(name).floors[-1].floor)
+
     def building(self, name: str) -> Building:
         """The building of a name.
 

@@ -13,8 +13,10 @@ from impactfem.case.bays import Bay, read_bays
 from impactfem.case.beams import Beam
 from impactfem.case.columns import Column
 from impactfem.case.design_spectrum import SpectrumTable, read_spectrum
+from impactfem.case.device_matrices import DeviceMatrices, NamedMatrix, read_matrix
 from impactfem.case.device_modes import DeviceMode, read_device_modes
 from impactfem.case.floors import Floor, read_floors
+from impactfem.case.given_spectra import GivenSpectra, read_given_spectra
 from impactfem.case.leaf import PositiveLength
 from impactfem.case.members import MemberRow, Site, read_members
 from impactfem.case.place import Place
@@ -51,8 +53,10 @@ class NamedFiles:
     beams: tuple[Beam, ...] = ()
     columns: tuple[Column, ...] = ()
     device_modes: dict[Path, tuple[DeviceMode, ...]] = field(default_factory=dict)
+    given_spectra: dict[Path, GivenSpectra] = field(default_factory=dict)
+    device_matrices: dict[tuple[Path, Path], DeviceMatrices] = field(default_factory=dict)
     floors_read: set[Path] = field(default_factory=set)
-    device_modes_read: set[Path] = field(default_factory=set)
+    device_files_read: set[Path] = field(default_factory=set)
     known: Known = field(init=False)
 
     def __post_init__(self) -> None:
@@ -86,6 +90,8 @@ class NamedFiles:
             self._open(("transient", "forces"), transient.get("forces"), what)
         for index, entry in tables_of(raw, "devices"):
             self._read_device_modes(("devices", index, "modes"), entry.get("modes"))
+            self._read_given_spectra(("devices", index, "spectra"), entry.get("spectra"))
+            self._read_matrices(("devices", index, "matrices"), entry.get("matrices"))
         for index, entry in tables_of(raw, "motions"):
             self._open(("motions", index, "file"), entry.get("file"), "a record")
             self._read_spectrum(("motions", index, "spectrum", "file"), entry.get("spectrum"))
@@ -128,9 +134,36 @@ class NamedFiles:
 
     def _read_device_modes(self, place: Place, value: Any) -> None:
         file = self._open(place, value, "a table of modes (CSV)")
-        if file is not None and file not in self.device_modes_read:
-            self.device_modes_read.add(file)  # devices share a table as well
+        if file is not None and file not in self.device_files_read:
+            self.device_files_read.add(file)  # devices share a table as well
             _keep(self.device_modes, file, read_device_modes(self._path(file), self.faults))
+
+    def _read_given_spectra(self, place: Place, value: Any) -> None:
+        file = self._open(place, value, "a table of floor spectra (CSV)")
+        if file is not None and file not in self.device_files_read:
+            self.device_files_read.add(file)
+            table = read_given_spectra(self._path(file), self.faults)
+            if table is not None:
+                self.given_spectra[file] = table
+
+    def _read_matrices(self, place: Place, entry: Any) -> None:
+        if not isinstance(entry, dict):
+            return
+        found: list[tuple[Path, NamedMatrix]] = []
+        for key in ("mass", "stiffness"):
+            file = self._open((*place, key), entry.get(key), "a matrix (CSV)")
+            matrix = None if file is None else read_matrix(self._path(file), self.faults)
+            if file is not None and matrix is not None:
+                found.append((file, matrix))
+        if len(found) < 2:
+            return
+        (mass, M), (stiffness, K) = found
+        if M.names != K.names:
+            expected = f"expected the same names in the same order as in the header of {mass}"
+            self.faults.append(self.source.fault((*place, "stiffness"), str(stiffness), expected))
+            return
+        matrices = DeviceMatrices(names=M.names, mass=M.rows, stiffness=K.rows)
+        self.device_matrices[mass, stiffness] = matrices
 
     def _read_spectrum(self, place: Place, entry: Any) -> None:
         if not isinstance(entry, dict) or entry.get("type") != "table":

@@ -30,7 +30,8 @@ class Probe(Section):
     Either ``point``, or ``from``, ``to`` and ``count``, or ``group``. Several points are named
     ``corner_1``, ``corner_2`` and so on. Always there, without a table: ``centre_1`` and so on, the
     mass centre of each floor; ``edge_1`` and so on, the middle of each impact edge; ``line_1`` and
-    so on, across the top floor from the middle of its impact edge to the opposite one.
+    so on, from the middle of its impact edge to the opposite one, across the highest floor that
+    contacts may strike; without contacts across the top floor.
     """
 
     name: Name = Field(description="Name of the probe; that of several ones gets a number each.")

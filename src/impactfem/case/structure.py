@@ -12,6 +12,7 @@ from impactfem.case.file_mesh import FileMesh
 from impactfem.case.generated_mesh import GeneratedMesh, GeneratedMeshEntry
 from impactfem.case.leaf import BuildingName, Frequency, MaterialName, PositiveFactor, Whole, refuse
 from impactfem.case.materials import Material
+from impactfem.case.part_damping import PartDamping
 
 Mesh = GeneratedMesh | FileMesh
 MeshEntry = Annotated[GeneratedMeshEntry | FileMesh, Field(discriminator="type")]
@@ -50,13 +51,19 @@ class _Structure(Section):
         default=1.0,
         description="Factor on the drilling stiffness of the shells, shear modulus by thickness.",
     )
+    damping: tuple[PartDamping, ...] = Field(
+        default=(),
+        description="Damping of parts of the 3D model in place of that of the building; only with "
+        "[transient] solver 'full'.",
+    )
     mesh: GeneratedMeshEntry | GeneratedMesh | FileMesh
 
 
 class StructureEntry(_Structure):
     """The 3D model of one building: shells and beams, clamped at the base.
 
-    Levels, masses of the floors and damping are those of the building.
+    Levels, masses of the floors and damping are those of the building; parts may have another
+    damping.
     """
 
     building: BuildingName = Field(description="Name of the building.")

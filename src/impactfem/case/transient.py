@@ -28,12 +28,15 @@ from impactfem.case.source import Source
 from impactfem.case.structure import Mesh
 from impactfem.errors import Fault
 
+SHIFT = 30.0
+"""Frequency that reduced bases are expanded about, where the case names none [Hz]."""
+
 
 class Transient(Section):
     """The 3D model in time, under the ground motion and the impact forces of the sticks.
 
     The forces act as line loads on the edges of the floors. Spectra are those of ``[spectra]``, the
-    damping is that of the building, on all its parts.
+    damping is that of the building, on all its parts that have none of their own.
     """
 
     solver: Literal["reduced", "full", "both"] = Field(
@@ -63,10 +66,16 @@ class Transient(Section):
         "of them, with more vectors.",
     )
     shift: Frequency = Field(
-        default=30.0, description="Frequency that the reduced basis is expanded about."
+        default=SHIFT, description="Frequency that the reduced basis is expanded about."
     )
     largest_basis: Annotated[int, Whole(1)] = Field(
         default=1200, description="Largest number of vectors of the reduced basis."
+    )
+    band: Literal["larger", "smaller"] = Field(
+        default="larger",
+        description="What tells the error band of the reduced model: 'larger' bases, of up to a "
+        "fifth more vectors, which take time and memory; or 'smaller' ones, at no cost, whose band "
+        "is often more than ten times too wide.",
     )
     eccentricity: Length = Field(
         default=0.0,

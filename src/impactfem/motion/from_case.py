@@ -59,6 +59,12 @@ class GroundMotion:
     misfit: Misfit | None
     acceptance: Acceptance | None = None
 
+    @property
+    def history(self) -> tuple[int, float, npt.NDArray[np.float64]]:
+        """Component (0, 1, 2), time step [s] and acceleration [m/s2]."""
+        motion = self.accelerogram
+        return "xyz".index(self.direction), motion.time_step, motion.acceleration
+
 
 def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[GroundMotion, ...]:
     """Read or synthesise the motions of a case, in its order.

@@ -1,0 +1,126 @@
+"""Floor spectra that are given for a device: tables, and products of a run."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from impactfem.case.given_spectra import GivenSpectra, GivenSpectrum, read_given_spectra
+from impactfem.errors import Fault
+
+TABLE = """\
+frequency [Hz],acceleration [m/s2],direction,damping [%]
+1,2,y,2
+10,8,y,2
+40,3,y,2
+# descending is as good
+40,3,y,5
+1,1.5,y,5
+"""
+PRODUCT = """\
+building,floor,direction,damping [-],frequency [Hz],raw [m/s2],broadened [m/s2]
+B1,7,y,0.05,1,2,2
+B1,7,y,0.05,1.15,,3
+B1,8,y,0.05,1,4,4
+B1,8,y,0.05,2,5,5
+B2,8,y,0.05,1,9,9
+B2,8,y,0.05,2,9,9
+"""
+Read = Callable[[str], tuple[GivenSpectra | None, list[Fault]]]
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Read:
+    def of(text: str) -> tuple[GivenSpectra | None, list[Fault]]:
+        faults: list[Fault] = []
+        path = tmp_path / "spectra.csv"
+        path.write_text(text, encoding="utf-8")
+        return read_given_spectra(path, faults), faults
+
+    return of
+
+
+def test_a_table_holds_for_all_supports(read: Read) -> None:
+    found, faults = read(TABLE)
+    assert found is not None and not faults
+    light, heavy = found.at("B1", [8])
+    assert light == GivenSpectrum(
+        support=1,
+        direction="y",
+        damping=0.02,
+        frequency=(1.0, 10.0, 40.0),
+        acceleration=(2.0, 8.0, 3.0),
+    )
+    assert (heavy.damping, heavy.frequency) == (0.05, (1.0, 40.0))
+    assert [one.support for one in found.at("B1", [7, 8])] == [1, 1, 2, 2]
+    assert list(found.lacks("B1", [7, 8])) == []
+
+
+def test_a_table_by_support(read: Read) -> None:
+    lines = TABLE.replace("damping [%]", "damping [%],support").splitlines()
+    found, _ = read("\n".join([lines[0], *(f"{row},2" for row in lines[1:] if row[0] != "#")]))
+    assert found is not None
+    assert [one.support for one in found.at("B1", [7, 8])] == [2, 2]
+    assert list(found.lacks("B1", [7, 8])) == ["it has no spectrum of support 1"]
+    assert "it has spectra of support 2; expected those of 1 to 1" in found.lacks("B1", [7])
+
+
+def test_products_of_a_run(read: Read) -> None:
+    """The broadened spectra of the device's floor; what was not computed at a corner is no loss."""
+    found, faults = read(PRODUCT)
+    assert found is not None and not faults
+    (one,) = found.at("B1", [7])
+    assert (one.frequency, one.acceleration) == ((1.0, 1.15), (2.0, 3.0))
+    below, above = found.at("B1", [7, 8])
+    assert (below.support, above.support, above.acceleration) == (1, 2, (4.0, 5.0))
+    assert list(found.lacks("B1", [6])) == ["it has no spectrum of floor 6 of building B1"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "message"),
+    [
+        ("direction,", "", "line 1", "missing column; expected 'direction'"),
+        ("acceleration [m/s2]", "acceleration [m]", "line 1, column acceleration [m]", "a length"),
+        ("acceleration [m/s2]", "acceleration", "line 1, column acceleration", "no unit"),
+        ("10,8", "10,-8", "line 3, column acceleration [m/s2]", "expected an acceleration above 0"),
+        ("10,8", "50,8", "line 4, column frequency", "in order, each once; before: 50 Hz"),
+        ("10,8", "1,8", "line 3, column frequency", "in order, each once; before: 1 Hz"),
+        ("1,1.5,y,5", "", "line 6", "expected at least 2 frequencies of each direction"),
+        ("10,8,y,2", "10,8,north,2", "line 3, column direction", "expected 'x', 'y' or 'z'"),
+        ("10,8,y,2", "10,8,y,120", "line 3, column damping [%]", "below 1"),
+    ],
+)
+def test_faults_of_a_table(read: Read, old: str, new: str, key: str, message: str) -> None:
+    assert old in TABLE
+    text = TABLE.replace(old, new)
+    if old == "direction,":
+        text = text.replace(",y", "")
+    found, faults = read(text)
+    assert found is None
+    assert any(fault.key == key and message in fault.expected for fault in faults), faults
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "message"),
+    [
+        ("broadened [m/s2]", "smooth [m/s2]", "line 1", "floor_spectra.csv: broadened [m/s2]"),
+        ("1.15,,3", "1.15,,", "line 3", "expected a damping from 0 to 1, a positive frequency"),
+        ("1.15,,3", "0.5,,3", "", ""),
+        ("2,5,5", "1,5,5", "line 5, column frequency", "in order, each once; before: 1 Hz"),
+    ],
+)
+def test_faults_of_products(read: Read, old: str, new: str, key: str, message: str) -> None:
+    found, faults = read(PRODUCT.replace(old, new))
+    assert (found is None) == bool(message)
+    assert [fault.key for fault in faults] == ([key] if message else [])
+    assert all(message in fault.expected for fault in faults)
+
+
+def test_no_table(read: Read) -> None:
+    for text, message in (
+        ("", "the file is empty"),
+        (TABLE.splitlines()[0], "no row below its header"),
+        (PRODUCT.splitlines()[0], "no row below its header"),
+    ):
+        found, faults = read(text)
+        assert found is None and message in faults[0].expected
