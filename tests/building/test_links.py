@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from impactfem.building.links import RigidLink, linked
+from impactfem.building.links import RigidLink, carried, linked
 from impactfem.building.part import Part
 from impactfem.building.section import BeamSection
 from impactfem.errors import SolutionError
@@ -61,6 +61,22 @@ def test_a_force_across_twists_the_column(arm, csr):
         + REACH / (BEAM.k1 * G * BEAM.A)
     )
     assert w[1] == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_force_on_a_follower_acts_on_its_master(arm):
+    model, X, top, start, end = arm
+    small, T = linked(model, [RigidLink(top, np.array([start]))], X)
+    forces = np.zeros((model.n_free, 2))
+    row, last = model.rows(np.array([start, end]))
+    forces[row + 2, 0] = 3.0  # upwards on the follower, the arm beside the master
+    forces[last : last + 3, 1] = 1.0, 2.0, 3.0  # on a node without a link
+    found = carried(T, forces)
+    master, free = small.rows(np.array([top, end]))
+    assert found[master : master + 6, 0] == pytest.approx([0, 0, 3.0, 0, -3.0 * ARM, 0])
+    assert np.count_nonzero(np.abs(found[:, 0]) > 1e-12) == 2
+    assert found[free : free + 3, 1] == pytest.approx([1.0, 2.0, 3.0])
+    # Without it the force is lost: the small building has no row for it.
+    assert small.rows(np.array([start]))[0] < 0
 
 
 def test_the_follower_moves_with_the_master(arm, csr):

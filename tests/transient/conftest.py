@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -220,6 +222,16 @@ def no_pictures(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(sticks, "stick_figures", lambda *_: [])
     patch.setattr(floor_products, "floor_figures", lambda *_: [])
     patch.setattr(transient, "transient_figures", lambda *_, **__: [])
+
+
+def command(name: str, case: Path) -> list[str]:
+    """The stage of a case, killed while it writes a file of this name; none has the name "-"."""
+    script = Path(__file__).with_name("interrupted.py")
+    return [sys.executable, str(script), name, str(case), str(case.parent / "run")]
+
+
+def killed(name: str, case: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command(name, case), capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="session")

@@ -113,10 +113,13 @@ def results(comm: Any, given: dict[str, Any], folder: Path) -> dict[str, Any]:
         shift=60.0,
         tolerance=0.005,
         largest=1200,
+        larger=True,
+        spend=True,
     )
     response = node_response(basis, modal_histories(basis, loads, damping), loads, nodes)
     found["basis"] = {
         "vectors": len(basis.model.eigenvalue),
+        "larger": str([len(model.eigenvalue) for model in basis.larger]),
         "displacement": response.displacement,
         "acceleration": response.acceleration,
     }

@@ -7,7 +7,6 @@ import resource
 import shutil
 import signal
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,10 +22,9 @@ from impactfem.errors import ImpactfemError
 from impactfem.files import atomic
 from impactfem.transient import archive, motion_file, motion_index
 
-from .conftest import no_pictures, write_forces
+from .conftest import command, killed, no_pictures, write_forces
 
 pytestmark = pytest.mark.slow
-SCRIPT = Path(__file__).with_name("interrupted.py")
 STORES = (
     "transient_basis.npz",
     "transient.nc",
@@ -73,14 +71,6 @@ def uninterrupted(case_of: Callable[[str], Path]) -> Callable[[str], Path]:
         return done[solver]
 
     return made
-
-
-def command(name: str, case: Path) -> list[str]:
-    return [sys.executable, str(SCRIPT), name, str(case), str(case.parent / "run")]
-
-
-def killed(name: str, case: Path) -> Ended:
-    return subprocess.run(command(name, case), capture_output=True, text=True, check=False)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from impactfem.transient.maps import (
     floor_maps,
     floor_vertices,
     looked_at,
-    top_floor,
+    wave_slab,
 )
 from impactfem.transient.response import modal_histories, node_response, node_spectra
 
@@ -34,7 +34,7 @@ IMPACT = (0.3, 0.32)
 def make(frame: Frame, loads: Loads, basis: ReducedBasis, spectra: Spectra) -> Any:
     def made(**changes: Any) -> FloorMaps:
         history = modal_histories(basis, loads, frame.damping)
-        asked = {"main_impact": IMPACT, "points_per_cycle": 0.0} | changes
+        asked = {"main_impact": IMPACT} | changes
         return floor_maps(frame.parts, basis, history, loads, spectra, **asked)
 
     return made
@@ -60,7 +60,7 @@ def test_nodes(frame: Frame, maps: FloorMaps) -> None:
     assert np.array_equal(floor_vertices(mesh), maps.nodes)
 
 
-def test_low_walls_on_the_top_floor_make_no_waves(frame: Frame) -> None:
+def test_low_walls_on_the_wave_slab_make_no_waves(frame: Frame) -> None:
     """The wall of storey 2 as a part of floor 2: it has spectra, and no membrane force along y."""
     mesh = frame.parts.mesh
     names = [str(part) for part in mesh.shell_parts]
@@ -69,39 +69,35 @@ def test_low_walls_on_the_top_floor_make_no_waves(frame: Frame) -> None:
     parts[wall] = Part("floor", 2, "acroterion")
     other = replace(mesh, shell_parts=tuple(parts))
     assert [str(part) for part in other.shell_parts] != names
-    for before, after in zip(top_floor(mesh), top_floor(other), strict=True):
+    for before, after in zip(wave_slab(mesh), wave_slab(other), strict=True):
         assert np.array_equal(before, after)
     added = np.setdiff1d(floor_vertices(other), floor_vertices(mesh))
     assert len(added) and np.all((mesh.nodes[added, 2] > 3.0) & (mesh.nodes[added, 2] < 6.0))
 
 
-@pytest.mark.parametrize("sampled", [0.0, 20.0])
 def test_spectra_are_those_of_the_nodes(
     frame: Frame,
     loads: Loads,
     basis: ReducedBasis,
     spectra: Spectra,
     maps: FloorMaps,
-    make: Any,
-    sampled: float,
 ) -> None:
-    """More nodes than are taken at once; at the first damping."""
-    found = maps if sampled == 0.0 else make(points_per_cycle=sampled)
+    """More nodes than are taken at once; at the first damping, from the records as they are."""
+    found = maps
     assert len(found.nodes) > 80 and found.psa.dtype == np.float32
     assert found.damping == 0.05 and len(found.frequency) > 60
     chosen = np.array([0, 7, len(found.nodes) - 1])
     response = node_response(
         basis, modal_histories(basis, loads, frame.damping), loads, found.nodes[chosen]
     )
-    points = max(2, round(sampled))
     asked = spectra.model_copy(
-        update={"frequencies": tuple(found.frequency), "points_per_cycle": points}
+        update={"frequencies": tuple(found.frequency), "points_per_cycle": 2}
     )
     expected = node_spectra(response, asked)
     psa = expected.psa[0].reshape(3, 3, -1)
     assert found.psa[chosen] == pytest.approx(psa, rel=1e-5)
     assert found.pfa[chosen] == pytest.approx(expected.zpa.reshape(3, 3), rel=1e-12)
-    assert found.points_per_cycle == expected.points_per_cycle >= points
+    assert found.points_per_cycle == expected.points_per_cycle == 10.0  # 200 Hz at 0.5 ms
 
 
 def test_nodes_come_in_their_order_across_blocks(
@@ -142,10 +138,36 @@ def test_snapshots_of_a_short_impact_and_at_the_end(
     assert make(main_impact=impact).wave_times == pytest.approx(times)
 
 
+def test_frames(frame: Frame, loads: Loads, basis: ReducedBasis, maps: FloorMaps) -> None:
+    """From 10 ms before the impact to 30 ms after it, every computed time of 0.5 ms."""
+    assert maps.frame_times == pytest.approx(np.arange(580, 701) * 0.0005)
+    response = node_response(
+        basis, modal_histories(basis, loads, frame.damping), loads, maps.wave_nodes
+    )
+    assert maps.frame_acceleration.dtype == np.float32
+    expected = response.acceleration[580:701]
+    assert maps.frame_acceleration == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())
+    # The snapshots are among them.
+    assert maps.frame_acceleration[[20, 40, 60]] == pytest.approx(maps.wave_acceleration, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("impact", "first", "last"), [((0.002, 0.3), 0.0, 0.3245), ((0.7, 0.79), 0.69, 0.8)]
+)
+def test_frames_are_few_and_inside_of_the_record(
+    make: Any, impact: tuple[float, float], first: float, last: float
+) -> None:
+    times = make(main_impact=impact).frame_times
+    assert len(times) <= 150
+    assert np.diff(times) == pytest.approx(np.diff(times)[0])
+    assert times[0] == pytest.approx(first) and last <= times[-1] <= 0.8
+
+
 def test_without_impact(frame: Frame, maps: FloorMaps, make: Any) -> None:
     none = make(main_impact=None)
     assert none.wave_times.shape == (0,)
     assert none.wave_displacement.shape == none.wave_acceleration.shape == (0, 245, 3)
+    assert none.frame_times.shape == (0,) and none.frame_acceleration.shape == (0, 245, 3)
     assert none.membrane_force.shape == (0, len(maps.wave_triangles))
     assert np.array_equal(none.pfa, maps.pfa)
 
@@ -153,7 +175,7 @@ def test_without_impact(frame: Frame, maps: FloorMaps, make: Any) -> None:
 def test_membrane_force_of_a_known_displacement(frame: Frame) -> None:
     """N_y = E t (a + ν b) / (1 − ν²) for u_y = a y and u_x = b x, whatever else the slab does."""
     mesh = frame.parts.mesh
-    triangles, nodes = top_floor(mesh)
+    triangles, nodes = wave_slab(mesh)
     x, y, _ = mesh.nodes[nodes].T
     a, b, shear, turn = 1e-4, -3e-5, 2e-5, 7e-5
 

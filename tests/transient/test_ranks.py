@@ -75,6 +75,7 @@ def test_responses_are_those_of_one_rank(found: dict[int, Found], ranks: int) ->
     assert 0.0 < apart(many["full"], one["full"]) < 1e-8
     assert many["full"]["residual"] < 1e-9
     assert many["basis"]["vectors"] == one["basis"]["vectors"]
+    assert many["basis"]["larger"] == one["basis"]["larger"] != "[]"
     assert 0.0 < apart(many["basis"], one["basis"]) < 1e-8
 
 

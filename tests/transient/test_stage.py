@@ -141,6 +141,31 @@ def test_second_run_reuses_the_stage(
     assert any("points in a cycle" in line for line in told)
 
 
+def test_band_by_larger_and_by_smaller_bases(
+    run: Any, again: Path, reduced: tuple[Path, study.Run], edited: Any
+) -> None:
+    """One basis tells both; one that was made for the latter does not tell the former."""
+    known = loaded(reduced[1])
+    assert known.psa_band.attrs["note"] == "by larger bases, safety factor 1.75"
+    smaller = 'solver = "reduced"\nband = "smaller"'
+    edited(again, ('solver = "reduced"', smaller))
+    done, told = run(again)
+    assert "transient: the reduced basis of transient_basis.npz is used again" in told
+    found = loaded(done)
+    assert found.psa_band.attrs["note"] == "by smaller bases, safety factor 2.5"
+    np.testing.assert_array_equal(found.psa, known.psa)
+    assert float(found.psa_band.median() / known.psa_band.median()) > 2.0
+
+    (done.folder / "transient_basis.npz").unlink()
+    (done.folder / "transient.nc").unlink()
+    run(again)
+    edited(again, (smaller, 'solver = "reduced"'))
+    done, told = run(again)
+    expected = "is without the larger ones that tell its error band, and made again"
+    assert f"transient: the reduced basis of transient_basis.npz {expected}" in told
+    assert loaded(done).psa_band.values == pytest.approx(known.psa_band.values, rel=1e-3)
+
+
 @pytest.mark.parametrize("change", ["motion", "forces and step", "damping", "probe"])
 def test_basis_serves_other_motions_and_forces(
     run: Any, again: Path, reduced: tuple[Path, study.Run], edited: Any, change: str

@@ -48,7 +48,7 @@ def test_on_a_coarse_mesh(monkeypatch, tmp_path):
     # Nothing is hit so early.
     hit = "floors that are hit in the window, at least 1 (yes = 1)"
     assert {row.quantity for row in rows if not row.passed} == {hit}
-    assert len(rows) == 2 + 5
+    assert len(rows) == 2 + 5 + 1
 
     right = response.modal_histories
 

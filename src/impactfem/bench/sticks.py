@@ -24,11 +24,7 @@ def stick_figures() -> list[Figure]:
     system = system_of(case, calibration)
     motions = ground_motions(case.motions)
     dt = case.pounding.time_step
-    histories = [
-        ("xyz".index(m.direction), m.accelerogram.time_step, m.accelerogram.acceleration)
-        for m in motions
-    ]
-    ground = interpolate_ground(histories, dt, STEPS + 1)
+    ground = interpolate_ground([m.history for m in motions], dt, STEPS + 1)
     simulate(system, ground[:10], dt)
     whole = _best(lambda: simulate(system, ground, dt), 5)
     return [

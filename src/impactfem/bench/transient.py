@@ -24,11 +24,11 @@ from impactfem.motion.from_case import ground_motions
 from impactfem.parallel import communicator, threads
 from impactfem.spectra import response_spectra
 from impactfem.sticks.force_history import ForceHistory
-from impactfem.sticks.from_case import calibration_of, system_of
-from impactfem.sticks.pounding import interpolate_ground, simulate
-from impactfem.transient.forces import checked_forces
-from impactfem.transient.loads import Loads, make_loads
+from impactfem.sticks.from_case import calibration_of
+from impactfem.sticks.pounded import pounded
+from impactfem.transient.loads import Loads
 from impactfem.transient.maps import floor_maps, looked_at
+from impactfem.transient.prepared import case_loads, transient_of
 from impactfem.transient.probes import case_probes
 from impactfem.transient.reduced_basis import build_basis
 from impactfem.transient.response import modal_histories, node_response, node_spectra
@@ -78,6 +78,8 @@ def transient_figures() -> list[Figure]:
         shift=transient.shift,
         tolerance=transient.tolerance,
         largest=transient.largest_basis,
+        larger=True,
+        spend=True,
     )
     built = time.perf_counter() - start
     start = time.perf_counter()
@@ -85,9 +87,7 @@ def transient_figures() -> list[Figure]:
     node_spectra(node_response(basis, history, loads, nodes), case.spectra)
     again = time.perf_counter() - start
     start = time.perf_counter()
-    maps = floor_maps(
-        parts, basis, history, loads, case.spectra, main_impact=None, points_per_cycle=0.0
-    )
+    maps = floor_maps(parts, basis, history, loads, case.spectra, main_impact=None)
     mapped = time.perf_counter() - start
     sample = maps.nodes[:SAMPLE]
     records = node_response(basis, history, loads, sample).acceleration
@@ -134,23 +134,12 @@ def _parts(case: Case) -> BuildingParts:
 
 def _loads(case: Case, parts: BuildingParts) -> Loads:
     """The loads of the case, from a run of its sticks."""
-    transient = case.transient
-    if transient is None:
-        raise ValueError("the case has no transient part")
-    system = system_of(case, calibration_of(case))
-    motions = [
-        ("xyz".index(m.direction), m.accelerogram.time_step, m.accelerogram.acceleration)
-        for m in ground_motions(case.motions)
-    ]
-    duration = transient.duration or case.pounding.duration or 10.0
-    dt = case.pounding.time_step
-    ground = interpolate_ground(motions, dt, int(duration / dt) + 2)
-    response = simulate(system, ground, dt)
-    names = tuple(pair.name for pair in system.pairs)
-    history = ForceHistory(response.time, names, response.force)
-    forces, edges = checked_forces(history, case.path, case, parts.mesh, duration)
-    n_steps = round(duration / transient.time_step)
-    return make_loads(motions, forces, edges, transient.time_step, n_steps)
+    motions = ground_motions(case.motions)
+    longest = max(motion.accelerogram.duration for motion in motions)
+    duration = transient_of(case).duration or case.pounding.duration or longest
+    response = pounded(case, calibration_of(case), motions, duration)
+    history = ForceHistory.of_response(response)
+    return case_loads(case, parts.mesh, motions, history, case.path, duration)
 
 
 def _full_steps(

@@ -69,7 +69,7 @@ def linked(
             column = np.arange(first[master], first[master] + DOFS, dtype=PETSc.IntType)
             T.setValues(row, column, motion)
     T.assemble()
-    ground = np.column_stack([_transposed(T, column) for column in model.ground.T])
+    ground = carried(T, model.ground)
     return (
         replace(
             model,
@@ -112,11 +112,22 @@ def _place(model: BuildingModel, kept: Index) -> Index:
     return place
 
 
-def _transposed(T: Any, values: Array) -> Array:
+def carried(T: Any, forces: Array) -> Array:
+    """Tᵀ f: forces on all free degrees of freedom, those on followers on their masters. Collective.
+
+    Args:
+        T: Of `linked`.
+        forces: f at this rank's rows of the building without the links, shape (n_local, k).
+
+    Returns:
+        The same at its rows of the building with them, shape (n_kept, k).
+    """
     y, x = T.createVecs()
-    x.setArray(values)
-    T.multTranspose(x, y)
-    result = np.array(y.getArray())
+    found: Array = np.empty((y.getLocalSize(), forces.shape[1]))
+    for k, column in enumerate(forces.T):
+        x.setArray(column)
+        T.multTranspose(x, y)
+        found[:, k] = y.getArray()
     x.destroy()
     y.destroy()
-    return result
+    return found

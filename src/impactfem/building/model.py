@@ -13,15 +13,13 @@ from impactfem._fenicsx import assembled, cellwise, compiled, constant
 from impactfem.building.assembly import added, global_matrix, without, without_zeros
 from impactfem.building.beam import BeamFields, beam_mass, beam_stiffness
 from impactfem.building.local import DOFS, LocalCells, local_cells
-from impactfem.building.numbering import Numbering, number_nodes
-from impactfem.building.partition import bisect
-from impactfem.building.parts import BeamCells, BuildingParts, ShellCells
+from impactfem.building.parts import BeamCells, BuildingParts, Kind, ShellCells
 from impactfem.building.rigid_body import rigid_body
+from impactfem.building.share import Share, shared_out
 from impactfem.building.shell import ShellFields, shell_mass, shell_stiffness
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Kind = ShellCells | BeamCells
 
 
 @dataclass(frozen=True)
@@ -134,27 +132,33 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
     Raises:
         SolutionError: A node belongs to no cell, or mid nodes are not in the middle.
     """
-    mesh = parts.mesh
-    kinds = parts.kinds()
-    centres = np.vstack([mesh.nodes[kind.cells].mean(axis=1) for kind in kinds])
-    weights = np.concatenate([np.full(len(k.cells), float(k.cells.shape[1])) for k in kinds])
-    joint = bisect(centres, weights, comm.size)
-    ranks = np.split(joint, np.cumsum([len(kind.cells) for kind in kinds])[:-1])
-    numbering = number_nodes(comm, len(mesh.nodes), [kind.cells for kind in kinds], ranks)
-
+    share = shared_out(comm, parts)
+    numbering = share.numbering
     stiffness: dict[bool, list[Any]] = {False: [], True: []}
     masses: list[Any] = []
-    for kind, rank in zip(kinds, ranks, strict=True):
-        mine = np.flatnonzero(rank == comm.rank)
-        K, M, nodes = _local_matrices(parts, kind, mine)
+    for kind, mine in zip(share.kinds, share.mine, strict=True):
+        K, M, nodes = local_matrices(parts, kind, mine)
         stiffness[kind.storey].append(global_matrix(K, nodes, numbering))
         masses.append(global_matrix(M, nodes, numbering))
     fixed, storeys = (added(stiffness[storey], numbering) for storey in (False, True))
-    return _clamped(parts, numbering, fixed, storeys, added(masses, numbering))
+    return _clamped(parts, share, fixed, storeys, added(masses, numbering))
 
 
-def _local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any, Any, Index]:
-    """Stiffness, mass and nodes of a rank's cells of one kind; None, None where it has none."""
+def local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any, Any, Index]:
+    """Stiffness and mass of a rank's cells of one kind. Not collective.
+
+    Args:
+        parts: The building.
+        kind: The kind.
+        mine: Which of its cells, shape (m,).
+
+    Returns:
+        Both as PETSc AIJ on COMM_SELF, at the storey factor 1, and the nodes of their blocks of
+        rows; None, None where there is no cell.
+
+    Raises:
+        SolutionError: Mid nodes are not in the middle.
+    """
     if mine.size == 0:
         return None, None, mine
     local = local_cells(parts.mesh.nodes, kind.cells[mine])
@@ -186,7 +190,7 @@ def _shell_fields(
 def _beam_fields(
     parts: BuildingParts, kind: BeamCells, local: LocalCells, chosen: Index
 ) -> BeamFields:
-    sections = [kind.sections[i] for i in kind.section[chosen]]
+    sections = [kind.sections[i] for i in kind.part[chosen]]
     values: dict[str, list[Any]] = {
         "area": [s.A for s in sections],
         "second_moments": [(s.I1, s.I2) for s in sections],
@@ -204,28 +208,24 @@ def _beam_fields(
 
 
 def _clamped(
-    parts: BuildingParts, numbering: Numbering, fixed: Any, storeys: Any, mass: Any
+    parts: BuildingParts, share: Share, fixed: Any, storeys: Any, mass: Any
 ) -> BuildingModel:
     """Take the clamped nodes out, and keep what of the mass moves with the ground."""
-    mesh = parts.mesh
+    mesh, numbering = parts.mesh, share.numbering
     owned = numbering.owned
     r = rigid_body(mesh.nodes[owned], np.zeros(3))
     Mr = np.column_stack([_product(mass, column) for column in r.T])
     total = numbering.comm.allreduce(r.T @ Mr)
-    clamped = np.zeros(len(mesh.nodes), dtype=bool)
-    clamped[mesh.base] = True
-    kept = ~clamped[owned]
-    dofs = np.repeat(kept, DOFS)
-    first = mass.getOwnershipRange()[0]
-    free = first + np.flatnonzero(dofs)
+    free = share.free_rows(mass)
+    kept = owned[share.free[::DOFS]]
     return BuildingModel(
         comm=numbering.comm,
-        nodes=owned[kept],
-        coordinates=mesh.nodes[owned[kept]],
+        nodes=kept,
+        coordinates=mesh.nodes[kept],
         fixed=without(fixed, free),
         storeys=without(storeys, free),
         mass=without(mass, free),
-        ground=Mr[dofs],
+        ground=Mr[share.free],
         total=total,
         n_nodes=len(mesh.nodes),
     )

@@ -9,6 +9,7 @@ import numpy as np
 from impactfem.building.from_case import sections_of
 from impactfem.building.masses import FloorMasses, floor_masses
 from impactfem.building.mesh_report import MeshReport, mesh_report
+from impactfem.building.part_damping import part_damping
 from impactfem.building.parts import BuildingParts
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Case
@@ -51,5 +52,6 @@ def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mesh
         density=density,
         added_mass=masses.on_triangles,
         drilling=structure.drilling,
+        dampings=part_damping(structure, mesh, case.path),
     )
     return parts, masses, mesh_report(mesh, sections)

@@ -136,7 +136,7 @@ class Factorisation:
     def destroy(self) -> None:
         """Free the memory; the factorisation is of no use afterwards. Collective."""
         self._F.destroy()
-        _give_back()
+        give_back()
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve A x = b without allocating. Collective.
@@ -198,7 +198,7 @@ class Factorisation:
         return negative_pivots == 0 and _weakest(A, self)[0] <= CONDITION
 
 
-def _give_back() -> None:
+def give_back() -> None:
     """Return freed memory to the system: Open MPI tells the allocator to keep all of it.
 
     Elsewhere a second factor, a little larger, would not fit where the first one was.

@@ -29,6 +29,9 @@ from impactfem.dynamics.pencil import combined
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+AT_ONCE = 16
+"""Columns whose norms are taken at once."""
+
 
 class KrylovBasis:
     """The basis, built block by block. A context manager that frees the factorisation.
@@ -151,7 +154,11 @@ class KrylovBasis:
         Returns:
             Shape (k,).
         """
-        squares = np.diag(inner(self.M, F, self.solve(F)))
+        squares = np.empty(F.shape[1])
+        # All solutions at once would be as large as many vectors of the basis.
+        for first in range(0, F.shape[1], AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            squares[part] = np.diag(inner(self.M, F[:, part], self.solve(F[:, part])))
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)), dtype=np.float64)
 
     def add(self, F: Any) -> None:

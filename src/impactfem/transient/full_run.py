@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,20 +13,16 @@ from numpy.typing import NDArray
 
 from impactfem.building.model import BuildingModel
 from impactfem.dynamics.energy import Energy
-from impactfem.dynamics.history import History
 from impactfem.dynamics.newmark import Newmark
-from impactfem.dynamics.state import State
-from impactfem.log import LOGGER
 from impactfem.transient.checkpoints import Checkpoints
 from impactfem.transient.loads import Loads
 from impactfem.transient.response import NodeResponse
+from impactfem.transient.resumable import resumable_march
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 RECORDED = ("displacement", "acceleration")
-CHUNK = 100
-"""Most steps between two reports of the progress."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +48,7 @@ def run_full(
     damping: tuple[float, float],
     nodes: Index,
     *,
+    C: Any | None = None,
     checkpoints: Path,
     key: str,
     every: int,
@@ -71,8 +67,9 @@ def run_full(
         patterns: Their patterns, shape (n_local, n_patterns).
         damping: α [1/s] and β [s].
         nodes: Nodes to record, shape (n,); clamped ones move with the ground.
+        C: Damping beside that, by part (see `damping_matrix`).
         checkpoints: Folder of the checkpoints.
-        key: Hash of what the run depends on; loads, damping and nodes are added to it.
+        key: Hash of what the run depends on, C included; loads, damping and nodes are added to it.
         every: Most steps between two checkpoints.
         progress: Called with the part of the work that is done.
 
@@ -80,46 +77,27 @@ def run_full(
         SolutionError: The response is not finite.
         ImpactfemError: A checkpoint cannot be written.
     """
-    amplitudes = loads.amplitudes
-    last = len(amplitudes) - 1
     first_rows = model.global_rows(nodes)
     free = first_rows >= 0
     rows = (first_rows[free, None] + np.arange(3)).ravel()
-    # Checkpoints come at the end of a chunk, so that a whole number of chunks lies between them.
-    chunks = math.ceil(every / CHUNK)
-    chunk = every // chunks
     store = Checkpoints(model.comm, checkpoints, f"{key}, {_digest(loads, damping, nodes)}")
     alpha, beta = damping
-    with Newmark(K, model.mass, loads.time_step, patterns, alpha=alpha, beta=beta) as system:
-        found = store.read()
-        if found is None:
-            state = system.start(amplitudes[0])
-            before = system.march(state, amplitudes, last=0, probes=rows, record=RECORDED)
-        else:
-            state, before = found
-            LOGGER.info("transient: going on from %.3f s", state.step * loads.time_step)
-        parts = [before]
-
-        def keep(now: State, part: History) -> None:
-            parts.append(part)
-            progress(now.step / last)
-            if now.step % (chunks * chunk) == 0 or now.step == last:
-                store.write(now, joined(parts))
-
-        if state.step < last:
-            system.march(
-                state,
-                amplitudes,
-                probes=rows,
-                record=RECORDED,
-                each_chunk=keep,
-                chunk=chunk,
-            )
+    with Newmark(K, model.mass, loads.time_step, patterns, alpha=alpha, beta=beta, C=C) as system:
+        whole = resumable_march(
+            system,
+            loads.amplitudes,
+            rows,
+            RECORDED,
+            store,
+            every,
+            stage="transient",
+            progress=progress,
+        )
         memory = system.memory
-    whole = joined(parts)
-    motion = {name: np.zeros((last + 1, len(nodes), 3)) for name in RECORDED}
+    count = len(loads.ground)
+    motion = {name: np.zeros((count, len(nodes), 3)) for name in RECORDED}
     for name, values in whole.motion.items():
-        motion[name][:, free] = values.reshape(last + 1, -1, 3)
+        motion[name][:, free] = values.reshape(count, -1, 3)
     return FullRun(
         response=NodeResponse(
             time_step=loads.time_step,
@@ -134,18 +112,3 @@ def run_full(
 def _digest(loads: Loads, damping: tuple[float, float], nodes: Index) -> str:
     numbers = (loads.time_step, *damping), loads.amplitudes, nodes
     return hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in numbers)).hexdigest()
-
-
-def joined(parts: Sequence[History]) -> History:
-    """Histories one after the other; each begins a step after the one before it ends."""
-    energies = {
-        field.name: np.concatenate([getattr(part.energy, field.name) for part in parts])
-        for field in fields(Energy)
-    }
-    return History(
-        step=np.concatenate([part.step for part in parts]),
-        motion={
-            name: np.concatenate([part.motion[name] for part in parts]) for name in parts[0].motion
-        },
-        energy=Energy(**energies),
-    )

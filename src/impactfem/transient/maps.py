@@ -21,15 +21,19 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 AT_ONCE = 256
+AS_THEY_ARE = 2.0
+"""Samples in a cycle of the highest frequency, the fewest: no more are put between those that are
+there, which would take twenty times as long over all nodes."""
 SNAPSHOTS = (0.0, 0.5, 1.0)
 """Times of the wave pictures, from the start to the end of the main impact."""
 BEFORE, AFTER = 0.01, 0.03
-"""Of the map of the acceleration over the line across the top floor, about the main impact [s]."""
+"""What the frames of the wave show before and after the main impact [s]."""
+MOST_FRAMES = 150
 
 
 @dataclass(frozen=True, eq=False)
 class FloorMaps:
-    """Fields at the vertices of the floors, and waves on the top floor.
+    """Fields at the vertices of the floors, and waves on one floor.
 
     Args:
         nodes: Vertices of all floors, ascending, shape (n,).
@@ -38,11 +42,13 @@ class FloorMaps:
         psa: Pseudo-acceleration, shape (n, 3, n_f) [m/s2].
         pfa: Peak acceleration, shape (n, 3) [m/s2].
         points_per_cycle: Samples in a cycle of the highest frequency.
-        wave_nodes: All nodes of the top floor, ascending, shape (m,).
+        wave_nodes: All nodes of the floor with the waves, ascending, shape (m,).
         wave_times: Times of the snapshots, shape (s,) [s].
         wave_displacement: Relative to the ground, shape (s, m, 3) [m].
         wave_acceleration: Absolute, same shape [m/s2].
-        membrane_force: Normal force along y of each triangle of the top floor, shape (s, k) [N/m].
+        frame_times: Evenly spaced times about the main impact, shape (f,) [s].
+        frame_acceleration: Absolute, at these times, shape (f, m, 3) [m/s2].
+        membrane_force: Normal force along y of each triangle of that floor, shape (s, k) [N/m].
         wave_triangles: Those triangles, shape (k,).
     """
 
@@ -56,6 +62,8 @@ class FloorMaps:
     wave_times: Array
     wave_displacement: Array
     wave_acceleration: Array
+    frame_times: Array
+    frame_acceleration: NDArray[np.float32]
     membrane_force: Array
     wave_triangles: Index
 
@@ -65,18 +73,23 @@ def floor_vertices(mesh: BuildingMesh) -> Index:
     return np.asarray(np.unique(mesh.triangles[mesh.triangles_of("floor"), :3]), dtype=np.int64)
 
 
-def top_floor(mesh: BuildingMesh) -> tuple[Index, Index]:
-    """Triangles of the top floor's slab, and all of its nodes."""
-    top = mesh.floors[-1]
-    chosen = mesh.triangles_of("floor", top)
+def wave_slab(mesh: BuildingMesh, floor: int | None = None) -> tuple[Index, Index]:
+    """Triangles of a floor's slab, and all of its nodes; of the top floor when None."""
+    chosen = mesh.triangles_of("floor", mesh.floors[-1] if floor is None else floor)
     z = mesh.nodes[mesh.triangles[chosen, :3], 2]
     flat = chosen[np.ptp(z, axis=1) < 1e-6]
     return flat, np.unique(mesh.triangles[flat])
 
 
-def looked_at(mesh: BuildingMesh, probes: Index) -> Index:
-    """All nodes that a reduced basis must keep: probes, floors, and the waves' nodes."""
-    every = np.concatenate([probes, floor_vertices(mesh), top_floor(mesh)[1]])
+def looked_at(mesh: BuildingMesh, probes: Index, floor: int | None = None) -> Index:
+    """All nodes that a reduced basis must keep: probes, floors, and the waves' nodes.
+
+    Args:
+        mesh: The mesh.
+        probes: Nodes of the probes, shape (n,).
+        floor: Number of the floor with the waves; the top floor when None.
+    """
+    every = np.concatenate([probes, floor_vertices(mesh), wave_slab(mesh, floor)[1]])
     return np.asarray(np.unique(every), dtype=np.int64)
 
 
@@ -88,7 +101,7 @@ def floor_maps(
     spectra: Spectra,
     *,
     main_impact: tuple[float, float] | None,
-    points_per_cycle: float,
+    floor: int | None = None,
     progress: Callable[[float], None] = lambda part: None,
 ) -> FloorMaps:
     """Compute all fields.
@@ -100,8 +113,7 @@ def floor_maps(
         loads: The loads.
         spectra: The case's spectra; their highest frequency and first damping count.
         main_impact: Start and end of the main impact [s]; None without one.
-        points_per_cycle: Samples asked for in a cycle of the highest frequency; 0 takes the
-            records as they are.
+        floor: Number of the floor with the waves; the top floor when None.
         progress: Called with the part of the work that is done.
     """
     mesh = parts.mesh
@@ -122,7 +134,7 @@ def floor_maps(
             loads.time_step,
             frequency,
             [damping],
-            points_per_cycle=max(points_per_cycle, 2.0),
+            points_per_cycle=AS_THEY_ARE,
             threads=threads(),
             absolute=False,
         )
@@ -130,8 +142,12 @@ def floor_maps(
         pfa[part] = found.zpa.reshape(-1, 3)
         reached = found.points_per_cycle
         progress(min(1.0, (first + AT_ONCE) / len(nodes)))
-    triangles, wave_nodes = top_floor(mesh)
-    times, displacement, acceleration = _snapshots(basis, history, loads, wave_nodes, main_impact)
+    triangles, wave_nodes = wave_slab(mesh, floor)
+    steps = _snapshots(loads, main_impact)
+    displacement = _at_steps(basis, history.displacement, wave_nodes, steps)
+    acceleration = _at_steps(basis, history.acceleration, wave_nodes, steps)
+    frames = _frames(loads, main_impact)
+    moving = _at_steps(basis, history.acceleration, wave_nodes, frames)
     return FloorMaps(
         nodes=nodes,
         frequency=frequency,
@@ -140,9 +156,11 @@ def floor_maps(
         pfa=pfa,
         points_per_cycle=reached,
         wave_nodes=wave_nodes,
-        wave_times=times,
+        wave_times=steps * loads.time_step,
         wave_displacement=displacement,
-        wave_acceleration=acceleration,
+        wave_acceleration=acceleration + loads.ground[steps][:, None],
+        frame_times=frames * loads.time_step,
+        frame_acceleration=(moving + loads.ground[frames][:, None]).astype(np.float32),
         membrane_force=_membrane_force(parts, triangles, wave_nodes, displacement),
         wave_triangles=triangles,
     )
@@ -154,25 +172,33 @@ def _records(basis: ReducedBasis, modal: Array, nodes: Index) -> Array:
     return np.asarray(shapes.reshape(-1, shapes.shape[2]) @ modal)
 
 
-def _snapshots(
-    basis: ReducedBasis,
-    history: ModalHistory,
-    loads: Loads,
-    nodes: Index,
-    main_impact: tuple[float, float] | None,
-) -> tuple[Array, Array, Array]:
-    """Times, displacements and accelerations of nodes at the snapshots."""
+def _snapshots(loads: Loads, main_impact: tuple[float, float] | None) -> Index:
+    """Time steps of the snapshots."""
     if main_impact is None:
-        return np.zeros(0), np.zeros((0, len(nodes), 3)), np.zeros((0, len(nodes), 3))
+        return np.zeros(0, dtype=np.int64)
     start, end = main_impact
-    last = len(loads.ground) - 1
-    wanted = [start + share * (end - start) for share in SNAPSHOTS]
-    steps = np.unique(np.clip(np.rint(np.array(wanted) / loads.time_step).astype(int), 0, last))
+    return np.unique(_steps(loads, [start + share * (end - start) for share in SNAPSHOTS]))
+
+
+def _frames(loads: Loads, main_impact: tuple[float, float] | None) -> Index:
+    """Time steps of the frames, evenly spaced, at most `MOST_FRAMES`."""
+    if main_impact is None:
+        return np.zeros(0, dtype=np.int64)
+    first, last = _steps(loads, [main_impact[0] - BEFORE, main_impact[1] + AFTER])
+    stride = -(-(last - first + 1) // MOST_FRAMES)
+    return np.arange(first, last + 1, stride, dtype=np.int64)
+
+
+def _steps(loads: Loads, times: list[float]) -> Index:
+    """The time steps nearest to times."""
+    nearest = np.rint(np.array(times) / loads.time_step).astype(np.int64)
+    return np.asarray(np.clip(nearest, 0, len(loads.ground) - 1))
+
+
+def _at_steps(basis: ReducedBasis, modal: Array, nodes: Index, steps: Index) -> Array:
+    """Values of nodes at time steps, shape (s, n, 3)."""
     shape = (len(nodes), 3, len(steps))
-    u = _records(basis, history.displacement[:, steps], nodes).reshape(shape)
-    a = _records(basis, history.acceleration[:, steps], nodes).reshape(shape)
-    a += loads.ground[steps].T[None]
-    return steps * loads.time_step, u.transpose(2, 0, 1), a.transpose(2, 0, 1)
+    return _records(basis, modal[:, steps], nodes).reshape(shape).transpose(2, 0, 1)
 
 
 def _membrane_force(

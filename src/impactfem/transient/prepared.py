@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from impactfem.building.mesh import BuildingMesh
 from impactfem.building.parts import BuildingParts
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
 from impactfem.errors import Fault, InputError, SolutionError
-from impactfem.motion.from_case import ground_motions
-from impactfem.sticks.force_history import read_forces
+from impactfem.motion.from_case import GroundMotion, ground_motions
+from impactfem.sticks.force_history import ForceHistory, read_forces
 from impactfem.transient.forces import checked_forces
 from impactfem.transient.loads import Loads, make_loads
 from impactfem.transient.probes import Probe, case_probes
@@ -29,6 +31,7 @@ class Prepared:
         storey_factor: Factor on walls and columns.
         damping: α [1/s] and β [s].
         lightest: α and β of the lightest damping that the reduced basis must serve.
+        wave_floor: Number of the floor whose waves are looked at.
     """
 
     parts: BuildingParts
@@ -37,6 +40,7 @@ class Prepared:
     storey_factor: float
     damping: tuple[float, float]
     lightest: tuple[float, float]
+    wave_floor: int
 
 
 def prepare(
@@ -65,28 +69,54 @@ def prepare(
         expected = f"less than what is computed, {duration:g} s"
         start = f"{transient.export_start:g} s"
         raise InputError([Fault(case.path, "transient.export_start", start, expected)])
-    forces, edges = checked_forces(history, path, case, parts.mesh, duration, inputs)
+    motions = ground_motions(case.motions)
+    loads = case_loads(case, parts.mesh, motions, history, path, duration, inputs)
     try:
-        probes = tuple(case_probes(parts.mesh, transient.probes))
+        probes = tuple(case_probes(parts.mesh, transient.probes, case.wave_floor))
     except SolutionError as error:
         raise InputError([Fault(case.path, "transient.probes", None, str(error))]) from error
-    n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
-    motions = [
-        ("xyz".index(m.direction), m.accelerogram.time_step, m.accelerogram.acceleration)
-        for m in ground_motions(case.motions)
-    ]
     damping = case.building(structure.building).damping
     served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
     return Prepared(
         parts=parts,
         probes=probes,
-        loads=make_loads(motions, forces, edges, transient.time_step, n_steps),
+        loads=loads,
         storey_factor=storey_factor,
         damping=damping.coefficients,
         lightest=min(
             served, key=lambda one: one.ratio_at(transient.maximum_frequency)
         ).coefficients,
+        wave_floor=case.wave_floor,
     )
+
+
+def case_loads(
+    case: Case,
+    mesh: BuildingMesh,
+    motions: Sequence[GroundMotion],
+    history: ForceHistory,
+    path: Path,
+    duration: float,
+    inputs: str = "",
+) -> Loads:
+    """Ground motions and impact forces as loads at the time step of the 3D model.
+
+    Args:
+        case: The case; it has a structure and a transient part.
+        mesh: The mesh of the building.
+        motions: The ground motions.
+        history: The impact forces.
+        path: Their file, for messages.
+        duration: Time that is to be computed [s].
+        inputs: Hash of what the sticks of this run depend on; empty when it is not known.
+
+    Raises:
+        InputError: The forces do not go with the case.
+    """
+    time_step = transient_of(case).time_step
+    forces, edges = checked_forces(history, path, case, mesh, duration, inputs)
+    n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
+    return make_loads([m.history for m in motions], forces, edges, time_step, n_steps)
 
 
 def transient_of(case: Case) -> Transient:

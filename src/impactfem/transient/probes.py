@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 FARTHEST = 1.0
 """Distance of a point to its node that is always taken, whatever the size of the elements [m]."""
 LINE_POINTS = 9
-"""Points of the line across the top floor (figure 14 of the paper)."""
+"""Points of the line across a floor (figure 14 of the paper)."""
 
 
 @dataclass(frozen=True)
@@ -38,17 +38,20 @@ class Probe:
     distance: float = 0.0
 
 
-def case_probes(mesh: BuildingMesh, asked: Sequence[CaseProbe]) -> list[Probe]:
+def case_probes(
+    mesh: BuildingMesh, asked: Sequence[CaseProbe], across: int | None = None
+) -> list[Probe]:
     """The probes that are always there, and those that the case asks for.
 
     Args:
         mesh: The mesh.
         asked: Probes of the case.
+        across: Number of the floor with the line; the top floor when None.
 
     Raises:
         SolutionError: A probe is outside the building, or the mesh has no such group.
     """
-    probes = standard_probes(mesh)
+    probes = standard_probes(mesh, across)
     farthest = max(FARTHEST, 0.5 * float(side_lengths(mesh.nodes, mesh.triangles).mean()))
     for one in asked:
         if one.group is not None:
@@ -98,15 +101,19 @@ def nearest_node(mesh: BuildingMesh, name: str, point: Array, farthest: float) -
     return Probe(name, int(node), float(distance))
 
 
-def standard_probes(mesh: BuildingMesh) -> list[Probe]:
+def standard_probes(mesh: BuildingMesh, across: int | None = None) -> list[Probe]:
     """The points that are always there.
 
-    The mass centre of each floor, the middle of its impact edge, and on the top floor a line from
-    the middle of the impact edge to the opposite edge, at right angles to it (figure 14).
+    The mass centre of each floor, the middle of its impact edge, and on one floor a line from the
+    middle of the impact edge to the opposite edge, at right angles to it (figure 14).
+
+    Args:
+        mesh: The mesh.
+        across: Number of the floor with the line; the top floor when None.
     """
     probes = [Probe(f"centre_{k}", mesh.centres[k]) for k in mesh.floors]
     probes += [Probe(f"edge_{k}", _middle_of_edge(mesh, k)) for k in sorted(mesh.edges)]
-    return [*probes, *_line(mesh, mesh.floors[-1])]
+    return [*probes, *_line(mesh, mesh.floors[-1] if across is None else across)]
 
 
 def _middle_of_edge(mesh: BuildingMesh, floor: int) -> int:

@@ -20,7 +20,9 @@ from impactfem.dynamics.error_band import (
     transfer_band,
     transfer_bound,
 )
+from impactfem.dynamics.factorisation import give_back
 from impactfem.dynamics.krylov import KrylovBasis
+from impactfem.dynamics.larger_models import larger_models
 from impactfem.dynamics.reduced import ReducedModel, Residual, residual_norms
 from impactfem.errors import SolutionError
 from impactfem.log import LOGGER
@@ -38,13 +40,16 @@ PER_OCTAVE = 12
 
 @dataclass(frozen=True, eq=False)
 class ReducedBasis:
-    """A reduced model, coarser ones nested in it, and their shapes where they are looked at.
+    """A reduced model, those nested in it and around it, and their shapes where one looks.
 
     Args:
         loads: Names of the load patterns, in the order of the models' loads.
-        models: The reduced model, then those nested in it that tell its error.
+        models: The reduced model, then those nested in it that tell how good it is.
+        larger: Models that it is nested in, which tell the band of its error; none where none were
+            asked for.
         nodes: Nodes that are looked at, ascending, shape (n,).
-        vectors: V at their displacements, shape (n, 3, size of the basis); zero at clamped nodes.
+        vectors: V at their displacements, shape (n, 3, size of the largest model); zero at clamped
+            nodes.
         difference: Estimated error of the transfer functions at the probes that it was made for,
             as of `error`.
         certified: Nodes for which the rigorous bound is known, ascending, shape (m,).
@@ -54,6 +59,7 @@ class ReducedBasis:
 
     loads: tuple[str, ...]
     models: tuple[ReducedModel, ...]
+    larger: tuple[ReducedModel, ...]
     nodes: Index
     vectors: Array
     difference: float
@@ -70,7 +76,7 @@ class ReducedBasis:
         """Φ of one of the models at some of the nodes.
 
         Args:
-            model: One of `models`.
+            model: One of `models` or `larger`.
             nodes: Nodes among those that are looked at, shape (m,).
 
         Returns:
@@ -84,7 +90,7 @@ class ReducedBasis:
         return model.shapes(flat).reshape(len(rows), 3, len(model.eigenvalue))
 
     def rows(self, nodes: Index) -> Array:
-        """V at some of the nodes, shape (m, 3, size of the basis).
+        """V at some of the nodes, shape (m, 3, size of the largest model).
 
         Raises:
             KeyError: The basis was not made for one of the nodes.
@@ -139,11 +145,12 @@ class ReducedBasis:
             "vectors": self.vectors,
             "difference": self.difference,
             "models": len(self.models),
+            "larger": len(self.larger),
             "certified": self.certified,
             "norm": self.norm,
             "gram": self.gram,
         }
-        for number, model in enumerate(self.models):
+        for number, model in enumerate((*self.models, *self.larger)):
             for field in fields(ReducedModel):
                 content[f"{field.name}_{number}"] = getattr(model, field.name)
         write_archive(path, key, content)
@@ -159,9 +166,11 @@ class ReducedBasis:
             values = {f.name: content[f"{f.name}_{number}"] for f in fields(ReducedModel)}
             return ReducedModel(**values | {"shift": float(values["shift"])})
 
+        count = int(content["models"])
         return cls(
             loads=tuple(str(name) for name in content["loads"]),
-            models=tuple(model(number) for number in range(int(content["models"]))),
+            models=tuple(model(number) for number in range(count)),
+            larger=tuple(model(count + number) for number in range(int(content["larger"]))),
             nodes=content["nodes"],
             vectors=content["vectors"],
             difference=float(content["difference"]),
@@ -184,6 +193,8 @@ def build_basis(
     shift: float,
     tolerance: float,
     largest: int,
+    larger: bool = False,
+    spend: bool = False,
     progress: Callable[[float], None] = lambda part: None,
 ) -> ReducedBasis:
     """Grow a Krylov basis until nested models agree on the probes' accelerations. Collective.
@@ -199,7 +210,9 @@ def build_basis(
         maximum_frequency: Up to which the transfer functions must be accurate [Hz].
         shift: Frequency of the shift [Hz].
         tolerance: Largest error of the accelerations at the probes, as of `ReducedBasis.error`.
-        largest: Most vectors.
+        largest: Most vectors of the reduced model.
+        larger: Whether the basis grows further, for models that tell the band of the error.
+        spend: Whether K may be destroyed when it is of no more use here.
         progress: Called with the part of the work that is done.
 
     Raises:
@@ -217,12 +230,19 @@ def build_basis(
         largest=largest,
         progress=progress,
     )
-    vectors = _Rows(model, nodes).gathered(basis)
+    gram = Residual(basis).gram
+    if spend:
+        K.destroy()
+        give_back()
     certified = np.unique(probes)
     norm = basis.dual_norm(_Rows(model, certified).columns(model)).reshape(-1, DOFS // 2)
-    gram = Residual(basis).gram
+    around = tuple(larger_models(basis)) if larger else ()
+    # The rows are gathered without the factor: there may not be room for both.
     basis.destroy()
-    return ReducedBasis(loads, tuple(models), nodes, vectors, difference, certified, norm, gram)
+    vectors = _Rows(model, nodes).gathered(basis)
+    return ReducedBasis(
+        loads, tuple(models), around, nodes, vectors, difference, certified, norm, gram
+    )
 
 
 def grow_until_accurate(

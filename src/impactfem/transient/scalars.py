@@ -16,13 +16,13 @@ DIFFERENCE = "error of the transfer functions at the probes, by nested models"
 
 
 def transient_scalars(study: TransientStudy) -> list[Scalar]:
-    """All scalars of the stage; spectra at the first damping, along the first motion."""
+    """All scalars of the stage; spectra at the first damping, along the shown direction."""
     return [*_solver(study), *_floors(study), *_edges(study), *_material(study)]
 
 
 def shown_direction(study: TransientStudy) -> int:
     """Component of the first ground motion."""
-    return "xyz".index(study.case.motions[0].direction)
+    return "xyz".index(study.case.shown_direction)
 
 
 def _solver(study: TransientStudy) -> list[Scalar]:
@@ -92,7 +92,7 @@ def _edges(study: TransientStudy) -> list[Scalar]:
     line = [k for k, name in enumerate(names) if name.startswith("line_")]
     if line:
         ends = float(max(pfa[line[0]], pfa[line[-1]]))
-        note = "largest of both edges of the top floor, at the ends of the line across it"
+        note = "largest of both ends of the line across the floor that may be struck highest"
         scalars.append(Scalar("transient.pfa.edge_max", ends, "m/s2", note))
     return scalars
 

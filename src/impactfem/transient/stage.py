@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.damping_matrix import damping_matrix
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
@@ -18,7 +19,7 @@ from impactfem.case.transient import Transient
 from impactfem.log import LOGGER
 from impactfem.parallel import on_root
 from impactfem.spectra import ResponseSpectra
-from impactfem.transient.band import peak_band, spectrum_band
+from impactfem.transient.band import LARGER, response_band
 from impactfem.transient.full_run import FullRun, run_full
 from impactfem.transient.loads import Loads
 from impactfem.transient.maps import FloorMaps, floor_maps, looked_at
@@ -174,6 +175,7 @@ def run_transient(
                     patterns,
                     prepared.damping,
                     nodes,
+                    C=_damping_by_part(prepared, comm),
                     checkpoints=folder / CHECKPOINTS,
                     key=key,
                     every=max(1, round(transient.checkpoint_every / loads.time_step)),
@@ -182,6 +184,17 @@ def run_transient(
     if comm.rank != 0:
         return None
     return _results(case, prepared, basis, run, nodes, step, within)
+
+
+def _damping_by_part(prepared: Prepared, comm: Any) -> Any | None:
+    """What the parts' own dampings add to that of the building. Collective."""
+    dampings = prepared.parts.dampings
+    if dampings is None:
+        return None
+    every = (*dampings.shells, *dampings.beams)
+    own = sum(one is not None for one in every)
+    LOGGER.info("transient: %d of %d parts have a damping of their own", own, len(every))
+    return damping_matrix(comm, prepared.parts, dampings, prepared.storey_factor, prepared.damping)
 
 
 def _stored_basis(
@@ -200,6 +213,8 @@ def _stored_basis(
         why = "without some of the probes"
     elif not np.isin(nodes, found.nodes).all():
         why = "without some of the nodes that are exported"
+    elif transient.band == LARGER and not found.larger:
+        why = "without the larger ones that tell its error band"
     else:
         error = found.error(probes, prepared.lightest, transient.maximum_frequency)
         if error <= transient.tolerance:
@@ -213,7 +228,7 @@ def _stored_basis(
 def _kept(prepared: Prepared, transient: Transient, probes: Index) -> Index:
     """All nodes that the basis must keep."""
     mesh = prepared.parts.mesh
-    nodes = looked_at(mesh, probes)
+    nodes = looked_at(mesh, probes, prepared.wave_floor)
     if transient.export:
         nodes = np.union1d(nodes, motion_grid(mesh, transient.export_nodes).nodes)
     return nodes
@@ -245,6 +260,8 @@ def _build(
         shift=transient.shift,
         tolerance=transient.tolerance,
         largest=transient.largest_basis,
+        larger=transient.band == LARGER,
+        spend=transient.solver == "reduced",
         progress=lambda part: within("basis", part),
     )
     LOGGER.info(
@@ -284,22 +301,17 @@ def _results(
             history = modal_histories(basis, loads, damping)
             response = node_response(basis, history, loads, nodes)
             spectra = node_spectra(response, case.spectra)
-            coarser = [
-                node_response(
-                    basis,
-                    modal_histories(basis, loads, damping, model=nested),
-                    loads,
-                    nodes,
-                    model=nested,
-                )
-                for nested in basis.models[1:]
-            ]
-            fine_psa, *coarser_psa = (
-                by_probe(s.psa, len(nodes))
-                for s in (spectra, *(node_spectra(one, case.spectra) for one in coarser))
+            told = response_band(
+                basis,
+                loads,
+                damping,
+                nodes,
+                response,
+                spectra.psa,
+                case.spectra,
+                kind=transient.band,
             )
-            band = spectrum_band(fine_psa, coarser_psa, spectra.frequency)
-            pfa_band = peak_band(response.acceleration, [one.acceleration for one in coarser])
+            band, pfa_band = by_probe(told.psa, len(nodes)), told.acceleration
             if run is not None:
                 full_error = _against_full(case, basis, loads, damping, nodes, run)
     wanted = bool(transient.fields) or transient.snapshots
@@ -314,7 +326,7 @@ def _results(
                 loads,
                 case.spectra,
                 main_impact=main_impact(loads) if transient.snapshots else None,
-                points_per_cycle=0.0,
+                floor=prepared.wave_floor,
                 progress=lambda part: within("maps", part),
             )
     return TransientStudy(

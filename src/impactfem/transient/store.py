@@ -2,10 +2,12 @@
 
 `transient.nc` has the dimensions `time`, `probe`, `component` (x, y, z), `damping`, `frequency`,
 `load`, `edge` (loads on edges) and `transfer_frequency`. Displacements are relative to the ground,
-accelerations absolute. `psa_band` and `pfa_band` are half widths of the error band.
+accelerations absolute. `psa_band` and `pfa_band` are half widths of the error band; their `note`
+says what tells it and its safety factor.
 
-`transient_maps.nc` has `node` (vertices of the floors), `wave_node` (nodes of the top floor),
-`wave_triangle` and `snapshot`. All values are SI; each variable carries its unit.
+`transient_maps.nc` has `node` (vertices of the floors), `wave_node` (nodes of the floor with the
+line), `wave_triangle`, `snapshot`, and `frame` (times of the animation). All values are SI; each
+variable carries its unit.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import xarray as xr
 
 from impactfem.files import write_netcdf
 from impactfem.scalar import to_json
+from impactfem.transient.band import SAFETY
 from impactfem.transient.maps import FloorMaps
 from impactfem.transient.scalars import transient_scalars
 from impactfem.transient.stage import TransientStudy, by_probe
@@ -54,7 +57,7 @@ def write_transient(path: Path, study: TransientStudy, key: str) -> None:
             "case_hash": study.case.content_hash(),
             "scalars": to_json(transient_scalars(study)),
             "building": study.case.structure.building if study.case.structure else "",
-            "shown_direction": study.case.motions[0].direction,
+            "shown_direction": study.case.shown_direction,
             "solver": transient.solver if transient else "",
             "maximum_frequency": transient.maximum_frequency if transient else 0.0,
             "basis_vectors": len(study.basis.model.eigenvalue) if study.basis else 0,
@@ -89,6 +92,11 @@ def write_maps(path: Path, study: TransientStudy, maps: FloorMaps, key: str) -> 
             ),
             "wave_displacement": (wave, maps.wave_displacement, {"units": "m"}),
             "wave_acceleration": (wave, maps.wave_acceleration, {"units": "m/s2"}),
+            "frame_acceleration": (
+                ("frame", "wave_node", "component"),
+                maps.frame_acceleration,
+                {"units": "m/s2"},
+            ),
             "membrane_force": (
                 ("snapshot", "wave_triangle"),
                 maps.membrane_force,
@@ -99,6 +107,7 @@ def write_maps(path: Path, study: TransientStudy, maps: FloorMaps, key: str) -> 
             "component": COMPONENTS,
             "frequency": ("frequency", maps.frequency, {"units": "Hz"}),
             "snapshot": ("snapshot", maps.wave_times, {"units": "s"}),
+            "frame": ("frame", maps.frame_times, {"units": "s"}),
         },
         attrs={
             "title": study.case.title,
@@ -132,12 +141,16 @@ def _histories(study: TransientStudy) -> Variables:
 def _spectra(study: TransientStudy) -> Variables:
     dims = ("damping", "probe", "component", "frequency")
     sd = by_probe(study.spectra.sd, len(study.probes))
+    told = {"units": "m/s2"}
+    if study.basis is not None and study.case.transient is not None:
+        kind = study.case.transient.band
+        told["note"] = f"by {kind} bases, safety factor {SAFETY[kind]:g}"
     return {
         "psa": (dims, study.psa, {"units": "m/s2"}),
-        "psa_band": (dims, study.band, {"units": "m/s2"}),
+        "psa_band": (dims, study.band, told),
         "sd": (dims, sd, {"units": "m"}),
         "pfa": (("probe", "component"), study.pfa, {"units": "m/s2"}),
-        "pfa_band": (("probe", "component"), study.pfa_band, {"units": "m/s2"}),
+        "pfa_band": (("probe", "component"), study.pfa_band, told),
     }
 
 

@@ -39,7 +39,9 @@ def strip_impact() -> list[Row]:
 
         v(0, t) = (F(t) + 2 Σ F(t − 2kL/c))/(ρ c A),   v(L, t) = 2 Σ F(t − (2k − 1)L/c)/(ρ c A),
 
-    k = 1, 2, ... The strip is free: its mean velocity at the end is 2 F₀ T/(π ρ A L).
+    k = 1, 2, ... The strip is free: its mean velocity at the end is 2 F₀ T/(π ρ A L). The half
+    sine's kinks ring in the velocity, 2 % where they pass; its peak is smooth, a tenth of that, and
+    the displacement, its integral, is right to 5e-4 at any time.
     """
     moving = _strip()
     crossing = LENGTH / PLATE.speed
@@ -67,7 +69,8 @@ def bar_against_wall() -> list[Row]:
 
     The wall's force is F = ρ c S v₀ until the wave is back from the free end, 2L/c, and zero then.
     In that time the end at the wall has moved by v₀ 2L/c towards the bar: it stays at the wall.
-    Afterwards the bar moves off as a rigid body, by 2 v₀ in its frame: nothing vibrates.
+    Afterwards the bar moves off as a rigid body, by 2 v₀ in its frame: nothing vibrates. Its
+    momentum is the force's impulse in the time stepping, too, to rounding.
     """
     E, S, L, rho, v0 = 210e9, 3.14e-4, 1.0, 7800.0, 0.1
     c = np.sqrt(E / rho)
@@ -93,8 +96,8 @@ def bar_against_wall() -> list[Row]:
         history.energy.kinetic[-1] + history.energy.elastic[-1]
     )
     return [
-        Row(name, "impulse", 0.489840, mean * rho * S * L, "N s", 1e-5, source),
-        Row(name, "velocity afterwards over that before", 1.0, mean / v0 - 1.0, "-", 1e-5, source),
+        Row(name, "impulse", 0.489840, mean * rho * S * L, "N s", 1e-8, source),
+        Row(name, "velocity afterwards over that before", 1.0, mean / v0 - 1.0, "-", 1e-8, source),
         Row(
             name,
             "way of the end at the wall during the contact",
@@ -169,7 +172,7 @@ def _strip_rows(solver: str, motion: Motion, time: Array) -> list[Row]:
             2.0,
             float(motion["velocity"][before, 1].max() / wave),
             "-",
-            0.01,
+            2e-3,
             "d'Alembert: a free end doubles the velocity",
         ),
         Row(
@@ -178,7 +181,7 @@ def _strip_rows(solver: str, motion: Motion, time: Array) -> list[Row]:
             float(displacement[-1]),
             float(motion["displacement"][-1, 1]),
             "m",
-            2e-3,
+            5e-4,
             DALEMBERT,
         ),
     ]

@@ -68,11 +68,12 @@ def sdld25() -> list[Row]:
         for n in (1, 4, 8)
     ]
     # The second row was computed for the same model independently of this program.
-    for rule, published, source in (
-        ("srss", (10.4498435, 19.0299477, 25.3176949, 28.9453548), SDLD25_SOURCE),
+    for rule, published, allowed, source in (
+        ("srss", (10.4498435, 19.0299477, 25.3176949, 28.9453548), 5e-8, SDLD25_SOURCE),
         (
             "cqc",
             (10.455874, 19.031803, 25.317302, 28.942301),
+            1e-7,
             f"independent recomputation of the model of {SDLD25_SOURCE}",
         ),
     ):
@@ -89,7 +90,7 @@ def sdld25() -> list[Row]:
                 reference,
                 float(found.total[i]),
                 "m/s2",
-                1e-7,
+                allowed,  # five units of the ninth digit, one of the eighth
                 source,
             )
             for i, reference in enumerate(published)
@@ -123,7 +124,7 @@ def correlation_coefficients() -> list[Row]:
                 float(P[0, 2] / math.sqrt(P[0, 0] * P[2, 2])),
                 float(correlation("cqc", np.array(f), np.array(xi))[0, 1]),
                 "-",
-                1e-8,
+                1e-11,
                 "Lyapunov equation of two oscillators under white noise (Der Kiureghian 1981)",
             )
         )

@@ -15,6 +15,7 @@ def order() -> list[Row]:
     """An oscillator of 2 Hz and 5 % on ground that moves with 1.3 Hz, from rest.
 
     Exact: the steady state a₀ / (ω² - Ω² + 2iξωΩ) and the free vibration that cancels it at t = 0.
+    With the longest step (ωΔt)² = 0.06, which changes the fitted order by less than 0.02.
     """
     omega, xi, drive, a0 = 4.0 * np.pi, 0.05, 2.6 * np.pi, 1.0
     stick = mass_on_spring("m", 1.0, omega**2, 2.0 * xi * omega)
@@ -42,7 +43,7 @@ def order() -> list[Row]:
             2.0,
             fitted_order(1.0 / counts, np.array(errors)),
             "-",
-            0.05,
+            0.02,
             "Newmark 1959; closed form of the harmonic oscillator",
             absolute=True,
         ),

@@ -21,6 +21,17 @@ from impactfem.verify.models import collision
 from impactfem.verify.row import Row
 
 ASKED = (0.414, 0.65, 0.687, 0.891)
+STEPS = 800
+"""Time steps of an impact."""
+ALLOWED = {
+    "hertz": 1e-9,
+    "hertz-damp": (np.pi / STEPS) ** 2,
+    "hunt-crossley": (np.pi / STEPS) ** 2,
+    "jankowski": 2e-4,
+}
+"""Error of the restitution. The force of Hertz, with or without damping by p^1.5, begins smoothly:
+second order, (π/800)² = 1.5e-5. Without damping nothing is lost but by terms of fourth order,
+(π/800)⁴ = 2e-10. Jankowski's begins as p^0.25: order 1.25, 800^-1.25 = 2e-4."""
 
 
 def restitution_tables() -> list[Row]:
@@ -29,18 +40,16 @@ def restitution_tables() -> list[Row]:
     The published relations of Hertz-damp and Hunt-Crossley hold for ε near 1: at 0.414 they return
     0.70 and 0.63. With the exact relation the collision returns what is asked. Jankowski's
     published relation is right within 0.01.
+
+    At the onset of hertz-damp the speed falls by (Ωt)^2.5, 3e-6 in the 200 steps that are looked
+    at, so that its power is known to 1e-5. Jankowski's force has, beside p^0.25, a part p^1.5:
+    (Ωt)^1.25 or some 1e-3 of it. The jump of Kelvin-Voigt is read half of a step back along a
+    straight line, (ΩΔt)² = 1e-9.
     """
     K, m1, m2, speed = 2.75e9, 1574e3, 3014e3, 0.3
     mass = m1 * m2 / (m1 + m2)
-    rows = [
-        _row(
-            "restitution, hertz",
-            "ε = 1",
-            1.0,
-            _collided(hertz(K, mass), m1, m2, speed),
-            "Hertz 1881: no loss",
-        )
-    ]
+    undamped = hertz(K, mass)
+    rows = [_row(undamped, "ε = 1", 1.0, _collided(undamped, m1, m2, speed), "Hertz 1881: no loss")]
     for asked in ASKED:
         for exact in (False, True):
             relation = "exact" if exact else "published"
@@ -55,7 +64,7 @@ def restitution_tables() -> list[Row]:
             ):
                 rows.append(
                     _row(
-                        f"restitution, {law.name}",
+                        law,
                         f"ε = {asked} asked, {relation} damping",
                         asked if exact else law.epsilon,
                         _collided(law, m1, m2, speed),
@@ -64,21 +73,22 @@ def restitution_tables() -> list[Row]:
                 )
     # What happens at onset, from collisions in very short steps; the gap closes half a step early.
     early, late = 20, 200
-    for law, power in (
-        (kelvin_voigt(1e11, 0.12, mass), None),
-        (hertz_damp(K, 0.65, mass), 1.5),
-        (jankowski(K, 0.65, mass), 0.25),
+    for law, power, allowed in (
+        (kelvin_voigt(1e11, 0.12, mass), None, 1e-8),
+        (hertz_damp(K, 0.65, mass), 1.5, 1e-5),
+        (jankowski(K, 0.65, mass), 0.25, 5e-3),
     ):
         F = collision(law, m1, m2, speed, 1e-5 * law.duration(speed), phase=0.5).force[:, 0]
         F = F[np.flatnonzero(F)[0] :]
         if power is None:
             jump = float(2.0 * 0.12 * np.sqrt(1e11 * mass) * speed)
             found = float(1.5 * F[0] - 0.5 * F[1])
-            row = ("the jump", jump, found, "N", 1e-6, "C v₀ with C = 2 ξ √(K m)")
+            row = ("the jump", jump, found, "N", allowed, "C v₀ with C = 2 ξ √(K m)")
         else:
             growth = np.log(F[late] / F[early]) / np.log((late + 0.5) / (early + 0.5))
             source = "no jump: F ~ K p^1.5, or 2 ξ √(K m) p^0.25 v₀, with p = v₀ t"
-            row = ("power of the time with which it grows", power, float(growth), "-", 5e-3, source)
+            what = "power of the time with which it grows"
+            row = (what, power, float(growth), "-", allowed, source)
         rows.append(Row("force at onset", f"{law.name}, {row[0]}", *row[1:]))
     return rows
 
@@ -88,7 +98,9 @@ def impacting_bar() -> list[Row]:
 
     A compression wave runs through the bar and back: F = ρ c S v₀ for 2 L / c, impulse 2 m v₀,
     rebound with the full speed. The bar is a stick of 400 segments on its end, tied to the ground
-    by nothing that counts; the wall is a stiff elastic contact.
+    by nothing that counts; the wall is a stiff elastic contact. The segments spread the front of
+    the wave over (1/400)^(2/3) of its way or so, hence 1 %; of the impulse, which the speed
+    afterwards counts twice, a half of it.
     """
     E, S, L, rho, v0, n = 210e9, 3.14e-4, 1.0, 7800.0, 0.1, 400
     h = L / n
@@ -128,15 +140,16 @@ def impacting_bar() -> list[Row]:
     return [
         Row("impacting bar", "mean force", float(force), impulse / duration, "N", 0.01, source),
         Row("impacting bar", "duration", float(2.0 * L / c), duration, "s", 0.01, source),
-        Row("impacting bar", "impulse", 2.0 * rho * S * L * v0, impulse, "N s", 0.01, source),
+        Row("impacting bar", "impulse", 2.0 * rho * S * L * v0, impulse, "N s", 5e-3, source),
         Row("impacting bar", "speed of the mass centre after", v0, rebound, "m/s", 0.01, source),
     ]
 
 
 def _collided(law: Law, m1: float, m2: float, speed: float) -> float:
-    dt = law.duration(speed) / 800
+    dt = law.duration(speed) / STEPS
     return impacts(collision(law, m1, m2, speed, dt, phase=0.5))[0].restitution
 
 
-def _row(name: str, quantity: str, reference: float, computed: float, source: str) -> Row:
-    return Row(name, quantity, reference, computed, "-", 2e-4, source)
+def _row(law: Law, quantity: str, reference: float, computed: float, source: str) -> Row:
+    name, allowed = f"restitution, {law.name}", ALLOWED[law.name]
+    return Row(name, quantity, reference, computed, "-", allowed, source)

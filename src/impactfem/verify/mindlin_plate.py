@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.verify.models import fitted_order
+from impactfem.verify.models import order_at_least
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import building_mesh, flat, panel
 from impactfem.verify.shell_model import RX, RY, RZ, UX, UY, UZ, Material, shell_model
@@ -16,12 +16,19 @@ STEEL = Material(E=200e9, nu=0.3, rho=8000.0)
 LENGTH = 10.0
 SHEAR = 5.0 / 6.0
 COUNT = 6
-ALLOWED = {0.1: (2e-4, 4.0, 0.5), 0.01: (3e-3, 3.0, 1.0), 0.001: (1e-2, 3.0, 1.0)}
-"""By thickness over length: error of the frequencies on the finest mesh, order, and its range."""
+ALLOWED = {0.1: (2e-4, 4.0, 0.5), 0.01: (3e-3, 2.0, 0.1), 0.001: (1e-2, 2.0, 0.1)}
+"""By thickness over length: error of the frequencies on the finest mesh, least order, and what may
+be missing to it."""
 
 
 def simply_supported() -> list[Row]:
-    """Hard supports (w and the tangential rotation) on meshes of 8, 16 and 32 cells a side."""
+    """Hard supports (w and the tangential rotation) on meshes of 8, 16 and 32 cells a side.
+
+    Frequencies of quadratic elements have the order 4 once the elements are small beside t; at
+    t/L = 0.1 the coarsest are not, which may cost 0.5. While they are much larger than t, strains
+    of first order are sure, hence the order 2. The 3 and more that thin plates have is above
+    that bound and no order of their limit: it is another one between other meshes.
+    """
     return _rows((8, 16, 32), 1.0)
 
 
@@ -48,7 +55,7 @@ def exact(thickness: float, count: int = COUNT) -> Array:
 
 def _rows(cells: tuple[int, ...], part: float) -> list[Row]:
     rows = []
-    for ratio, (allowed, order, margin) in ALLOWED.items():
+    for ratio, (allowed, least, margin) in ALLOWED.items():
         reference = exact(ratio * LENGTH)
         found = [_frequencies(ratio * LENGTH, n) for n in cells]
         source = "Mindlin 1951, closed form for hard simple supports, κ = 5/6"
@@ -66,15 +73,14 @@ def _rows(cells: tuple[int, ...], part: float) -> list[Row]:
         ]
         errors = np.array([abs(f[0] / reference[0] - 1.0) for f in found])
         rows.append(
-            Row(
+            order_at_least(
                 f"simply supported plate, t/L = {ratio:g}",
-                f"fitted order of frequency 1, {order - margin:g} to {order + margin:g}",
-                order,
-                fitted_order(1.0 / np.array(cells), errors),
-                "-",
-                margin,
+                "frequency 1",
+                least,
+                1.0 / np.array(cells),
+                errors,
                 "4 for quadratic elements, 2 at least while they are much larger than t",
-                absolute=True,
+                margin,
             )
         )
     return rows

@@ -10,6 +10,7 @@ from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.pounding import End, Pair, Response, System, Update, simulate
 from impactfem.sticks.stick import Floor, Stick
+from impactfem.verify.row import Row
 
 Y = np.array([0.0, 1.0, 0.0])
 RIGID = Section(E=1.0, G=1.0, A=1.0, Avx=1.0, Avy=1.0, Ix=1.0, Iy=1.0, Iz=1.0)
@@ -87,6 +88,31 @@ def against_wall(mass: Stick, law: Law, gap: float, speed: float, dt: float, n_t
 def fitted_order(steps: NDArray[np.float64], errors: NDArray[np.float64]) -> float:
     """Slope of log(error) over log(step)."""
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def order_at_least(
+    name: str,
+    quantity: str,
+    bound: float,
+    sizes: NDArray[np.float64],
+    errors: NDArray[np.float64],
+    source: str,
+    margin: float = 0.1,
+) -> Row:
+    """Row of a fitted order against a lower bound from theory.
+
+    Args:
+        name: The benchmark.
+        quantity: What the errors are of.
+        bound: Least order.
+        sizes: Steps or sizes of elements.
+        errors: Errors with them.
+        source: Where the bound comes from.
+        margin: What may be missing to the bound in a fit over these sizes.
+    """
+    what = f"fitted order of {quantity}, at least {bound:g}"
+    order = fitted_order(sizes, errors)
+    return Row(name, what, bound, order, "-", margin, source, at_least=True)
 
 
 def _point(building: str) -> End:

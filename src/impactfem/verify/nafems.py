@@ -21,7 +21,8 @@ def free_plate() -> list[Row]:
     """FV12: 10 m × 10 m × 5 cm, free, in-plane motions held; modes 4 to 9.
 
     NAFEMS' references of modes 7 to 9 are about 1 % above those of a free plate by Kirchhoff's
-    theory, hence 2 %. Shear lowers twisting modes by 0.3 t / L at the free edges, hence 0.3 %.
+    theory, hence 2 %. Shear lowers twisting modes by 0.3 t / L, 0.15 %, at the free edges, hence
+    0.3 % beside that theory and, for modes 4 to 6, beside NAFEMS' four digits.
     """
     length, cells = 10.0, 32
     nodes, triangles = panel(cells, cells, flat((length, 0.0, 0.0), (0.0, length, 0.0)), 0.15)
@@ -30,28 +31,35 @@ def free_plate() -> list[Row]:
     found = model.frequencies(9, held, shift=0.5)[3:]
     rigidity = STEEL.E * THICKNESS**2 / (12.0 * (1.0 - STEEL.nu**2) * STEEL.rho)  # D / (ρ t)
     thin = np.array(FREE_PLATE) * np.sqrt(rigidity) / (2.0 * np.pi * length**2)
+    near, far = 3e-3, 0.02
+    allowed = (near, near, near, far, far, far)
     return [
-        *_rows("NAFEMS FV12 free plate", 4, FV12, found, 0.02, "NAFEMS R0015, test FV12"),
+        *_rows("NAFEMS FV12 free plate", 4, FV12, found, allowed, "NAFEMS R0015, test FV12"),
         *_rows(
             "free thin plate, as FV12",
             4,
-            tuple(thin),
+            tuple(thin.tolist()),
             found,
-            3e-3,
+            (near,) * 6,
             "free square plate of Kirchhoff (Hurlebaus, Gaul and Wang 2001)",
         ),
     ]
 
 
 def tapered_membrane() -> list[Row]:
-    """FV32: 10 m long, 5 m wide where it is clamped and 1 m at the tip, in its plane."""
+    """FV32: 10 m long, 5 m wide where it is clamped and 1 m at the tip, in its plane.
+
+    Half the element size lowers modes 4 and 5 by 0.05 % and 0.1 %, the others by 0.02 % at most:
+    twice that is allowed.
+    """
     nodes, triangles = panel(
         16, 8, lambda a, b: (10.0 * a, (b - 0.5) * (5.0 - 4.0 * a), 0.0 * a), 0.15
     )
     model = shell_model(building_mesh(nodes, triangles), STEEL, THICKNESS)
     x = nodes[:, 0]
     found = model.frequencies(6, model.rows(x >= 0.0, UZ, RX, RY), model.rows(x == 0.0, UX, UY))
-    return _rows("NAFEMS FV32 membrane", 1, FV32, found, 2e-3, "NAFEMS R0015, test FV32")
+    allowed = (4e-4, 4e-4, 4e-4, 1e-3, 2e-3, 4e-4)
+    return _rows("NAFEMS FV32 membrane", 1, FV32, found, allowed, "NAFEMS R0015, test FV32")
 
 
 def _rows(
@@ -59,10 +67,10 @@ def _rows(
     first: int,
     reference: tuple[float, ...],
     found: NDArray[np.float64],
-    tolerance: float,
+    tolerances: tuple[float, ...],
     source: str,
 ) -> list[Row]:
     return [
-        Row(name, f"frequency {first + k}", float(f), float(found[k]), "Hz", tolerance, source)
-        for k, f in enumerate(reference)
+        Row(name, f"frequency {first + k}", f, float(found[k]), "Hz", tolerance, source)
+        for k, (f, tolerance) in enumerate(zip(reference, tolerances, strict=True))
     ]

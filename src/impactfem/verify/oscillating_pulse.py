@@ -70,7 +70,9 @@ def strip_pulse() -> list[Row]:
     """A simply supported strip, bent to a cylinder, under a pressure in its first mode's shape.
 
     The pressure p sin(πx/L) moves this mode alone: one equation with Mindlin's frequency, whose
-    modal mass is half of the strip's, of which the rotation of the section has a small part.
+    modal mass is half of the strip's, of which the rotation of the section has a small part. An
+    error of the frequency by mesh or step, 1e-5, grows with 2π and the six periods to 4e-4 where
+    little damps it, and does not with critical damping and above.
     """
     omega, moving = _strip()
     basis = moving.reduced(omega / (2.0 * math.pi), 20)
@@ -81,6 +83,7 @@ def strip_pulse() -> list[Row]:
         damping = Damping(alpha=ratio * omega, beta=ratio / omega)
         exact: Array = response(time, omega, ratio)
         exact /= _modal_mass(omega)
+        at_peak, anywhere = (5e-4, 1e-3) if ratio < 1.0 else (2e-4, 2e-4)
         for solver, found in (
             ("full", moving.full(pulse[:, None], time[1], damping).motion["displacement"]),
             ("reduced", basis.motion(pulse[:, None], time[1], damping)["displacement"]),
@@ -93,7 +96,7 @@ def strip_pulse() -> list[Row]:
                     float(exact[k]),
                     float(found[k, 0]),
                     "m",
-                    5e-4,
+                    at_peak,
                     SINGLE,
                 ),
                 Row(
@@ -102,7 +105,7 @@ def strip_pulse() -> list[Row]:
                     0.0,
                     apart(found[:, 0], exact),
                     "-",
-                    1e-3,
+                    anywhere,
                     SINGLE,
                     absolute=True,
                 ),

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.verify.cylinder import Cylinder, wave
-from impactfem.verify.models import fitted_order
+from impactfem.verify.models import order_at_least
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import building_mesh, panel
 from impactfem.verify.shell_model import (
@@ -35,7 +35,9 @@ def pinched_cylinder() -> list[Row]:
 
     The reference is a Fourier series without shear strains. Under a point force the displacement
     of a shear-flexible shell has no limit: each halving of the elements adds about
-    ln 2 / (2 π κ G t), 0.2 %; hence 2 %. The pressure sin(π x / L) cos 2φ has none of this.
+    ln 2 / (2 π κ G t), 0.2 %; hence 2 %. The pressure sin(π x / L) cos 2φ has none of this. Its
+    work's order is 2 at least, that of flat facets, and above it while the elements' own error, of
+    fourth order, counts.
     """
     return [_under_force(CELLS[-1]), *_under_pressure()]
 
@@ -77,15 +79,13 @@ def _under_pressure() -> list[Row]:
             1e-3,
             source,
         ),
-        Row(
+        order_at_least(
             NAME,
-            "fitted order of the work, 2 to 4",
-            3.0,
-            fitted_order(1.0 / np.array(CELLS), np.abs(found - exact)),
-            "-",
-            1.0,
+            "the work",
+            2.0,
+            1.0 / np.array(CELLS),
+            np.abs(found - exact),
             "flat facets on a curved surface: 2 at least; quadratic elements: 4",
-            absolute=True,
         ),
     ]
 

@@ -78,7 +78,7 @@ def step_pressure() -> list[Row]:
             0.0,
             apart(newmark, _centre(uniform)),
             "-",
-            1e-6,
+            1e-8,
             "the same equations in a Krylov space",
             absolute=True,
         ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from impactfem.verify.cylinder import Cylinder, weighed
-from impactfem.verify.models import fitted_order
+from impactfem.verify.models import order_at_least
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import building_mesh, panel
 from impactfem.verify.shell_model import RX, RY, RZ, UX, UY, UZ, Material, shell_model
@@ -23,7 +23,9 @@ def scordelis_lo() -> list[Row]:
 
     0.3024 is the value that elements are usually compared with (MacNeal and Harder 1985), 0.3006
     the converged one of a deep shell without shear strains. With shear strains, which soften the
-    twisted strip along the free edge, the roof is 0.3 % softer; the series says how much.
+    twisted strip along the free edge, the roof is 0.3 % softer; the series says how much. Flat
+    facets on a curved surface are of second order, quadratic elements of fourth: the work's order
+    is 2 at least, and lies between while both errors count.
     """
     found, work = zip(*(_quarter(cells) for cells in CELLS), strict=True)
     exact, exact_work = weighed(ROOF, WEIGHT)
@@ -38,15 +40,13 @@ def scordelis_lo() -> list[Row]:
         for reference, tolerance, source in references
     ]
     rows.append(
-        Row(
+        order_at_least(
             NAME,
-            "fitted order of the work of the weight, 2 to 4",
-            3.0,
-            fitted_order(1.0 / np.array(CELLS), np.abs(np.array(work) - exact_work)),
-            "-",
-            1.0,
+            "the work of the weight",
+            2.0,
+            1.0 / np.array(CELLS),
+            np.abs(np.array(work) - exact_work),
             "flat facets on a curved surface: 2 at least; quadratic elements: 4",
-            absolute=True,
         )
     )
     return rows

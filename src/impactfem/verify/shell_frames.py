@@ -28,7 +28,9 @@ def l_frame(drilling: float = 1.0) -> list[Row]:
     P (a³/3EI_b + h³/3EI_b + (a + h)/GA_s + a² h'/GJ). In the last term the arm, which turns in
     its plane, twists the vertical plate: J is that of a strip of a shear-flexible plate,
     b t³/3 (1 − tanh(q)/q), q = √10 b / (2 t), and h' = h − λ with λ = √(E t³b³ / (144 G J)), as
-    the foot cannot warp (Vlasov).
+    the foot cannot warp (Vlasov). What torsion does at the joint is not in it: there the factor of
+    the drilling stiffness, which is free, moves the tip by 0.2 % between 0.01 and 100, and half the
+    element size by 0.2 %. Hence 0.5 % across; that one mesh is much nearer is chance.
 
     Args:
         drilling: Factor of the drilling stiffness.
@@ -44,7 +46,7 @@ def l_frame(drilling: float = 1.0) -> list[Row]:
         UY: (a**3 + h**3) / (3.0 * E * Ib) + (a + h) / (SHEAR * G * S) + a**2 * twisted / (G * J),
         UZ: a**3 / (3.0 * E * In) + a**2 * h / (E * In) + a / (SHEAR * G * S) + h / (E * S),
     }
-    allowed = {UX: 1e-4, UY: 0.01, UZ: 1e-4}
+    allowed = {UX: 1e-4, UY: 5e-3, UZ: 1e-4}
 
     plates = [
         panel(60, 6, flat((0.0, 0.0, h), (0.0, b, 0.0)), 0.2),

@@ -249,7 +249,7 @@ def chain_spectra() -> list[Row]:
             reference,
             float(absolute[number]),
             "m/s2",
-            5e-8,  # of the digits printed
+            5e-8,  # five units of the ninth digit, the last that is printed
             SDLD25_SOURCE,
         )
         for number, reference in enumerate(published)

@@ -23,7 +23,6 @@ from impactfem.verify.row import Row
 
 NONE = Rayleigh(0.0, 0.0)
 ALLOWED = (
-    ("sticks.B1.effective_mass.3", 0.15),
     ("sticks.B2.effective_mass.4", 0.15),
     ("sticks.*.effective_mass.*", 0.05),
     ("sticks.*.frequency.*", 0.015),
@@ -50,7 +49,8 @@ def cantilever() -> list[Row]:
     """A prismatic cantilever of 10 storeys: tip load, and frequencies of many storeys.
 
     Tip: u = P L³/(3EI) + P L/(G A_v), the same for any number of storeys. Frequencies: the bending
-    ones of a slender Euler-Bernoulli cantilever, cos λ cosh λ = -1.
+    ones of a slender Euler-Bernoulli cantilever, cos λ cosh λ = -1, of which masses lumped at 80
+    floors take (λ/80)² or less.
     """
     section = Section(E=30e9, G=12e9, A=2.0, Avx=1.5, Avy=1.2, Ix=0.4, Iy=0.9, Iz=1.0)
     height = 30.0
@@ -96,7 +96,7 @@ def cantilever() -> list[Row]:
                 float(exact),
                 float(frequencies[number]),
                 "Hz",
-                1e-3,
+                min((root / 80.0) ** 2, 1e-3),
                 "closed form of the Euler-Bernoulli cantilever; masses lumped at the floors",
             )
         )
@@ -107,8 +107,12 @@ def paper_case() -> list[Row]:
     """The paper's case: tables 2 to 4, and three ratios that hardly depend on the motion.
 
     Table 4's third row is compared with the fourth mode: a quarter of the second moments cannot
-    raise the third frequency of building 1, 9.57 Hz, to 9.64 Hz. The accelerogram is not
-    published, so forces and accelerations themselves are no reference.
+    raise the third frequency of building 1, 9.57 Hz, to 9.64 Hz; its mass is right within 15 %. The
+    accelerogram is not published, so forces and accelerations themselves are no reference.
+
+    Tables 2 to 4 are also what the case is calibrated on, by a few numbers of the sections: these
+    rows say that so few are enough to meet all of them, and are no independent check of the model.
+    The three ratios are not among the targets.
     """
     case = load_case(shipped_case("npp_pair.toml"))
     study = run_sticks(case, lambda _: nullcontext())

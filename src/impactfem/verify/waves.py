@@ -72,14 +72,16 @@ def slab_pulses() -> list[Row]:
     u_x for the shear wave, u_y for the plate wave. So the strip is cut from a slab without end;
     with free long edges it would bend, or stretch as a bar at √(E/ρ). Drilling rotations follow
     the shear wave, θ = ½ u_y,x; their inertia slows a wave of the wavelength λ down by
-    (2π t/λ)²/96, 0.1 % here.
+    (2π t/λ)²/96, 0.1 % here, and average acceleration slows both down by 0.03 %. So 0.1 % is
+    allowed of the plate wave, 0.5 % of the shear wave, whose pulse changes its shape a little, and
+    1 % beside the two digits of the paper's 6.7 ms.
 
     The speed is the stations' distance over the delay of largest correlation.
     """
     shear, plate = (_pulse(wave) for wave in (SHEAR, PLATE))
     distance = SECOND - FIRST
     rows = []
-    for wave, (delay, peak) in ((SHEAR, shear), (PLATE, plate)):
+    for wave, (delay, peak), allowed in ((SHEAR, shear, 5e-3), (PLATE, plate, 1e-3)):
         formula = "√(G/ρ)" if wave is SHEAR else "√(E/(ρ (1 − ν²)))"
         rows += [
             Row(
@@ -88,7 +90,7 @@ def slab_pulses() -> list[Row]:
                 wave.speed,
                 distance / delay,
                 "m/s",
-                0.01,
+                allowed,
                 f"closed form: {formula}",
             ),
             Row(
@@ -97,7 +99,7 @@ def slab_pulses() -> list[Row]:
                 FORCE / (CONCRETE.rho * wave.speed * THICKNESS * WIDTH),
                 peak,
                 "m/s",
-                0.01,
+                allowed,
                 "closed form: F/(ρ c A)",
             ),
         ]
@@ -117,7 +119,7 @@ def slab_pulses() -> list[Row]:
             distance / PLATE.speed,
             plate[0],
             "s",
-            0.01,
+            1e-3,
             "closed form. The paper's load is normal to the edge: its shock crosses in this time, "
             "not in the 6.7 ms of a shear wave",
         ),
@@ -148,7 +150,7 @@ def wave_speed_order() -> list[Row]:
             4.0,
             fitted_order(PULSE / counts, np.abs(speeds / PLATE.speed - 1.0)),
             "-",
-            0.1,
+            0.05,
             "quadratic elements: twice their degree",
         ),
     ]

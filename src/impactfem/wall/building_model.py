@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,20 +16,19 @@ from impactfem.building.contact_edge import contact_edge
 from impactfem.building.edge_load import edge_load
 from impactfem.building.edge_normal import outward_normal
 from impactfem.building.floor_load import floor_load
+from impactfem.building.links import carried
 from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
+from impactfem.case.transient import SHIFT
 from impactfem.dynamics.enrichment import append_contacts
-from impactfem.dynamics.galerkin import galerkin_modes
+from impactfem.dynamics.galerkin import GalerkinModes, galerkin_modes
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.transient.archive import read_archive, write_archive
 from impactfem.transient.reduced_basis import grow_until_accurate
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-SHIFT = 30.0
-"""Frequency that the basis is expanded about [Hz]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +54,29 @@ class WallPatterns:
     push: Array
     edges: Array
     seen: scipy.sparse.csr_matrix
+
+    def carried(self, T: Any) -> WallPatterns:
+        """The columns of the building with rigid links, forces on followers on their masters.
+
+        Args:
+            T: Of `impactfem.building.links.linked`.
+        """
+        return replace(
+            self,
+            contact=_carried(T, self.contact),
+            push=carried(T, self.push[:, None])[:, 0],
+            edges=carried(T, self.edges),
+            seen=_carried(T, self.seen),
+        )
+
+
+def _carried(T: Any, columns: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
+    # One by one: all of them are too many for a dense array of the building's size.
+    found = [
+        scipy.sparse.csr_matrix(carried(T, columns[:, [k]].toarray()))
+        for k in range(columns.shape[1])
+    ]
+    return scipy.sparse.csr_matrix(scipy.sparse.hstack(found))
 
 
 def wall_patterns(
@@ -127,22 +149,30 @@ class WallModel:
         z = self.push / self.eigenvalue
         return np.asarray(displacement * z / (self.seen[:, -1] @ z), dtype=np.float64)
 
+    @property
+    def content(self) -> dict[str, Any]:
+        """Its fields by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @classmethod
+    def of_content(cls, content: Mapping[str, Any]) -> WallModel:
+        """The model with these fields, as read from an archive."""
+        values = {field.name: content[field.name] for field in fields(cls)}
+        return cls(**values | {"difference": float(values["difference"])})
+
     def write(self, path: Path, key: str) -> None:
         """Write it as NumPy's archive, in one piece.
 
         Raises:
             ImpactfemError: The file cannot be written.
         """
-        write_archive(path, key, {field.name: getattr(self, field.name) for field in fields(self)})
+        write_archive(path, key, self.content)
 
     @classmethod
     def read(cls, path: Path, key: str) -> WallModel | None:
         """The model of a file; None where there is none with this key, or it is damaged."""
         content = read_archive(path, key)
-        if content is None:
-            return None
-        values = {field.name: content[field.name] for field in fields(cls)}
-        return cls(**values | {"difference": float(values["difference"])})
+        return None if content is None else cls.of_content(content)
 
 
 def reduced_wall_model(
@@ -189,12 +219,23 @@ def reduced_wall_model(
             progress=progress,
         )
         append_contacts(basis, patterns.contact)
-        found = galerkin_modes(basis)
+        modes = galerkin_modes(basis)
+    return wall_model(modes, patterns, difference)
+
+
+def wall_model(modes: GalerkinModes, patterns: WallPatterns, difference: float) -> WallModel:
+    """The modal equations of a wall experiment. Collective.
+
+    Args:
+        modes: Modes on a basis that is complete for the contacts.
+        patterns: The columns of the experiment.
+        difference: Estimated error of the basis.
+    """
     return WallModel(
-        eigenvalue=found.eigenvalue,
-        contact=found.rows(patterns.contact),
-        push=found.rows(patterns.push[:, None])[:, 0],
-        seen=found.rows(patterns.seen),
+        eigenvalue=modes.eigenvalue,
+        contact=modes.rows(patterns.contact),
+        push=modes.rows(patterns.push[:, None])[:, 0],
+        seen=modes.rows(patterns.seen),
         floors=np.array(patterns.floors, dtype=np.int64),
         floor_of=patterns.floor_of,
         difference=difference,

@@ -72,9 +72,7 @@ def run_reduced(
         theta=theta,
         probes=model.seen,
     )
-    steps = experiment.n_t - 1
-    contact = unilateral_response(motion, experiment.gap, steps, displacement=z0, progress=progress)
-    return BuildingRun(_history(experiment, mass, model.floor_of, contact), contact)
+    return _released(motion, experiment, mass, model.floor_of, z0, progress)
 
 
 def run_full(
@@ -120,10 +118,23 @@ def run_full(
         theta=theta,
         probes=patterns.seen,
     ) as motion:
-        contact = unilateral_response(
-            motion, experiment.gap, experiment.n_t - 1, displacement=u0, progress=progress
-        )
-    return BuildingRun(_history(experiment, mass, patterns.floor_of, contact), contact)
+        return _released(motion, experiment, mass, patterns.floor_of, u0, progress)
+
+
+def _released(
+    motion: ModalMotion | FullMotion,
+    experiment: WallExperiment,
+    mass: Array,
+    floor_of: Index,
+    start: Array,
+    progress: Progress,
+) -> BuildingRun:
+    """The run from the displacement that the building is held in."""
+    steps = experiment.n_t - 1
+    contact = unilateral_response(
+        motion, experiment.gap, steps, displacement=start, progress=progress
+    )
+    return BuildingRun(_history(experiment, mass, floor_of, contact), contact)
 
 
 def _check_start(experiment: WallExperiment, floor_of: Index, displacement: Array) -> None:
