@@ -20,6 +20,9 @@ from impactfem.case import (
     load_case,
 )
 from impactfem.case.device_analysis import RigidPart
+from impactfem.case.device_matrices import DeviceMatrices
+from impactfem.case.device_support import DeviceSupport
+from impactfem.case.given_spectra import GivenSpectrum
 from impactfem.device.from_case import checked_devices, device_of, rules_of
 from impactfem.device.modes import device_modes
 from impactfem.device.rigid_response import Gupta, LindleyYow
@@ -157,6 +160,8 @@ def test_rules() -> None:
         missing_mass=False,
         maximum_frequency=200.0,
         directions="100-40-40",
+        displacements="abs",
+        whole="abs",
     )
 
 
@@ -239,3 +244,78 @@ def test_indefinite_mass(setup: Callable[..., DeviceSetup]) -> None:
     body = {"mass": 100.0, "mass_height": 0.0, "inertia": (1.0, 1.0, 1.0)}
     with pytest.raises(ImpactfemError, match="its mass is indefinite"):
         device_of(setup(**of_modes(row, **body)))
+
+
+def pipe(**keys: Any) -> DeviceSetup:
+    """500 kg between two anchors, 14.2 Hz."""
+    k = ((3e6, -3e6, 0.0), (-3e6, 4e6, -1e6), (0.0, -1e6, 1e6))
+    given: dict[str, Any] = {
+        "name": "pipe",
+        "supports": (
+            DeviceSupport(point=(1.0, 2.0, 3.0), radius=0.5),
+            DeviceSupport(point=(1.0, 2.0, 6.0), radius=0.5),
+        ),
+        "modes": None,
+        "matrices": DeviceMatrices(
+            names=("1.y", "tip", "2.y"),
+            mass=((0.0,) * 3, (0.0, 500.0, 0.0), (0.0,) * 3),
+            stiffness=k,
+        ),
+        "damping": LIGHT,
+        "floor": 1,
+    }
+    return DeviceSetup(**given | keys)
+
+
+def test_matrices_on_two_supports() -> None:
+    device = device_of(pipe())
+    assert device.anchors == 2 and device.motions == ("tip",)
+    assert device.r[0, [1, 7]] == pytest.approx([0.75, 0.25])
+    assert device_modes(device).frequency[0] == pytest.approx(
+        math.sqrt(4e6 / 500.0) / (2 * math.pi)
+    )
+
+
+def test_matrices_that_hold_the_ground_are_refused(paper: Case) -> None:
+    k = ((3e6, -3e6, 0.0), (-3e6, 4e6, -1e6), (0.0, -1e6, 2e6))
+    held = DeviceMatrices(names=("1.y", "tip", "2.y"), mass=((1.0,) * 3,) * 3, stiffness=k)
+    mass = ((0.0,) * 3, (0.0, 500.0, 0.0), (0.0,) * 3)
+    wrong = paper.model_copy(
+        update={"devices": (pipe(matrices=held.model_copy(update={"mass": mass})),)}
+    )
+    with pytest.raises(InputError, match="resists a translation of all of them along y"):
+        checked_devices(wrong)
+    assert len(checked_devices(paper.model_copy(update={"devices": (pipe(),)}))) == 1
+
+
+def given(support: int, *frequency: float) -> GivenSpectrum:
+    return GivenSpectrum(
+        support=support,
+        direction="y",
+        damping=0.0223,
+        frequency=frequency,
+        acceleration=(5.0,) * len(frequency),
+    )
+
+
+def test_given_spectra_must_reach_the_modes(paper: Case) -> None:
+    def with_spectra(*spectra: GivenSpectrum) -> Case:
+        return paper.model_copy(update={"devices": (pipe(spectra=spectra),)})
+
+    damping = device_modes(device_of(pipe())).damping[0]
+    reaching = [given(k, 1.0, 50.0).model_copy(update={"damping": damping}) for k in (1, 2)]
+    assert len(checked_devices(with_spectra(*reaching))) == 1
+    far = [given(k, 20.0, 50.0).model_copy(update={"damping": damping}) for k in (1, 2)]
+    with pytest.raises(InputError) as caught:
+        checked_devices(with_spectra(*far))
+    (fault,) = caught.value.faults
+    assert fault.key == "devices[0].spectra"
+    assert "begins at 20 Hz and does not reach the mode at 14.2" in fault.expected
+    # Below the mode at 14.2 Hz: the end of one is flat, that of the other still rises.
+    flat = [one.model_copy(update={"frequency": (1.0, 10.0)}) for one in reaching]
+    assert len(checked_devices(with_spectra(*flat))) == 1
+    steep = [one.model_copy(update={"acceleration": (2.0, 5.0)}) for one in flat]
+    with pytest.raises(InputError, match=r"ends at 10 Hz, where it is not flat yet, and does not"):
+        checked_devices(with_spectra(*steep))
+    with pytest.raises(InputError, match="expected dampings on both sides of the modes'"):
+        checked_devices(with_spectra(given(1, 1.0, 50.0).model_copy(update={"damping": 0.5})))

@@ -5,24 +5,27 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from impactfem.equipment.analysis import SpectrumChoice
 from impactfem.equipment.ordinates import ordinate_variables
+from impactfem.equipment.spectrum_choice import SpectrumChoice
+from impactfem.equipment.support import Support
 
 PLAIN = SpectrumChoice("srss", rotations=False, broadened=False)
+PUMP = Support(0, 1, "pump", several=False)
 TURNED = SpectrumChoice("srss", rotations=True, broadened=False)
 
 
 def response(**ordinates):
-    columns = {"x": 0, "y": 1, "rx": 3}
+    columns = {"x": 0, "y": 1, "rx": 3, "second_y": 7}
     return SimpleNamespace(
         inputs=[SimpleNamespace(ordinate=np.array(values)) for values in ordinates.values()],
         columns=[columns[name] for name in ordinates],
     )
 
 
-def result(factor, *ordinates):
+def result(factor, *ordinates, support=PUMP):
     y, rx = (factor * np.array(values) for values in ordinates)
-    return SimpleNamespace(by_spectrum={PLAIN: response(y=y), TURNED: response(y=y, rx=rx)})
+    by_spectrum = {PLAIN: response(y=y, second_y=rx), TURNED: response(y=y, rx=rx)}
+    return SimpleNamespace(support=support, by_spectrum=by_spectrum)
 
 
 def study():
@@ -46,6 +49,15 @@ def test_ordinates_by_component_and_mode():
     # Beyond the modes of a device, and of what is no input.
     assert values[0, 1, 1, 1] == pytest.approx([70.0, np.nan, np.nan], nan_ok=True)
     assert np.isnan(values[..., [0, 2, 4, 5], :]).all()
+
+
+def test_each_of_two_anchors_has_its_own():
+    first, second = (Support(0, k, f"pipe_{k}", several=True) for k in (1, 2))
+    one = result(1.0, [1.0], [4.0], support=first)
+    other = result(1.0, [1.0], [4.0], support=second)
+    cases = [SimpleNamespace(no_impact=[one, other], impact=[one, other])]
+    values = ordinate_variables(cases, PLAIN, 1)["mode_psa"][1][0, 0, :, :, 0]
+    assert values[0, 1] == 1.0 and values[1, 1] == 4.0 and np.isfinite(values).sum() == 2
 
 
 def test_without_rotations():

@@ -13,16 +13,20 @@ LARGEST_IMBALANCE = 1e-6
 """How far inertia forces and spring forces may differ, of the largest force or moment."""
 
 
-def base_imbalance(device: Device, inertia: Array, springs: Array) -> float:
+def base_imbalance(
+    device: Device, inertia: Array, springs: Array, acceleration: Array | None = None
+) -> float:
     """Compare the force on the anchors by the device's inertia with that in its springs.
 
-    Only along components in which nothing is blocked, where M r = L and rᵀ L = J: a blocked motion
-    hands its force on without a spring.
+    Only along components in which nothing is blocked, where M r = L: a blocked motion hands its
+    force on without a spring. Masses that sit on the anchors, J - rᵀ L, press on them without a
+    spring, too, by -(J - rᵀ L) ä; without ä components with such masses are left out.
 
     Args:
         device: The device.
         inertia: -Lᵀ ẍ - J ä, with any drag, shape (6 p, n_t) [N, N m].
         springs: rᵀ (K x + C ẋ), same shape.
+        acceleration: ä, absolute, same shape [m/s2, rad/s2].
 
     Returns:
         The largest difference over the largest force, or of moments over the largest moment [-];
@@ -30,9 +34,13 @@ def base_imbalance(device: Device, inertia: Array, springs: Array) -> float:
     """
     size = np.max(np.abs(device.L), axis=0)
     same = np.max(np.abs(device.M @ device.r - device.L), axis=0) <= 1e-9 * size
-    carried = np.einsum("ij,ij->j", device.r, device.L)
-    same &= np.abs(carried - np.diag(device.J)) <= 1e-9 * np.diag(device.J)
-    same &= np.diag(device.J) > 0.0
+    carried = device.r.T @ device.L
+    if acceleration is None:
+        whole = np.diag(device.J)
+        same &= np.abs(np.diag(carried) - whole) <= 1e-9 * whole
+    else:
+        springs = springs - (device.J - carried) @ acceleration
+    same &= np.diag(carried) > 0.0
     if not np.any(same):
         return float("nan")
     worst = 0.0

@@ -128,6 +128,26 @@ class Device:
             )
         return 6 * (anchor - 1) + COMPONENTS.index(component)
 
+    def refuse_held_ground(self) -> None:
+        """Refuse a stiffness between anchors that resists a translation of all of them.
+
+        Displacements of the ground are not known, and need not be where it does not.
+
+        Raises:
+            ImpactfemError: It does; names the direction.
+        """
+        K_a = self.anchor_stiffness
+        if K_a is None:
+            return
+        held = np.abs(K_a @ np.tile(np.eye(6, 3), (self.anchors, 1))).max(axis=0)
+        wrong = np.flatnonzero(held > 1e-8 * np.max(np.abs(K_a)))
+        if wrong.size:
+            along = ", ".join(COMPONENTS[c] for c in wrong)
+            raise self.error(
+                "the stiffness between its anchors resists a translation of all of them along"
+                f" {along}; expected one that leaves it free"
+            )
+
     def error(self, text: str) -> ImpactfemError:
         """An error that names the device."""
         return ImpactfemError(f"device {self.name}: {text}")

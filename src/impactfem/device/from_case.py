@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from impactfem.case import Case, DeviceAnalysis, DeviceBeam, DeviceSetup
 from impactfem.case.device_stiffness import RIGID, Rigid
 from impactfem.device.beam import Beam
@@ -11,11 +13,14 @@ from impactfem.device.body import Body, solid_cylinder
 from impactfem.device.combination import Combination
 from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
+from impactfem.device.from_matrices import from_matrices
 from impactfem.device.from_modes import TableMode, from_modes
+from impactfem.device.given import given_spectra, refuse_open_ends
 from impactfem.device.modes import device_modes
 from impactfem.device.on_springs import on_springs
 from impactfem.device.rigid_response import Gupta, LindleyYow, RigidResponse
 from impactfem.device.rules import Rules
+from impactfem.device.spectrum_analysis import spectrum_analysis
 from impactfem.device.springs import COMPONENTS, BaseSprings
 from impactfem.errors import Fault, ImpactfemError, InputError
 
@@ -28,7 +33,8 @@ def device_of(setup: DeviceSetup) -> Device:
 
     Raises:
         ImpactfemError: Its stiffness leaves a motion free, or its mass is indefinite.
-        ValueError: It has neither modes nor a body on springs: it was made without validation.
+        ValueError: It has no modes, no matrices and no body on springs: it was made without
+            validation.
     """
     damping = 0.0 if setup.damping is None else Rayleigh(*setup.damping.coefficients)
     body = _body(setup)
@@ -44,6 +50,16 @@ def device_of(setup: DeviceSetup) -> Device:
             for row in setup.modes
         ]
         return from_modes(setup.name, rows, damping, body)
+    if setup.matrices is not None:
+        return from_matrices(
+            setup.name,
+            np.array(setup.matrices.mass),
+            np.array(setup.matrices.stiffness),
+            setup.matrices.anchored,
+            damping,
+            anchors=len(setup.anchors),
+            motions=setup.matrices.own,
+        )
     if body is None or setup.stiffness is None:
         raise ValueError(f"device {setup.name} has no body, or no springs")
     springs = BaseSprings.of_directions(
@@ -67,6 +83,8 @@ def rules_of(analysis: DeviceAnalysis, maximum_frequency: float) -> dict[Combina
             missing_mass=analysis.missing_mass,
             maximum_frequency=maximum_frequency,
             directions=analysis.directions,
+            displacements=analysis.displacements,
+            whole=analysis.displacements,
         )
         for combination in analysis.combination
     }
@@ -87,13 +105,19 @@ def checked_devices(case: Case) -> list[Device]:
     faults: list[Fault] = []
     devices = []
     for index, setup in enumerate(case.devices):
+        key = f"devices[{index}]"
         try:
             device = device_of(setup)
+            device.refuse_held_ground()
             _refuse_modes(device, setup, case.device_analysis)
         except ImpactfemError as error:
-            faults.append(Fault(case.path, f"devices[{index}]", setup.name, str(error)))
-        else:
-            devices.append(device)
+            faults.append(Fault(case.path, key, setup.name, str(error)))
+            continue
+        devices.append(device)
+        try:
+            _refuse_spectra(device, setup, case.device_analysis)
+        except ImpactfemError as error:
+            faults.append(Fault(case.path, f"{key}.spectra", None, str(error)))
     if faults:
         raise InputError(faults)
     return devices
@@ -114,6 +138,16 @@ def _refuse_modes(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis |
         )
     if "cqc" in analysis.combination and not (used.damping > 0.0).all():
         raise device.error("a mode without damping; expected another combination than 'cqc'")
+
+
+def _refuse_spectra(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis | None) -> None:
+    """Refuse given spectra that do not reach a mode, or know nothing of its damping."""
+    if setup.spectra is None or analysis is None:
+        return
+    given = given_spectra(setup.spectra)
+    refuse_open_ends(device, device_modes(device).below(setup.maximum_frequency), given)
+    for rules in rules_of(analysis, setup.maximum_frequency).values():
+        spectrum_analysis(device, given, rules)
 
 
 def _body(setup: DeviceSetup) -> Body | None:

@@ -154,14 +154,7 @@ def _part(one: MountedDevice) -> tuple[Array, Array, Array, Array]:
         none = np.zeros_like(J)
         return J, none, none, np.zeros((0, 0))
     device = one.device
-    K_a = device.anchor_stiffness
-    # Displacements of the ground are not known, and need not be where K_a holds nothing but the
-    # anchors against each other.
-    if K_a is not None and np.max(np.abs(K_a @ one.ground)) > 1e-8 * np.max(np.abs(K_a)):
-        raise one.error(
-            "the stiffness between its anchors resists a translation of all of them; expected one"
-            " that leaves it free"
-        )
+    device.refuse_held_ground()
     φ = natural_modes(device.M, device.K)[1]
     if device.dampers is not None and _damps_the_massless(device, device.dampers):
         raise one.error(

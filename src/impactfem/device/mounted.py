@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from impactfem.device.balance import LARGEST_IMBALANCE, base_imbalance
 from impactfem.device.body import Body
-from impactfem.device.interface import MountedDevice, interface_of
+from impactfem.device.interface import Interface, MountedDevice, interface_of
 from impactfem.device.mounted_march import March, march
 from impactfem.dynamics.energy import Energy
 from impactfem.errors import ImpactfemError, SolutionError
@@ -156,6 +156,26 @@ def mounted_response(
     found = march(
         structure.eigenvalue, damping, loads, interface, ground, time_step / substeps, substeps
     )
+    time = np.arange(len(ground), dtype=np.float64) * time_step
+    histories = mounted_histories(devices, interface, found, ground)
+    return MountedResponse(time=np.asarray(time), devices=histories, energy=found.energy)
+
+
+def mounted_histories(
+    devices: Sequence[MountedDevice], interface: Interface, found: March, ground: Array
+) -> tuple[MountedHistory, ...]:
+    """The devices one by one, from the motion of their interface with a structure.
+
+    Args:
+        devices: The devices.
+        interface: Their interface.
+        found: Its motion, and the energies of structure and devices.
+        ground: Acceleration of the ground at the same times, shape (n_t, 3) [m/s2].
+
+    Raises:
+        SolutionError: The motion is not finite, the energies do not balance, or action and reaction
+            at a base differ.
+    """
     # Checked before energies and forces are compared: comparisons with nan are false.
     if not (np.all(np.isfinite(found.force)) and np.all(np.isfinite(found.acceleration))):
         raise SolutionError("the response of the structure with its devices is not finite")
@@ -164,14 +184,12 @@ def mounted_response(
             f"the energies of the structure with its devices are out of balance by"
             f" {found.energy.residual:.1e} of what came in"
         )
-    histories = tuple(
+    return tuple(
         _history(one, found, ground, a, m, φ)
         for one, a, m, φ in zip(
             devices, interface.anchors, interface.modes, interface.own, strict=True
         )
     )
-    time = np.arange(len(ground), dtype=np.float64) * time_step
-    return MountedResponse(time=np.asarray(time), devices=histories, energy=found.energy)
 
 
 def _history(
@@ -196,7 +214,7 @@ def _history(
         alpha = device.drag_coefficient() if one.drag else 0.0
         springs = device.r.T @ (device.K @ x + (device.C - alpha * device.M) @ v)
         between = 0.0 if device.anchor_stiffness is None else device.anchor_stiffness @ moved
-        imbalance = base_imbalance(device, force + between, springs)
+        imbalance = base_imbalance(device, force + between, springs, None if one.drag else a)
         if imbalance > LARGEST_IMBALANCE:
             raise SolutionError(
                 f"mounted device {one.name}: the force in its springs differs from its inertia"

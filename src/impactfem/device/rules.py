@@ -24,6 +24,7 @@ class Rules:
         rotations: Combination of a rotation with the translation it comes with.
         directions: Combination of these pairs.
         displacements: Combination of the displacements of the anchors.
+        whole: Combination of these with all the rest: "srss" or "abs".
     """
 
     modes: Combination = "cqc"
@@ -35,3 +36,4 @@ class Rules:
     rotations: InputRule = "srss"
     directions: InputRule = "srss"
     displacements: InputRule = "srss"
+    whole: InputRule = "srss"

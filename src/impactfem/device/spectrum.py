@@ -198,8 +198,9 @@ class AnchorSpectrum:
         if np.any(beyond):
             last = self.psa[:, -1]
             if np.any(np.abs(last - self.zpa) > ZPA_TOLERANCE * self.zpa):
+                off = last[np.argmax(np.abs(last - self.zpa))]
                 raise ImpactfemError(
-                    f"the {self.label} ends at {self.frequency[-1]:g} Hz with {np.max(last):.4g},"
+                    f"the {self.label} ends at {self.frequency[-1]:g} Hz with {off:.4g},"
                     f" which is not its zero-period acceleration {self.zpa:.4g}, and does not reach"
                     f" the mode at {np.max(f):.4g} Hz; expected a spectrum that goes further, or a"
                     " maximum frequency of the modes"
@@ -214,7 +215,9 @@ class AnchorSpectrum:
         try:
             ordinates = interpolate_damping(self.damping, family, damping)
         except ImpactfemError as error:
-            raise ImpactfemError(f"the {self.label}: {error}") from error
+            raise ImpactfemError(
+                f"the {self.label}: {error}; expected dampings on both sides of the modes'"
+            ) from error
         return np.where(beyond, np.maximum(self.zpa, ordinates), ordinates), notes
 
     def curve(self, damping: float) -> Array:
@@ -231,6 +234,7 @@ class AnchorSpectrum:
         if np.isnan(found):
             raise ImpactfemError(
                 f"the {self.label} ends at {self.frequency[-1]:g} Hz, before it comes down to its"
-                f" zero-period acceleration {self.zpa:.4g}"
+                f" zero-period acceleration {self.zpa:.4g}; expected one that goes further, or the"
+                " frequency from which on modes are rigid"
             )
         return found

@@ -17,7 +17,7 @@ With the rigid parts α_i of the modes (:mod:`impactfem.device.rigid_response`),
 (US NRC Regulatory Guide 1.92, revision 2). The same component of several anchors is combined first
 (with its sign, before (3), when they move together), then rotations with the translation they come
 with, then directions. Displacements Δ of the anchors against each other, e Δ, are combined on their
-own and then with the rest by the root of the squares.
+own and then with the rest, by the root of the squares or as absolute values.
 """
 
 from __future__ import annotations
@@ -119,6 +119,7 @@ def spectrum_analysis(
         inertial=combine_inputs(np.stack(planes), rules.directions),
         displacement=combine_inputs(np.stack(shifts), rules.displacements),
         notes=tuple(notes),
+        whole=rules.whole,
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from impactfem.device.directions import InputRule, combine_inputs
 from impactfem.device.modes import DeviceModes
 from impactfem.device.quantity import Quantities
 from impactfem.device.spectrum import AnchorSpectrum
@@ -65,6 +66,7 @@ class SpectrumResponse:
         inertial: All components combined, shape (n_q,).
         displacement: Of the displacements of the anchors against each other, shape (n_q,).
         notes: What was assumed, in words.
+        whole: Combination of the last two parts: "srss" or "abs".
     """
 
     device: str
@@ -76,11 +78,12 @@ class SpectrumResponse:
     inertial: Array
     displacement: Array
     notes: tuple[str, ...]
+    whole: InputRule = "srss"
 
     @property
     def total(self) -> Array:
-        """Inertial part and displacements of the anchors, √(R² + R_Δ²), shape (n_q,)."""
-        return np.asarray(np.hypot(self.inertial, self.displacement), dtype=np.float64)
+        """Inertial part and displacements of the anchors, √(R² + R_Δ²) or R + R_Δ, shape (n_q,)."""
+        return combine_inputs(np.stack([self.inertial, self.displacement]), self.whole)
 
     def value(self, name: str) -> float:
         """The total of one quantity.

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.device.springs import COMPONENTS
-from impactfem.equipment.analysis import DeviceResult, SpectrumChoice
-from impactfem.equipment.stage import DampedStudy
+from impactfem.equipment.analysis import DeviceResult
+from impactfem.equipment.damping_study import DampedStudy
+from impactfem.equipment.spectrum_choice import SpectrumChoice
 
 Array = NDArray[np.float64]
 Variables = dict[str, tuple[Any, ...]]
@@ -28,7 +29,8 @@ def ordinate_variables(
 
     Returns:
         By name: dimensions, values and attributes. Nan where a component of the anchor does not
-        move or is no input; 0 where it moves, but not the mode.
+        move or is no input; 0 where it moves, but not the mode. Of each of several anchors, its
+        own.
     """
     values = [
         [[_of(result, choice, modes) for result in load] for load in (one.no_impact, one.impact)]
@@ -47,6 +49,8 @@ def ordinate_variables(
 def _of(result: DeviceResult, choice: SpectrumChoice, modes: int) -> Array:
     found = np.full((len(COMPONENTS), modes), np.nan)
     response = result.by_spectrum[choice]
+    first = result.support.rows.start
     for one, column in zip(response.inputs, response.columns, strict=True):
-        found[column, : one.ordinate.size] = one.ordinate
+        if first <= column < first + len(COMPONENTS):
+            found[column - first, : one.ordinate.size] = one.ordinate
     return found

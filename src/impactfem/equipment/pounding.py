@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from impactfem.case import Case, DampingCase, KelvinVoigtLaw
 from impactfem.motion.from_case import GroundMotion
 from impactfem.sticks.calibration import Calibration
 from impactfem.sticks.force_history import ForceHistory
-from impactfem.sticks.from_case import system_of
-from impactfem.sticks.pounding import interpolate_ground, simulate
+from impactfem.sticks.pounded import pounded
 
 
-def damped_case(case: Case, damping: DampingCase, epsilon: float | None) -> Case:
+def damped_case(
+    case: Case,
+    damping: DampingCase,
+    epsilon: float | None,
+    laws: Collection[str] = (),
+) -> Case:
     """The case with another damping of all buildings, and another restitution.
 
     The contact stiffness stays (paper, section 5.3).
@@ -19,13 +25,16 @@ def damped_case(case: Case, damping: DampingCase, epsilon: float | None) -> Case
         case: The case.
         damping: The damping case.
         epsilon: Restitution of its Kelvin-Voigt laws; they keep theirs when None.
+        laws: Names of those that it is for; all of them when empty.
     """
     buildings = tuple(b.model_copy(update={"damping": damping}) for b in case.buildings)
     update: dict[str, object] = {"buildings": buildings}
     if epsilon is not None:
         given = {"restitution": epsilon, "damping_ratio": None}
         update["contact_laws"] = {
-            name: law.model_copy(update=given) if isinstance(law, KelvinVoigtLaw) else law
+            name: law.model_copy(update=given)
+            if isinstance(law, KelvinVoigtLaw) and (not laws or name in laws)
+            else law
             for name, law in case.contact_laws.items()
         }
     return case.model_copy(update=update)
@@ -48,13 +57,4 @@ def impact_forces(
     Raises:
         SolutionError: The contact forces do not converge, or lagged ones create energy.
     """
-    system = system_of(case, calibration)
-    dt = case.pounding.time_step
-    along = [
-        ("xyz".index(m.direction), m.accelerogram.time_step, m.accelerogram.acceleration)
-        for m in motions
-    ]
-    ground = interpolate_ground(along, dt, int(duration / dt) + 2)
-    response = simulate(system, ground, dt, update=case.pounding.update)
-    names = tuple(pair.name for pair in system.pairs)
-    return ForceHistory(response.time, names, response.force)
+    return ForceHistory.of_response(pounded(case, calibration, motions, duration))

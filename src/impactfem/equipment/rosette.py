@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,13 +10,16 @@ from numpy.typing import NDArray
 
 from impactfem.building.links import RigidLink
 from impactfem.building.mesh import BuildingMesh
-from impactfem.errors import SolutionError
+from impactfem.case import Case
+from impactfem.errors import Fault, InputError, SolutionError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 LEVEL = 0.05
 """How far from a floor's level an anchor may be [m]."""
+INSIDE = 1e-6
+"""How far outside a triangle a point may be that is on its edge, of the triangle's heights."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +73,8 @@ def find_rosette(
         radius: Of the rosette [m].
 
     Raises:
-        SolutionError: The anchor is on no floor, or no node of the floor is within the radius: it
-            stands over a hole, or beside the slab, or the mesh is too coarse.
+        SolutionError: The anchor is on no floor, over a hole of it or beside its slab; or no node
+            of the floor is within the radius.
     """
     at = np.array(point, dtype=np.float64)
     floor = min(mesh.elevations, key=lambda k: abs(mesh.elevations[k] - at[2]))
@@ -82,6 +86,11 @@ def find_rosette(
     slab = mesh.triangles[mesh.triangles_of("floor", floor)]
     flat = slab[np.ptp(mesh.nodes[slab[:, :3], 2], axis=1) < 1e-6]
     nodes = np.unique(flat)
+    if not _on_slab(mesh.nodes[flat[:, :3], :2], at[:2]):
+        raise SolutionError(
+            f"device {name}: its anchor at ({at[0]:g}, {at[1]:g}) m stands over a hole of floor "
+            f"{floor}, or beside its slab; expected a point on the slab"
+        )
     away = np.linalg.norm(mesh.nodes[nodes, :2] - at[:2], axis=1)
     within = nodes[away <= radius * (1.0 + 1e-9)]
     master = int(nodes[np.argmin(away)])
@@ -90,8 +99,7 @@ def find_rosette(
         raise SolutionError(
             f"device {name}: no node of floor {floor} is within {radius:g} m of its anchor at "
             f"({at[0]:g}, {at[1]:g}) m; the nearest one, at ({x:.4g}, {y:.4g}, {z:.4g}) m, is "
-            f"{away.min():.3g} m away: the anchor stands over a hole or beside the slab, or the "
-            "mesh is too coarse for the radius"
+            f"{away.min():.3g} m away: the mesh is too coarse for the radius"
         )
     return Rosette(
         name=name,
@@ -101,3 +109,59 @@ def find_rosette(
         followers=np.asarray(within[within != master], dtype=np.int64),
         offset=at - mesh.nodes[master],
     )
+
+
+def _on_slab(corners: Array, at: Array) -> bool:
+    """Whether a point is in one of the triangles, corners of shape (n, 3, 2), or on their edges."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+
+    def turned(one: Array, other: Array) -> Array:
+        return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0], dtype=np.float64)
+
+    # Of each triangle, the parts that the point and two of the corners make.
+    area = turned(b - a, c - a)
+    parts = np.stack([turned(q - p, at - p) for p, q in ((a, b), (b, c), (c, a))]) / area
+    return bool(np.any(parts.min(axis=0) >= -INSIDE))
+
+
+def find_rosettes(case: Case, mesh: BuildingMesh) -> tuple[Rosette, ...]:
+    """Find the nodes of every anchor of every device, as above.
+
+    Args:
+        case: The case.
+        mesh: The mesh.
+
+    Raises:
+        InputError: Anchors are on no node of a floor, or two tie the same nodes; all of them.
+    """
+    faults: list[Fault] = []
+    rosettes: list[Rosette] = []
+    for index, device in enumerate(case.devices):
+        for number, anchor in enumerate(device.anchors, 1):
+            key, name = f"devices[{index}]", device.name
+            if device.supports:
+                key, name = f"{key}.supports[{number - 1}]", f"{name}, support {number}"
+            try:
+                rosette = find_rosette(mesh, name, anchor.point, anchor.radius)
+            except SolutionError as error:
+                faults.append(Fault(case.path, f"{key}.point", anchor.point, str(error)))
+                continue
+            shared = _shared(rosette, rosettes)
+            if shared is not None:
+                faults.append(Fault(case.path, f"{key}.radius", anchor.radius, shared))
+            rosettes.append(rosette)
+    if faults:
+        raise InputError(faults)
+    return tuple(rosettes)
+
+
+def _shared(one: Rosette, rosettes: Sequence[Rosette]) -> str | None:
+    """What is wrong with a rosette that ties a node of another one, which cannot follow both."""
+    for other in rosettes:
+        if np.intersect1d(one.nodes, other.nodes).size:
+            apart = float(np.linalg.norm(one.point - other.point))
+            return (
+                f"the anchors of {other.name} and {one.name} are {apart:.3g} m apart and tie the "
+                f"same nodes of floor {one.floor}; expected smaller radii, or anchors further apart"
+            )
+    return None

@@ -1,10 +1,11 @@
 """The store of the stage: `device.nc`.
 
-Dimensions: `case` (damping cases, the building's own first), `impact` (without, with), `device`,
-`time`, `component` (x, y, z, rx, ry, rz), `choice` (response spectrum analyses), `frequency` and
-`mode` (of the devices; values beyond a device's modes are nan). Forces are those of the device on
-the floor; accelerations are absolute; `anchor_acceleration` is that of the anchor without the
-device. `equipment.drawing` and `equipment.ordinates` say what else there is.
+Dimensions: `case` (damping cases, the building's own first), `impact` (without, with), `device`
+(each of several anchors of one counts: `pipe_1`, `pipe_2`), `time`, `component` (x, y, z, rx, ry,
+rz), `choice` (response spectrum analyses), `frequency` and `mode` (of the devices; values beyond a
+device's modes are nan). Forces are those of the device on the floor; accelerations are absolute;
+`anchor_acceleration` is that of the anchor without the device. `equipment.drawing` and
+`equipment.ordinates` say what else there is.
 """
 
 from __future__ import annotations
@@ -20,10 +21,11 @@ from numpy.typing import NDArray
 from impactfem.device.modes import device_modes
 from impactfem.device.springs import COMPONENTS
 from impactfem.equipment.analysis import DeviceResult
+from impactfem.equipment.damping_study import DampedStudy, DeviceStudy
 from impactfem.equipment.drawing import drawing_variables
 from impactfem.equipment.ordinates import ordinate_variables
 from impactfem.equipment.scalars import device_scalars, headline
-from impactfem.equipment.stage import DampedStudy, DeviceStudy
+from impactfem.equipment.spectrum_choice import SpectrumChoice
 from impactfem.files import write_netcdf
 from impactfem.scalar import to_json
 
@@ -44,18 +46,20 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         ImpactfemError: The file cannot be written.
     """
     cases, prepared = study.cases, study.prepared
-    choices = list(cases[0].impact[0].by_spectrum)
+    choices = _choices(study)
     best = headline(study)
     turned = replace(best, rotations=True)
     modes = _modes(study)
-    names = [device.name for device in prepared.devices]
+    names = [support.name for support in study.supports]
+    setups = [study.case.devices[support.device] for support in study.supports]
+    devices = [prepared.devices[support.device] for support in study.supports]
     dataset = xr.Dataset(
         {
             **_results(study),
             **_analyses(study),
             **modes,
             **_cases(cases),
-            **drawing_variables(study.case.devices, prepared.devices),
+            **drawing_variables(setups, devices),
             **ordinate_variables(
                 cases,
                 turned if turned in choices else best,
@@ -86,6 +90,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
             "scalars": to_json(device_scalars(study)),
             "building": study.case.structure.building if study.case.structure else "",
             "shown_direction": "xyz"[study.direction],
+            "solver": "reduced" if study.full_error is None else "full",
             "headline": best.label,
             "notes": _notes(study),
         },
@@ -104,6 +109,12 @@ def _notes(study: DeviceStudy) -> str:
             for note in analysis.notes
         )
     )
+
+
+def _choices(study: DeviceStudy) -> list[SpectrumChoice]:
+    """The analyses that were done of any device, in their order."""
+    done = [choice for one in study.cases[0].impact for choice in one.by_spectrum]
+    return list(dict.fromkeys(done))
 
 
 def _each(study: DeviceStudy, of: Any) -> Array:
@@ -136,26 +147,27 @@ def _results(study: DeviceStudy) -> Variables:
 
 
 def _analyses(study: DeviceStudy) -> Variables:
-    choices = list(study.cases[0].impact[0].by_spectrum)
+    choices = _choices(study)
     words = [f"force {c}" for c in COMPONENTS[:3]] + [f"moment {c[1]}" for c in COMPONENTS[3:]]
 
     def values(result: DeviceResult) -> Array:
-        return np.array([[result.by_spectrum[c].value(word) for word in words] for c in choices])
+        return np.array([[result.value(c, word) for word in words] for c in choices])
 
     return {
         "spectrum_force": (
             ("case", "impact", "device", "choice", "component"),
             _each(study, values),
-            {"units": "N", "note": "N m for rx, ry, rz; by response spectrum analysis"},
+            {
+                "units": "N",
+                "note": "N m for rx, ry, rz; by response spectrum analysis; nan where not done",
+            },
         )
     }
 
 
 def _modes(study: DeviceStudy) -> Variables:
-    found = [
-        device_modes(device).below(next(iter(rules.values())).maximum_frequency)
-        for device, rules in zip(study.prepared.devices, study.prepared.rules, strict=True)
-    ]
+    plans = [study.prepared.plans[support.device] for support in study.supports]
+    found = [device_modes(plan.device).below(plan.maximum_frequency) for plan in plans]
     most = max(modes.frequency.size for modes in found)
 
     def padded(rows: list[Array]) -> Array:
@@ -169,7 +181,11 @@ def _modes(study: DeviceStudy) -> Variables:
         ),
         "mode_damping": (("device", "mode"), padded([m.damping for m in found]), {"units": "1"}),
     }
-    masses = np.stack([padded([m.effective_mass[c] for m in found]) for c in range(6)], axis=1)
+    own = [
+        modes.effective_mass[support.rows]
+        for modes, support in zip(found, study.supports, strict=True)
+    ]
+    masses = np.stack([padded([mass[c] for mass in own]) for c in range(6)], axis=1)
     variables["effective_mass"] = (
         ("device", "component", "mode"),
         masses,

@@ -13,25 +13,32 @@ from numpy.typing import NDArray
 
 from impactfem.building.edge_load import edge_load
 from impactfem.building.edge_normal import outward_normal
-from impactfem.building.links import linked
+from impactfem.building.links import carried, linked
 from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
+from impactfem.case.transient import SHIFT
 from impactfem.dynamics.enrichment import append_contacts, append_responses
 from impactfem.dynamics.galerkin import GalerkinModes, galerkin_modes
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.dynamics.reduced import ReducedModel
+from impactfem.equipment.covered_points import moving_node, point_rows
 from impactfem.equipment.rosette import Rosette
 from impactfem.transient.archive import read_archive, write_archive
 from impactfem.transient.loads import Loads
 from impactfem.transient.reduced_basis import grow_until_accurate
-from impactfem.wall.building_model import WallModel, WallPatterns, wall_patterns
+from impactfem.wall.building_model import (
+    WallModel,
+    WallPatterns,
+    wall_model,
+    wall_patterns,
+)
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-SHIFT = 30.0
-"""Frequency that the basis is expanded about [Hz]."""
+OF_WALL = "wall."
+"""Begins the names of the wall's fields in an archive."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,13 +65,10 @@ class StudyModel:
         ground: b of a unit ground acceleration along x, y, z, shape (r, 3).
         floors: Numbers of the floors with an edge, shape (n_floors,).
         edges: b of 1 N on the edge of each, into the building, shape (r, n_floors).
-        anchors: Φ of the anchors' six components, shape (n_devices, 6, r).
-        contact: Γ of the wall, shape (r, m); m = 0 without a wall.
-        push: b of the push of the wall experiment, shape (r,).
-        seen: Of the wall experiment, shape (r, n + 1).
-        wall_floors: Floors that may hit the wall, shape (n,).
-        floor_of: Index into `wall_floors` of each constraint, shape (m,).
+        anchors: Φ of the anchors' six components, shape (n_anchors, 6, r).
+        points: Φ of the six components of further points, shape (n_points, 6, r).
         difference: Estimated error of the transfer functions of the free building.
+        wall: The same with the contacts of the wall experiment; None without one.
     """
 
     eigenvalue: Array
@@ -72,27 +76,9 @@ class StudyModel:
     floors: Index
     edges: Array
     anchors: Array
-    contact: Array
-    push: Array
-    seen: Array
-    wall_floors: Index
-    floor_of: Index
+    points: Array
     difference: float
-
-    @property
-    def wall(self) -> WallModel | None:
-        """The model of the wall experiment; None where there is none."""
-        if not self.wall_floors.size:
-            return None
-        return WallModel(
-            eigenvalue=self.eigenvalue,
-            contact=self.contact,
-            push=self.push,
-            seen=self.seen,
-            floors=self.wall_floors,
-            floor_of=self.floor_of,
-            difference=self.difference,
-        )
+    wall: WallModel | None
 
     def load(self, loads: Loads) -> Array:
         """The b of the patterns of loads, in their order, shape (r, n_patterns).
@@ -124,7 +110,10 @@ class StudyModel:
         Raises:
             ImpactfemError: The file cannot be written.
         """
-        write_archive(path, key, {field.name: getattr(self, field.name) for field in fields(self)})
+        own = {field.name: getattr(self, field.name) for field in fields(self)}
+        wall = own.pop("wall")
+        of_wall = {} if wall is None else {OF_WALL + k: v for k, v in wall.content.items()}
+        write_archive(path, key, own | of_wall)
 
     @classmethod
     def read(cls, path: Path, key: str) -> StudyModel | None:
@@ -132,8 +121,14 @@ class StudyModel:
         content = read_archive(path, key)
         if content is None:
             return None
-        values = {field.name: content[field.name] for field in fields(cls)}
-        return cls(**values | {"difference": float(values["difference"])})
+        del content["key"]
+        of_wall = {
+            name.removeprefix(OF_WALL): content.pop(name)
+            for name in list(content)
+            if name.startswith(OF_WALL)
+        }
+        wall = WallModel.of_content(of_wall) if of_wall else None
+        return cls(**content | {"difference": float(content["difference"]), "wall": wall})
 
 
 def study_model(
@@ -141,6 +136,7 @@ def study_model(
     mesh: BuildingMesh,
     storey_factor: float,
     rosettes: Sequence[Rosette],
+    points: Sequence[int] = (),
     *,
     directions: Sequence[int],
     hit: Sequence[int],
@@ -160,7 +156,8 @@ def study_model(
         building: The building; its matrices are gone afterwards.
         mesh: Its mesh.
         storey_factor: Factor on walls and columns.
-        rosettes: Of the devices.
+        rosettes: Of the anchors of the devices.
+        points: Nodes of further points that are looked at.
         directions: Components (0, 1, 2) in which the ground moves.
         hit: Numbers of the floors that are hit; forces on other edges are in the model, too, and
             less accurate.
@@ -173,19 +170,25 @@ def study_model(
     Raises:
         SolutionError: The accuracy is not reached with the most vectors; rosettes overlap.
     """
-    model, _ = linked(building, [one.link for one in rosettes], mesh.nodes)
+    model, T = linked(building, [one.link for one in rosettes], mesh.nodes)
     for matrix in (building.fixed, building.storeys, building.mass):
         matrix.destroy()
     K = model.take_stiffness(storey_factor)
-    edges = _edges(model, mesh, eccentricity)
+    edges = {
+        floor: carried(T, load[:, None])[:, 0]
+        for floor, load in _edges(building, mesh, eccentricity).items()
+    }
     anchors = np.hstack([_anchor(model, one) for one in rosettes])
-    patterns = None if wall is None else wall_patterns(model, mesh, *wall)
+    patterns = None if wall is None else wall_patterns(building, mesh, *wall).carried(T)
+    T.destroy()
     loads = [-model.ground[:, c] for c in directions]
     loads += [edges[floor] for floor in hit]
     if patterns is not None:
         loads.append(patterns.push)
+    moving = [moving_node(node, rosettes) for node in points]
     probes = np.unique(
         [one.master for one in rosettes]
+        + [node for node in moving if node not in mesh.base]
         + [mesh.centres[floor] for floor in hit]
         + [int(np.sort(np.unique(mesh.edges[floor]))[0]) for floor in hit]
     )
@@ -208,7 +211,8 @@ def study_model(
             append_contacts(basis, patterns.contact)
         append_responses(basis, anchors)
         modes = galerkin_modes(basis)
-    return _rows(modes, model, edges, anchors, patterns, len(rosettes), difference)
+    seen = point_rows(model, mesh, points, rosettes)
+    return _rows(modes, model, edges, anchors, seen, patterns, difference)
 
 
 def _edges(model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> dict[int, Array]:
@@ -234,25 +238,19 @@ def _rows(
     model: BuildingModel,
     edges: dict[int, Array],
     anchors: Array,
+    points: scipy.sparse.csr_matrix,
     patterns: WallPatterns | None,
-    devices: int,
     difference: float,
 ) -> StudyModel:
-    r, n_local = len(modes.eigenvalue), len(anchors)
-    none = scipy.sparse.csr_matrix((n_local, 0))
-    at_anchors = modes.rows(anchors).T.reshape(devices, DOFS, r)
-    seen = np.zeros((r, 0)) if patterns is None else modes.rows(patterns.seen)
-    push = np.zeros(r) if patterns is None else modes.rows(patterns.push[:, None])[:, 0]
+    r = len(modes.eigenvalue)
+    at_anchors, at_points = (modes.rows(one).T.reshape(-1, DOFS, r) for one in (anchors, points))
     return StudyModel(
         eigenvalue=modes.eigenvalue,
         ground=modes.rows(-model.ground[:, :3]),
         floors=np.array(list(edges), dtype=np.int64),
         edges=modes.rows(np.column_stack(list(edges.values()))),
         anchors=np.ascontiguousarray(at_anchors),
-        contact=modes.rows(none if patterns is None else patterns.contact),
-        push=push,
-        seen=seen,
-        wall_floors=np.array([] if patterns is None else patterns.floors, dtype=np.int64),
-        floor_of=np.zeros(0, dtype=np.int64) if patterns is None else patterns.floor_of,
+        points=np.ascontiguousarray(at_points),
         difference=difference,
+        wall=None if patterns is None else wall_model(modes, patterns, difference),
     )
