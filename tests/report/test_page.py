@@ -129,3 +129,10 @@ def test_quantity(value, unit, text):
 def test_number():
     values = (None, 0.0, 1234567.0, 12345.6, 1e-4)
     assert [number(x) for x in values] == ["–", "0", "1.235e+06", "12346", "0.0001"]
+
+
+def test_the_map_of_the_study_comes_first(finished, text):
+    assert (finished.folder / "figures" / "figure_04_flowchart.png").is_file()
+    assert "figure 04 flowchart" in text
+    pictures = re.findall(r'alt="(figure [^"]*)"', text)
+    assert not pictures or pictures[0] == "figure 04 flowchart"

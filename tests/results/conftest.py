@@ -34,6 +34,7 @@ class Wanted:
         loads: Floors with impact forces.
         solver: "reduced" or "full".
         maps: Whether there are fields.
+        frames: Whether these have the frames of a film.
         dampings: Damping ratios of the spectra.
         frequencies: Number of frequencies.
     """
@@ -43,6 +44,7 @@ class Wanted:
     loads: tuple[int, ...] = (2, 3)
     solver: str = "reduced"
     maps: bool = True
+    frames: bool = True
     dampings: tuple[float, ...] = (0.05,)
     frequencies: int = 41
 
@@ -280,6 +282,12 @@ def _maps(asked: Wanted, slab: Slab) -> xr.Dataset:
     wave = np.zeros((len(snapshots), n, 3))
     wave[:, :, c] = np.sin(position[top, c]) + np.arange(len(snapshots))[:, None]
     dims = ("snapshot", "wave_node", "component")
+    frames = START + STEP * np.arange(-10, 43) if asked.loads else np.zeros(0)
+    moving = np.zeros((len(frames), n, 3), dtype=np.float32)
+    distance = position[top, c].max() - position[top, c]
+    moving[:, :, c] = -50.0 * pulse(frames[:, None] - START - distance / SPEED)
+    film = {"frame_acceleration": (("frame", "wave_node", "component"), moving)}
+    times = {"frame": frames}
     return xr.Dataset(
         {
             "node_number": ("node", nodes),
@@ -295,7 +303,13 @@ def _maps(asked: Wanted, slab: Slab) -> xr.Dataset:
                 ("snapshot", "wave_triangle"),
                 1e6 * np.ones((len(snapshots), 1)) * np.arange(len(slab.cells)),
             ),
+            **(film if asked.frames else {}),
         },
-        coords={"component": XYZ, "frequency": frequency, "snapshot": snapshots},
+        coords={
+            "component": XYZ,
+            "frequency": frequency,
+            "snapshot": snapshots,
+            **(times if asked.frames else {}),
+        },
         attrs={"damping": asked.dampings[0], "points_per_cycle": 2.0},
     )

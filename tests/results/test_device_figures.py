@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from PIL import Image
 
 from impactfem.errors import ImpactfemError
+from impactfem.results import device_figures as figures
 from impactfem.results import style
 from impactfem.results.device_figures import device_figures
-from impactfem.results.device_models import model_figure, modes_figure
+from impactfem.results.device_models import elements_figure, model_figure, modes_figure
 from impactfem.results.device_position import Floor
 from impactfem.results.device_view import DeviceView
 
@@ -19,7 +20,7 @@ from .device_store import FREQUENCIES, HEIGHT, WantedDevice, device_folder, devi
 
 FORCES = ["device_demand", "figure_27_shear_force", "figure_28_damping"]
 FORCES += ["figure_29_anchor_spectra", "figure_30_shear_force_damping"]
-SPRINGS = ["figure_25_modes", "figure_26_device"]
+SPRINGS = ["figure_24_elements", "figure_25_modes", "figure_26_model"]
 POSITION = ["figure_23_position"]
 ONE = [name for name in FORCES if name != "figure_30_shear_force_damping"]
 OWN = [name for name in FORCES if name != "figure_28_damping"]
@@ -64,6 +65,8 @@ def drawn(tmp_path_factory):
     kept = {name: getattr(Axes, name) for name in ("plot", "bar", "axhline", "text")}
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
+        # The pictures in 3D have tests of their own.
+        patch.setattr(figures, "device_pictures", lambda folder: [])
         for name, (wanted, building, _) in CASES.items():
             one = found[name] = Drawn(device_folder(tmp_path_factory.mktemp("device"), **wanted))
             if building:
@@ -183,6 +186,10 @@ def test_modes_move_as_in_the_store(drawn):
     (beam, base, centre) = (
         drawn["the paper's"].curves[name] for name in ("beam", "base", "mass centre")
     )
+    # Figure 24 comes first, with both at rest.
+    (at_rest, _), *beam = beam
+    assert at_rest == pytest.approx([0.0, 0.0])
+    centre = centre[1:]
     first, second = beam[0][0], beam[1][0]
     # Base and mass centre on one side in the first mode, on two in the second.
     assert first[0] * first[-1] > 0.0 and second[0] * second[-1] < 0.0
@@ -199,7 +206,7 @@ def test_the_body_turns_as_its_mass_centre_does(drawn):
     body = drawn["the paper's"].curves["body"]
     x, z = body[0]
     # The rigid body's middle line has the slope of the straight beam below it.
-    line, levels = drawn["the paper's"].curves["beam"][0]
+    line, levels = drawn["the paper's"].curves["beam"][1]
     slope = (line[-1] - line[0]) / (levels[-1] - levels[0])
     assert (x[3] - x[0]) == pytest.approx(slope * 1.0)
     assert (z[1] - z[0]) == pytest.approx(-slope * 1.0)
@@ -228,7 +235,7 @@ def test_a_rigid_spring(tmp_path):
     assert (tmp_path / "model.png").is_file()
 
 
-@pytest.mark.parametrize("make", [modes_figure, model_figure])
+@pytest.mark.parametrize("make", [elements_figure, modes_figure, model_figure])
 def test_no_drawing_of_a_device_from_modes(tmp_path, make):
     view = DeviceView(device_store(WantedDevice(from_modes=True)))
     with pytest.raises(ValueError, match="device pump is made of modes"):

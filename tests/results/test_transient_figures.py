@@ -38,8 +38,9 @@ CASES = {
 
 @pytest.fixture
 def draw(monkeypatch):
-    """Draw without the pictures, which have tests of their own, and coarsely."""
+    """Draw without pictures and film, which have tests of their own, and coarsely."""
     monkeypatch.setattr(transient_figures, "transient_pictures", lambda folder: [])
+    monkeypatch.setattr(transient_figures, "wave_animation", lambda folder: [])
     monkeypatch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
     return transient_figures.transient_figures
 

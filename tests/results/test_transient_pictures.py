@@ -6,7 +6,7 @@ import xarray as xr
 from PIL import Image
 
 from impactfem.errors import ImpactfemError
-from impactfem.results.scene import screen_axes
+from impactfem.results.scene import impact_view, screen_axes
 from impactfem.results.transient_pictures import (
     AMPLIFICATION,
     PEAKS,
@@ -35,7 +35,7 @@ def test_a_building(transient_folder, direction):
     assert [path.name for path in drawn] == [PROBES, PEAKS, AMPLIFICATION]
     for path in drawn:
         with Image.open(path) as picture:
-            assert picture.size == (1800, 1200)
+            assert picture.width > 900 and picture.height > 300
             assert len(picture.convert("RGB").getcolors(maxcolors=10**7)) > 50
         assert max(inked(path)) > 0.6
 
@@ -54,14 +54,12 @@ def test_a_store_that_is_missing(transient_folder):
 
 
 def test_the_impact_edge_is_seen(transient_folder):
-    from impactfem.results.transient_pictures import _from_impact
-
     for direction, along in (("x", 0), ("y", 1)):
         with xr.open_dataset(
             transient_folder(direction=direction) / "building.nc", engine="h5netcdf"
         ) as store:
-            view = _from_impact(store)
-            none = _from_impact(store.isel(edge=slice(0)))
+            view = impact_view(store)
+            none = impact_view(store.isel(edge=slice(0)))
         assert view[along] == pytest.approx(1.0) and view[2] > 0.0
         assert none[along] < 0.0
 

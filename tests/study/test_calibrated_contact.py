@@ -14,6 +14,7 @@ from impactfem.scalar import Scalar, to_json
 from impactfem.sticks.from_case import system_of
 from impactfem.study.calibrated_contact import (
     asks_calibration,
+    calibrated_laws,
     with_calibrated_contact,
     with_contact_of_run,
 )
@@ -49,6 +50,11 @@ def store(folder: Path, *scalars: Scalar) -> Path:
         folder / "calibrate.nc", engine="h5netcdf"
     )
     return folder
+
+
+def test_which_laws_leave_their_restitution_open(given: Case, case: Case) -> None:
+    assert calibrated_laws(given) == calibrated_laws(asking(given, stiffness="calibrated")) == set()
+    assert calibrated_laws(case) == {"floor"}
 
 
 def test_who_asks(given: Case, case: Case) -> None:

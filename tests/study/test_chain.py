@@ -9,13 +9,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import xarray as xr
 
 from impactfem import study
+from impactfem.equipment import store
 from impactfem.errors import InputError
 from impactfem.results import floor_products
-from impactfem.study import building, calibrate, device, sticks, transient
+from impactfem.study import building, calibrate, design, device, sticks, transient
 
 pytestmark = pytest.mark.slow
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -95,6 +97,7 @@ def no_pictures(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(transient, "transient_figures", lambda *_, **__: [])
     patch.setattr(calibrate, "wall_figures", lambda *_: [])
     patch.setattr(device, "device_figures", lambda *_: [])
+    patch.setattr(design, "design_figures", lambda *_: [])
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +152,7 @@ def test_the_pump(done: study.Run) -> None:
 
 def test_finished_stages_are_reused(case: Path, done: study.Run) -> None:
     again = study.run(case, out=done.folder)
-    stages = ["building", "calibrate", "sticks", "transient", "device"]
+    stages = ["building", "calibrate", "sticks", "transient", "device", "design"]
     assert again.reused == stages
     assert values(again) == values(done)
 
@@ -199,6 +202,99 @@ def test_refused(
     for name, content in before.items():
         if name in ("calibrate.nc", "device.nc"):
             assert (tmp_path / "run" / name).read_bytes() == content
+
+
+def by(case: Path, analysis: str) -> Path:
+    case.write_text(case.read_text() + f'\n[device_analysis]\ntime_step = "1 ms"\n{analysis}')
+    return case
+
+
+@pytest.fixture
+def copied(
+    case: Path, done: study.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[str], Path]:
+    """A copy of the case with its run, by name."""
+    no_pictures(monkeypatch)
+    return lambda name: Path(shutil.copytree(case.parent, tmp_path / name)) / "frame.toml"
+
+
+def forces(run: study.Run) -> xr.Dataset:
+    with xr.open_dataset(run.folder / "device.nc", engine="h5netcdf") as store:
+        return (
+            store[["force", "largest_force", "anchor_acceleration"]]
+            .assign_attrs(store.attrs)
+            .load()
+        )
+
+
+def test_detailed_analysis_in_full_order(copied: Callable[[str], Path]) -> None:
+    """The same outputs with the building's own damping; the basis is used again beside it."""
+    runs = {}
+    for solver in ("reduced", "full"):
+        path = by(copied(solver), f'solver = "{solver}"\n')
+        runs[solver] = study.run(path, out=path.parent / "run", stage="device")
+        assert runs[solver].reused == ["building", "calibrate", "sticks"]
+        assert "device: basis" not in runs[solver].times
+        assert ("device: time steps" in runs[solver].times) == (solver == "full")
+        assert not list((path.parent / "run").glob("device_checkpoints*"))
+    reduced, full = (forces(runs[solver]) for solver in ("reduced", "full"))
+    assert (reduced.attrs["solver"], full.attrs["solver"]) == ("reduced", "full")
+    own, light = full.isel(case=0, device=0), full.isel(case=1, device=0)
+    known = reduced.isel(case=0, device=0)
+    for impact in ("without", "with"):
+        for component in ("y", "rx"):
+            at = {"impact": impact, "component": component}
+            peaks = [float(one.largest_force.sel(at)) for one in (own, known)]
+            assert peaks[0] == pytest.approx(peaks[1], rel=5e-3) and peaks[0] > 0.0
+    # It is not the same computation, and damping cases have the basis.
+    assert float(np.abs(own.force - known.force).max()) > 0.0
+    np.testing.assert_array_equal(light.force, reduced.isel(case=1, device=0).force)
+    found, before = values(runs["full"]), values(runs["reduced"])
+    assert 0.0 < found["device.reduced_against_full"] < 5e-3
+    assert "device.reduced_against_full" not in before
+    # The response spectrum analyses have the motion of the same anchor.
+    assert found["device.fy.rsa.impact"] == before["device.fy.rsa.impact"]
+
+
+def test_full_order_goes_on(
+    copied: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch, caplog: Any
+) -> None:
+    """A failure while the results are written costs no time steps."""
+    path = by(copied("killed"), 'solver = "full"\n')
+    (path.parent / "run" / "device.nc").unlink()
+
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "write_devices", killed)
+        with pytest.raises(KeyboardInterrupt):
+            study.run(path, out=path.parent / "run", stage="device")
+    assert len(list((path.parent / "run").glob("device_checkpoints*"))) == 2
+    with caplog.at_level("INFO", "impactfem"):
+        again = study.run(path, out=path.parent / "run", stage="device", resume=True)
+    told = [record.getMessage() for record in caplog.records]
+    assert told.count("device: going on from 1.000 s") == 2
+    assert values(again)["device.reduced_against_full"] < 5e-3
+    assert not list((path.parent / "run").glob("device_checkpoints*"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "kept"),
+    [
+        ('gap = "0.2 mm"', 'gap = "0.21 mm"', True),
+        ("floor = [1, 2], offset", "floor = [1], offset", False),
+    ],
+)
+def test_reduced_model_of_the_devices(
+    copied: Callable[[str], Path], done: study.Run, edited: Any, old: str, new: str, kept: bool
+) -> None:
+    """It serves other gaps, and not forces on other floors, for which it did not grow."""
+    path = edited(copied("gap"), (old, new))
+    again = study.run(path, out=path.parent / "run", stage="device")
+    assert again.reused == ["building", "calibrate"]
+    assert ("device: basis" in again.times) == (not kept)
+    assert values(again)["device.fy.detailed.impact"] != values(done)["device.fy.detailed.impact"]
 
 
 def test_case_that_lacks_devices(case: Path, edited: Any, tmp_path: Path) -> None:

@@ -8,11 +8,14 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import Case, DampingCase, Transient, load_case
+from impactfem.case.part_damping import PartDamping
+from impactfem.study.building import BUILDING
 from impactfem.study.calibrate import calibrate_key
-from impactfem.study.inputs import inputs_key
+from impactfem.study.inputs import inputs_key, matrices_key
 from impactfem.study.sticks import STICKS
 from impactfem.study.transient import TRANSIENT
 
+GEOMETRY = Path(__file__).parents[2] / "geometry"
 LIGHT = DampingCase(name="light", mass_coefficient=0.8, stiffness_coefficient=2e-4)
 
 
@@ -58,3 +61,23 @@ def test_transient_depends_on_the_dampings_that_it_serves(case: Case, served: bo
 
 def test_sticks_of_the_case_itself_depend_on_none(case: Case) -> None:
     assert STICKS.key(case.model_copy(update={"damping_cases": ()})) == STICKS.key(case)
+
+
+def _with_part_damping(case: Case, ratio: float) -> Case:
+    if case.structure is None:
+        raise ValueError("the case has no structure")
+    damping = (PartDamping(parts=("*",), ratio=ratio, frequencies=(1.0, 20.0)),)
+    structure = case.structure.model_copy(update={"damping": damping})
+    transient = Transient(time_step=1e-3, solver="full")
+    return case.model_copy(update={"structure": structure, "transient": transient})
+
+
+def test_damping_by_part_is_that_of_the_response() -> None:
+    """Modes, and what is made of matrices without damping, do not depend on it."""
+    case = load_case(GEOMETRY / "frame.toml")
+    one, other = (_with_part_damping(case, ratio) for ratio in (0.02, 0.03))
+    assert TRANSIENT.key(one) != TRANSIENT.key(other)
+    assert BUILDING.key(one) == BUILDING.key(other) == BUILDING.key(case)
+    assert matrices_key(one, (), "") == matrices_key(other, (), "")
+    assert matrices_key(one, (), "") != matrices_key(one, (), "else")
+    assert matrices_key(one, (), "", ("damping",)) != matrices_key(other, (), "", ("damping",))

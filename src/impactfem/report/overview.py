@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -42,6 +43,8 @@ def facts(run: RunFiles) -> list[Facts]:
         found.append(_structure_spectra(run))
     if run.has("device.nc"):
         found.append(_devices(run))
+    if "ensemble3d.members" in run.values:
+        found.append(_carried(run))
     return found
 
 
@@ -201,6 +204,37 @@ def _devices(run: RunFiles) -> Facts:
         direction = view.direction
     head = ["device", "load", "in the 3D model [kN]", "by response spectrum [kN]", "difference [%]"]
     return Facts(f"Force F{direction} of the devices on the floor", head, rows)
+
+
+def _carried(run: RunFiles) -> Facts:
+    """What an ensemble of motions gives in the 3D model and on the first device."""
+    values, start = run.values, "ensemble3d.mean."
+    named = {
+        "design.frs": "envelope of the spectra, peak",
+        "transient.frs": "spectrum at the mass centre, peak",
+    }
+    floors = _series(values, re.escape(start) + r"frs\.floor_(\d+)\.peak")
+    rows: list[list[str]] = []
+    for number in list(floors)[-1:]:
+        for kind, words in named.items():
+            name = f"{kind}.floor_{number}.peak"
+            of_all = name.removeprefix("design.")
+            rows.append(_spread(values, name, of_all, f"floor {number}, {words} [m/s²]", 1.0))
+    for name in values:
+        if name.startswith(f"{start}device.f") and name.count(".") == 5:
+            own = name.removeprefix(start)
+            _, force, analysis, _ = own.split(".")
+            words = f"first device, {force.capitalize()}, {analysis} [kN]"
+            rows.append(_spread(values, own, own, words, 1e-3))
+    title = f"Over {values['ensemble3d.members']:.0f} motions through the 3D model"
+    return Facts(title, ["result", "this motion", "mean", "84 %"], rows)
+
+
+def _spread(
+    values: dict[str, float], own: str, of_all: str, words: str, factor: float
+) -> list[str]:
+    found = (own, f"ensemble3d.mean.{of_all}", f"ensemble3d.p84.{of_all}")
+    return [words, *(_number(factor * values.get(name, math.nan), 4) for name in found)]
 
 
 def _others(shown: Collection[object], whole: int) -> str:

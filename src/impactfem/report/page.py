@@ -227,7 +227,7 @@ def _tiles(run: RunFiles) -> list[tuple[str, str]]:
         tiles.append((f"{gap:.3g} cm", "gap that would prevent contact"))
     if "transient.pfa.edge_max" in values:
         value = values["transient.pfa.edge_max"]
-        tiles.append((f"{value:.3g} m/s²", "largest acceleration at an edge of the top floor"))
+        tiles.append((f"{value:.3g} m/s²", "largest acceleration at an edge"))
     if "calibration.epsilon" in values:
         tiles.append((f"{values['calibration.epsilon']:.3g}", "restitution ε of the 3D model"))
     if "device.fy.detailed.impact" in values:
@@ -263,5 +263,5 @@ def quantity(value: float | None, unit: str) -> str:
         return number(value)
     if unit in PREFIXED and value != 0.0:
         compact = UNITS.Quantity(value, PREFIXED[unit]).to_compact()
-        return f"{compact.magnitude:.5g} {compact.units:~P}".replace("·", " ")
+        return f"{compact.magnitude:.5g} {compact.units:~D}".replace(" * ", " ")
     return f"{number(value)} {unit}"

@@ -11,9 +11,11 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from impactfem.report.run_files import RunFiles
+from impactfem.results.design_products import design_products_of
 from impactfem.results.device_verdict import LOADS
 from impactfem.results.device_view import WITH, WITHOUT, DeviceView
 from impactfem.results.transient_view import XYZ, TransientView
+from impactfem.spectra.member_statistics import STATISTICS
 
 Array = NDArray[np.float64]
 
@@ -53,6 +55,7 @@ def plots_of(run: RunFiles, stage: str) -> list[Plot]:
         "ensemble": (_ensemble,),
         "transient": (_structure_spectra, _across),
         "device": (_anchor_spectra, _device_forces),
+        "design": (_design_spectra,),
     }
     made = [make(run) for make in makers.get(stage, ())]
     return [plot for plot in made if plot is not None]
@@ -241,6 +244,43 @@ def _device_forces(run: RunFiles) -> Plot:
                 plot.add_scatter(x=t, y=f, name=name, line=style, visible=visible)
         caption = f"Force F{view.direction} of the devices on the floor."
     return _plot("plot_device_forces", caption, plot, "time [s]", "force [kN]")
+
+
+def _design_spectra(run: RunFiles) -> Plot:
+    wanted = run.case["spectra"]
+    with run.store("design.nc") as store:
+        made = design_products_of(
+            store, run.folder / "sticks.nc", wanted["broadening"], wanted["clipping"]
+        )
+        direction, building = made.view.direction, made.view.building
+        column = made.view.directions.index(direction)
+    floors = [station.floor for station in made.case.source.stations]
+    plot = go.Figure()
+    for s in range(len(floors) - 1, -1, -1):
+        visible = True if s == len(floors) - 1 else "legendonly"
+        curves = [("this motion", made.case, COLOURS[0], "solid")]
+        for number, (name, spectra) in enumerate(made.statistics.items()):
+            dash = DASHES[(number + 1) % len(DASHES)]
+            curves.append((STATISTICS[name], spectra, COLOURS[(number + 1) % len(COLOURS)], dash))
+        for name, spectra, colour, dash in curves:
+            plot.add_scatter(
+                x=spectra.frequency,
+                y=spectra.psa[0, s, column],
+                name=f"floor {floors[s]}, {name}",
+                line={"color": colour, "dash": dash},
+                visible=visible,
+            )
+        stick = made.of_stick(0, s, column)
+        if stick is not None:
+            grey = {"color": GREY, "dash": "dot"}
+            name = f"floor {floors[s]}, stick"
+            plot.add_scatter(x=stick[0], y=stick[1], name=name, line=grey, visible=visible)
+    damping = 100.0 * float(made.case.source.damping[0])
+    caption = (
+        f"Design spectra of the floors of {building} along {direction}, {damping:g} % damping: "
+        "envelope over the floor's points, broadened. Further floors: click in the legend."
+    )
+    return _spectrum("plot_design", caption, plot)
 
 
 def thinned(time: Array, values: Array) -> tuple[Array, Array]:

@@ -12,6 +12,7 @@ from typing import Any
 import xarray as xr
 
 from impactfem.errors import ImpactfemError
+from impactfem.results.overview import OVERVIEW
 
 CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.json", "checks.json"
 
@@ -73,13 +74,20 @@ class RunFiles:
     def files_of(self, stage: str, part: str) -> list[Path]:
         """Files that a stage wrote into a part of the folder, by their names.
 
+        The first stage's figures begin with those that show the run as a whole.
+
         Args:
             stage: Name of the stage.
             part: `figures` or `tables`.
         """
         listed = self._json(f"{stage}.stage.json", dict)["files"]
         wanted = [name for name in listed if Path(name).parent.name == part]
-        return sorted(self.folder / name for name in wanted)
+        whole = part == "figures" and stage == self.stages[0]
+        overview = [f"{part}/{name}" for name in OVERVIEW if whole]
+        return [
+            *(self.folder / name for name in overview if self.has(name)),
+            *sorted(self.folder / name for name in wanted),
+        ]
 
     def _json(self, name: str, kind: type) -> Any:
         path = self.folder / name

@@ -1,34 +1,47 @@
-"""Pictures of the 3D building: its mesh and its bending modes."""
+"""Pictures of the 3D building: its mesh (figure 1) and its bending modes (figure 3 a)."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from numpy.typing import NDArray
 
 from impactfem.own_process import in_own_process
-from impactfem.results.scene import FAMILIES, beam_grid, plotter, save, shell_grid
+from impactfem.results.building_side import open_side, side_panel
+from impactfem.results.floor_field import COLOURS
+from impactfem.results.open_store import open_store
+from impactfem.results.scene import (
+    FAMILIES,
+    OUTLINE,
+    SHADING,
+    Picture,
+    beam_grid,
+    corners,
+    keys,
+    plotter,
+    render,
+    shell_grid,
+    show,
+    surface,
+)
+from impactfem.results.style import figure, letter
+
+Array = NDArray[np.float64]
 
 SHOWN = 3
 AMPLITUDE = 0.12
 """Largest displacement in the picture of a mode over the size of the building."""
-
-
-SCALE = {
-    "color": "black",
-    "n_labels": 3,
-    "fmt": "%.1f",
-    "title_font_size": 26,
-    "label_font_size": 24,
-    "vertical": True,
-    "position_x": 0.88,
-    "position_y": 0.25,
-    "height": 0.5,
-    "width": 0.05,
-}
-OPACITY = {"floor": 0.6, "storey": 0.3}
-LINES = {"beam": 3.0, "column": 9.0}
+LINES = {"beam": 2.5, "column": 7.0}
+MESH = "figure_01_mesh.png"
+FIRST_MODE = "figure_03_mode.png"
+WIDTH, SIDE_WIDTH = 4.4, 2.4
+"""Of a picture of the building and of a side of it [inch]."""
+MODE_VIEW = (-1.0, -0.55, 0.35)
 
 
 def building_pictures(folder: Path) -> list[Path]:
@@ -51,71 +64,136 @@ def draw(folder: Path) -> list[Path]:
     """Draw what `building_pictures` gives, in this process."""
     target = folder / "figures"
     target.mkdir(exist_ok=True)
-    with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as store:
-        files = [_mesh(store, target / "building_mesh.png")]
-        for number, mode in enumerate(_bending(store)[:SHOWN], start=1):
-            files.append(_mode(store, mode, number, target / f"building_mode_{number}.png"))
+    with open_store(folder / "building.nc") as store:
+        files = [_mesh(store, target / MESH)]
+        modes = [int(mode) for mode in store["bending_mode"].values]
+        for number, mode in enumerate(modes[:SHOWN], start=1):
+            name = FIRST_MODE if number == 1 else f"building_mode_{number}.png"
+            files.append(_mode(store, mode, number, target / name))
     return files
 
 
-def _bending(store: xr.Dataset) -> list[int]:
-    return [int(mode) for mode in store["bending_mode"].values]
-
-
 def _mesh(store: xr.Dataset, path: Path) -> Path:
-    """The mesh with its bays; beams and columns are seen through the walls."""
+    """Figure 1: the mesh from outside, what stands inside, and the side with most openings."""
+    side = open_side(store)
+    outside, legend = _outside(store)
+    pictures = [outside]
+    parts = ["3D mesh (a)"]
+    if store.sizes.get("line", 0):
+        inside, lines = _inside(store)
+        pictures.append(inside)
+        legend += lines
+        parts.append("beams and columns inside the outline of the shells (b)")
+    if side is not None:
+        parts.append(f"side at {side.axis} = {side.at:.4g} m ({chr(97 + len(pictures))})")
+    count = store.sizes["triangle"] + store.sizes.get("line", 0)
+    size = float(np.sqrt(_areas(store).mean() * 4.0 / np.sqrt(3.0)))
+    caption = (
+        f"Figure 1: Building {store.attrs.get('building', '')}: {', '.join(parts)}. {count:,} "
+        f"elements with {store.sizes['node']:,} nodes; triangles with sides of {size:.2g} m in the "
+        "mean."
+    )
+    if side is not None and side.opened > 0.0:
+        caption += f" Openings of the side: {side.opened:.4g} m²."
+    widths = [WIDTH] * len(pictures) + [SIDE_WIDTH] * (side is not None)
+    with figure(path, (1, len(widths)), (sum(widths), 4.1), caption) as (drawn, axes):
+        grid = axes[0].get_gridspec()
+        if grid is not None:
+            grid.set_width_ratios(widths)
+        for panel, picture in zip(axes, pictures, strict=False):
+            show(panel, picture)
+        if side is not None:
+            side_panel(axes[-1], side)
+        drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
+        letter(axes)
+    return path
+
+
+def _areas(store: xr.Dataset) -> Array:
+    """Of the triangles [m2]."""
+    p = store["node_position"].values[store["triangle_node"].values[:, :3]]
+    normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    return np.asarray(0.5 * np.linalg.norm(normal, axis=1), dtype=np.float64)
+
+
+def _outside(store: xr.Dataset) -> tuple[Picture, list[tuple[str, str, str]]]:
     scene = plotter()
-    labels = []
-    # The slabs hide what stands below them unless all is drawn from far to near.
-    scene.enable_depth_peeling(12)
-    for family, (label, colour) in FAMILIES.items():
-        if family in ("floor", "storey"):
-            grid = shell_grid(store, family)
-            if not grid.n_cells:
-                continue
-            outline = grid.extract_surface(nonlinear_subdivision=0, algorithm="dataset_surface")
-            scene.add_mesh(
-                outline,
-                color=colour,
-                opacity=OPACITY[family],
-                show_edges=True,
-                edge_color="#5a5a5a",
-                edge_opacity=0.35,
-                line_width=0.5,
-            )
-        else:
-            grid = beam_grid(store, family)
-            if not grid.n_cells:
-                continue
-            scene.add_mesh(grid, color=colour, line_width=LINES[family], render_lines_as_tubes=True)
-        labels.append([label, colour])
-    scene.add_legend(labels, bcolor=None, face="rectangle", size=(0.14, 0.14), loc="upper right")
-    scene.add_axes(color="black")
-    return save(scene, path)
+    legend = []
+    for family in ("floor", "storey"):
+        label, colour = FAMILIES[family]
+        flat = surface(shell_grid(store, family))
+        if flat.n_cells:
+            scene.add_mesh(flat, color=colour, **SHADING)
+            edges = flat.extract_all_edges()
+            scene.add_mesh(edges, color=OUTLINE, line_width=1.5, lighting=False)
+            scene.add_mesh(corners(flat), color="black", line_width=2.0)
+            legend.append((label, colour, "face"))
+    for family, width in LINES.items():
+        lines = beam_grid(store, family)
+        if lines.n_cells:
+            scene.add_mesh(lines, color=FAMILIES[family][1], line_width=width)
+    return render(scene, store["node_position"].values), legend
+
+
+def _inside(store: xr.Dataset) -> tuple[Picture, list[tuple[str, str, str]]]:
+    scene = plotter()
+    legend = []
+    shells = surface(shell_grid(store))
+    if shells.n_cells:
+        scene.add_mesh(corners(shells), color="#9a9a9a", line_width=1.2)
+    for family, width in LINES.items():
+        label, colour = FAMILIES[family]
+        lines = beam_grid(store, family)
+        if lines.n_cells:
+            scene.add_mesh(lines, color=colour, line_width=width, render_lines_as_tubes=True)
+            legend.append((label, colour, "line"))
+    return render(scene, store["node_position"].values), legend
 
 
 def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
-    """One bending mode, coloured by its displacement."""
+    """One bending mode, coloured by its displacement, over the building at rest."""
     shape = store["shape"].sel(mode=mode).values.astype(np.float64)
-    size = float(np.ptp(store["node_position"].values, axis=0).max())
+    rest = store["node_position"].values
     length = np.linalg.norm(shape, axis=1)
+    moved = rest + shape * (AMPLITUDE * float(np.ptp(rest, axis=0).max()) / length.max())
     scene = plotter()
-    grid = shell_grid(store)
-    grid.point_data["displacement / largest\n"] = length / length.max()
-    grid.points = np.asarray(grid.points) + shape * (AMPLITUDE * size / length.max())
-    scene.add_mesh(
-        grid.extract_surface(nonlinear_subdivision=0, algorithm="dataset_surface"),
-        scalars="displacement / largest\n",
-        cmap="cividis",
-        show_edges=False,
-        scalar_bar_args=SCALE,
-    )
+    floors = surface(shell_grid(store, "floor"))
+    if floors.n_cells:
+        scene.add_mesh(corners(floors), color="black", line_width=1.5)
+    for grid in (shell_grid(store), beam_grid(store)):
+        if grid.n_cells:
+            _bent(scene, grid, moved, length / length.max())
+    picture = render(scene, np.concatenate([rest, moved]), MODE_VIEW)
+    direction = str(store.attrs.get("bending_direction", ""))
+    along = f" along $e_{direction}$" if direction else ""
+    start = "Figure 3 (a): First" if number == 1 else f"{_ordinal(number)}"
     frequency = float(store["frequency"].sel(mode=mode))
-    scene.add_text(
-        f"bending mode {number}: {frequency:.3f} Hz",
-        position=(40, 1130),
-        color="black",
-        font_size=14,
+    caption = (
+        f"{start} bending mode{along} of the 3D mesh of building "
+        f"{store.attrs.get('building', '')}: {frequency:.3f} Hz. Black lines: floors at rest; "
+        "displacement not to scale."
     )
-    scene.add_axes(color="black")
-    return save(scene, path, view=(-1.0, -0.55, 0.35))
+    with figure(path, (1, 1), (6.5, 4.6), caption) as (drawn, axes):
+        show(axes[0], picture)
+        scale = ScalarMappable(Normalize(0.0, 1.0), COLOURS)
+        bar = drawn.colorbar(scale, ax=axes[0], shrink=0.7, aspect=25, pad=0.02)
+        bar.set_label("displacement over the largest [-]")
+    return path
+
+
+def _ordinal(number: int) -> str:
+    return {2: "Second", 3: "Third"}.get(number, f"{number}th")
+
+
+def _bent(scene: Any, grid: Any, moved: Array, values: Array) -> None:
+    grid.points = moved
+    grid.point_data["value"] = values
+    scene.add_mesh(
+        surface(grid),
+        scalars="value",
+        cmap=COLOURS,
+        clim=(0.0, 1.0),
+        show_scalar_bar=False,
+        line_width=2.0,
+        **SHADING,
+    )

@@ -9,7 +9,14 @@ from pathlib import Path
 
 import xarray as xr
 
-from impactfem.results import device_histories, device_models, device_position, device_spectra
+from impactfem.results import (
+    device_histories,
+    device_inputs,
+    device_models,
+    device_position,
+    device_spectra,
+)
+from impactfem.results.device_pictures import device_pictures
 from impactfem.results.device_view import DeviceView
 
 Makers = dict[str, Callable[[Path], None]]
@@ -27,7 +34,7 @@ def device_figures(folder: Path) -> list[Path]:
         The files; what the stores have no data for is left out.
 
     Raises:
-        ImpactfemError: A file cannot be written.
+        ImpactfemError: A file cannot be written, or OpenGL is missing.
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
@@ -49,7 +56,7 @@ def device_figures(folder: Path) -> list[Path]:
             path = target / f"{name}.png"
             draw(path)
             drawn.append(path)
-    return drawn
+    return sorted([*drawn, *device_pictures(folder)])
 
 
 def _of_device(view: DeviceView, device: int, building: xr.Dataset | None) -> Makers:
@@ -60,6 +67,8 @@ def _of_device(view: DeviceView, device: int, building: xr.Dataset | None) -> Ma
         ),
         "device_demand": partial(device_spectra.demand_figure, view=view, device=device),
     }
+    if len(device_inputs.input_choices(view, device)) > 1:
+        makers["device_inputs"] = partial(device_inputs.inputs_figure, view=view, device=device)
     if len(view.cases) > 1:
         makers["figure_30_shear_force_damping"] = partial(
             device_histories.damping_forces_figure, view=view, device=device
@@ -70,5 +79,8 @@ def _of_device(view: DeviceView, device: int, building: xr.Dataset | None) -> Ma
         )
     if view.drawing(device) is not None:
         makers["figure_25_modes"] = partial(device_models.modes_figure, view=view, device=device)
-        makers["figure_26_device"] = partial(device_models.model_figure, view=view, device=device)
+        makers["figure_24_elements"] = partial(
+            device_models.elements_figure, view=view, device=device
+        )
+        makers["figure_26_model"] = partial(device_models.model_figure, view=view, device=device)
     return makers

@@ -15,11 +15,18 @@ CASES = ("#56B4E9", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 """Okabe and Ito's colours of the damping cases in their order; the own damping is black."""
 WINDOW = (0.05, 0.15)
 """What is shown before and after the largest force [s]."""
+DASHES = ("-", "-", "-.", "-", "--", "--")
+"""Of the damping cases: colours that are equally dark in print have different ones."""
 
 
 def case_colour(case: int) -> str:
     """Colour of a damping case, the same in all figures."""
     return CASES[(case - 1) % len(CASES)] if case else "black"
+
+
+def case_dashes(case: int) -> str:
+    """Dashes of a damping case, the same in all figures."""
+    return DASHES[(case - 1) % len(DASHES)] if case else "--"
 
 
 def force_figure(path: Path, view: DeviceView, device: int) -> None:
@@ -61,8 +68,9 @@ def damping_forces_figure(path: Path, view: DeviceView, device: int) -> None:
         "buildings: without impact (a) and with impacts (b), and around the largest force: without "
         "(c) and with (d)."
     )
-    # What is damped least is behind.
-    cases = sorted(range(1, len(view.cases)), key=lambda c: -view.detailed(device, WITH, c))
+    # The buildings' own damping is drawn where no case repeats it. What is damped least is behind.
+    drawn_cases = range(int(view.own_is_a_case), len(view.cases))
+    cases = sorted(drawn_cases, key=lambda c: -view.detailed(device, WITH, c))
     with figure(path, (2, 2), (9.0, 6.0), caption) as (drawn, axes):
         for column, impact in enumerate((WITHOUT, WITH)):
             whole, near = axes[column], axes[2 + column]
@@ -70,7 +78,12 @@ def damping_forces_figure(path: Path, view: DeviceView, device: int) -> None:
                 force = 1e-3 * view.force(device, impact, c)
                 for panel, width in ((whole, 0.5), (near, 0.9)):
                     panel.plot(
-                        view.time, force, color=case_colour(c), lw=width, label=view.cases[c]
+                        view.time,
+                        force,
+                        color=case_colour(c),
+                        lw=width,
+                        ls=case_dashes(c) if panel is near else "-",
+                        label=view.cases[c],
                     )
             span(whole, view.time)
             at = _largest_at(view, device, impact, cases)
@@ -79,7 +92,7 @@ def damping_forces_figure(path: Path, view: DeviceView, device: int) -> None:
             near.ticklabel_format(axis="x", useOffset=False)
             for panel in (whole, near):
                 _force_axis(panel, axis)
-        handles, labels = axes[0].get_legend_handles_labels()
+        handles, labels = axes[2].get_legend_handles_labels()
         order = sorted(range(len(cases)), key=lambda k: cases[k])
         drawn.legend(
             [handles[k] for k in order],

@@ -1,4 +1,4 @@
-"""Figures of a device: its modes (25) and its mechanical model (24 and 26)."""
+"""Figures of a device: its elements (24), its modes (25) and its mechanical model (26)."""
 
 from __future__ import annotations
 
@@ -54,24 +54,38 @@ def modes_figure(path: Path, view: DeviceView, device: int) -> None:
         letter(axes)
 
 
+def elements_figure(path: Path, view: DeviceView, device: int) -> None:
+    """Figure 24: the elements of the device to scale.
+
+    Raises:
+        ValueError: The device is made of modes and has no springs.
+    """
+    drawn = _drawing(view, device)
+    _, floor, nodes = view.anchor(device)
+    caption = (
+        f"Figure 24: Elements of {view.devices[device]}, in elevation in the plane "
+        f"$(e_{drawn.axis}, e_z)$: a body on {'a beam' if _has_beam(drawn) else 'a rigid link'} on "
+        f"springs, anchored by rigid links to {nodes} node{'s' * (nodes > 1)} of floor {floor}."
+    )
+    with figure(path, (1, 1), (6.5, 4.4), caption) as (drawing, axes):
+        _elevation(axes[0], drawn)
+        drawing.legend(loc="outside upper center", ncols=3)
+
+
 def model_figure(path: Path, view: DeviceView, device: int) -> None:
-    """Figures 24 and 26: the parts of the device to scale, and its mechanical model.
+    """Figure 26: the mechanical model of the device, with its values and modes.
 
     Raises:
         ValueError: The device is made of modes and has no springs.
     """
     drawn = _drawing(view, device)
     axis = drawn.axis
-    _, floor, nodes = view.anchor(device)
     caption = (
-        f"Figures 24 and 26: {view.devices[device]} in elevation in the plane $(e_{axis}, e_z)$ "
-        f"(a), anchored by rigid links to {nodes} node{'s' * (nodes > 1)} of floor {floor}; its "
-        "mechanical model and its modes in this plane (b)."
+        f"Figure 26: Mechanical model of {view.devices[device]} in the plane $(e_{axis}, e_z)$, "
+        "and its modes in this plane with their effective masses."
     )
-    with figure(path, (1, 2), (9.0, 4.2), caption) as (_, axes):
-        _elevation(axes[0], drawn)
-        _mechanics(axes[1], drawn, _mode_lines(view, device, axis))
-        letter(axes)
+    with figure(path, (1, 1), (6.5, 4.4), caption) as (_, axes):
+        _mechanics(axes[0], drawn, _mode_lines(view, device, axis))
 
 
 def _drawing(view: DeviceView, device: int) -> Drawing:
@@ -133,7 +147,7 @@ def _has_beam(drawn: Drawing) -> bool:
 
 
 def _elevation(panel: Axes, drawn: Drawing) -> None:
-    """The parts in the colours of the paper's figure 24."""
+    """The parts in the colours of the paper's figure 24, each with a label."""
     outline, top = _body(drawn), _top(drawn)
     half = float(np.abs(outline[:, 0]).max())
     panel.fill(outline[:, 0], outline[:, 1], color=RED, alpha=0.12)
@@ -141,8 +155,8 @@ def _elevation(panel: Axes, drawn: Drawing) -> None:
     if _has_beam(drawn):
         panel.plot([0.0, 0.0], [0.0, drawn.beam_length], color=RED, lw=3.0, label="beam")
     panel.plot(0.0, drawn.height, "o", color="black", ms=5, label="mass centre")
-    # As wide as the legend needs, however slim the device is.
-    reach = max(2.1 * half, 0.95 * top)
+    # As wide as high at least, however slim the device is.
+    reach = max(1.6 * half, 0.95 * top)
     panel.axhline(-0.16 * top, color=BLUE, lw=4.0, label="floor")
     # Springs have no length: they are drawn apart to be seen.
     for x in np.linspace(-half, half, 5):
@@ -153,16 +167,15 @@ def _elevation(panel: Axes, drawn: Drawing) -> None:
         "",
         (half + 0.12 * reach, 0.0),
         xytext=(half + 0.12 * reach, drawn.height),
-        arrowprops={"arrowstyle": "<->", "color": GREY},
+        arrowprops={"arrowstyle": "<->", "color": GREY, "shrinkA": 0.0, "shrinkB": 0.0},
     )
     panel.text(half + 0.15 * reach, 0.5 * drawn.height, f"{drawn.height:g} m", va="center")
     panel.set_xlim(-reach, reach)
-    panel.set_ylim(-0.25 * top, 1.75 * top)
+    panel.set_ylim(-0.25 * top, 1.15 * top)
     panel.set_aspect("equal")
     panel.set_xlabel(f"{drawn.axis} [m]")
     panel.set_ylabel("height [m]")
     panel.grid(False)
-    panel.legend(loc="upper center", ncols=2, fontsize=7.5)
 
 
 def _mechanics(panel: Axes, drawn: Drawing, modes: list[str]) -> None:

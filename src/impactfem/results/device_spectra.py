@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from impactfem.results.device_histories import case_colour
+from impactfem.results.device_histories import case_colour, case_dashes
 from impactfem.results.device_view import BROADENED, ROTATIONS, WITH, WITHOUT, DeviceView
 from impactfem.results.style import BLUE, GREEN, ORANGE, RED, figure, letter, span
 
@@ -16,6 +17,8 @@ Array = NDArray[np.float64]
 
 RANGE = (0.5, 500.0)
 """Frequencies of figure 28 [Hz]."""
+HATCHES = ("", "", "////", "", "xxxx")
+"""Of the bars of the demands."""
 
 
 def damping_figure(path: Path, view: DeviceView) -> None:
@@ -93,9 +96,15 @@ def demand_figure(path: Path, view: DeviceView, device: int) -> None:
                 at = np.arange(len(view.cases), dtype=np.float64)
                 at += (k - 0.5 * (len(kinds) - 1)) * width
                 force, difference = _demands(view, device, impact, choice)
-                axes[column].bar(at, 1e-3 * force, width, color=colour, label=label)
+                # Orange and red, green and red are equally dark in print.
+                look: dict[str, Any] = {
+                    "color": colour,
+                    "hatch": HATCHES[k % len(HATCHES)],
+                    "edgecolor": "white",
+                }
+                axes[column].bar(at, 1e-3 * force, width, label=label, lw=0.0, **look)
                 if choice is not None:
-                    axes[2 + column].bar(at, 100.0 * difference, width, color=colour)
+                    axes[2 + column].bar(at, 100.0 * difference, width, lw=0.0, **look)
             axes[column].set_ylabel(f"force $F_{axis}$ [kN]")
             axes[2 + column].set_ylabel("difference [%]")
             axes[2 + column].axhline(0.0, color="black", lw=0.8)
@@ -133,8 +142,8 @@ def _drawn_order(view: DeviceView) -> list[int]:
 def _line(view: DeviceView, case: int) -> dict[str, object]:
     """The own damping is dashed over the others, so that these are seen below it."""
     dashed = case == 0 and len(view.cases) > 1
-    style = {"ls": "--", "lw": 0.9} if dashed else {"ls": "-", "lw": 1.2}
-    return {"color": case_colour(case), **style}
+    dashes = case_dashes(case) if dashed or case else "-"
+    return {"color": case_colour(case), "ls": dashes, "lw": 0.9 if dashed else 1.2}
 
 
 def _mark_modes(panel: Axes, view: DeviceView, device: int) -> None:

@@ -294,6 +294,8 @@ def _analyses(view: DeviceView) -> Table:
                 exact = (float(v) for v in detailed[c, impact, d])
                 rows.append((*start, "detailed", *exact, None))
                 for k, choice in enumerate(view.choices):
+                    if not view.done(d, impact, c, choice):
+                        continue
                     rows.append(
                         (
                             *start,
@@ -306,8 +308,11 @@ def _analyses(view: DeviceView) -> Table:
     return Table(
         "device_analyses",
         "Largest forces and moments of the devices on the floor: in the 3D model in detail, and by "
-        "all response spectrum analyses: combination of the modes, spectra of the anchor's "
-        f"rotations as input, broadened peaks; difference of the force along {view.direction}",
+        "all response spectrum analyses: combination of the modes; envelope: of the spectra of the "
+        "anchor and further points; envelope-dampings: over all dampings; given: spectra of a "
+        "file; spectra of the anchor's rotations as input; broadened peaks; supports: combination "
+        "of several anchors where it is not the first that was asked; difference of the force "
+        f"along {view.direction}",
         (
             ("device", ""),
             ("damping", ""),
@@ -355,7 +360,8 @@ def _shares(view: DeviceView) -> Table:
         "device_shares",
         f"What each mode and each component of the anchor gives to the force along "
         f"{view.direction} by response spectrum analysis, without the missing mass; pseudo-"
-        "acceleration and relative displacement of its oscillator; part: of the sum of squares",
+        "acceleration and relative displacement of its oscillator; of several anchors each by "
+        "its own motion; part: of the sum of squares",
         (
             ("device", ""),
             ("damping", ""),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from impactfem.results.device_inputs import WORDS, input_choices
 from impactfem.results.device_view import BROADENED, ROTATIONS, WITH, WITHOUT, DeviceView
 from impactfem.results.table import Table
 
@@ -105,12 +106,14 @@ def _dampings(view: DeviceView, device: int) -> str:
 
 
 def _covered(view: DeviceView, device: int) -> list[str]:
-    variants = {
+    variants: dict[str, str | None] = {
         "spectra as computed": view.headline,
         "broadened peaks": view.variant(BROADENED),
         "rotations": view.variant(ROTATIONS),
         "rotations and broadened peaks": view.variant(ROTATIONS, BROADENED),
     }
+    variants |= input_choices(view, device)
+    del variants[WORDS[""]]  # the spectra as computed, once more
     count = len(view.cases)
     found = []
     for label, choice in variants.items():

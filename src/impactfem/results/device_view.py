@@ -141,6 +141,10 @@ class DeviceView:
         which = self.choices.index(choice or self.headline)
         return float(self.store["spectrum_force"].values[case, impact, device, which, self.column])
 
+    def done(self, device: int, impact: int, case: int, choice: str) -> bool:
+        """Whether an analysis was done of a device: not all have envelopes or given spectra."""
+        return math.isfinite(self.by_spectrum(device, impact, case, choice))
+
     def difference(
         self, device: int, impact: int, case: int = 0, choice: str | None = None
     ) -> float | None:
@@ -246,6 +250,12 @@ class DeviceView:
             float(self.store["mass_coefficient"].values[case]),
             float(self.store["stiffness_coefficient"].values[case]),
         )
+
+    @property
+    def own_is_a_case(self) -> bool:
+        """Whether a damping case repeats the buildings' own damping, to a hundredth: as printed."""
+        own, *cases = (self.damping(case) for case in range(len(self.cases)))
+        return any(np.allclose(one, own, rtol=0.01, atol=0.0) for one in cases)
 
     def damping_ratio(self, case: int, frequency: Array | float) -> Array:
         """Rayleigh's ξ = α / (2 ω) + β ω / 2 of a damping case [-].

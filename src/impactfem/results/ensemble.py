@@ -120,7 +120,7 @@ def _published_figure(path: Path, table: Table) -> None:
     rows = [row for row in table.rows if row[-2] is not None and float(row[-2]) != 0.0]
     caption = (
         "Ensemble over published value: median, 16 % to 84 % (thick) and 5 % to 95 % (thin). "
-        "A line that crosses 1 has the published value inside."
+        "Blue: the published value, 1, is inside 5 % to 95 %; red: outside."
     )
     with figure(path, (1, 1), (7.5, 0.26 * len(rows) + 0.8), caption) as (_, axes):
         panel = axes[0]

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
 from impactfem.results import figures_models
-from impactfem.results.style import BUILDINGS, GREEN, figure, floor_colours, letter, span
+from impactfem.results.style import BUILDINGS, DASHES, GREEN, figure, floor_colours, letter, span
 
 
 def stick_figures(folder: Path) -> list[Path]:
@@ -78,6 +78,7 @@ def _response(path: Path, sticks: xr.Dataset) -> None:
                     time,
                     factor * sticks[name].values[:, top, column],
                     color=BUILDINGS[index % len(BUILDINGS)],
+                    ls=DASHES[index % len(DASHES)],
                     lw=0.8,
                     label=f"{names[index]}, floor {floor}",
                 )

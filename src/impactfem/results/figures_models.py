@@ -15,6 +15,9 @@ from impactfem.results.style import BLUE, BUILDINGS, GREEN, ORANGE, RED, figure,
 
 Array = NDArray[np.float64]
 GREY = "0.35"
+Point = tuple[float, float]
+MOST_ROOM = 4.0
+"""Of a pair of points in figure 5 [m]."""
 
 
 @dataclass(frozen=True)
@@ -63,11 +66,16 @@ def elevations(sticks: xr.Dataset) -> list[Elevation]:
 
 def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset) -> None:
     """Figure 2: the buildings, the ground acceleration, its response spectrum."""
-    a = motion["acceleration_0"]
-    direction = a.attrs["direction"]
-    damping = float(motion["spectrum_0"].attrs["damping"])
+    direction = str(sticks.attrs["shown_direction"])
+    n = next(
+        str(name).removeprefix("acceleration_")
+        for name, values in motion.data_vars.items()
+        if values.attrs.get("direction") == direction
+    )
+    a = motion[f"acceleration_{n}"]
+    damping = float(motion[f"spectrum_{n}"].attrs["damping"])
     pga = int(np.argmax(np.abs(a.values)))
-    time = motion["time_0"].values
+    time = motion[f"time_{n}"].values
     caption = (
         f"Figure 2: Configuration of the case (a), ground acceleration along $e_{direction}$ (b), "
         f"and its pseudo-acceleration response spectrum at {100 * damping:g} % damping (c)."
@@ -86,14 +94,13 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset) -> None:
         axes[1].set_xlabel("time [s]")
         axes[1].set_ylabel("ground acceleration [m/s²]")
         axes[1].set_xlim(time[0], time[-1])
-        frequency = motion["frequency_0"].values
-        spectrum = motion["spectrum_0"].values
+        frequency = motion[f"frequency_{n}"].values
+        spectrum = motion[f"spectrum_{n}"].values
         top = int(np.argmax(spectrum))
         axes[2].semilogx(frequency, spectrum, color=BLUE, label="motion")
-        if "target_0" in motion:
-            axes[2].semilogx(
-                frequency, motion["target_0"].values, color=ORANGE, ls="--", label="design spectrum"
-            )
+        if f"target_{n}" in motion:
+            target = motion[f"target_{n}"].values
+            axes[2].semilogx(frequency, target, color=ORANGE, ls="--", label="design spectrum")
         axes[2].plot(
             frequency[top],
             spectrum[top],
@@ -224,20 +231,31 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
             _draw_stick(panel, building, 2.0 * position, np.zeros_like(building.floors))
             top = float(building.floors[-1] + building.above[-1])
             panel.text(2.0 * position, top + 0.8, name, ha="center")
-        for k in range(forces.sizes["pair"]):
-            ends = []
-            for side in "ab":
-                name = str(forces[f"building_{side}"].values[k])
-                if name not in drawn:
-                    continue
-                ends.append((2.0 * names.index(name), _height(drawn[name], forces, side, k)))
-            if len(ends) == 2:
-                _draw_pair(panel, min(ends), max(ends), f"{k + 1}")
+        pairs = _faced(forces, drawn)
+        heights = np.unique([0.5 * (left[1] + right[1]) for left, right, _ in pairs])
+        room = float(np.diff(heights).min(initial=MOST_ROOM))
+        for left, right, number in pairs:
+            _draw_pair(panel, left, right, f"{number}", room)
         panel.set_xlim(-0.6, 2.0 * (len(names) - 1) + 0.6)
         panel.set_ylim(top=panel.get_ylim()[1] + 1.5)
         panel.set_xticks([])
         panel.set_ylabel("z [m]")
         panel.grid(False)
+
+
+def _faced(forces: xr.Dataset, drawn: dict[str, Elevation]) -> list[tuple[Point, Point, int]]:
+    """The pairs between two buildings: ends from left to right in the figure, and number."""
+    names = list(drawn)
+    found = []
+    for k in range(forces.sizes["pair"]):
+        ends: list[Point] = []
+        for side in "ab":
+            name = str(forces[f"building_{side}"].values[k])
+            if name in drawn:
+                ends.append((2.0 * names.index(name), _height(drawn[name], forces, side, k)))
+        if len(ends) == 2:
+            found.append((min(ends), max(ends), k + 1))
+    return found
 
 
 def _height(building: Elevation, forces: xr.Dataset, side: str, k: int) -> float:
@@ -251,26 +269,44 @@ def _height(building: Elevation, forces: xr.Dataset, side: str, k: int) -> float
     return low + s * (high - low) + offset
 
 
-def _draw_pair(
-    panel: Axes, left: tuple[float, float], right: tuple[float, float], label: str
-) -> None:
-    """A spring above a dashpot, a gap beside them."""
+def _draw_pair(panel: Axes, left: Point, right: Point, label: str, room: float) -> None:
+    """A spring K above a dashpot C, and a gap g beside them.
+
+    Args:
+        panel: The panel.
+        left: The end on the left, x and z.
+        right: The other end; two ends at unequal heights are drawn in the middle between them.
+        label: What is written beside it.
+        room: Distance from pair to pair [m].
+    """
     (x0, z0), (x1, z1) = left, right
     z = 0.5 * (z0 + z1)
-    panel.plot([x0, x0 + 0.4], [z0, z], color=GREY, lw=0.8)
-    panel.plot([x0 + 0.4, x0 + 0.4], [z - 0.5, z + 0.6], color=ORANGE)
-    panel.plot([x0 + 1.2, x0 + 1.2], [z - 0.5, z + 0.6], color=ORANGE)
+    start, end, u = x0 + 0.45, x0 + 1.2, 0.25 * room
+    middle = 0.5 * (start + end)
+    panel.plot([x0, start], [z0, z], color=GREY, lw=0.8)
+    for x in (start, end):
+        panel.plot([x, x], [z - u, z + u], color=GREY, lw=0.8)
     coils = np.array([0, 0, 1, -1, 1, -1, 1, -1, 1, -1, 0, 0])
-    panel.plot(np.linspace(x0 + 0.4, x0 + 1.2, coils.size), z + 0.6 + 0.45 * coils, color=ORANGE)
-    panel.plot([x0 + 0.4, x0 + 0.78], [z - 0.5] * 2, color=ORANGE)
-    panel.plot([x0 + 0.78] * 2, [z - 0.8, z - 0.2], color=ORANGE, lw=2.0)
+    panel.plot(np.linspace(start, end, coils.size), z + u * (1.0 + 0.5 * coils), color=ORANGE)
+    panel.plot([start, middle - 0.02], [z - u] * 2, color=ORANGE)
+    panel.plot([middle - 0.02] * 2, [z - 1.4 * u, z - 0.6 * u], color=ORANGE, lw=2.0)
+    cup = np.array([-0.7, -0.7, 0.06, 0.06, -0.7, -0.7]) + 0.64
     panel.plot(
-        [x0 + 0.7, x0 + 0.88, x0 + 0.88, x0 + 0.7],
-        z + np.array([-0.1, -0.1, -0.9, -0.9]),
+        middle + 0.1 * (cup - 0.7),
+        z + u * np.array([-0.5, -0.5, -0.5, -1.5, -1.5, -1.5]),
         color=ORANGE,
     )
-    panel.plot([x0 + 0.88, x0 + 1.2], [z - 0.5] * 2, color=ORANGE)
-    panel.plot([x0 + 1.2, x0 + 1.4], [z, z], color=GREY, lw=0.8)
-    panel.plot([x0 + 1.6, x1], [z, z1], color=GREY, lw=0.8)
-    panel.text(x0 + 1.5, z, "g", ha="center", va="center", fontsize=7.5)
-    panel.text(x0 + 0.22, z + 0.35, label, ha="center", fontsize=7.5)
+    panel.plot([middle, end], [z - u] * 2, color=ORANGE)
+    panel.plot([end, end + 0.15], [z, z], color=GREY, lw=0.8)
+    for x in (end + 0.15, end + 0.3):
+        panel.plot([x, x], [z - 0.8 * u, z + 0.8 * u], color=GREY, lw=1.5)
+    panel.plot([end + 0.3, x1], [z, z1], color=GREY, lw=0.8)
+    panel.text(x0 + 0.22, z + 0.3 * u, label, ha="center", va="bottom", fontsize=7.5)
+    for x, height, name in (
+        (start - 0.05, z + u, "K"),
+        (start - 0.05, z - u, "C"),
+        (end + 0.225, z + 0.9 * u, "g"),
+    ):
+        panel.text(
+            x, height, name, ha="center", va="center" if name != "g" else "bottom", fontsize=7.0
+        )

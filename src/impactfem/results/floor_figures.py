@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from numpy.typing import NDArray
 
 from impactfem.results.style import BLUE, GREEN, ORANGE, RED, figure
 from impactfem.spectra.product import DesignFloorSpectra
@@ -97,7 +99,17 @@ def _panel(panel: Axes, design: DesignFloorSpectra, s: int) -> None:
             label=f"for design, {along}",
         )
         panel.axhline(float(design.zpa[s, x]), color=colour, lw=0.8, ls=":")
-    low, high = float(source.frequency[0]), float(source.frequency[-1])
+    frequency_axis(panel, source.frequency)
+
+
+def frequency_axis(panel: Axes, frequency: NDArray[np.float64]) -> None:
+    """Let a logarithmic axis span frequencies, with a label at each power of ten.
+
+    Args:
+        panel: The panel.
+        frequency: Ascending, shape (n_f,) [Hz].
+    """
+    low, high = float(frequency[0]), float(frequency[-1])
     if high > low:
         panel.set_xlim(low, high)
         exponents = range(math.ceil(math.log10(low)), math.floor(math.log10(high)) + 1)

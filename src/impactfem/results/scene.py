@@ -1,16 +1,19 @@
-"""Off-screen scenes of a building from its store, without an X server."""
+"""Off-screen scenes of a building from its store, without an X server, and figures made of them."""
 
 from __future__ import annotations
 
 import os
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
-
-from impactfem.files import atomic
 
 Array = NDArray[np.float64]
 
@@ -24,12 +27,44 @@ FAMILIES = {
     "column": ("columns", "#009e73"),
 }
 """Label and colour of each family of parts; told apart with any colour vision."""
+GHOST, OUTLINE = "#c9c9c9", "#5a5a5a"
+"""Of a building that others stand in."""
 
-WINDOW = (1800, 1200)
+PIXELS = (1300, 900)
+"""Largest width and height of a picture."""
 VIEW = (-1.0, -1.35, 0.75)
 """From where the building is seen: the corner that is farthest from the other building."""
-MARGIN = 0.08
-"""Part of the width or height of a picture that stays free on each side."""
+MARGIN = 0.03
+"""Part of the width and height of a picture that stays free on each side."""
+TRIAD = 0.09
+"""Length of the axes that are drawn in a corner, in parts of the height of the picture."""
+SHADING = {"ambient": 0.6, "diffuse": 0.4, "specular": 0.0}
+"""So little shade that colours are those of their scale."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A scene as it is seen in parallel projection.
+
+    Args:
+        image: Its pixels, shape (height, width, 3).
+        right: Unit vector to the right in it, shape (3,).
+        up: Unit vector upwards in it, shape (3,).
+        corner: Its upper left corner along both [m].
+        scale: Pixels in a metre.
+    """
+
+    image: NDArray[np.uint8]
+    right: Array
+    up: Array
+    corner: tuple[float, float]
+    scale: float
+
+    def place(self, points: Array) -> Array:
+        """Where points are in it, shape (n, 2): to the right and downwards [pixel]."""
+        x = self.scale * (points @ self.right - self.corner[0])
+        y = self.scale * (self.corner[1] - points @ self.up)
+        return np.stack([x, y], axis=-1)
 
 
 def shell_grid(store: xr.Dataset, family: str | None = None) -> Any:
@@ -52,45 +87,123 @@ def beam_grid(store: xr.Dataset, family: str | None = None) -> Any:
     return pyvista.UnstructuredGrid({pyvista.CellType.LINE: cells}, store["node_position"].values)
 
 
+def surface(grid: Any) -> Any:
+    """The cells of a grid as flat polygons."""
+    return grid.extract_surface(nonlinear_subdivision=0, algorithm="dataset_surface")
+
+
+def corners(flat: Any) -> Any:
+    """Lines of a surface where it ends, folds or branches."""
+    return flat.extract_feature_edges(
+        feature_angle=30.0, boundary_edges=True, non_manifold_edges=True, manifold_edges=False
+    )
+
+
 def plotter() -> Any:
     """An off-screen plotter on white."""
     import pyvista
 
-    made = pyvista.Plotter(off_screen=True, window_size=list(WINDOW))
+    made = pyvista.Plotter(off_screen=True, window_size=list(PIXELS))
     made.set_background("white")
     return made
 
 
-def save(
-    made: Any,
-    path: Path,
-    *,
-    view: tuple[float, float, float] = VIEW,
-    points: Array | None = None,
-    below: float = 0.0,
-) -> Path:
-    """Look from a direction, write the picture and close the plotter.
+def add_ghost(made: Any, building: xr.Dataset, opacity: float = 0.25) -> None:
+    """Draw a building that others are seen through: its shells, their outlines and its columns."""
+    made.enable_depth_peeling(12)
+    flat = surface(shell_grid(building))
+    if flat.n_cells:
+        made.add_mesh(flat, color=GHOST, opacity=opacity)
+        made.add_mesh(corners(flat), color=OUTLINE, line_width=1.0)
+    columns = beam_grid(building, "column")
+    if columns.n_cells:
+        made.add_mesh(columns, color="#9a9a9a", line_width=3.0)
+
+
+def balls(points: Array, radius: float) -> Any:
+    """Balls of a radius [m] around points."""
+    import pyvista
+
+    cloud = pyvista.PolyData(np.asarray(points, dtype=np.float64))
+    return cloud.glyph(geom=pyvista.Sphere(radius=radius), scale=False, orient=False)
+
+
+def segments(ends: Array) -> Any:
+    """Straight lines between points 0 and 1, 2 and 3, ..., shape (2 n, 3)."""
+    import pyvista
+
+    return pyvista.line_segments_from_points(np.asarray(ends, dtype=np.float64))
+
+
+def render(made: Any, points: Array, view: Sequence[float] = VIEW) -> Picture:
+    """Look from a direction so that points fill the picture, and close the plotter.
 
     Args:
         made: The plotter.
-        path: The picture (PNG).
+        points: What is to be seen, shape (n, 3) [m].
         view: Direction from the building to the camera.
-        points: What is to fill the picture, shape (n, 3) [m]; all that is drawn when None.
-        below: Part of the height that is left free below them.
-
-    Raises:
-        ImpactfemError: The file cannot be written.
     """
+    direction = np.asarray(view, dtype=np.float64)
+    right, up = screen_axes(direction)
+    x, y = points @ right, points @ up
+    free = 1.0 - 2.0 * MARGIN
+    width, height = max(np.ptp(x), 1e-6) / free, max(np.ptp(y), 1e-6) / free
+    scale = min(PIXELS[0] / width, PIXELS[1] / height)
+    size = [max(2, round(scale * width)), max(2, round(scale * height))]
+    made.window_size = size
     made.enable_parallel_projection()
-    made.view_vector(view, viewup=(0.0, 0.0, 1.0))
-    if points is not None:
-        _fill(made, points, np.asarray(view, dtype=np.float64), below)
+    away = direction / np.linalg.norm(direction)
+    middle = 0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())
+    # The part of the centre along the view is that of the points: they stay between the planes.
+    centre = middle[0] * right + middle[1] * up + (points @ away).mean() * away
+    far = 4.0 * max(float(np.ptp(points, axis=0).max()), height)
+    made.camera.up = (0.0, 0.0, 1.0)
+    made.camera.focal_point = tuple(centre)
+    made.camera.position = tuple(centre + far * away)
+    made.camera.parallel_scale = 0.5 * size[1] / scale
+    made.renderer.reset_camera_clipping_range()
     made.enable_anti_aliasing("ssaa")
-    image = made.screenshot(return_img=True)
+    image = np.asarray(made.screenshot(return_img=True), dtype=np.uint8)
     made.close()
-    with atomic(path) as temporary:
-        _write_png(temporary, image)
-    return path
+    corner = (middle[0] - 0.5 * size[0] / scale, middle[1] + 0.5 * size[1] / scale)
+    return Picture(image, right, up, corner, scale)
+
+
+def show(panel: Axes, picture: Picture, *, triad: bool = True) -> None:
+    """Draw a picture into a panel, with the directions of the axes in a lower corner."""
+    panel.imshow(picture.image)
+    panel.set_axis_off()
+    panel.set_anchor("C")
+    if triad:
+        _triad(panel, picture)
+
+
+def note(panel: Axes, picture: Picture, point: Array, text: str, *, left: bool = True) -> None:
+    """Write a text beside a point of a picture, on a white edge."""
+    x, y = picture.place(np.asarray(point, dtype=np.float64)[None])[0]
+    panel.annotate(
+        text,
+        (x, y),
+        xytext=(-7 if left else 7, 0),
+        textcoords="offset points",
+        ha="right" if left else "left",
+        va="center",
+        fontsize=7.5,
+        path_effects=[withStroke(linewidth=2.5, foreground="white")],
+    )
+
+
+def keys(entries: Sequence[tuple[str, str, str]]) -> list[Any]:
+    """Entries of a legend: label, colour and kind ("face", "line" or "ball") of each."""
+    made: list[Any] = []
+    for label, colour, kind in entries:
+        if kind == "face":
+            made.append(Patch(facecolor=colour, edgecolor="0.4", lw=0.5, label=label))
+        elif kind == "line":
+            made.append(Line2D([], [], color=colour, lw=2.5, label=label))
+        else:
+            made.append(Line2D([], [], color=colour, marker="o", ls="", ms=6, label=label))
+    return made
 
 
 def screen_axes(view: Array) -> tuple[Array, Array]:
@@ -100,27 +213,42 @@ def screen_axes(view: Array) -> tuple[Array, Array]:
     return right / np.linalg.norm(right), up / np.linalg.norm(up)
 
 
-def _fill(made: Any, points: Array, view: Array, below: float) -> None:
-    """Centre and scale the picture so that points fill it but for a margin."""
-    right, up = screen_axes(view)
-    x, y = points @ right, points @ up
-    width, height = np.ptp(x) / (1.0 - 2.0 * MARGIN), np.ptp(y) / (1.0 - 2.0 * MARGIN - below)
-    half = 0.5 * max(height, width * WINDOW[1] / WINDOW[0], 1e-6)
-    away = view / np.linalg.norm(view)
-    centre = 0.5 * (x.min() + x.max()) * right + (0.5 * (y.min() + y.max()) - below * half) * up
-    # The part of the centre along the view is that of the points: they stay between the planes.
-    centre = centre + (points @ away).mean() * away
-    far = 4.0 * max(float(np.ptp(points, axis=0).max()), half)
-    made.camera.focal_point = tuple(centre)
-    made.camera.position = tuple(centre + far * away)
-    made.camera.parallel_scale = half
-    made.renderer.reset_camera_clipping_range()
+def impact_view(building: xr.Dataset) -> tuple[float, float, float]:
+    """Towards a camera that sees the impact edges, from the side and from above."""
+    nodes = building["node_position"].values
+    edge = nodes[np.unique(building["edge_line"].values)]
+    if not len(edge):
+        return VIEW
+    out = edge[:, :2].mean(axis=0) - nodes[:, :2].mean(axis=0)
+    out = out / np.linalg.norm(out)
+    aside = np.array([-out[1], out[0]])
+    x, y = 1.0 * out + 0.75 * aside
+    return (float(x), float(y), 0.7)
 
 
-def _write_png(path: Path, image: Any) -> None:
-    from matplotlib.image import imsave
-
-    imsave(path, image, format="png", dpi=150)
+def _triad(panel: Axes, picture: Picture) -> None:
+    """The directions of the axes, in the lower corner where less is drawn."""
+    height, width = picture.image.shape[:2]
+    length = TRIAD * height
+    ends = np.column_stack([picture.right, -picture.up]) * length
+    low, high = np.minimum(0.0, ends.min(axis=0)), np.maximum(0.0, ends.max(axis=0))
+    beyond = 0.5 * length
+    box = (high - low + 2.0 * beyond).astype(int)
+    below = picture.image[-box[1] :].mean(axis=2)
+    left = below[:, : box[0]].mean() >= below[:, -box[0] :].mean()
+    side = beyond - low[0] if left else width - beyond - high[0]
+    start = np.array([side, height - beyond - high[1]])
+    for name, end in zip("xyz", ends, strict=True):
+        panel.annotate(
+            "",
+            tuple(start + end),
+            xytext=tuple(start),
+            arrowprops={"arrowstyle": "->", "color": "black", "shrinkA": 0, "shrinkB": 0},
+        )
+        # A direction that is seen from its end has no arrow, and no room for its name there.
+        reach = end * (1.0 + 0.35 * length / max(float(np.linalg.norm(end)), 0.25 * length))
+        x, y = start + reach
+        panel.text(x, y, name, ha="center", va="center", fontsize=8.0)
 
 
 def _chosen(store: xr.Dataset, names: str, part: str, family: str | None) -> NDArray[np.int64]:

@@ -59,9 +59,9 @@ def _calibration(values: Mapping[str, float]) -> list[Check]:
         (
             True,
             f"sticks: stiffness factor {values['sticks.stiffness_factor']:.4g} on the storeys, "
-            f"rigid zones {values['sticks.rigid_below']:.3g} m below and "
-            f"{values['sticks.rigid_above']:.3g} m above the mass centres, storey heights "
-            f"{', '.join(f'{h:.3g}' for h in heights)} m",
+            f"rigid zones {round(values['sticks.rigid_below'], 6):.3g} m below and "
+            f"{round(values['sticks.rigid_above'], 6):.3g} m above the mass centres, "
+            f"storey heights {', '.join(f'{h:.3g}' for h in heights)} m",
         ),
         (
             True,
@@ -142,6 +142,10 @@ def _linearity(values: Mapping[str, float]) -> list[Check]:
         shear = f"{values['pounding.storey_shear_max'] / 1e6:.3g} MN"
         ratio = values.get("pounding.cracking_ratio_max")
         of = "" if ratio is None else f", {ratio:.2g} of the tensile strength"
-        text = f"linear? storey shear in impacts up to {shear}, shear stress up to {stress}{of}"
+        text = (
+            f"linear? storey shear in impacts up to {shear}, shear stress up to {stress}{of} "
+            "(on the shear areas of the sticks; no stress where these stand for the bending of a "
+            "frame)"
+        )
         lines.append((ratio is None or ratio <= 1.0, text))
     return lines

@@ -29,11 +29,18 @@ SETTINGS: dict[str, Any] = {
 # Okabe and Ito's colours: told apart with any colour vision, and in print.
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 BUILDINGS = (BLUE, RED, GREEN, ORANGE)
+DASHES = ("-", "--", "-.", ":")
+"""Of the buildings, beside their colours: blue and red are equally dark in print."""
+
+
+def ordered_colours(count: int) -> list[Any]:
+    """Colours of curves in an order, the first one darkest; all of them dark enough for print."""
+    return [mpl.colormaps["viridis"](0.78 * k / max(count - 1, 1)) for k in range(count)]
 
 
 def floor_colours(count: int) -> list[Any]:
-    """A colour for each floor, dark at the bottom, so that order can be read off."""
-    return [mpl.colormaps["viridis"](0.92 * k / max(count - 1, 1)) for k in range(count)]
+    """A colour for each floor from the lowest, dark at the top, where the impacts are."""
+    return ordered_colours(count)[::-1]
 
 
 @contextmanager
@@ -56,8 +63,15 @@ def figure(
         grid: Any = drawn.subplots(*panels, squeeze=False)
         axes: list[Axes] = list(grid.flat)
         yield drawn, axes
+        for panel in axes:
+            if panel.get_xscale() == "log":
+                # 0.5, 1, 10 and not powers of ten: these are frequencies.
+                panel.xaxis.set_major_formatter("{x:g}")
         share = below / (size[1] + below)
         drawn.get_layout_engine().set(rect=(0.0, share, 1.0, 1.0 - share))  # type: ignore[union-attr, call-arg]
+        # Laid out once here: savefig would draw everything once more for it.
+        drawn.get_layout_engine().execute(drawn)  # type: ignore[union-attr]
+        drawn.set_layout_engine("none")
         drawn.text(0.02, 0.07 / (size[1] + below), "\n".join(lines), va="bottom", fontsize=8.5)
         with atomic(path) as temporary:
             drawn.savefig(temporary, format="png")

@@ -12,7 +12,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from impactfem.files import write_json
-from impactfem.results.style import BUILDINGS, figure, floor_colours, letter
+from impactfem.results.style import BUILDINGS, figure, letter, ordered_colours
 from impactfem.results.table import Cell, Table
 from impactfem.scalar import Scalar
 
@@ -174,7 +174,7 @@ def draw_sweep(path: Path, results: SweepResults, names: Sequence[str]) -> bool:
         for panel, name in zip(axes, drawn, strict=False):
             lines = _lines(results, along, name)
             few = len(lines) <= len(BUILDINGS)
-            colours = BUILDINGS if few else floor_colours(len(lines))
+            colours = BUILDINGS if few else ordered_colours(len(lines))
             for colour, (label, points) in zip(colours, lines.items(), strict=False):
                 x, y = zip(*sorted(points), strict=True)
                 panel.plot(x, y, marker="o", ms=3.5, color=colour, label=label)

@@ -16,6 +16,7 @@ from impactfem.results import (
     transient_spectra,
     transient_waves,
 )
+from impactfem.results.animation import wave_animation
 from impactfem.results.transient_pictures import transient_pictures
 from impactfem.results.transient_view import TransientView
 
@@ -31,7 +32,7 @@ def transient_figures(
     fields: Sequence[str] = FIELDS,
     field_frequencies: Sequence[float] = FIELD_FREQUENCIES,
 ) -> list[Path]:
-    """Draw figures 11 to 22 and maps of the floors into `figures/`.
+    """Draw figures 11 to 22, maps of the floors and a film of the wave into `figures/`.
 
     Args:
         folder: The run's folder, with `building.nc`, `sticks.nc`, `transient.nc` and, where fields
@@ -64,7 +65,7 @@ def transient_figures(
         for name, draw in makers.items():
             draw(target / name)
             drawn.append(target / name)
-    return sorted([*drawn, *transient_pictures(folder)])
+    return sorted([*drawn, *transient_pictures(folder), *wave_animation(folder)])
 
 
 def _of_probes(view: TransientView, sticks: xr.Dataset) -> Makers:

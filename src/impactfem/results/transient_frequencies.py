@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from impactfem.results.power import force_spectra, power_spectrum
-from impactfem.results.style import BLUE, RED, figure, floor_colours, letter
+from impactfem.results.style import BLUE, RED, figure, floor_colours, letter, ordered_colours
 from impactfem.results.transient_spectra import mark_unknown
 from impactfem.results.transient_view import TransientView
 
@@ -22,8 +22,8 @@ DECADES = 5.0
 
 
 def lower_floor(view: TransientView) -> int:
-    """The floor of figures 20 and 22 (a): the one below the top floor, of those with an edge."""
-    edges = list(view.edges)
+    """The floor of figures 20 and 22 (a): the one below that with the line, if it has an edge."""
+    edges = [floor for floor in view.edges if floor <= view.top] or list(view.edges)
     return edges[-2] if len(edges) > 1 else edges[-1]
 
 
@@ -71,11 +71,13 @@ def force_figure(path: Path, view: TransientView) -> None:
         f"{1e3 * spectra.duration:.0f} ms."
     )
     with figure(path, (1, 1), (6.5, 3.8), caption) as (_, axes):
-        for floor, density, colour in zip(floors, spectra.density, (RED, BLUE), strict=False):
+        looks = ((RED, "--"), (BLUE, "-"))[-len(floors) :]
+        for floor, density, (colour, dashes) in zip(floors, spectra.density, looks, strict=True):
             axes[0].loglog(
                 spectra.frequency[1:],
                 1e-12 * density[1:],
                 color=colour,
+                ls=dashes,
                 label=f"floor {floor}",
             )
         label = "PSD of the impact force [MN²/Hz]"
@@ -105,9 +107,8 @@ def transfer_figure(path: Path, view: TransientView) -> None:
     with figure(path, (1, len(panels)), (3.6 * len(panels), 3.6), caption) as (_, axes):
         f = view.transfer_frequency
         for panel, (load, probes, _) in zip(axes, panels, strict=True):
-            for colour, (label, probe) in zip(
-                floor_colours(len(probes)), probes.items(), strict=True
-            ):
+            colours = (floor_colours if probes is at_edges else ordered_colours)(len(probes))
+            for colour, (label, probe) in zip(colours, probes.items(), strict=True):
                 size, bound = view.transfer(load, probe), view.transfer_bound(load, probe)
                 panel.semilogx(f, 1e6 * size, color=colour, label=label)
                 sharp = bound < size

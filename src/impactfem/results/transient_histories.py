@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from impactfem.results.style import BLUE, RED, figure, floor_colours, letter
+from impactfem.results.style import BLUE, RED, figure, floor_colours, letter, ordered_colours
 from impactfem.results.transient_view import TransientView, stick_history, stick_station
 
 Array = NDArray[np.float64]
@@ -110,7 +110,9 @@ def _with_sticks(
     if station is not None:
         other = stick_history(sticks, name, station, view.direction)
         if other is not None:
-            panel.plot(sticks["time"].values, factor * other, color=RED, lw=0.8, label="sticks")
+            panel.plot(
+                sticks["time"].values, factor * other, color=RED, lw=0.8, ls="--", label="sticks"
+            )
     panel.plot(view.time, factor * values, color=BLUE, lw=0.8, label="3D")
 
 
@@ -125,7 +127,7 @@ def across_figure(path: Path, view: TransientView) -> None:
     )
     panels = 2 if impact else 1
     with figure(path, (1, panels), (9.0, 3.6), caption) as (_, axes):
-        colours = floor_colours(len(view.shown_distances))
+        colours = ordered_colours(len(view.shown_distances))
         for colour, k in zip(colours, view.shown_distances, strict=True):
             values = view.acceleration(view.line[k])
             for panel in axes:

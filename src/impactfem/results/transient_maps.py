@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from impactfem.results.floor_field import COLOURS, TopFloor, colour_bar, plan_axes, plan_layout
@@ -113,7 +114,8 @@ def _draw(
             colour_bar(drawn, colours, panel, name)
             _marks(panel, view)
         if _crosses(ratio):
-            axes[1].tricontour(mesh, ratio, levels=[1.0], colors="white", linewidths=1.0)
+            line = axes[1].tricontour(mesh, ratio, levels=[1.0], colors="white", linewidths=1.0)
+            line.set(path_effects=[withStroke(linewidth=2.2, foreground="black")])
         for panel in axes:
             plan_axes(panel, floor, margin=0.02)
         letter(axes)
@@ -131,7 +133,8 @@ def _crosses(ratio: Array) -> bool:
 
 def _marks(panel: Axes, view: TransientView) -> None:
     x, y, _ = view.position[view.centres[view.top]]
-    panel.plot(x, y, "+", color="white", ms=9, mew=1.6)
+    edge = [withStroke(linewidth=3.2, foreground="black")]
+    panel.plot(x, y, "+", color="white", ms=9, mew=1.6, path_effects=edge)
     if view.top in view.edges:
         x, y, _ = view.position[view.edges[view.top]]
         panel.plot(x, y, "o", color=RED, ms=6, clip_on=False, zorder=5)

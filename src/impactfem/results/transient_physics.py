@@ -261,10 +261,11 @@ def _on_top_floor(view: TransientView) -> list[int]:
 
 
 def _edges(view: TransientView) -> list[Scalar]:
-    """Where the floor below the top is above it, at the impact edges."""
-    if len(view.edges) < 2:
+    """Where the floor below the one with the line is above it, at the impact edges."""
+    floors = [floor for floor in view.edges if floor <= view.top]
+    if len(floors) < 2:
         return []
-    lower, upper = list(view.edges)[-2:]
+    lower, upper = floors[-2:]
     frequency = view.frequency[view.known]
     below, above = (view.psa(view.edges[floor])[view.known] for floor in (lower, upper))
     ends = longest_above(below, above, frequency)

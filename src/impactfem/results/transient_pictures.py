@@ -7,11 +7,29 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
 from impactfem.own_process import in_own_process
 from impactfem.results.floor_field import COLOURS
-from impactfem.results.scene import beam_grid, plotter, save, screen_axes, shell_grid
+from impactfem.results.open_store import open_store
+from impactfem.results.scene import (
+    SHADING,
+    add_ghost,
+    balls,
+    corners,
+    impact_view,
+    keys,
+    note,
+    plotter,
+    render,
+    screen_axes,
+    show,
+    surface,
+)
+from impactfem.results.style import RED, figure
 from impactfem.results.transient_maps import at_node
 from impactfem.results.transient_view import TransientView
 
@@ -25,7 +43,7 @@ KINDS = {
     "edge": ("impact edges", "#d55e00"),
     "line": ("line across", "#0072b2"),
     "centre": ("mass centres", "#009e73"),
-    "": ("asked for", "#cc79a7"),
+    "": ("points of the case", "#cc79a7"),
 }
 """Label and colour of each family of probes; told apart with any colour vision."""
 MOST_LABELS = 30
@@ -38,20 +56,6 @@ BESIDE = 1.3
 """Distance of two columns of floors over the length of the plan."""
 FROM_SHORT = ((-0.12, -1.35, 1.0), (1.35, -0.12, 1.0))
 """From where floors are seen that are longest along x, or along y."""
-BAR = 0.16
-"""Part of the height of the picture that the scale of colours takes."""
-SCALE = {
-    "color": "black",
-    "n_labels": 5,
-    "fmt": "%.3g",
-    "title_font_size": 26,
-    "label_font_size": 24,
-    "vertical": False,
-    "position_x": 0.3,
-    "position_y": 0.03,
-    "height": 0.07,
-    "width": 0.4,
-}
 
 
 def transient_pictures(folder: Path) -> list[Path]:
@@ -76,13 +80,13 @@ def draw(folder: Path) -> list[Path]:
     target = folder / "figures"
     target.mkdir(exist_ok=True)
     with (
-        xr.open_dataset(folder / "building.nc", engine="h5netcdf") as building,
-        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
+        open_store(folder / "building.nc") as building,
+        open_store(folder / "transient.nc") as store,
     ):
         view = TransientView(store)
         files = [_probes(target / PROBES, building, view)]
         if (folder / "transient_maps.nc").is_file():
-            with xr.open_dataset(folder / "transient_maps.nc", engine="h5netcdf") as maps:
+            with open_store(folder / "transient_maps.nc") as maps:
                 files += _floors(target, building, view, maps)
     return files
 
@@ -90,21 +94,7 @@ def draw(folder: Path) -> list[Path]:
 def _probes(path: Path, building: xr.Dataset, view: TransientView) -> Path:
     """The points where the response is looked at, seen from the side of the impact."""
     scene = plotter()
-    scene.enable_depth_peeling(12)
-    outline = shell_grid(building).extract_surface(
-        nonlinear_subdivision=0, algorithm="dataset_surface"
-    )
-    scene.add_mesh(outline, color="#c9c9c9", opacity=0.25)
-    scene.add_mesh(
-        outline.extract_feature_edges(
-            feature_angle=30.0, boundary_edges=True, non_manifold_edges=True, manifold_edges=False
-        ),
-        color="#5a5a5a",
-        line_width=1.0,
-    )
-    columns = beam_grid(building, "column")
-    if columns.n_cells:
-        scene.add_mesh(columns, color="#9a9a9a", line_width=3.0)
+    add_ghost(scene, building)
     size = float(np.ptp(building["node_position"].values, axis=0).max())
     legend = []
     for kind, (label, colour) in KINDS.items():
@@ -112,49 +102,27 @@ def _probes(path: Path, building: xr.Dataset, view: TransientView) -> Path:
         if not chosen:
             continue
         radius = size * (0.011 if kind == "edge" else 0.009)
-        scene.add_mesh(_balls(view.position[chosen], radius), color=colour)
-        legend.append([label, colour])
+        scene.add_mesh(balls(view.position[chosen], radius), color=colour, **SHADING)
+        legend.append((label, colour, "ball"))
+    picture = render(scene, building["node_position"].values, impact_view(building))
     named = [k for k, name in enumerate(view.names) if _kind(view, k, name) in ("edge", "")]
     named += [view.line[-1]] if view.line else []
-    if len(named) <= MOST_LABELS:
-        scene.add_point_labels(
-            view.position[named] + np.array([0.0, 0.0, 0.006 * size]),
-            [f"{view.names[k]}   " for k in named],
-            font_size=22,
-            text_color="black",
-            shape=None,
-            show_points=False,
-            always_visible=True,
-            justification_horizontal="right",
-        )
-    scene.add_legend(legend, bcolor=None, face="circle", size=(0.17, 0.14), loc="upper right")
-    scene.add_axes(color="black")
-    return save(scene, path, view=_from_impact(building), points=building["node_position"].values)
+    caption = (
+        f"Figure 14: Points of building {view.building} where the response in 3D is looked at: "
+        f"{len(view.names)} nodes of the mesh nearest to them."
+    )
+    with figure(path, (1, 1), (6.5, 4.9), caption) as (drawn, axes):
+        show(axes[0], picture)
+        if len(named) <= MOST_LABELS:
+            for k in named:
+                note(axes[0], picture, view.position[k], view.names[k])
+        drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
+    return path
 
 
 def _kind(view: TransientView, index: int, name: str) -> str:
     families = {"centre": view.centres.values(), "edge": view.edges.values(), "line": view.line}
     return next((kind for kind, known in families.items() if index in known), "")
-
-
-def _balls(points: Array, radius: float) -> Any:
-    import pyvista
-
-    cloud = pyvista.PolyData(points)
-    return cloud.glyph(geom=pyvista.Sphere(radius=radius), scale=False, orient=False)
-
-
-def _from_impact(building: xr.Dataset) -> tuple[float, float, float]:
-    """Towards a camera that sees the impact edges, from the side and from above."""
-    nodes = building["node_position"].values
-    edge = nodes[np.unique(building["edge_line"].values)]
-    if not len(edge):
-        return (-1.0, -1.35, 0.75)
-    out = edge[:, :2].mean(axis=0) - nodes[:, :2].mean(axis=0)
-    out = out / np.linalg.norm(out)
-    aside = np.array([-out[1], out[0]])
-    x, y = 1.0 * out + 0.75 * aside
-    return (float(x), float(y), 0.7)
 
 
 def _floors(
@@ -176,10 +144,25 @@ def _floors(
     if not grids:
         return []
     kinds = (
-        (PEAKS, pfa, f"peak acceleration along {view.direction} [m/s²]\n"),
-        (AMPLIFICATION, ratio, "peak acceleration over that of the floor's mass centre\n"),
+        (PEAKS, pfa, f"peak acceleration along $e_{view.direction}$ [m/s²]"),
+        (AMPLIFICATION, ratio, "peak acceleration over that of the mass centre [-]"),
     )
-    return [_stack(target / name, grids, values, label) for name, values, label in kinds]
+    what = f"Peak absolute acceleration along $e_{view.direction}$ of building {view.building}"
+    captions = (
+        f"{what}, over its floors.",
+        f"{what}, over its floors, each over that of the floor's mass centre.",
+    )
+    return [
+        _stack(target / name, grids, _impact_edges(building), values, label, caption)
+        for (name, values, label), caption in zip(kinds, captions, strict=True)
+    ]
+
+
+def _impact_edges(building: xr.Dataset) -> dict[int, Array]:
+    """Ends of the lines of the impact edge of each floor, shape (n, 2, 3) [m]."""
+    floors = building["edge_floor"].values
+    ends = building["node_position"].values[building["edge_line"].values[:, :2]]
+    return {int(floor): ends[floors == floor] for floor in np.unique(floors)}
 
 
 def _floor_grid(
@@ -204,8 +187,10 @@ def _floor_grid(
 def _stack(
     path: Path,
     grids: dict[int, tuple[Any, NDArray[np.int64]]],
+    edges: dict[int, Array],
     values: Array,
     label: str,
+    caption: str,
 ) -> Path:
     scene = plotter()
     known = np.concatenate([values[places] for _, places in grids.values()])
@@ -216,44 +201,48 @@ def _stack(
     # The long side of the floors goes from left to right.
     view = FROM_SHORT[int(np.argmax(size))]
     right, _ = screen_axes(np.array(view))
-    marks, texts, every = [], [], []
+    marks, every, impacts = [], [], []
     for number, (floor, (grid, places)) in enumerate(grids.items()):
         raised = grid.copy()
         points = np.asarray(raised.points).copy()
-        points[:, 2] = 0.0
         column, row = divmod(number, COLUMN)
-        points[:, int(np.argmax(size))] += BESIDE * size.max() * column
-        points[:, 2] += SPREAD * size.min() * row
+        shift = np.array([0.0, 0.0, SPREAD * size.min() * row - points[0, 2]])
+        shift[int(np.argmax(size))] = BESIDE * size.max() * column
+        points += shift
         raised.points = points
-        raised.point_data[label] = values[places]
+        raised.point_data["value"] = values[places]
         scene.add_mesh(
             raised,
-            scalars=label,
+            scalars="value",
             cmap=COLOURS,
             clim=limits,
-            show_scalar_bar=number == 0,
-            scalar_bar_args=SCALE if number == 0 else None,
+            show_scalar_bar=False,
             lighting=False,
         )
-        scene.add_mesh(
-            raised.extract_feature_edges(
-                boundary_edges=True, feature_edges=False, manifold_edges=False
-            ),
-            color="black",
-            line_width=1.5,
-        )
+        scene.add_mesh(corners(surface(raised)), color="black", line_width=1.5)
+        if floor in edges:
+            impacts.append(edges[floor] + shift)
         every.append(points)
         marks.append(points[np.argmin(points @ right)])
-        texts.append(f"floor {floor}  ")
-    scene.add_point_labels(
-        np.array(marks),
-        texts,
-        font_size=26,
-        text_color="black",
-        shape=None,
-        show_points=False,
-        always_visible=True,
-        justification_horizontal="right",
-    )
-    scene.add_axes(color="black")
-    return save(scene, path, view=view, points=np.concatenate(every), below=BAR)
+    picture = render(scene, np.concatenate(every), view)
+    height, width = picture.image.shape[:2]
+    shape = (8.2, 7.0 * height / width + 0.9)
+    caption += f" {'xy'[int(np.argmax(size))]} to the right; heights not to scale"
+    caption += "; the impact edges are marked." if edges else "."
+    with figure(path, (1, 1), shape, caption) as (drawn, axes):
+        show(axes[0], picture, triad=False)
+        for ends in impacts:
+            lines = picture.place(ends)
+            axes[0].add_collection(LineCollection(list(lines), colors=RED, linewidths=1.2))
+        for floor, mark in zip(grids, marks, strict=True):
+            note(axes[0], picture, mark, f"floor {floor}")
+        bar = drawn.colorbar(
+            ScalarMappable(Normalize(*limits), COLOURS),
+            ax=axes[0],
+            location="bottom",
+            shrink=0.5,
+            aspect=30,
+            pad=0.02,
+        )
+        bar.set_label(label)
+    return path

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from impactfem.results.style import BLUE, RED, figure, floor_colours, letter, span
+from impactfem.results.style import BLUE, RED, figure, floor_colours, letter, ordered_colours, span
 from impactfem.results.transient_view import TransientView, stick_psa, stick_station
 
 Array = NDArray[np.float64]
@@ -71,7 +71,8 @@ def _displacement_and_acceleration(
     from_top: bool = False,
 ) -> None:
     with figure(path, (1, 2), (9.0, 4.0), caption) as (_, axes):
-        for colour, probe, label in zip(floor_colours(len(probes)), probes, labels, strict=True):
+        colours = (floor_colours if from_top else ordered_colours)(len(probes))
+        for colour, probe, label in zip(colours, probes, labels, strict=True):
             sd, sd_band = 1e2 * view.sd(probe), 1e2 * view.sd_band(probe)
             _curve(axes[0], view.frequency, sd, colour, label, sd_band)
             _curve(axes[1], view.frequency, view.psa(probe), colour, label, view.band(probe))
@@ -130,7 +131,8 @@ def _note(view: TransientView, probes: Sequence[int]) -> str:
         moves = psa > 0.0
         share = view.band(probe)[view.known][moves] / psa[moves]
         largest = max(largest, float(share.max(initial=0.0)))
-    note = f" Shaded: error band of the reduced model, at most {100 * largest:.2g} %"
+    band = f"error band of the reduced model{view.band_note}"
+    note = f" Shaded: {band}, at most {100 * largest:.2g} %"
     if view.maximum_frequency < view.frequency[-1]:
         note += f"; hatched: above {view.maximum_frequency:g} Hz, for which it is not made"
     return f"{note}."

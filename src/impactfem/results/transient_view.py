@@ -73,13 +73,16 @@ class TransientView:
 
     @cached_property
     def line(self) -> list[int]:
-        """Probes of the line across the top floor, from the impact edge."""
+        """Probes of the line across a floor, from the impact edge."""
         return list(self._numbered("line").values())
 
     @property
     def top(self) -> int:
-        """Number of the top floor."""
-        return max(self.centres)
+        """Number of the floor with the line: the highest that may be struck."""
+        if not self.line:
+            return max(self.centres)
+        away = np.abs(self.position[:, 2] - self.position[self.line[0], 2])
+        return min(self.centres, key=lambda floor: float(away[self.centres[floor]]))
 
     @cached_property
     def position(self) -> Array:
@@ -143,6 +146,12 @@ class TransientView:
     def sd(self, probe: int) -> Array:
         """Spectral displacement of a probe, shape (n_f,) [m]."""
         return self._spectrum("sd", probe)
+
+    @property
+    def band_note(self) -> str:
+        """What tells the error band, in brackets; "" where the store does not say."""
+        note = self.store["psa_band"].attrs.get("note")
+        return "" if note is None else f" ({note})"
 
     def sd_band(self, probe: int) -> Array:
         """Half width of the error band of `sd`: PSa = ω² Sd, shape (n_f,) [m]."""

@@ -47,12 +47,14 @@ def snapshots_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
     factor = round_factor(largest, DEFORMED * float(floor.size.min()))
     limits = float(values.min()), float(values.max())
     apart = round_factor(1.0, (limits[1] - limits[0]) / LINES)
+    levels = _levels(limits, apart)
     letters = _letters(times)
     caption = (
         f"Figure 17: Acceleration along $e_{view.direction}$ of floor {view.top} at "
         f"{letters}, and along the line across it over the distance d from the impact edge "
-        f"({chr(97 + len(times))}). Lines every {apart:g} m/s²; deformation in plan amplified by "
-        f"{factor:g}, without the motion of the floor as a rigid body; the impact edge is marked."
+        f"({chr(97 + len(times))}). Lines every {apart:g} m/s², the thick one 0; deformation in "
+        f"plan amplified by {factor:g}, without the motion of the floor as a rigid body; the "
+        "impact edge is marked."
     )
     panels, size = _layout(floor, len(times) + 1)
     with figure(path, panels, size, caption) as (drawn, axes):
@@ -69,12 +71,12 @@ def snapshots_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
             panel.tricontour(
                 floor.split(factor * shape),
                 one,
-                levels=_levels(limits, apart),
+                levels=levels,
                 colors="black",
-                linewidths=0.4,
+                linewidths=[1.1 if level == 0.0 else 0.4 for level in levels],
                 linestyles="solid",
             )
-            _mark_edge(panel, view, floor)
+            mark_edge(panel, view, floor)
             panel.set_title(f"t = {time:.4g} s", fontsize=9.0)
             plan_axes(panel, floor)
         label = f"$\\ddot u_{view.direction}$ [m/s²]"
@@ -175,7 +177,7 @@ def membrane_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
     caption = (
         f"Figure 18: Normal force $F_y$ in the slab of floor {view.top} along $e_y$ for each metre "
         f"across it, positive in tension, at {_letters(times)}. All values: "
-        f"{force.min():.3g} to {force.max():.3g} MN/m."
+        f"{_signed(force.min())} to {_signed(force.max())} MN/m."
     )
     panels, size = _layout(floor, len(times))
     with figure(path, panels, size, caption) as (drawn, axes):
@@ -188,7 +190,7 @@ def membrane_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
                 vmin=limits[0],
                 vmax=limits[1],
             )
-            _mark_edge(panel, view, floor)
+            mark_edge(panel, view, floor)
             panel.set_title(f"t = {time:.4g} s", fontsize=9.0)
             plan_axes(panel, floor)
         colour_bar(drawn, mappable, axes[: len(times)], "normal force $F_y$ [MN/m]")
@@ -201,6 +203,11 @@ def _levels(limits: tuple[float, float], apart: float) -> Array:
     """Multiples of a step between two values."""
     first, last = math.ceil(limits[0] / apart), math.floor(limits[1] / apart)
     return np.asarray(apart * np.arange(first, last + 1))
+
+
+def _signed(value: float) -> str:
+    """A number with a minus sign rather than a hyphen."""
+    return f"{value:.3g}".replace("-", "−")
 
 
 def _letters(times: Array) -> str:
@@ -220,7 +227,7 @@ def _layout(floor: TopFloor, panels: int) -> tuple[tuple[int, int], tuple[float,
     return (across, rows), (width * rows + 1.0, 4.2 * across)
 
 
-def _mark_edge(panel: Axes, view: TransientView, floor: TopFloor) -> None:
+def mark_edge(panel: Axes, view: TransientView, floor: TopFloor) -> None:
     """A thick line outside the edge that faces the other building."""
     if len(view.line) < 2:
         return

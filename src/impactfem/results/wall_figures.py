@@ -20,6 +20,7 @@ from impactfem.results.style import (
     figure,
     floor_colours,
     letter,
+    ordered_colours,
 )
 from impactfem.results.wall_view import WallView, running_impulse
 
@@ -189,7 +190,7 @@ def _energy(path: Path, view: WallView) -> None:
     caption = (
         f"Energies of the 3D building {view.building} in front of the wall, over all the time (a) "
         f"and in the first impact (b); what damping and contact{also} have taken so far. Contact"
-        " takes the energy of nodes that stop at the wall; it goes to zero with mesh and time step."
+        " takes the energy of nodes that stop at the wall; it falls with mesh and time step."
     )
     with figure(path, (1, 2), (9.0, 3.8), caption) as (_, axes):
         for panel in axes:
@@ -219,7 +220,7 @@ def _damping(path: Path, view: WallView) -> None:
         f"damping ratio of the building at {frequency:.3g} Hz, the frequency whose half wave lasts "
         f'as long as the impact of the case "{view.cases[0]}".'
     )
-    colours = floor_colours(len(view.cases))
+    colours = ordered_colours(len(view.cases))
     with figure(path, (1, 3), (10.0, 3.2), caption) as (_, axes):
         for panel, (name, factor, label) in zip(axes, panels, strict=True):
             values = factor * view.store[name].values

@@ -6,15 +6,15 @@ import hashlib
 from pathlib import Path
 
 from impactfem.case import Case
-from impactfem.case.structure import structure_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
 from impactfem.results.wall_checks import wall_checks
 from impactfem.results.wall_figures import wall_figures
 from impactfem.results.wall_tables import wall_tables
 from impactfem.study.building import BUILDING_INPUTS, BUILDING_ROOMS, building_key
-from impactfem.study.inputs import inputs_key, published_values
+from impactfem.study.inputs import inputs_key, matrices_key, published_values
 from impactfem.study.stage import Stage
+from impactfem.study.stored import stored
 from impactfem.study.storey_factor import storey_factor
 from impactfem.study.structure_targets import with_structure_targets
 
@@ -44,11 +44,7 @@ def _model_key(case: Case) -> str:
     if asked is None:
         return ""
     own = asked.model_dump_json(include={"floors", "displaced_floor"})
-    files = structure_files(case.structure) if case.structure is not None else ()
-    sections = ("materials", *DAMPINGS, "buildings", "structure")
-    return hashlib.sha256(
-        f"{own}{inputs_key(case, sections, CALIBRATE_ROOMS, files)}".encode()
-    ).hexdigest()
+    return matrices_key(case, CALIBRATE_ROOMS, own, DAMPINGS)
 
 
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
@@ -71,18 +67,13 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         within=steps.within,
     )
 
-    def write() -> list[Path]:
-        if study is None:
-            return []
-        files = [folder / "calibrate.nc"]
-        with steps.step("stores"):
-            write_calibration(files[0], study, key)
-        with steps.step("tables and figures"):
-            files += wall_tables(folder, published_values(case))
-            files += wall_figures(folder)
-        return files
-
-    return on_root(write)
+    return stored(
+        study,
+        folder / "calibrate.nc",
+        lambda path, found: write_calibration(path, found, key),
+        lambda: [*wall_tables(folder, published_values(case)), *wall_figures(folder)],
+        steps,
+    )
 
 
 CALIBRATE = Stage(

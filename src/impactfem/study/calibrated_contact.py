@@ -18,6 +18,15 @@ def asks_calibration(case: Case) -> bool:
     return any(isinstance(law, KelvinVoigtLaw) and law.calibrated for law in laws)
 
 
+def calibrated_laws(case: Case) -> frozenset[str]:
+    """Names of the contact laws of a case that leave their restitution to the calibration."""
+    return frozenset(
+        name
+        for name, law in case.contact_laws.items()
+        if isinstance(law, KelvinVoigtLaw) and law.restitution == CALIBRATED
+    )
+
+
 def with_calibrated_contact(case: Case, epsilon: float, K_Ceq: float) -> Case:
     """The case with numbers where its contact laws say "calibrated".
 

@@ -9,6 +9,10 @@ from typing import Any
 
 import impactfem
 from impactfem.case import Case, motion_files
+from impactfem.case.structure import structure_files
+
+MATRICES = ("materials", "buildings", "structure")
+"""Sections that the matrices of the 3D model depend on."""
 
 
 def inputs_key(
@@ -22,7 +26,7 @@ def inputs_key(
     Args:
         case: The case.
         sections: Names of the sections of the case file that count. With ``motions`` the records
-            that they name count too; without ``damping`` that of the buildings does not, and
+            that they name count too; without ``damping`` that of buildings and parts does not, and
             without ``contact_laws`` the restitution of the damping cases does not.
         rooms: Names of the folders of the program, or of its files, whose sources count.
         files: Further files whose content counts.
@@ -36,9 +40,12 @@ def inputs_key(
         "motions": {"__all__": {"file"}},
         "structure": {"mesh": {"file"}},
         "transient": {"forces"},
+        # How many members go on to the 3D model changes nothing of the members.
+        "ensemble": {"structure_motions"},
     }
     if "damping" not in sections:
         nowhere["buildings"] = {"__all__": {"damping"}}
+        nowhere["structure"]["damping"] = True
     if "contact_laws" not in sections:
         nowhere["damping_cases"] = {"__all__": {"restitution"}}
     digest.update(case.model_dump_json(include=set(sections), exclude=nowhere).encode())
@@ -49,6 +56,22 @@ def inputs_key(
     for file in files:
         digest.update(file.read_bytes())
     return digest.hexdigest()
+
+
+def matrices_key(
+    case: Case, rooms: tuple[str, ...], own: str, sections: tuple[str, ...] = ()
+) -> str:
+    """Hash of what the matrices of the 3D model depend on, and what is made of them.
+
+    Args:
+        case: The case.
+        rooms: As in `inputs_key`.
+        own: What else counts, as text.
+        sections: Further sections that count.
+    """
+    files = structure_files(case.structure) if case.structure is not None else ()
+    rest = inputs_key(case, (*MATRICES, *sections), rooms, files)
+    return hashlib.sha256(f"{own}{rest}".encode()).hexdigest()
 
 
 @cache

@@ -79,6 +79,13 @@ def check(path: Path, *, mesh: bool = False) -> Case:
         parts, _, _ = read_parts(case, file)
         if case.wall_impact is not None:
             wall_side(parts.mesh, case.wall_impact.floors, file)
+        if case.devices:
+            # PETSc is loaded where it is needed.
+            from impactfem.equipment.covered_points import covered_points
+            from impactfem.equipment.rosette import find_rosettes
+
+            find_rosettes(case, parts.mesh)
+            covered_points(case, parts.mesh)
     for stage in STAGES:
         program_key(stage.rooms)
     return case

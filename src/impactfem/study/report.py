@@ -9,8 +9,9 @@ from impactfem.case import Case
 from impactfem.files import write_json
 from impactfem.log import LOGGER
 from impactfem.report.page import write_report
-from impactfem.report.run_files import CASE, CHECKS
+from impactfem.report.run_files import CASE, CHECKS, RunFiles
 from impactfem.results.check import Check
+from impactfem.results.overview import overview_pictures
 
 REPORT = "report"
 
@@ -38,7 +39,7 @@ def write_findings(folder: Path, case: Case, checks: dict[str, list[Check]]) -> 
 
 
 def make_report(folder: Path) -> Path:
-    """Make the page of a finished run again, from the files of its folder.
+    """Make the page of a finished run again, and its overview, from the files of its folder.
 
     Args:
         folder: The run's folder.
@@ -50,6 +51,8 @@ def make_report(folder: Path) -> Path:
         ImpactfemError: The folder holds no run, or a file cannot be read or written.
     """
     start = time.perf_counter()
+    RunFiles(folder)  # before anything is drawn into a folder that is none of a run
+    overview_pictures(folder)
     page = write_report(folder)
     size, seconds = page.stat().st_size / 1e6, time.perf_counter() - start
     LOGGER.info("stage report: %s, %.1f MB, in %.1f s", page, size, seconds)

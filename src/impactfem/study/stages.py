@@ -6,6 +6,7 @@ from impactfem.case import Case
 from impactfem.errors import Fault, InputError
 from impactfem.study.building import BUILDING
 from impactfem.study.calibrate import CALIBRATE
+from impactfem.study.design import DESIGN
 from impactfem.study.device import DEVICE
 from impactfem.study.ensemble import ENSEMBLE
 from impactfem.study.report import REPORT
@@ -13,7 +14,7 @@ from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICKS
 from impactfem.study.transient import TRANSIENT
 
-STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, STICKS, ENSEMBLE, TRANSIENT, DEVICE)
+STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, STICKS, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
 
 
 def stage_names() -> list[str]:

@@ -59,8 +59,7 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         write_motion(files[0], study, key)
         response = study.response
         write_forces(files[1], response, case.content_hash(), key)
-        names = tuple(pair.name for pair in response.system.pairs)
-        write_forces_csv(files[2], ForceHistory(response.time, names, response.force))
+        write_forces_csv(files[2], ForceHistory.of_response(response))
         write_sticks(files[3], study, key)
     with steps.step("tables and figures"):
         files += stick_tables(folder)

@@ -8,7 +8,6 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.case import Case
-from impactfem.case.structure import structure_files
 from impactfem.case.transient import transient_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
@@ -19,12 +18,11 @@ from impactfem.results.transient_tables import transient_tables
 from impactfem.results.transient_view import TransientView
 from impactfem.scalar import Scalar
 from impactfem.study.building import BUILDING_ROOMS, building_key
-from impactfem.study.inputs import inputs_key, published_values
+from impactfem.study.inputs import inputs_key, matrices_key, published_values
 from impactfem.study.stage import Stage
 from impactfem.study.sticks import STICK_INPUTS, STICK_ROOMS, STICKS, stick_inputs_key
 from impactfem.study.storey_factor import storey_factor
 
-BASIS_INPUTS = ("materials", "buildings", "structure")
 TRANSIENT_ROOMS = (*BUILDING_ROOMS, *STICK_ROOMS, "transient")
 STEPS = {
     "inputs": 2.0,
@@ -45,12 +43,12 @@ def _key(case: Case) -> str:
     own = stick_inputs_key(case, (*STICK_INPUTS, "transient", "published"), files)
     # Not among the inputs of the sticks: the basis does not depend on a restitution.
     served = asked is not None and asked.serve_damping_cases
-    sections = ("structure", "damping_cases") if served else ("structure",)
+    sections = ("structure", "damping", *(("damping_cases",) if served else ()))
     rooms = inputs_key(case, sections, TRANSIENT_ROOMS)
     return hashlib.sha256(f"{own}{rooms}{building_key(case)}".encode()).hexdigest()
 
 
-def _basis_key(case: Case) -> str:
+def basis_key(case: Case) -> str:
     """Hash of what the vectors of the reduced basis depend on.
 
     Not on motions and forces. Damping, probes and accuracy are looked at when it is used again.
@@ -59,9 +57,7 @@ def _basis_key(case: Case) -> str:
     if asked is None:
         return ""
     own = asked.model_dump_json(include={"shift", "eccentricity"})
-    files = structure_files(case.structure) if case.structure is not None else ()
-    rooms = inputs_key(case, BASIS_INPUTS, TRANSIENT_ROOMS, files)
-    return hashlib.sha256(f"{own}{rooms}".encode()).hexdigest()
+    return matrices_key(case, TRANSIENT_ROOMS, own)
 
 
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
@@ -86,7 +82,7 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         folder,
         communicator(),
         steps.step,
-        basis_key=on_root(lambda: _basis_key(case)),
+        basis_key=on_root(lambda: basis_key(case)),
         key=key,
         within=steps.within,
     )

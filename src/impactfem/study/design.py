@@ -1,0 +1,150 @@
+"""The stage `design`: design spectra of the 3D building, of one motion and of an ensemble."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import xarray as xr
+
+from impactfem.case import Case
+from impactfem.design.carried import CarriedEnsemble
+from impactfem.log import Steps
+from impactfem.parallel import communicator, on_root
+from impactfem.results.design_checks import design_checks
+from impactfem.results.design_device import design_device
+from impactfem.results.design_figures import design_figures
+from impactfem.results.design_products import design_products_of, write_design_products
+from impactfem.study.building import building_key
+from impactfem.study.calibrated_contact import with_contact_of_run
+from impactfem.study.device import DEVICE, DEVICE_ROOMS, model_key
+from impactfem.study.inputs import inputs_key
+from impactfem.study.stage import Stage
+from impactfem.study.sticks import STICK_INPUTS, STICKS, stick_inputs_key
+from impactfem.study.storey_factor import storey_factor
+from impactfem.study.structure_targets import with_structure_targets
+from impactfem.study.transient import TRANSIENT, basis_key
+
+DESIGN_ROOMS = (*DEVICE_ROOMS, "transient", "design")
+STEPS = {
+    "inputs": 4.0,
+    "sticks": 5.0,
+    "matrices": 3.0,
+    "basis": 12.0,
+    "members": 15.0,
+    "stores": 1.0,
+    "tables and figures": 8.0,
+}
+
+
+def _carried(case: Case) -> int:
+    """Number of members that are carried through the 3D building."""
+    return 0 if case.ensemble is None else case.ensemble.structure_motions
+
+
+def _key(case: Case) -> str:
+    keys = [TRANSIENT.key(case), inputs_key(case, (), ("design",))]
+    if _carried(case):
+        files = tuple(case.ensemble.files()) if case.ensemble is not None else ()
+        count = f"{_carried(case)} members"
+        keys += [count, inputs_key(case, ("ensemble",), ("design",), files), _members_key(case)]
+    return hashlib.sha256("".join(keys).encode()).hexdigest()
+
+
+def _members_key(case: Case) -> str:
+    """Hash of what members depend on beside their motions."""
+    sections = (*STICK_INPUTS, "transient", "devices", "device_analysis")
+    own = stick_inputs_key(case, tuple(name for name in sections if name != "motions"))
+    rooms = inputs_key(case, ("structure",), DESIGN_ROOMS)
+    keys = [own, rooms, basis_key(case), building_key(case)]
+    if case.devices:
+        keys.append(model_key(case))
+    return hashlib.sha256("".join(keys).encode()).hexdigest()
+
+
+def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+    # dolfinx and PETSc are loaded when this stage runs, not before.
+    from impactfem.design.case_spectra import read_case_spectra
+    from impactfem.design.store import write_design
+    from impactfem.design.whole_floors import read_whole_floors
+
+    carried = _carry(case, folder, steps) if _carried(case) else None
+
+    def write() -> list[Path]:
+        files = [folder / "design.nc"]
+        with steps.step("stores"):
+            own = read_case_spectra(folder / "transient.nc")
+            whole = read_whole_floors(folder / "transient_maps.nc", own.floors)
+            write_design(files[0], case, own, whole, carried, key)
+        with steps.step("tables and figures"):
+            files += _shown(case, folder)
+        return files
+
+    return on_root(write)
+
+
+def _carry(case: Case, folder: Path, steps: Steps) -> CarriedEnsemble | None:
+    from impactfem.building.stage import mesh_of_run
+    from impactfem.design.stage import Keys, carry_ensemble
+    from impactfem.equipment.prepared import prepare as prepare_devices
+    from impactfem.transient.prepared import prepare
+
+    mesh = mesh_of_run(case, folder)
+    forces = folder / "forces.nc"
+    with steps.step("inputs"):
+        inputs = on_root(lambda: STICKS.key(case))
+        keys = on_root(
+            lambda: Keys(
+                basis=basis_key(case),
+                device=model_key(case) if case.devices else "",
+                members=_members_key(case),
+            )
+        )
+        case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
+        prepared = on_root(lambda: prepare(case, mesh, forces, storey_factor(folder), inputs))
+        equipment = None
+        if case.devices:
+            equipment = on_root(lambda: prepare_devices(case, mesh, forces, storey_factor(folder)))
+    return carry_ensemble(
+        case,
+        prepared,
+        equipment,
+        folder,
+        communicator(),
+        steps.step,
+        keys=keys,
+        within=steps.within,
+    )
+
+
+def _shown(case: Case, folder: Path) -> list[Path]:
+    """Tables and figures from the store."""
+    with xr.open_dataset(folder / "design.nc", engine="h5netcdf") as store:
+        products = design_products_of(
+            store, folder / "sticks.nc", case.spectra.broadening, case.spectra.clipping
+        )
+        files = write_design_products(folder, products)
+        files += design_figures(folder, products)
+        return files + design_device(folder, store)
+
+
+def _needs(case: Case) -> tuple[str, ...]:
+    names = ["building", "sticks", TRANSIENT.name]
+    if _carried(case):
+        names.append("ensemble")
+        names += [DEVICE.name] if case.devices else []
+    return tuple(names)
+
+
+DESIGN = Stage(
+    name="design",
+    steps=STEPS,
+    rooms=DESIGN_ROOMS,
+    key=_key,
+    store="design.nc",
+    run=_run,
+    checks=lambda case, folder: design_checks(folder),
+    lacks=lambda case: "transient" if case.transient is None else None,
+    needs=_needs,
+    collective=True,
+)

@@ -1,0 +1,60 @@
+"""Loads shared out among bases give what one basis with all of them gives."""
+
+import numpy as np
+import pytest
+
+from impactfem.design.bases import at_nodes, lacking, shares, superposed
+
+DAMPING = (0.5, 1e-4)
+
+
+def test_parts_add_up(whole, parted, some_loads):
+    loads, nodes = some_loads(), np.array([9, 4])
+    one = superposed([whole], loads, DAMPING, nodes)
+    two = superposed(parted, loads, DAMPING, nodes)
+    scale = np.abs(one.acceleration).max()
+    np.testing.assert_allclose(two.acceleration, one.acceleration, atol=1e-12 * scale)
+    np.testing.assert_allclose(two.displacement, one.displacement, rtol=1e-9, atol=1e-15)
+    # Without the share of the second basis something is missing.
+    alone = superposed([parted[0]], some_loads((2,)), DAMPING, nodes)
+    assert np.abs(alone.acceleration - one.acceleration).max() > 1e-2 * scale
+
+
+def test_the_ground_is_added_once(parted, some_loads):
+    loads = some_loads()
+    first, second = shares(parted, loads)
+    assert first.names == ("ground y", "floor 2") and second.names == ("floor 1",)
+    np.testing.assert_array_equal(first.ground, loads.ground)
+    assert not second.ground.any()
+
+
+def test_each_load_goes_to_the_first_basis_that_has_it(whole, parted, some_loads):
+    first, second = shares([whole, parted[1]], some_loads())
+    assert first.names == whole.loads and second.names == ()
+
+
+def test_a_load_that_no_basis_has(parted, some_loads):
+    with pytest.raises(KeyError, match="floor 1"):
+        shares(parted[:1], some_loads())
+    with pytest.raises(KeyError, match="ground y"):
+        shares(parted[1:], some_loads((1,)))
+
+
+def test_lacking(parted, whole, some_loads):
+    loads = [some_loads((2,)), some_loads((1,))]
+    directions, edges = lacking(parted[0], loads)
+    assert directions == [] and [edge.name for edge in edges] == ["floor 1"]
+    assert lacking(whole, loads) == ([], [])
+    directions, edges = lacking(None, loads)
+    assert directions == [1] and [edge.floor for edge in edges] == [1, 2]
+
+
+def test_at_nodes_keeps_the_response(whole, some_loads):
+    loads = some_loads()
+    cut = at_nodes(whole, np.array([9, 4, 9]))
+    assert cut.nodes.tolist() == [4, 9] and len(cut.vectors) == 2
+    at = np.array([4, 9])
+    one, two = (superposed([b], loads, DAMPING, at).acceleration for b in (whole, cut))
+    np.testing.assert_array_equal(one, two)
+    with pytest.raises(KeyError, match="not made for"):
+        superposed([cut], loads, DAMPING, np.array([7]))
