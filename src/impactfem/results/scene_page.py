@@ -214,7 +214,7 @@ def _light(mesh: Any) -> Any:
 
 def _page(scene: Any, notes: Notes) -> str:
     """The page: the viewer with the scene in it, and what its colours mean."""
-    from trame_vtk.tools.vtksz2html import write_html  # type: ignore[import-untyped]
+    from trame_vtk.tools.vtksz2html import write_html
 
     stream = io.StringIO()
     write_html(_scene_file(scene), stream)
@@ -233,7 +233,7 @@ def _scene_file(scene: Any) -> bytes:
 
     Not by the plotter's own `export_html`: that starts a web server, and fetches from a network.
     """
-    from trame_vtk.modules.vtk.serializers import (  # type: ignore[import-untyped]
+    from trame_vtk.modules.vtk.serializers import (
         SynchronizationContext,
         extract_array_hash,
         initialize_serializers,
