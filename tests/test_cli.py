@@ -1,6 +1,8 @@
+import errno
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -13,6 +15,8 @@ from impactfem.bench import suite
 from impactfem.bench.figure import Figure
 from impactfem.errors import SolutionError
 from impactfem.study import sticks
+from impactfem.study.folder import locked
+from impactfem.study.stages import stage_names
 from impactfem.verify import manual
 from impactfem.verify.row import Row
 
@@ -70,6 +74,10 @@ class TestHelp:
     def test_each_command(self, program, command):
         ended = program(command, "--help")
         assert ended.code == 0 and re.match(f"Usage: .*impactfem {command} ", ended.out)
+
+    def test_stages_are_named(self, program):
+        told = re.findall(r"\w+", program("run", "--help").out)
+        assert not set(stage_names()) - set(told)
 
     def test_version(self, program):
         ended = program("--version")
@@ -280,6 +288,34 @@ class TestRun:
         ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
         assert ended.code == 130
         assert ended.err.splitlines()[-1] == "interrupted; run again with --resume to go on"
+
+    def test_a_batch_scheduler_ends_it(self, program, new_case, tmp_path, monkeypatch):
+        monkeypatch.setattr(sticks, "run_sticks", lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+        ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
+        assert ended.code == 128 + signal.SIGTERM
+        assert ended.err.splitlines()[-1] == "terminated; run again with --resume to go on"
+        assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.log"]
+
+    def test_the_system_refuses(self, program, new_case, tmp_path, monkeypatch):
+        def fail(*_):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "a file")
+
+        monkeypatch.setattr(sticks, "run_sticks", fail)
+        ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
+        assert ended.code == 1
+        words = "error: cannot read or write a file: No space left on device"
+        assert ended.err.splitlines()[-1] == words
+        assert "Traceback" in (tmp_path / "run" / "run.log").read_text(encoding="utf-8")
+
+    def test_two_runs_in_one_folder(self, program, copied, tmp_path):
+        """The folder of another run stays as it is, and the report, too."""
+        before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+        with locked(tmp_path / "run"):
+            for words in (("run", copied, "--out", tmp_path / "run"), ("report", tmp_path / "run")):
+                ended = program(*words)
+                assert ended.code == 2
+                assert f"no other run works; process {os.getpid()} on " in ended.err
+        assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
 
 
 class TestSweep:

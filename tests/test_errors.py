@@ -27,6 +27,11 @@ def test_a_long_value_is_cut():
     assert "..." not in str(Fault("a.toml", "gap", "x" * 70, "a length"))
 
 
+def test_a_long_key_is_cut():
+    text = str(Fault("a.csv", f"line 1, column {'x' * 100_000}", None, "unknown column"))
+    assert len(text) < 200 and text.endswith("...: unknown column")
+
+
 def test_an_input_error_keeps_every_fault():
     faults = [Fault("a.toml", key, None, "missing") for key in ("gap", "law")]
     error = InputError(fault for fault in faults)

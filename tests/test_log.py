@@ -1,10 +1,12 @@
 import io
 import logging
+from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from impactfem import log
+from impactfem.errors import ImpactfemError
 from impactfem.log import LOGGER, Steps, in_file_only, mirrored, set_up
 
 
@@ -111,3 +113,24 @@ def test_a_bar_on_a_terminal(monkeypatch):
     with Steps({"pounding": 1.0}) as steps, steps.step("pounding"):
         pass
     assert "pounding" in stream.getvalue() and "remaining" in stream.getvalue()
+
+
+def test_a_full_disk_is_an_error_and_no_traceback(capsys):
+    """What is logged is lost then, as all that comes after would be."""
+    set_up(False)
+    with (
+        pytest.raises(ImpactfemError, match="cannot write /dev/full: No space left on device"),
+        mirrored(Path("/dev/full")),
+    ):
+        speak()
+    assert "Traceback" not in capsys.readouterr().err
+    speak()  # the file is closed
+    assert capsys.readouterr().err.splitlines() == ["a step", "a warning"]
+
+
+def test_a_log_that_cannot_be_opened(tmp_path):
+    with (
+        pytest.raises(ImpactfemError, match=f"cannot write {tmp_path}: Is a directory"),
+        mirrored(tmp_path),
+    ):
+        speak()

@@ -1,12 +1,18 @@
 """The process of its own: what goes in, what comes out, what does not come along."""
 
 import os
+from pathlib import Path
 
 import pytest
 
 from impactfem.building.raw_mesh import read_raw
 from impactfem.errors import ImpactfemError, InputError
-from impactfem.own_process import clean_environment, in_own_process
+from impactfem.own_process import (
+    OwnProcessError,
+    clean_environment,
+    in_own_process,
+    read_in_own_process,
+)
 
 
 def test_the_result_comes_back():
@@ -17,6 +23,11 @@ def test_the_result_comes_back():
 def test_what_is_printed_does_not_spoil_the_result():
     assert in_own_process(print, "hello") is None
     assert in_own_process(os.write, 1, b"hello") == 5
+
+
+def test_what_the_system_refuses(tmp_path):
+    with pytest.raises(ImpactfemError, match=f"^cannot read or write {tmp_path}: Is a directory$"):
+        in_own_process(Path.read_bytes, tmp_path)
 
 
 def test_the_launcher_of_mpi_is_not_seen(monkeypatch):
@@ -55,3 +66,17 @@ def test_a_file_in_the_working_folder_is_not_taken_for_a_module(tmp_path, monkey
     (tmp_path / "numpy.py").write_text("raise SystemError\n")
     monkeypatch.chdir(tmp_path)
     assert in_own_process(max, 1, 2) == 2
+
+
+def test_a_file_that_crashes_a_library_is_at_fault(tmp_path):
+    path = tmp_path / "building.msh"
+    with pytest.raises(InputError, match=r"exit code 1: TypeError.*; expected a mesh") as caught:
+        read_in_own_process(int, path, "a mesh")
+    assert caught.value.faults[0].file == path
+    assert read_in_own_process(os.path.basename, path, "a mesh") == "building.msh"
+
+
+def test_of_a_traceback_only_the_end_is_told():
+    with pytest.raises(OwnProcessError) as caught:
+        in_own_process(int, "x")
+    assert "Traceback" not in str(caught.value) and "\n" not in str(caught.value)

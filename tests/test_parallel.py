@@ -2,6 +2,8 @@
 
 import json
 import os
+import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -180,3 +182,64 @@ def test_an_error_of_all_ranks_is_told_once(under_mpirun, tmp_path):
     script.write_text(text, encoding="utf-8")
     ended = under_mpirun(2, sys.executable, script)
     assert ended.returncode == 1 and ended.stderr.count("error: here") == 1
+
+
+WORKER = """
+import os, sys, time
+from impactfem.parallel import workers
+
+def work(seconds):
+    print(os.getpid(), flush=True)
+    time.sleep(seconds)
+
+if __name__ == "__main__":
+    with workers(1) as executor:
+        for _ in range(3):
+            waiting = executor.submit(work, 100.0)
+        waiting.result()
+"""
+
+
+@pytest.fixture
+def parent(tmp_path):
+    """A program that waits for a worker, and the number of that worker."""
+    (tmp_path / "program.py").write_text(WORKER, encoding="utf-8")
+    with subprocess.Popen(
+        [sys.executable, "program.py"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as program:
+        yield program, int(program.stdout.readline())
+
+
+def test_a_worker_ends_with_its_parent(parent):
+    """However it ends: a worker alone would wait for work for ever."""
+    program, _ = parent
+    program.kill()
+    program.communicate(timeout=60)  # ends when the worker has closed its output, too
+
+
+def test_an_interrupted_program_waits_for_no_worker(parent):
+    program, worker = parent
+    os.killpg(program.pid, signal.SIGINT)  # as Ctrl-C does: the worker gets it, too
+    said = program.communicate(timeout=60)[1]
+    assert program.returncode == -signal.SIGINT
+    assert said.count("Traceback") == 1 and said.endswith("KeyboardInterrupt\n")
+    with pytest.raises(ProcessLookupError):
+        os.kill(worker, 0)
+
+
+def test_one_process_needs_no_network():
+    """Not even the loopback, which a new network namespace has down."""
+    code = "from impactfem.parallel import communicator; print(communicator().size)"
+    apart = ["unshare", "--net"]
+    if subprocess.run([*apart, "true"], capture_output=True, check=False).returncode != 0:
+        pytest.skip("no network namespace may be made here")
+    ended = subprocess.run(
+        [*apart, sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout == "1\n"

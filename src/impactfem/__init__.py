@@ -2,4 +2,8 @@
 
 from importlib.metadata import version
 
+from impactfem.cache import place_caches
+
 __version__ = version("impactfem")
+
+place_caches()  # before anything imports numba or matplotlib

@@ -9,9 +9,7 @@ from __future__ import annotations
 import fcntl
 import inspect
 import logging
-import os
 import sys
-import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,6 +24,8 @@ import ufl
 from dolfinx import fem, mesh
 from mpi4py import MPI
 from numpy.typing import NDArray
+
+from impactfem.cache import cache_folder
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -145,7 +145,7 @@ def compiled(form: Any) -> Any:
     half-made there is thrown away instead of waited for.
 
     Raises:
-        OSError: The cache cannot be written.
+        ImpactfemError: The cache cannot be written.
     """
     with _cache() as folder:
         return fem.form(form, **_options(fem.form, folder))
@@ -191,15 +191,5 @@ def _cache() -> Iterator[Path]:
 
 
 def _cache_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    places = [Path(base), Path(tempfile.gettempdir()) / f"impactfem-{os.getuid()}"]
-    for place in places:
-        # Compiled code is bound to the versions of Python and dolfinx that made it.
-        folder = place / "impactfem" / f"forms-{dolfinx.__version__}-{sys.version_info.minor}"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            (folder / "lock").touch()
-        except OSError:
-            continue
-        return folder
-    raise OSError(f"no folder for compiled forms can be written: {', '.join(map(str, places))}")
+    # Compiled code is bound to the versions of Python and dolfinx that made it.
+    return cache_folder(f"forms-{dolfinx.__version__}-{sys.version_info.minor}")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import traceback
 from pathlib import Path
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -14,6 +16,7 @@ from rich.table import Table
 
 from impactfem import __version__, log
 from impactfem.errors import ImpactfemError, InputError
+from impactfem.file_errors import file_errors
 from impactfem.parallel import OtherRankError, abort, all_stop, exit_code, rank, size
 
 app = typer.Typer(
@@ -25,6 +28,31 @@ app = typer.Typer(
 )
 PIPE_WIDTH = 160  # columns of a table that no terminal limits
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
+LastStage = Annotated[
+    str | None,
+    typer.Option(
+        metavar="STAGE",
+        help="Run this stage and those that it needs: building, calibrate, sticks, ensemble, "
+        "transient, device, design or report. All that the case has the input for when left out.",
+    ),
+]
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM, which batch schedulers send before they kill; it ends a run as Ctrl-C does."""
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    raise _Terminated
+
+
+def _interrupted(stop: KeyboardInterrupt, advice: str) -> typer.Exit:
+    """Say so, once; the exit code is that of a shell for the signal."""
+    number = signal.SIGTERM if isinstance(stop, _Terminated) else signal.SIGINT
+    if rank() == 0:
+        word = "terminated" if number == signal.SIGTERM else "interrupted"
+        typer.echo(f"{word}; {advice}", err=True)
+    return typer.Exit(128 + number)
 
 
 def _show(table: Table) -> None:
@@ -55,14 +83,14 @@ def _options(
 @app.command()
 def run(
     case: CaseFile,
-    stage: Annotated[
-        str | None, typer.Option(help="Last stage to run; all stages when left out.")
-    ] = None,
+    stage: LastStage = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the run; runs/<case name> when left out.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the run; runs/<case name> when left out."),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with the run that the folder holds.")
+        bool,
+        typer.Option("--resume", help="Go on with a run; an error where DIR holds none."),
     ] = False,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Compute finished stages again, too.")
@@ -73,12 +101,11 @@ def run(
 
     try:
         result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh)
-    except KeyboardInterrupt:
-        typer.echo("interrupted; run again with --resume to go on", err=True)
-        raise typer.Exit(130) from None
+    except KeyboardInterrupt as stop:
+        raise _interrupted(stop, "run again with --resume to go on") from None
     if rank() != 0:
         return
-    table = Table("result", "value", "paper", "unit", title=str(result.folder / "summary.json"))
+    table = Table("result", "value", "published", "unit", title=str(result.folder / "summary.json"))
     for scalar in result.scalars:
         if scalar.name in result.published:
             value = "-" if scalar.value is None else f"{scalar.value:.5g}"
@@ -103,14 +130,18 @@ def sweep(
     zipped: Annotated[
         bool, typer.Option("--zip", help="Keys run together, value by value.")
     ] = False,
-    stage: Annotated[
-        str | None, typer.Option(help="Last stage to run; all stages when left out.")
-    ] = None,
+    stage: LastStage = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the sweep; runs/<case name>_sweep if left out.")
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder of the sweep; runs/<case name>_sweep when left out."
+        ),
     ] = None,
     show: Annotated[
-        str, typer.Option(help="Results to show, with commas between; * for any letters.")
+        str,
+        typer.Option(
+            metavar="NAMES", help="Results to show, with commas between; * for any letters."
+        ),
     ] = "",
     processes: Annotated[int, typer.Option(min=1, help="Variants that run at a time.")] = 1,
 ) -> None:
@@ -127,9 +158,8 @@ def sweep(
             show=[name.strip() for name in show.split(",") if name.strip()],
             processes=processes,
         )
-    except KeyboardInterrupt:
-        typer.echo("interrupted; run again to go on", err=True)
-        raise typer.Exit(130) from None
+    except KeyboardInterrupt as stop:
+        raise _interrupted(stop, "run again to go on") from None
     if rank() == 0:
         for table in result.short_tables():
             typer.echo(table.as_text(PIPE_WIDTH))
@@ -174,7 +204,8 @@ def new(
 @app.command()
 def verify(
     only: Annotated[
-        str | None, typer.Option(help="Only the benchmarks with this in their name.")
+        str | None,
+        typer.Option(metavar="NAME", help="Only the benchmarks with this in their name."),
     ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the rows to this file.")
@@ -198,8 +229,8 @@ def bench(
         list[str] | None,
         typer.Argument(
             metavar="[GROUP]...",
-            help="sticks, spectra, building and transient (the paper-size mesh, some minutes "
-            "each); the first two when left out.",
+            help="sticks, spectra, and on the paper-size mesh, some minutes each: building, "
+            "transient, wall; the first two when left out.",
         ),
     ] = None,
     json_file: Annotated[
@@ -219,8 +250,10 @@ def main() -> None:
     Exit codes: 0 done, 1 a computation or check failed, 2 the input is not usable. Under `mpirun`
     a rank that fails alone takes the others with it.
     """
+    signal.signal(signal.SIGTERM, _terminate)
     try:
-        app()
+        with file_errors():
+            app()
     except OtherRankError as error:
         all_stop()
         raise SystemExit(error.exit_code) from None

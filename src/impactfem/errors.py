@@ -29,7 +29,7 @@ class Fault:
     expected: str
 
     def __str__(self) -> str:
-        where = f"{self.file}: {self.key}" if self.key else f"{self.file}"
+        where = f"{self.file}: {_cut(self.key, 160)}" if self.key else f"{self.file}"
         found = "" if self.value is None else f" = {_short(self.value)}"
         return f"{where}{found}: {self.expected}"
 
@@ -50,6 +50,9 @@ class SolutionError(ImpactfemError):
     """A computation did not reach a result that may be used; says which and why."""
 
 
-def _short(value: object, limit: int = 80) -> str:
-    text = repr(value)
+def _short(value: object) -> str:
+    return _cut(repr(value), 80)
+
+
+def _cut(text: str, limit: int) -> str:
     return text if len(text) <= limit else f"{text[: limit - 3]}..."

@@ -6,11 +6,13 @@ import logging
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from impactfem.errors import ImpactfemError
 
 LOGGER = logging.getLogger("impactfem")
 
@@ -35,6 +37,23 @@ def set_up(verbose: bool, rank: int = 0) -> None:
     LOGGER.addHandler(handler)
 
 
+class _File(logging.FileHandler):
+    """A log file that says when it cannot be written; `logging` would print a traceback."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        """Raise what has happened."""
+        error = sys.exc_info()[1]
+        if isinstance(error, OSError):
+            reason = error.strerror or error
+            raise ImpactfemError(f"cannot write {self.baseFilename}: {reason}") from error
+        super().handleError(record)
+
+    def close(self) -> None:
+        """Close the file; what a full disk does not take is left out, as was said before."""
+        with suppress(OSError):
+            super().close()
+
+
 @contextmanager
 def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
     """Mirror the log to a file while the block runs, details included.
@@ -42,11 +61,17 @@ def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
     Args:
         path: The file; appended to.
         rank: Rank of this process; only rank 0 writes.
+
+    Raises:
+        ImpactfemError: The file cannot be written; also from what is logged in the block.
     """
     if rank != 0:
         yield
         return
-    handler = logging.FileHandler(path, encoding="utf-8")
+    try:
+        handler = _File(path, encoding="utf-8")
+    except OSError as error:
+        raise ImpactfemError(f"cannot write {path}: {error.strerror or error}") from error
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
     level = LOGGER.level
     LOGGER.setLevel(logging.DEBUG)

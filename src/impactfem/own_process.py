@@ -12,13 +12,38 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
-from impactfem.errors import ImpactfemError
+from impactfem.errors import Fault, ImpactfemError, InputError
+from impactfem.file_errors import file_errors
+from impactfem.log import LOGGER
 
 T = TypeVar("T")
 # What Open MPI, PRRTE, PMIx and MPICH put into the environment of a rank.
 LAUNCHER_PREFIXES = ("OMPI_", "PMI_", "PMIX_", "PRTE_", "MPI_LOCAL", "HYDRA_", "PMI2_")
+
+
+class OwnProcessError(ImpactfemError):
+    """A process of its own ended without a result; the message has its exit code and last words."""
+
+
+def read_in_own_process(read: Callable[[Path], T], path: Path, what: str) -> T:
+    """Read a file with a library that a damaged one may crash. Not collective.
+
+    Args:
+        read: As for `in_own_process`; it takes the path.
+        path: The file.
+        what: What the file is to be, for the message.
+
+    Raises:
+        InputError: What the function raised; or the library came to no result, which is the file's
+            fault then.
+    """
+    try:
+        return in_own_process(read, path)
+    except OwnProcessError as error:
+        raise InputError([Fault(path, "", None, f"{error}; expected {what}")]) from error
 
 
 def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
@@ -29,8 +54,8 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
         arguments: Its arguments; they and the result must be picklable.
 
     Raises:
-        ImpactfemError: What the function raised, `InputError` with all its faults; or the process
-            ended without a result, as when a library crashes.
+        ImpactfemError: What the function raised, `InputError` with all its faults.
+        OwnProcessError: The process ended without a result, as when a library crashes.
     """
     # -P: a file gmsh.py or numpy.py in the working folder is not taken for the package.
     process = subprocess.run(
@@ -41,8 +66,10 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
         check=False,
     )
     if process.returncode != 0:
-        last = process.stderr.decode(errors="replace").strip()[-2000:]
-        raise ImpactfemError(
+        words = process.stderr.decode(errors="replace").strip()
+        LOGGER.debug("%s", words)
+        last = words.rpartition("\n")[2][-500:]  # of a traceback what happened
+        raise OwnProcessError(
             f"the process that runs {function.__module__} ended with exit code {process.returncode}"
             + (f": {last}" if last else "")
         )
@@ -69,7 +96,8 @@ def _serve() -> None:
     function, arguments = pickle.loads(sys.stdin.buffer.read())
     result, failure = None, None
     try:
-        result = function(*arguments)
+        with file_errors():
+            result = function(*arguments)
     except ImpactfemError as error:
         failure = error
     with os.fdopen(out, "wb") as stream:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
@@ -19,6 +21,9 @@ PATIENCE = 5.0
 """How long a rank that failed waits for the others to fail, too [s]."""
 # Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
 LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
+# Open MPI starts a daemon beside a program of one process, for processes that it may start later,
+# and ends the program where it finds no network for it, not even the loopback. There are none here.
+os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
 _alone = False  # whether this process acts as a program of one
 
 
@@ -179,6 +184,23 @@ def _one_thread_each() -> Iterator[None]:
             os.environ[THREADS] = before
 
 
+def _follow_parent() -> None:
+    """End this process when the one that started it does, by whatever means, and not before.
+
+    A worker whose parent is killed would wait for work for ever. Ctrl-C reaches all processes of a
+    terminal: the parent alone answers it.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def follow() -> None:
+        parent = multiprocessing.parent_process()
+        if parent is not None:
+            parent.join()
+            os._exit(1)  # not sys.exit: the main thread may be in a long computation
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
 @contextmanager
 def workers(count: int | None = None) -> Iterator[Executor | None]:
     """An executor over all ranks, or over as many processes as there are threads. Collective.
@@ -198,8 +220,21 @@ def workers(count: int | None = None) -> Iterator[Executor | None]:
         # Not forked: a fork of a process with threads and HDF5 open may hang.
         context = multiprocessing.get_context("spawn")
         count = count or threads()
-        with _one_thread_each(), ProcessPoolExecutor(count, mp_context=context) as pool:
-            yield pool
+        others = set(multiprocessing.active_children())
+        with (
+            _one_thread_each(),
+            ProcessPoolExecutor(count, mp_context=context, initializer=_follow_parent) as pool,
+        ):
+            try:
+                yield pool
+            except Exception:
+                pool.shutdown(wait=False, cancel_futures=True)  # what waits is not begun any more
+                raise
+            except BaseException:  # interrupted: what runs is not waited for, either
+                pool.shutdown(wait=False, cancel_futures=True)
+                for worker in set(multiprocessing.active_children()) - others:
+                    worker.terminate()
+                raise
     else:
         from mpi4py.futures import MPICommExecutor
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import pytest
 from rich.console import Console
 
-from impactfem.bench import spectra, sticks, suite
+from impactfem.bench import spectra, suite
 from impactfem.bench.figure import Figure, as_table
 from impactfem.errors import InputError
 
@@ -68,12 +68,6 @@ def test_json(tmp_path, monkeypatch):
     assert [entry["name"] for entry in entries] == [figure.name for figure in made]
     assert set(entries[0]) == {"name", "value", "unit", "target", "at_most", "met"}
     assert entries[0]["met"] is False and entries[1]["met"] is True and entries[2]["met"] is None
-
-
-def test_the_best_of_several():
-    calls = []
-    assert sticks._best(lambda: calls.append(1), 5) >= 0.0
-    assert len(calls) == 5
 
 
 def test_groups(monkeypatch):

@@ -147,3 +147,10 @@ def test_a_group_without_a_name(frame_file, tmp_path):
     raw = in_own_process(read_raw, path)
     with pytest.raises(InputError, match=r"number \d+: unknown physical group; expected floor_<k>"):
         assemble(raw, path)
+
+
+def test_a_name_that_is_no_text(frame_file, tmp_path):
+    path = tmp_path / "latin.msh"
+    path.write_bytes(frame_file.read_bytes().replace(b"storey_1_west", b"storey_1_\xe9st"))
+    with pytest.raises(InputError, match=r"latin\.msh: a name that is not UTF-8"):
+        read_mesh(path)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from .texts import replaced
+
 DATA = Path(__file__).parent / "data"
 
 STRUCTURE = """
@@ -98,6 +100,4 @@ def _edit(folder: Path, edits: tuple[Edit, ...]) -> None:
     for file, old, new in edits:
         path = folder / (file or "pair.toml")
         text = path.read_text(encoding="utf-8")
-        if old not in text:
-            raise ValueError(f"{old!r} is not in {path.name}: the test does not test")
-        path.write_text(text.replace(old, new), encoding="utf-8")
+        path.write_text(replaced(text, (old, new)), encoding="utf-8")

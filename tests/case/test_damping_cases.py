@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import DampingCase, load_case
-from impactfem.errors import InputError
+
+from .faults import faults_of
+from .texts import added
 
 Broken = Callable[..., Path]
 Structured = Callable[..., Path]
@@ -44,21 +46,7 @@ serve_damping_cases = true
 @pytest.fixture
 def with_cases(broken: Broken) -> Callable[[str], Path]:
     """The case without a 3D model, with some text at its end."""
-    return lambda text: _added(broken(), text)
-
-
-def _added(path: Path, text: str) -> Path:
-    with path.open("a", encoding="utf-8") as stream:
-        stream.write(text)
-    return path
-
-
-def faults_of(path: Path) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    faults = caught.value.faults
-    assert len({fault.key for fault in faults}) == len(faults), faults
-    return {fault.key: f"{fault.value} {fault.expected}" for fault in faults}
+    return lambda text: added(broken(), text)
 
 
 def test_left_out(pair: Path) -> None:
@@ -82,14 +70,14 @@ def test_without_a_structure(with_cases: Callable[[str], Path]) -> None:
 
 
 def test_calibrated_with_the_impact(structured: Structured) -> None:
-    case = load_case(_added(structured(), WALL + CALIBRATED + HEAVY))
+    case = load_case(added(structured(), WALL + CALIBRATED + HEAVY))
     assert [one.restitution for one in case.damping_cases] == ["calibrated", 0.6]
 
 
 def test_calibrated_without_the_impact(
     with_cases: Callable[[str], Path], structured: Structured
 ) -> None:
-    for path in (with_cases(HEAVY + CALIBRATED), _added(structured(), HEAVY + CALIBRATED)):
+    for path in (with_cases(HEAVY + CALIBRATED), added(structured(), HEAVY + CALIBRATED)):
         assert faults_of(path) == {
             "damping_cases[1].restitution": "calibrated expected a section [wall_impact] beside "
             "it: the impact that gives it"
@@ -134,10 +122,10 @@ def test_one_table_in_place_of_several(with_cases: Callable[[str], Path]) -> Non
 
 
 def test_served_by_the_reduced_basis(structured: Structured) -> None:
-    path = _added(structured(), SERVING)
+    path = added(structured(), SERVING)
     assert faults_of(path) == {
         "transient.serve_damping_cases": "True expected [[damping_cases]] beside it: the dampings "
         "to serve"
     }
-    transient = load_case(_added(path, LIGHT)).transient
+    transient = load_case(added(path, LIGHT)).transient
     assert transient is not None and transient.serve_damping_cases

@@ -9,7 +9,9 @@ import pytest
 from impactfem.case import Case, DeviceAnalysis, load_case
 from impactfem.case.device_analysis import Combination
 from impactfem.device import combination
-from impactfem.errors import InputError
+
+from .faults import faults_of
+from .texts import added, replaced
 
 Structured = Callable[..., Path]
 With = Callable[..., Path]
@@ -43,26 +45,13 @@ def analysed(structured: Structured) -> With:
     """A case with a device and the section, with texts of the section replaced."""
 
     def write(*edits: tuple[str, str], device: str = DEVICE) -> Path:
-        text = ANALYSIS
-        for old, new in edits:
-            if old not in text:
-                raise ValueError(f"{old!r} is not there: the test does not test")
-            text = text.replace(old, new)
         path = structured()
-        with path.open("a", encoding="utf-8") as stream:
-            stream.write(device + text)
+        added(path, device + replaced(ANALYSIS, *edits))
         modes = "frequency [Hz],direction,effective_mass [kg]\n8,y,300\n"
         (path.parent / "pair_modes.csv").write_text(modes, encoding="utf-8")
         return path
 
     return write
-
-
-def faults_of(path: Path) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    faults = caught.value.faults
-    return {fault.key: f"{fault.value} {fault.expected}" for fault in faults}
 
 
 def test_without_devices(analysed: With) -> None:

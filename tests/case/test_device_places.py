@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import load_case
-from impactfem.errors import InputError
+
+from .faults import faults_of
+from .texts import added, replaced
 
 Structured = Callable[..., Path]
 With = Callable[..., Path]
@@ -56,27 +58,13 @@ FILES = {
 @pytest.fixture
 def written(structured: Structured) -> With:
     def write(*edits: tuple[str, str], **files: str) -> Path:
-        text = TEXT
-        for old, new in edits:
-            if old not in text:
-                raise ValueError(f"{old!r} is not there: the test does not test")
-            text = text.replace(old, new)
         path = structured()
-        with path.open("a", encoding="utf-8") as stream:
-            stream.write(text)
+        added(path, replaced(TEXT, *edits))
         for name, content in (FILES | {f"{k}.csv": v for k, v in files.items()}).items():
             (path.parent / name).write_text(content, encoding="utf-8")
         return path
 
     return write
-
-
-def faults_of(path: Path) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    faults = caught.value.faults
-    assert len({fault.key for fault in faults}) == len(faults), faults
-    return {fault.key: f"{fault.value} {fault.expected}" for fault in faults}
 
 
 def test_a_device_on_two_floors(written: With) -> None:

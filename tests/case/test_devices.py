@@ -19,6 +19,9 @@ from impactfem.case import (
 from impactfem.case.damping import Damping
 from impactfem.errors import InputError
 
+from .faults import faults_of
+from .texts import added, replaced
+
 Structured = Callable[..., Path]
 With = Callable[..., Path]
 
@@ -72,25 +75,12 @@ def with_devices(structured: Structured) -> With:
     def write(
         text: str = PUMP, *edits: tuple[str, str], transient: str = TRANSIENT, modes: str = MODES
     ) -> Path:
-        for old, new in edits:
-            if old not in text:
-                raise ValueError(f"{old!r} is not there: the test does not test")
-            text = text.replace(old, new)
         path = structured()
-        with path.open("a", encoding="utf-8") as stream:
-            stream.write(transient + text)
+        added(path, transient + replaced(text, *edits))
         (path.parent / "pair_modes.csv").write_text(modes, encoding="utf-8")
         return path
 
     return write
-
-
-def faults_of(path: Path) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    faults = caught.value.faults
-    assert len({fault.key for fault in faults}) == len(faults), faults
-    return {fault.key: f"{fault.value} {fault.expected}" for fault in faults}
 
 
 def test_left_out(pair: Path) -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
 from impactfem.case import leaf, unit
-from impactfem.case.base import Known
+from impactfem.case.known import Known
 
 FILE = Known()  # the context of a case file, in which units must be stated
 
@@ -59,6 +59,7 @@ def test_exact_decimal_of_a_step() -> None:
         (leaf.Length, "nan m", "expected a length"),
         (leaf.Length, "inf m", "expected a length"),
         (leaf.Length, "1e999 m", "expected a finite value"),
+        (leaf.Length, "-1e61 m", "expected a value below 1e+60 in SI units"),
         (leaf.Length, "", "expected a length"),
         (leaf.Length, True, "expected a length"),
         (leaf.Length, None, "expected a length"),

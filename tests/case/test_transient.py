@@ -13,6 +13,9 @@ from impactfem.case import Probe, Transient, load_case, transient_files
 from impactfem.case.transient import step_fault
 from impactfem.errors import InputError
 
+from .faults import own_faults
+from .texts import added, replaced
+
 Structured = Callable[..., Path]
 With = Callable[..., Path]
 
@@ -52,26 +55,12 @@ def with_transient(structured: Structured) -> With:
     """A case with a structure and a section [transient], with texts of it replaced."""
 
     def write(section: str = SHORT, *edits: tuple[str, str], case: tuple[str, str] = ("", "")):
-        for old, new in edits:
-            if old not in section:
-                raise ValueError(f"{old!r} is not there: the test does not test")
-            section = section.replace(old, new)
         path = structured((None, *case)) if case[0] else structured()
-        with path.open("a", encoding="utf-8") as stream:
-            stream.write(section)
+        added(path, replaced(section, *edits))
         (path.parent / "others.nc").write_bytes(b"forces")
         return path
 
     return write
-
-
-def faults_of(path: Path) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    faults = caught.value.faults
-    assert {Path(fault.file).name for fault in faults} == {"pair.toml"}
-    assert len({fault.key for fault in faults}) == len(faults), faults
-    return {fault.key: fault.expected for fault in faults}
 
 
 def transient_of(path: Path) -> Transient:
@@ -173,7 +162,7 @@ def test_without_structure(pair: Path, tmp_path: Path) -> None:
 
 def test_with_a_structure_at_fault(with_transient: With) -> None:
     path = with_transient(case=("storey_stiffness_factor = 0.13", "storey_stiffness_factor = 0"))
-    assert list(faults_of(path)) == ["structure.storey_stiffness_factor"]
+    assert list(own_faults(path)) == ["structure.storey_stiffness_factor"]
 
 
 @pytest.mark.parametrize(
@@ -221,7 +210,7 @@ def test_with_a_structure_at_fault(with_transient: With) -> None:
 )
 def test_broken_section(with_transient: With, old: str, new: str, key: str, expected: str) -> None:
     load_case(with_transient(FULL))
-    faults = faults_of(with_transient(FULL, (old, new)))
+    faults = own_faults(with_transient(FULL, (old, new)))
     assert list(faults) == [f"transient.{key}"]
     assert expected in faults[f"transient.{key}"]
 
@@ -231,7 +220,7 @@ def test_faults_of_several_keys_at_once(with_transient: With) -> None:
         FULL + LINE + GROUP, ('"1 %"', '"1 m"'), ('"10 s"', "10"), ("count = 5\n", ""),
         ("edge_8", "edge_0"),
     )  # fmt: skip
-    assert set(faults_of(path)) == {
+    assert set(own_faults(path)) == {
         *("transient.tolerance", "transient.duration"),
         *("transient.probes[0].count", "transient.probes[1].group"),
     }
@@ -329,7 +318,7 @@ def test_broken_probe(
     with_transient: With, probe: str, old: str, new: str, key: str, expected: str
 ) -> None:
     load_case(with_transient(SHORT + probe))
-    faults = faults_of(with_transient(SHORT + probe, (old, new)))
+    faults = own_faults(with_transient(SHORT + probe, (old, new)))
     fault = faults.pop(f"transient.probes[0].{key}")
     assert expected in fault
     # A key that is not known is missing elsewhere.
@@ -337,8 +326,8 @@ def test_broken_probe(
 
 
 def test_probes_that_are_none(with_transient: With) -> None:
-    assert "expected" in faults_of(with_transient(f"{SHORT}probes = 3\n"))["transient.probes"]
-    assert list(faults_of(with_transient(f"{SHORT}probes = [3]\n"))) == ["transient.probes[0]"]
+    assert "expected" in own_faults(with_transient(f"{SHORT}probes = 3\n"))["transient.probes"]
+    assert list(own_faults(with_transient(f"{SHORT}probes = [3]\n"))) == ["transient.probes[0]"]
 
 
 @pytest.mark.parametrize("name", ["edge_8", "floor_8_acroterion", "storey_12", "base", "centre_1"])
@@ -406,9 +395,10 @@ def test_names_of_probes(probes: tuple[Probe, ...], expected: str | None) -> Non
 
 
 def test_names_of_probes_in_a_file(with_transient: With) -> None:
-    faults = faults_of(with_transient(SHORT + POINT + LINE, ('"row"', '"corner"')))
-    assert faults == {"transient.probes": "expected unique names, found corner and corner"}
-    faults = faults_of(with_transient(SHORT + POINT, ('"corner"', '"edge_8"')))
+    faults = own_faults(with_transient(SHORT + POINT + LINE, ('"row"', '"corner"')))
+    assert list(faults) == ["transient.probes"]
+    assert faults["transient.probes"].endswith(" expected unique names, found corner and corner")
+    faults = own_faults(with_transient(SHORT + POINT, ('"corner"', '"edge_8"')))
     assert list(faults) == ["transient.probes"]
 
 

@@ -9,9 +9,11 @@ import pytest
 
 from impactfem.case import KelvinVoigtLaw, WallImpactSetup, load_case
 from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
-from impactfem.errors import InputError
 from impactfem.wall.experiment import WallExperiment
 from impactfem.wall.impact import SEPARATION
+
+from .faults import own_faults
+from .texts import added, replaced
 
 Structured = Callable[..., Path]
 Broken = Callable[..., Path]
@@ -54,25 +56,11 @@ def with_wall(structured: Structured) -> With:
     """A case with a structure and a section [wall_impact], with texts of both replaced."""
 
     def write(section: str = SHORT, *edits: tuple[str, str], case: tuple[str, str] = ("", "")):
-        for old, new in edits:
-            if old not in section:
-                raise ValueError(f"{old!r} is not there: the test does not test")
-            section = section.replace(old, new)
         path = structured((None, *case)) if case[0] else structured()
-        with path.open("a", encoding="utf-8") as stream:
-            stream.write(section)
+        added(path, replaced(section, *edits))
         return path
 
     return write
-
-
-def faults_of(path: Path) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    faults = caught.value.faults
-    assert {Path(fault.file).name for fault in faults} == {"pair.toml"}
-    assert len({fault.key for fault in faults}) == len(faults), faults
-    return {fault.key: f"{fault.value} {fault.expected}" for fault in faults}
 
 
 def setup_of(path: Path) -> WallImpactSetup:
@@ -152,21 +140,21 @@ REFUSED = [
 
 @pytest.mark.parametrize(("old", "new", "key", "expected"), REFUSED)
 def test_refused(with_wall: With, old: str, new: str, key: str, expected: str) -> None:
-    faults = faults_of(with_wall(SHORT, (old, new)))
+    faults = own_faults(with_wall(SHORT, (old, new)))
     assert set(faults) == {f"wall_impact.{key}"}
     assert expected in faults[f"wall_impact.{key}"]
 
 
 def test_all_at_once(with_wall: With) -> None:
-    faults = faults_of(with_wall(FULL, ("[7, 4]", "[7, 7]"), ('"-2 cm"', '"2 cm"'), ("0.55", "2")))
+    faults = own_faults(with_wall(FULL, ("[7, 4]", "[7, 7]"), ('"-2 cm"', '"2 cm"'), ("0.55", "2")))
     assert set(faults) == {f"wall_impact.{key}" for key in ("floors", "displacement", "theta")}
-    faults = faults_of(with_wall(FULL, ("[7, 4]", "[7, 9]"), ("= 5", "= 10")))
+    faults = own_faults(with_wall(FULL, ("[7, 4]", "[7, 9]"), ("= 5", "= 10")))
     assert set(faults) == {"wall_impact.floors", "wall_impact.displaced_floor"}
 
 
 def test_without_structure(broken: Broken) -> None:
     path = broken((None, "[pounding]", f"{SHORT}\n[pounding]"))
-    faults = faults_of(path)
+    faults = own_faults(path)
     assert faults == {
         "wall_impact": "None expected a section [structure] beside it: the 3D model that moves"
     }
@@ -199,7 +187,7 @@ def test_given_law_is_not_calibrated(pair: Path) -> None:
 
 def test_calibrated_without_the_impact(structured: Structured, broken: Broken) -> None:
     for write in (structured, broken):
-        faults = faults_of(write((None, WRITTEN, CALIBRATED)))
+        faults = own_faults(write((None, WRITTEN, CALIBRATED)))
         assert set(faults) == {f"contact_laws.floor.{k}" for k in ("stiffness", "restitution")}
         for text in faults.values():
             assert text.startswith("calibrated expected a section [wall_impact] beside it")
@@ -223,7 +211,7 @@ def test_calibrated_without_the_impact(structured: Structured, broken: Broken) -
     ],
 )  # fmt: skip
 def test_law_refused(with_wall: With, written: str, key: str, expected: str) -> None:
-    faults = faults_of(with_wall(case=(WRITTEN, f"{written}\n")))
+    faults = own_faults(with_wall(case=(WRITTEN, f"{written}\n")))
     assert set(faults) == {f"contact_laws.floor.{key}"}
     assert expected in faults[f"contact_laws.floor.{key}"]
 
@@ -239,13 +227,13 @@ def test_laws_of_hertz_are_not_calibrated(with_wall: With, name: str, key: str) 
         del values["restitution"]
     lines = [f"{k} = {value}\n" for k, value in values.items()]
     old = f'type = "kelvin-voigt"\n{WRITTEN}tension = true\n'
-    faults = faults_of(with_wall(case=(old, f'type = "{name}"\n{"".join(lines)}')))
+    faults = own_faults(with_wall(case=(old, f'type = "{name}"\n{"".join(lines)}')))
     assert set(faults) == {f"contact_laws.floor.{key}"}
     assert "only a law of type 'kelvin-voigt' is calibrated" in faults[f"contact_laws.floor.{key}"]
 
 
 def test_contact_away_from_the_structure(with_wall: With) -> None:
-    faults = faults_of(with_wall(SHORT + THIRD, case=(WRITTEN, CALIBRATED)))
+    faults = own_faults(with_wall(SHORT + THIRD, case=(WRITTEN, CALIBRATED)))
     assert faults == {
         "contacts[1].law": "floor expected a law with values of its own: 'floor' is calibrated on "
         "B1, the contact is of B2 and B3"

@@ -4,7 +4,6 @@ import scipy.linalg
 
 from impactfem.dynamics.error_band import (
     SAFETY,
-    acceleration_band,
     by_third_octave,
     nested_models,
     transfer_band,
@@ -130,28 +129,3 @@ def test_the_bound_without_damping(basis):
     assert np.all(transfer_bound(reduced, np.ones(2), norms, omega, 0.0, 0.0) == np.inf)
     some = transfer_bound(reduced, np.ones(2), norms, omega, 0.1, 0.0)
     assert np.all(some[0] == np.inf) and np.all(np.isfinite(some[1]))
-
-
-def test_the_band_on_accelerations(basis):
-    made = basis(14)
-    models, rows = nested_models(made), made.rows(np.array([3, 100]))
-    rng = np.random.default_rng(2)
-    loads = rng.standard_normal((160, 3)) + 1j * rng.standard_normal((160, 3))
-    band = acceleration_band(models, rows, OMEGA, *LIGHT, loads)
-    fine, *coarse = (
-        -(OMEGA[:, None] ** 2) * np.einsum("npm,nm->np", m.transfer(rows, OMEGA, *LIGHT), loads)
-        for m in models
-    )
-    w, *larger = (
-        np.linalg.norm(np.einsum("ntm,nm->nt", m.outside(OMEGA, *LIGHT), loads), axis=1) * OMEGA**2
-        for m in models
-    )
-    expected = np.zeros((160, 2))
-    for a, size in zip(coarse, larger, strict=True):
-        ratio = by_third_octave(OMEGA, w) / by_third_octave(OMEGA, size)
-        scaled = np.minimum(ratio, 1.0)[:, None] * by_third_octave(OMEGA, np.abs(fine - a))
-        expected = np.maximum(expected, SAFETY * scaled)
-    assert band.shape == (160, 2) and band == pytest.approx(expected, rel=1e-9)
-    # Loads that act together cancel or add: the band is not the sum of theirs.
-    each = OMEGA[:, None, None] ** 2 * transfer_band(models, rows, OMEGA, *LIGHT)
-    assert np.any(band < 0.9 * np.einsum("npm,nm->np", each, np.abs(loads)))

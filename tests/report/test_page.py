@@ -109,6 +109,38 @@ def test_a_broken_store_is_named(finished, tmp_path):
         write_report(tmp_path / "run")
 
 
+@pytest.mark.parametrize("name", ["summary.json", "case.json", "forces.csv"])
+def test_a_file_that_was_changed_is_named(finished, tmp_path, name):
+    shutil.copytree(finished.folder, tmp_path / "run")
+    path = tmp_path / "run" / name
+    path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    with pytest.raises(
+        ImpactfemError, match=re.escape(f"cannot read {path}: it is missing, or not")
+    ):
+        write_report(tmp_path / "run")
+
+
+def test_a_stage_of_another_run_is_refused(finished, tmp_path):
+    """As a run that was killed after some of its stages leaves it."""
+    shutil.copytree(finished.folder, tmp_path / "run")
+    path = tmp_path / "run" / "sticks.stage.json"
+    manifest = json.loads(path.read_text(encoding="utf-8"))
+    path.write_text(json.dumps(manifest | {"inputs": "other"}), encoding="utf-8")
+    with pytest.raises(ImpactfemError, match=r"sticks\.stage\.json: the stage has other inputs"):
+        write_report(tmp_path / "run")
+
+
+def test_a_stage_of_before_may_be_tidied_up(finished, tmp_path):
+    shutil.copytree(finished.folder, tmp_path / "run")
+    other = tmp_path / "run" / "device.stage.json"
+    files = {"device.nc": "gone", "tables/device.csv": "gone"}
+    other.write_text(json.dumps({"inputs": "old", "seconds": {}, "files": files}))
+    write_report(tmp_path / "run")
+    (tmp_path / "run" / "device.nc").write_bytes(b"damaged")
+    with pytest.raises(ImpactfemError, match=r"cannot read .*device\.nc: it is missing, or not"):
+        write_report(tmp_path / "run")
+
+
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [

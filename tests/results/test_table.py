@@ -37,6 +37,20 @@ def test_csv_where_there_is_no_folder(tmp_path):
         TABLE.write_csv(tmp_path / "absent")
 
 
+@pytest.mark.parametrize("value", [None, 12.0, 0.0])
+def test_columns_to_compare_with(value):
+    columns = (*TABLE.columns, ("published", "MN"), ("over published", ""))
+    table = Table("impacts", "Impacts", columns, (("a", 1.0, 2, None, None), ("b", 3, 4, value, 1)))
+    found = table.comparing({"published"}, ", beside the published ones")
+    if value is None:
+        assert found.title == "Impacts"
+        assert found.columns == (*TABLE.columns, ("over published", ""))
+        assert found.rows == (("a", 1.0, 2, None), ("b", 3, 4, 1))
+    else:
+        assert (found.columns, found.rows) == (table.columns, table.rows)
+        assert found.title == "Impacts, beside the published ones"
+
+
 def test_text():
     text = TABLE.as_text()
     lines = text.splitlines()

@@ -104,7 +104,8 @@ def test_dampings_beside_both_readings_of_table_8(wall_folder):
 
 def test_dampings_without_published_values(wall_folder):
     (row,) = rows(wall_tables(wall_folder(dampings=1), {})[2])
-    assert (row["damping"], row["by the text [-]"], row["as printed [-]"]) == ("own", "", "")
+    assert row["damping"] == "own"
+    assert not {"by the text [-]", "as printed [-]"} & set(row)
 
 
 def test_a_table_that_cannot_be_written(wall_folder):

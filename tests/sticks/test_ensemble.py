@@ -166,3 +166,15 @@ def test_store(case, run, tmp_path):
 def test_folder_is_left_alone(run, tmp_path):
     run()
     assert all(path.suffix == ".npz" for path in Path(tmp_path / "members").iterdir())
+
+
+def test_a_damaged_member_is_computed_again(run, tmp_path, caplog):
+    """Also one whose damage is within an array, which shows when that is read."""
+    first = run()
+    path = sorted((tmp_path / "members").iterdir())[0]
+    content = path.read_bytes()
+    middle = len(content) // 2
+    path.write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
+    again = run()
+    assert f"{path} is damaged" in caplog.text and path.read_bytes() == content
+    np.testing.assert_array_equal(again.psa, first.psa)

@@ -7,6 +7,7 @@ from impactfem.errors import InputError
 from impactfem.sticks.contact import kelvin_voigt
 from impactfem.sticks.force_history import (
     ForceHistory,
+    check_forces,
     read_forces,
     write_forces,
     write_forces_csv,
@@ -356,3 +357,15 @@ def test_classic_netcdf_is_refused(tmp_path):
         file.createDimension("time", 2)
     with pytest.raises(InputError, match="a readable force history"):
         read_forces(path)
+
+
+def test_a_given_file_is_tried_before_it_is_read(minimal, tmp_path):
+    path = write(minimal, tmp_path / "foreign.nc")
+    check_forces(path)
+    path.write_bytes(path.read_bytes()[:3000])
+    with pytest.raises(InputError, match="a readable force history") as caught:
+        check_forces(path)
+    assert caught.value.faults[0].file == path
+    (tmp_path / "forces.csv").write_text("time [s],a [N]\n0,1\n1\n")
+    with pytest.raises(InputError, match="a readable force history"):
+        check_forces(tmp_path / "forces.csv")

@@ -12,10 +12,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from impactfem import files
+from impactfem import archive, files
 from impactfem.cli import main
 from impactfem.study import transient
-from impactfem.transient import archive, motion_file, motion_index
+from impactfem.transient import motion_file, motion_index
 
 whole = files.atomic
 name, case, folder = sys.argv[1:]

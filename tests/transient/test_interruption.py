@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem import files, study
+from impactfem import archive, files, study
 from impactfem.errors import ImpactfemError
 from impactfem.files import atomic
-from impactfem.transient import archive, motion_file, motion_index
+from impactfem.transient import motion_file, motion_index
 
 from .conftest import command, killed, no_pictures, write_forces
 

@@ -8,8 +8,9 @@ import sys
 import pytest
 
 from impactfem.errors import ImpactfemError, InputError
-from impactfem.verify import manual, sticks
+from impactfem.verify import manual
 from impactfem.verify.row import Row
+from impactfem.verify.shipped import shipped_case
 
 KEYS = {
     "name",
@@ -197,4 +198,4 @@ def test_a_table_for_the_terminal():
 
 def test_without_the_source_tree():
     with pytest.raises(ImpactfemError, match="needs the source tree"):
-        sticks.shipped_case("absent.toml")
+        shipped_case("absent.toml")

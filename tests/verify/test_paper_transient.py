@@ -4,7 +4,7 @@ import pytest
 from impactfem.case import load_case
 from impactfem.transient import response
 from impactfem.verify import paper_transient
-from impactfem.verify.sticks import shipped_case
+from impactfem.verify.shipped import shipped_case
 
 
 def test_the_window_holds_what_matters():

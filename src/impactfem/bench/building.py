@@ -18,7 +18,7 @@ from impactfem.case import load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.modes import modes
 from impactfem.parallel import communicator
-from impactfem.verify.sticks import shipped_case
+from impactfem.verify.shipped import shipped_case
 
 CASE = "npp_pair_fine.toml"
 MODES = 20

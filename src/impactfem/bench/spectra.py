@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from impactfem.bench.figure import Figure
-from impactfem.spectra.throughput import measure_throughput
+from impactfem.bench.throughput import measure_throughput
 
 
 def spectrum_figures() -> list[Figure]:

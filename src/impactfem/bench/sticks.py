@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
 from impactfem.bench.figure import Figure
+from impactfem.bench.timing import best_time
 from impactfem.case import load_case
 from impactfem.motion.from_case import ground_motions
 from impactfem.sticks.from_case import calibration_of, system_of
 from impactfem.sticks.pounding import interpolate_ground, simulate
-from impactfem.verify.sticks import shipped_case
+from impactfem.verify.shipped import shipped_case
 
 STEPS = 50_000
 
@@ -25,21 +25,10 @@ def stick_figures() -> list[Figure]:
     motions = ground_motions(case.motions)
     dt = case.pounding.time_step
     ground = interpolate_ground([m.history for m in motions], dt, STEPS + 1)
-    simulate(system, ground[:10], dt)
-    whole = _best(lambda: simulate(system, ground, dt), 5)
+    whole = best_time(lambda: simulate(system, ground, dt), 5)
     return [
         Figure("pounding, 50,000 steps of two 8-floor buildings", whole, "s", 0.3),
         Figure("pounding, degrees of freedom", float(system.M.shape[0]), "-"),
         Figure("pounding, time a step", 1e6 * whole / STEPS, "µs"),
         Figure("calibration of the sticks", calibrated, "s"),
     ]
-
-
-def _best(run: Callable[[], object], repeats: int) -> float:
-    """Shortest of several wall times [s]."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - start)
-    return min(times)

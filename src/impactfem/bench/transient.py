@@ -32,7 +32,7 @@ from impactfem.transient.prepared import case_loads, transient_of
 from impactfem.transient.probes import case_probes
 from impactfem.transient.reduced_basis import build_basis
 from impactfem.transient.response import modal_histories, node_response, node_spectra
-from impactfem.verify.sticks import shipped_case
+from impactfem.verify.shipped import shipped_case
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from impactfem.case import load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.unilateral_full import FullMotion
 from impactfem.parallel import communicator
-from impactfem.verify.sticks import shipped_case
+from impactfem.verify.shipped import shipped_case
 from impactfem.wall.building_model import WallPatterns, reduced_wall_model, wall_patterns
 from impactfem.wall.building_run import run_reduced
 from impactfem.wall.experiment import WallExperiment

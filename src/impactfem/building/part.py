@@ -6,8 +6,6 @@ import re
 from dataclasses import dataclass
 
 SHELLS = ("floor", "storey")
-BEAMS = ("beam", "column")
-MARKS = ("edge", "centre")
 
 _NAME = re.compile(r"[a-z0-9]+(?:_[a-z0-9]+)*")
 _GROUP = re.compile(rf"(floor|storey|beam|column)_([1-9][0-9]*)(?:_({_NAME.pattern}))?")

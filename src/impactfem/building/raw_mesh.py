@@ -13,7 +13,7 @@ from impactfem.errors import Fault, InputError
 
 Ints = NDArray[np.int64]
 
-_EXPECTED = "expected a mesh of gmsh (.msh, format 2 or 4)"
+EXPECTED = "a mesh of gmsh (.msh, format 2 or 4)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +55,23 @@ def read_raw(path: Path) -> RawMesh:
         InputError: The file is not a mesh that gmsh reads.
     """
     _check_header(path)
+    try:
+        return _read(path)
+    except UnicodeDecodeError as error:  # gmsh gives names as they stand there
+        fault = Fault(path, "", None, f"a name that is not UTF-8; expected {EXPECTED}")
+        raise InputError([fault]) from error
+
+
+def _read(path: Path) -> RawMesh:
     with gmsh_session() as gmsh:
         gmsh.logger.start()
         try:
             gmsh.merge(str(path))
         except Exception as error:  # gmsh raises nothing more special
-            raise InputError([Fault(path, "", None, f"{error}; {_EXPECTED}")]) from error
+            raise InputError([Fault(path, "", None, f"{error}; expected {EXPECTED}")]) from error
         errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
         if errors:
-            raise InputError([Fault(path, "", None, f"{errors[0]}; {_EXPECTED}")])
+            raise InputError([Fault(path, "", None, f"{errors[0]}; expected {EXPECTED}")])
         model = gmsh.model
         tags, nodes, _ = model.mesh.getNodes()
         order = np.argsort(tags)
@@ -99,12 +107,13 @@ def _check_header(path: Path) -> None:
         with path.open("rb") as stream:
             head = stream.read(65536)
     except OSError as error:
-        raise InputError([Fault(path, "", None, f"{error.strerror}; {_EXPECTED}")]) from error
+        fault = Fault(path, "", None, f"{error.strerror}; expected {EXPECTED}")
+        raise InputError([fault]) from error
     # What else it begins with, gmsh would run as a script.
     start = head.find(b"$MeshFormat") if head.startswith((b"$MeshFormat", b"$Comments")) else -1
     words = head[start:].split()[1:2] if start >= 0 else []
     version = words[0].decode(errors="replace") if words else ""
     if not version:
-        raise InputError([Fault(path, "", None, f"no $MeshFormat; {_EXPECTED}")])
+        raise InputError([Fault(path, "", None, f"no $MeshFormat; expected {EXPECTED}")])
     if version.split(".")[0] not in ("2", "4"):
-        raise InputError([Fault(path, "$MeshFormat", version, _EXPECTED)])
+        raise InputError([Fault(path, "$MeshFormat", version, f"expected {EXPECTED}")])

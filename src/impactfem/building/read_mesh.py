@@ -7,8 +7,8 @@ from pathlib import Path
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.mesh_groups import assemble
-from impactfem.building.raw_mesh import read_raw
-from impactfem.own_process import in_own_process
+from impactfem.building.raw_mesh import EXPECTED, read_raw
+from impactfem.own_process import read_in_own_process
 
 
 def read_mesh(path: Path) -> BuildingMesh:
@@ -23,6 +23,6 @@ def read_mesh(path: Path) -> BuildingMesh:
         InputError: The file is not such a mesh, a group is missing or unknown, or the mesh does
             not hold together; every fault names its group and a place.
     """
-    mesh = assemble(in_own_process(read_raw, path), path)
+    mesh = assemble(read_in_own_process(read_raw, path, EXPECTED), path)
     check_mesh(mesh, path)
     return mesh

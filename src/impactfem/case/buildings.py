@@ -6,9 +6,10 @@ from pathlib import Path
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, known_of, present
+from impactfem.case.base import Section, present
 from impactfem.case.damping import Damping
 from impactfem.case.floors import Floor
+from impactfem.case.known import known_of
 from impactfem.case.leaf import (
     Depth,
     File,

@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, known_of
+from impactfem.case.base import Section
 from impactfem.case.floors import Floor
+from impactfem.case.known import known_of
 from impactfem.case.leaf import File, PositiveFactor, PositiveLength, Whole, refuse
 from impactfem.case.targets import Target
 

@@ -8,13 +8,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, known_of, present
+from impactfem.case.base import Section, present
 from impactfem.case.calibrated import (
     CALIBRATED,
     CalibratedRestitution,
     CalibratedStiffness,
     refuse_word,
 )
+from impactfem.case.known import known_of
 from impactfem.case.leaf import (
     Area,
     BuildingName,

@@ -39,12 +39,7 @@ class OrWord(Leaf):
             raise refuse(f"{error.message()}; or '{self.word}'") from error
 
     def schema(self) -> dict[str, Any]:
-        value = self.value.schema()
-        about = {key: value.pop(key) for key in ("x-unit", "x-accepts")}
-        example = value.get("examples")
-        if example:
-            about["x-accepts"] += f', as `"{example[0]}"`'
-        about["x-accepts"] += f', or `"{self.word}"`'
+        value, about = _accepting(self.value, f', or `"{self.word}"`')
         return {"anyOf": [*value.get("anyOf", [value]), {"const": self.word}]} | about
 
 
@@ -74,12 +69,18 @@ class OneOrTwo(Leaf):
         return one, one
 
     def schema(self) -> dict[str, Any]:
-        value = self.value.schema()
-        about = {key: value.pop(key) for key in ("x-unit", "x-accepts")}
-        example = value.get("examples")
-        if example:
-            about["x-accepts"] += f', as `"{example[0]}"`'
-        about["x-accepts"] += ", or a list of two of them"
+        value, about = _accepting(self.value, ", or a list of two of them")
         one = value.get("anyOf", [value])
         both = {"type": "array", "items": value, "minItems": 2, "maxItems": 2}
         return {"anyOf": [*one, both]} | about
+
+
+def _accepting(leaf: Leaf, more: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The schema of a leaf, and what stands beside it in words: its example, and what more."""
+    value = leaf.schema()
+    about = {key: value.pop(key) for key in ("x-unit", "x-accepts")}
+    example = value.get("examples")
+    if example:
+        about["x-accepts"] += f', as `"{example[0]}"`'
+    about["x-accepts"] += more
+    return value, about

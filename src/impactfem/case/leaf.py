@@ -27,6 +27,7 @@ from impactfem.case.unit import Kind, UnitError
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _LARGEST = 2**31 - 1  # what every library that counts steps or takes a seed can hold
+_BEYOND = 1e60  # no physical quantity in SI reaches it; a product of five of them is finite
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
 _PERCENT = re.compile(rf"\s*({_NUMBER})\s*%\s*")
 
@@ -122,6 +123,8 @@ class Quantity(Leaf):
         """Refuse a value that is not finite or beyond the bound."""
         if not math.isfinite(number):
             raise refuse(f"expected a finite value: {self.phrase}")
+        if abs(number) > _BEYOND:
+            raise refuse(f"expected a value below {_BEYOND:g} in SI units: {self.phrase}")
         low = self.above is not None and number <= self.above
         if low or (self.at_least is not None and number < self.at_least):
             example = f"for example '{self.kind.example}'"

@@ -8,7 +8,6 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from impactfem.case.base import Known
 from impactfem.case.bays import Bay, read_bays
 from impactfem.case.beams import Beam
 from impactfem.case.columns import Column
@@ -17,6 +16,7 @@ from impactfem.case.device_matrices import DeviceMatrices, NamedMatrix, read_mat
 from impactfem.case.device_modes import DeviceMode, read_device_modes
 from impactfem.case.floors import Floor, read_floors
 from impactfem.case.given_spectra import GivenSpectra, read_given_spectra
+from impactfem.case.known import Known
 from impactfem.case.leaf import PositiveLength
 from impactfem.case.members import MemberRow, Site, read_members
 from impactfem.case.place import Place

@@ -7,8 +7,9 @@ from typing import Literal
 
 from pydantic import Field, ValidationError
 
-from impactfem.case.base import Known, Section
+from impactfem.case.base import Section
 from impactfem.case.explain import explain
+from impactfem.case.known import Known
 from impactfem.case.leaf import File, Text, Weight
 from impactfem.case.source import Source, parse
 from impactfem.case.text import read_text

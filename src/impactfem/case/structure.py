@@ -7,9 +7,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, known_of
+from impactfem.case.base import Section
 from impactfem.case.file_mesh import FileMesh
 from impactfem.case.generated_mesh import GeneratedMesh, GeneratedMeshEntry
+from impactfem.case.known import known_of
 from impactfem.case.leaf import BuildingName, Frequency, MaterialName, PositiveFactor, Whole, refuse
 from impactfem.case.materials import Material
 from impactfem.case.part_damping import PartDamping

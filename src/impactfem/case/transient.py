@@ -26,6 +26,7 @@ from impactfem.case.place import value_at
 from impactfem.case.probe import Probe, name_fault
 from impactfem.case.source import Source
 from impactfem.case.structure import Mesh
+from impactfem.case.time_step import half_of_duration, step_fault
 from impactfem.errors import Fault
 
 SHIFT = 30.0
@@ -127,14 +128,7 @@ class Transient(Section):
         default=(), description="Points that are looked at, beside those that are always there."
     )
 
-    @field_validator("time_step")
-    @classmethod
-    def _step_in_duration(cls, value: float, info: ValidationInfo) -> float:
-        duration = info.data.get("duration")
-        fault = step_fault(value, duration) if duration is not None else None
-        if fault is not None:
-            raise refuse(fault)
-        return value
+    _step_in_duration = field_validator("time_step")(half_of_duration)
 
     @field_validator("export")
     @classmethod
@@ -174,13 +168,6 @@ class Transient(Section):
         if fault is not None:
             raise refuse(fault)
         return value
-
-
-def step_fault(time_step: float, duration: float) -> str | None:
-    """What is wrong with a time step [s] for a duration [s], in words; None when nothing is."""
-    if time_step > duration / 2.0:
-        return f"expected at most half of the duration, {duration:g} s"
-    return None
 
 
 def transient_files(transient: Transient) -> tuple[Path, ...]:

@@ -12,7 +12,7 @@ from impactfem.case.calibrated import CALIBRATED
 from impactfem.case.contacts import ContactEntry, ContactLaw, FloorNumbers, KelvinVoigtLaw
 from impactfem.case.leaf import Depth, Length, PositiveTime, Ratio, Time, Whole, refuse
 from impactfem.case.source import Source
-from impactfem.case.transient import step_fault
+from impactfem.case.time_step import half_of_duration
 from impactfem.errors import Fault
 
 TOP_FLOORS = 3
@@ -56,14 +56,7 @@ class _WallImpact(Section):
             )
         return value
 
-    @field_validator("time_step")
-    @classmethod
-    def _step_in_duration(cls, value: float, info: ValidationInfo) -> float:
-        duration = info.data.get("duration")
-        fault = step_fault(value, duration) if duration is not None else None
-        if fault is not None:
-            raise refuse(fault)
-        return value
+    _step_in_duration = field_validator("time_step")(half_of_duration)
 
     @field_validator("separation")
     @classmethod

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.archive import read_archive, write_archive
 from impactfem.design.member import Carrier, carry
 from impactfem.design.member_loads import MemberLoads
 from impactfem.errors import ImpactfemError, SolutionError
 from impactfem.log import LOGGER
-from impactfem.transient.archive import read_archive, write_archive
 
 Array = NDArray[np.float64]
 Arrays = dict[str, Any]

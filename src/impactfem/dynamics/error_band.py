@@ -29,7 +29,6 @@ from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.dynamics.reduced import ReducedModel, nested_size, reduced_model, shift_of
 
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 SHARES = (0.95, 0.9, 0.85)
 """Sizes of the nested models over that of the basis."""
@@ -69,41 +68,16 @@ def transfer_band(
     Returns:
         Shape (n_freq, n_probes, n_patterns) [m per unit of the load].
     """
-    return _band(
-        omega,
-        [m.transfer(basis, omega, alpha, beta) for m in models],
-        [m.outside(omega, alpha, beta) for m in models],
-    )
-
-
-def acceleration_band(
-    models: Sequence[ReducedModel],
-    basis: Array,
-    omega: Array,
-    alpha: float,
-    beta: float,
-    loads: Complex,
-) -> Array:
-    """Half width of the band on the spectrum of accelerations under loads that act together.
-
-    Args:
-        models: The model, and those nested in it.
-        basis: Rows of V at the probes, shape (n_probes, size).
-        omega: ω, ascending, above zero, shape (n_freq,) [rad/s].
-        alpha: α [1/s].
-        beta: β [s].
-        loads: Spectra of the amplitudes of the patterns, shape (n_freq, n_patterns).
-
-    Returns:
-        Shape (n_freq, n_probes), in the unit of the loads' spectra times that of the pattern's
-        acceleration.
-    """
-    acting = (-(np.asarray(omega)[:, None] ** 2) * loads)[:, :, None]
-    return _band(
-        omega,
-        [m.transfer(basis, omega, alpha, beta) @ acting for m in models],
-        [m.outside(omega, alpha, beta) @ acting for m in models],
-    )[..., 0]
+    responses = [m.transfer(basis, omega, alpha, beta) for m in models]
+    outside = [m.outside(omega, alpha, beta) for m in models]
+    size = [by_third_octave(omega, np.linalg.norm(w, axis=1)) for w in outside]
+    found = np.zeros(responses[0].shape)
+    for response, other in zip(responses[1:], size[1:], strict=True):
+        apart = by_third_octave(omega, np.abs(responses[0] - response))
+        # A smaller model that is no worse says nothing of how fast the basis converges.
+        ratio = np.divide(size[0], other, out=np.ones_like(other), where=other > size[0])
+        np.maximum(found, ratio[:, None, :] * apart, out=found)
+    return SAFETY * found
 
 
 def transfer_bound(
@@ -147,15 +121,3 @@ def by_third_octave(omega: Array, values: Array) -> Array:
     if not len(first):
         return np.array(values)
     return np.asarray(np.maximum.reduceat(values, first, axis=0)[band])
-
-
-def _band(omega: Array, responses: Sequence[Complex], outside: Sequence[Complex]) -> Array:
-    """The band from y, shape (n_freq, n_probes, k), and w, shape (n_freq, n_tail, k), by model."""
-    size = [by_third_octave(omega, np.linalg.norm(w, axis=1)) for w in outside]
-    found = np.zeros(responses[0].shape)
-    for response, other in zip(responses[1:], size[1:], strict=True):
-        apart = by_third_octave(omega, np.abs(responses[0] - response))
-        # A smaller model that is no worse says nothing of how fast the basis converges.
-        ratio = np.divide(size[0], other, out=np.ones_like(other), where=other > size[0])
-        np.maximum(found, ratio[:, None, :] * apart, out=found)
-    return SAFETY * found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import random_column, row_of_largest, wrapped
+from impactfem.dynamics.held import Held
 from impactfem.errors import SolutionError
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ class SingularMatrixError(SolutionError):
         return type(self), (str(self), self.row)
 
 
-class Factorisation:
+class Factorisation(Held):
     """A = L D Lᵀ by MUMPS, for solving A x = b. A context manager that frees the memory.
 
     The matrix may be changed or destroyed afterwards. MUMPS options of one's own can be given in
@@ -121,17 +121,6 @@ class Factorisation:
                 f"{name} ({self._N} rows) could not be factorised: MUMPS error {failed} ({detail}),"
                 f" {why}"
             )
-
-    def __enter__(self) -> Factorisation:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.destroy()
 
     def destroy(self) -> None:
         """Free the memory; the factorisation is of no use afterwards. Collective."""

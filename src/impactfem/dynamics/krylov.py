@@ -14,7 +14,6 @@ damping, CDC 2005; full reorthogonalisation as in Grimme, Sorensen and Van Doore
 
 from __future__ import annotations
 
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.factorisation import Factorisation
+from impactfem.dynamics.held import Held
 from impactfem.dynamics.orthonormal import Orthonormal
 from impactfem.dynamics.pencil import combined
 
@@ -33,7 +33,7 @@ AT_ONCE = 16
 """Columns whose norms are taken at once."""
 
 
-class KrylovBasis:
+class KrylovBasis(Held):
     """The basis, built block by block. A context manager that frees the factorisation.
 
     Making one, and its methods but `rows`, are collective.
@@ -60,17 +60,6 @@ class KrylovBasis:
         self._T: Array = np.zeros((0, 0))
         self._R: Array = np.zeros((0, 0))
         self._sizes: list[int] = []
-
-    def __enter__(self) -> KrylovBasis:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.destroy()
 
     def destroy(self) -> None:
         """Free the factorisation; the basis stays and cannot grow any more. Collective."""

@@ -13,7 +13,6 @@ One solve and one product, M w, make a step: M v₁ = M w - M v₀, and K w foll
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from types import TracebackType
 
 import numba
 import numpy as np
@@ -23,6 +22,7 @@ from petsc4py import PETSc
 
 from impactfem.dynamics.columns import product, wrapped
 from impactfem.dynamics.factorisation import Factorisation
+from impactfem.dynamics.held import Held
 from impactfem.dynamics.history import QUANTITIES, History, Recorder
 from impactfem.dynamics.pencil import combined
 from impactfem.dynamics.state import State
@@ -34,7 +34,7 @@ CHUNK = 100
 """Steps between two sums over the ranks."""
 
 
-class Newmark:
+class Newmark(Held):
     """A linear system, its step and its loads. A context manager that frees the memory.
 
     Args:
@@ -73,17 +73,6 @@ class Newmark:
         self._K, self._M, self._C = K, M, C
         self._patterns = np.asarray(patterns, dtype=np.float64)
         self._factor: Factorisation | None = None
-
-    def __enter__(self) -> Newmark:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.destroy()
 
     def destroy(self) -> None:
         """Free the memory; the system is of no use afterwards."""

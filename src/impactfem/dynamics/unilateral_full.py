@@ -12,7 +12,6 @@ a second solve: M̂⁻¹ G would be as fast, but is as large as the basis of a r
 
 from __future__ import annotations
 
-from types import TracebackType
 from typing import Any
 
 import numba
@@ -23,6 +22,7 @@ from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner, product, wrapped
 from impactfem.dynamics.factorisation import BLOCK, Factorisation
+from impactfem.dynamics.held import Held
 from impactfem.dynamics.pencil import combined
 from impactfem.dynamics.unilateral import check_rule
 from impactfem.errors import SolutionError
@@ -30,7 +30,7 @@ from impactfem.errors import SolutionError
 Array = NDArray[np.float64]
 
 
-class FullMotion:
+class FullMotion(Held):
     """A structure with its step, constraints, loads and probes. A context manager.
 
     Args:
@@ -98,17 +98,6 @@ class FullMotion:
         self._M_mean: Array = np.zeros(n)
         self._vectors = [wrapped(M, array) for array in (self._r, self._mean, self._M_mean)]
 
-    def __enter__(self) -> FullMotion:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.destroy()
-
     def destroy(self) -> None:
         """Free the memory; the structure is of no use afterwards."""
         for vector in self._vectors:
@@ -131,7 +120,11 @@ class FullMotion:
         return total
 
     def start(self, displacement: Array | None, velocity: Array | None) -> tuple[Array, Array]:
-        """Set u and v, rows of this rank, zero when None; what is seen of both."""
+        """Set u and v, rows of this rank, zero when None; what is seen of both.
+
+        Raises:
+            SolutionError: One has another shape.
+        """
         n = len(self.displacement)
         for given in (displacement, velocity):
             if given is not None and np.shape(given) != (n,):

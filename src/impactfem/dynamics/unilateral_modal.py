@@ -73,7 +73,11 @@ class ModalMotion:
         return np.asarray(root.T @ root, dtype=np.float64)
 
     def start(self, displacement: Array | None, velocity: Array | None) -> tuple[Array, Array]:
-        """Set z and ż, zero when None; what is seen of both."""
+        """Set z and ż, zero when None; what is seen of both.
+
+        Raises:
+            SolutionError: One has another shape.
+        """
         r = len(self._lambda)
         for given in (displacement, velocity):
             if given is not None and np.shape(given) != (r,):

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.device.interface import Interface, MountedDevice, interface_of
+from impactfem.dynamics.held import Held
 from impactfem.equipment.rosette import Rosette
 from impactfem.transient.loads import Loads
 
@@ -37,7 +37,7 @@ Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class FullSystem:
+class FullSystem(Held):
     """Matrices of a building with its devices. A context manager that frees their memory.
 
     Args:
@@ -60,15 +60,8 @@ class FullSystem:
     rows: Index
     W: Array
 
-    def __enter__(self) -> FullSystem:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def destroy(self) -> None:
+        """Free the matrices. Collective."""
         for matrix in (self.K, self.M, self.C):
             matrix.destroy()
 

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from impactfem.archive import read_archive, write_archive
 from impactfem.building.edge_load import edge_load
 from impactfem.building.edge_normal import outward_normal
 from impactfem.building.links import carried, linked
@@ -24,7 +25,6 @@ from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.dynamics.reduced import ReducedModel
 from impactfem.equipment.covered_points import moving_node, point_rows
 from impactfem.equipment.rosette import Rosette
-from impactfem.transient.archive import read_archive, write_archive
 from impactfem.transient.loads import Loads
 from impactfem.transient.reduced_basis import grow_until_accurate
 from impactfem.wall.building_model import (

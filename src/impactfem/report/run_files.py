@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
+from pydantic import ValidationError
 
 from impactfem.errors import ImpactfemError
+from impactfem.results.manifest import Manifest, changed_file, manifest_file, read_manifest
+from impactfem.results.open_store import open_store
 from impactfem.results.overview import OVERVIEW
+from impactfem.results.provenance import Provenance
 
 CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.json", "checks.json"
 
@@ -24,7 +28,7 @@ class RunFiles:
         folder: The folder.
 
     Raises:
-        ImpactfemError: It holds no finished run, or a file of it cannot be read.
+        ImpactfemError: It holds no finished run, or a file of it is not as the run wrote it.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -36,10 +40,20 @@ class RunFiles:
                 f"{'is' if len(missing) == 1 else 'are'} missing; 'impactfem run CASE.toml' "
                 "writes them"
             )
-        self.case: dict[str, Any] = self._json(CASE, dict)
-        self.summary: list[dict[str, Any]] = self._json(SUMMARY, list)
-        self.provenance: dict[str, Any] = self._json(PROVENANCE, dict)
-        self.checks: list[dict[str, Any]] = self._json(CHECKS, list)
+        # HDF5 may crash on a damaged store: nothing is opened before all are known to be whole.
+        made = self._made()
+        self._refuse_changed(made.files)
+        for stage, inputs in made.inputs.items():
+            self._refuse_unfinished(stage, inputs)
+        for path in sorted(folder.glob("*.stage.json")):
+            stage = path.name.removesuffix(".stage.json")
+            if stage not in made.inputs:  # of a run before, which may have been tidied up
+                listed = self._manifest(stage).files
+                self._refuse_changed({n: digest for n, digest in listed.items() if self.has(n)})
+        self.provenance: dict[str, Any] = made.model_dump()
+        self.case: dict[str, Any] = self._json(CASE)
+        self.summary: list[dict[str, Any]] = self._json(SUMMARY)
+        self.checks: list[dict[str, Any]] = self._json(CHECKS)
 
     def has(self, name: str) -> bool:
         """Whether the run wrote a file of this name."""
@@ -64,12 +78,8 @@ class RunFiles:
         Raises:
             ImpactfemError: It cannot be read.
         """
-        path = self.folder / name
-        try:
-            with xr.open_dataset(path, engine="h5netcdf") as store:
-                yield store
-        except OSError as error:
-            raise ImpactfemError(f"cannot read {path}: {error}") from error
+        with open_store(self.folder / name) as store:
+            yield store
 
     def files_of(self, stage: str, part: str) -> list[Path]:
         """Files that a stage wrote into a part of the folder, by their names.
@@ -80,7 +90,7 @@ class RunFiles:
             stage: Name of the stage.
             part: `figures` or `tables`.
         """
-        listed = self._json(f"{stage}.stage.json", dict)["files"]
+        listed = self._manifest(stage).files
         wanted = [name for name in listed if Path(name).parent.name == part]
         whole = part == "figures" and stage == self.stages[0]
         overview = [f"{part}/{name}" for name in OVERVIEW if whole]
@@ -89,12 +99,39 @@ class RunFiles:
             *sorted(self.folder / name for name in wanted),
         ]
 
-    def _json(self, name: str, kind: type) -> Any:
-        path = self.folder / name
+    def _made(self) -> Provenance:
+        path = self.folder / PROVENANCE
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
+            return Provenance.model_validate_json(path.read_bytes())
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            where = ".".join(map(str, first["loc"]))
+            raise _damaged(path, f"{where}: {first['msg']}" if where else first["msg"]) from error
+        except OSError as error:
+            raise _damaged(path, error.strerror or str(error)) from error
+
+    def _manifest(self, stage: str) -> Manifest:
+        try:
+            return read_manifest(self.folder, stage)
         except (OSError, ValueError) as error:
-            raise ImpactfemError(f"cannot read {path}: {error}") from error
-        if not isinstance(content, kind):
-            raise ImpactfemError(f"cannot read {path}: it is not what a run writes there")
-        return content
+            reason = "it is not what a run writes there"
+            raise _damaged(manifest_file(self.folder, stage), reason) from error
+
+    def _refuse_unfinished(self, stage: str, inputs: str) -> None:
+        manifest = self._manifest(stage)
+        if manifest.inputs != inputs:
+            reason = f"the stage has other inputs than in {PROVENANCE}"
+            raise _damaged(manifest_file(self.folder, stage), reason)
+        self._refuse_changed(manifest.files)
+
+    def _refuse_changed(self, files: Mapping[str, str]) -> None:
+        changed = changed_file(self.folder, files)
+        if changed is not None:
+            raise _damaged(changed, "it is missing, or not as the run wrote it")
+
+    def _json(self, name: str) -> Any:
+        return json.loads((self.folder / name).read_text(encoding="utf-8"))
+
+
+def _damaged(path: Path, reason: str) -> ImpactfemError:
+    return ImpactfemError(f"cannot read {path}: {reason}; 'impactfem run' writes it again")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from impactfem.errors import ImpactfemError
 from impactfem.files import atomic
 from impactfem.results.floor_field import COLOURS, TopFloor, colour_bar, plan_axes
-from impactfem.results.open_store import open_store
+from impactfem.results.open_store import open_stores
 from impactfem.results.style import BLUE, SETTINGS
 from impactfem.results.transient_view import TransientView
 from impactfem.results.transient_waves import mark_edge
@@ -53,11 +52,7 @@ def wave_animation(folder: Path) -> list[Path]:
     """
     if not (folder / "transient_maps.nc").is_file():
         return []
-    with ExitStack() as stores:
-
-        def opened(name: str) -> xr.Dataset:
-            return stores.enter_context(open_store(folder / name))
-
+    with open_stores(folder) as opened:
         view, maps = TransientView(opened("transient.nc")), opened("transient_maps.nc")
         if not maps.sizes.get("frame", 0) or len(view.line) < 2:
             return []

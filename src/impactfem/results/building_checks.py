@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.results.check import Check
+from impactfem.results.open_store import open_store
 
 RESIDUAL = 1e-6
 """Largest residual of a mode that counts as converged."""
@@ -19,7 +20,7 @@ def building_checks(folder: Path) -> list[Check]:
     Args:
         folder: The run's folder, with `building.nc`.
     """
-    with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as store:
+    with open_store(folder / "building.nc") as store:
         warnings = str(store.attrs["mesh_warnings"]).splitlines()
         mesh = [(False, f"mesh: {warning}") for warning in warnings]
         return [*mesh, _masses(store), _modes(store), *_bending(store)]

@@ -10,6 +10,7 @@ import xarray as xr
 
 from impactfem.case.bays import Bay
 from impactfem.log import LOGGER
+from impactfem.results.open_store import open_store
 from impactfem.results.table import Cell, Table
 
 
@@ -26,7 +27,7 @@ def building_tables(
     Returns:
         The files.
     """
-    with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as store:
+    with open_store(folder / "building.nc") as store:
         tables = [_bending(store, published), _modes(store), _floors(store, published)]
     if bays:
         tables.append(_bays(bays))
@@ -94,6 +95,11 @@ def _bending(store: xr.Dataset, published: Mapping[str, float]) -> Table:
             ("difference of mass", "%"),
         ),
         tuple(rows),
+    ).comparing(
+        {
+            *("published frequency", "difference of frequency"),
+            *("published effective mass", "difference of mass"),
+        }
     )
 
 
@@ -140,4 +146,4 @@ def _floors(store: xr.Dataset, published: Mapping[str, float]) -> Table:
             ("published mass", "t"),
         ),
         tuple(rows),
-    )
+    ).comparing({"published mass"})

@@ -9,6 +9,7 @@ import xarray as xr
 
 from impactfem.results.check import Check
 from impactfem.results.design_view import DesignView
+from impactfem.results.open_store import open_store
 from impactfem.scalar import from_json
 
 COVERED = 0.8
@@ -25,7 +26,7 @@ def design_checks(folder: Path) -> list[Check]:
     Args:
         folder: The run's folder, with `design.nc`.
     """
-    with xr.open_dataset(folder / "design.nc", engine="h5netcdf") as store:
+    with open_store(folder / "design.nc") as store:
         view = DesignView(store)
         checks = [one for x in range(len(view.directions)) for one in _coverage(view, x)]
         if "motion" in store.dims:
@@ -69,7 +70,7 @@ def _forces(path: Path, store: xr.Dataset) -> list[Check]:
     """Whether members have the impact forces that they have in the stage `ensemble`."""
     if not path.is_file():
         return []
-    with xr.open_dataset(path, engine="h5netcdf") as ensemble:
+    with open_store(path) as ensemble:
         names = [str(name) for name in ensemble["scalar"].values]
         motions = [str(name) for name in ensemble["motion"].values]
         floors = [int(floor) for floor in store["edge"].values]

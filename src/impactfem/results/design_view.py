@@ -9,12 +9,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from impactfem.results.store_view import StoreView
 from impactfem.spectra.product import FloorSpectrumSet, Station
 
 Array = NDArray[np.float64]
 
 
-class DesignView:
+class DesignView(StoreView):
     """A store of the stage `design`.
 
     Args:
@@ -22,8 +23,7 @@ class DesignView:
     """
 
     def __init__(self, store: xr.Dataset) -> None:
-        self.store = store
-        self.building = str(store.attrs["building"])
+        super().__init__(store)
         self.direction = str(store.attrs["shown_direction"])
         self.title = str(store.attrs["title"])
         self.inputs = str(store.attrs["inputs"])

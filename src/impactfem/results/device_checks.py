@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from impactfem.results.check import Check
 from impactfem.results.device_verdict import LOADS, pounding, rotations
 from impactfem.results.device_view import ROTATIONS, DeviceView
+from impactfem.results.open_store import open_store
 
 IMBALANCE = 1e-8
 """Largest difference of action and reaction at an anchor, of the largest force."""
@@ -25,7 +25,7 @@ def device_checks(folder: Path) -> list[Check]:
     Args:
         folder: The run's folder, with `device.nc`.
     """
-    with xr.open_dataset(folder / "device.nc", engine="h5netcdf") as store:
+    with open_store(folder / "device.nc") as store:
         view = DeviceView(store)
         return [
             *_verdict(view),

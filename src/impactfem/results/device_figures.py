@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from impactfem.results import (
 )
 from impactfem.results.device_pictures import device_pictures
 from impactfem.results.device_view import DeviceView
+from impactfem.results.open_store import open_stores
 
 Makers = dict[str, Callable[[Path], None]]
 
@@ -38,11 +38,7 @@ def device_figures(folder: Path) -> list[Path]:
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
-    with ExitStack() as stores:
-
-        def opened(name: str) -> xr.Dataset:
-            return stores.enter_context(xr.open_dataset(folder / name, engine="h5netcdf"))
-
+    with open_stores(folder) as opened:
         view = DeviceView(opened("device.nc"))
         building = opened("building.nc") if (folder / "building.nc").is_file() else None
         makers: Makers = {

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from impactfem.log import LOGGER
 from impactfem.results.device_verdict import verdict
 from impactfem.results.device_view import ROTATIONS, WITH, WITHOUT, XYZ, DeviceView
+from impactfem.results.open_store import open_store
 from impactfem.results.table import Cell, Table
 
 Published = Mapping[str, float]
@@ -37,7 +37,7 @@ def device_tables(folder: Path, published: Published) -> list[Path]:
     Raises:
         ImpactfemError: A file cannot be written.
     """
-    with xr.open_dataset(folder / "device.nc", engine="h5netcdf") as store:
+    with open_store(folder / "device.nc") as store:
         view = DeviceView(store)
         tables = [
             _modes(view, published),
@@ -65,7 +65,10 @@ def _percent(value: float | None) -> float | None:
 
 
 def _modes(view: DeviceView, published: Published) -> Table:
-    """Table 6. Modes of the same frequency come in the order x, y here, y, x in the paper."""
+    """Table 6 of the paper.
+
+    Its modes of one frequency come in the order y, x, with the same values for both.
+    """
     rows: list[tuple[Cell, ...]] = []
     for d, device in enumerate(view.devices):
         mass = view.effective_mass(d)
@@ -89,8 +92,7 @@ def _modes(view: DeviceView, published: Published) -> Table:
             )
     return Table(
         "device_modes",
-        "Modes of the devices, and those of table 6 of the paper. Modes of one frequency come in "
-        "the order x, y here and y, x in the paper, which has the same values for both",
+        "Modes of the devices; of one frequency in the order x, y",
         (
             ("device", ""),
             ("mode", ""),
@@ -106,7 +108,7 @@ def _modes(view: DeviceView, published: Published) -> Table:
             ("damping", "%"),
         ),
         tuple(rows),
-    )
+    ).comparing({"published f", "published mass"}, ", beside the published ones")
 
 
 def _demand(view: DeviceView, published: Published) -> Table:
@@ -145,9 +147,8 @@ def _demand(view: DeviceView, published: Published) -> Table:
     return Table(
         "device_demand",
         f"Largest force of the devices along {axis} on the floor: in the 3D model in detail and by "
-        "response spectrum analysis (RSA), beside table 7 of the paper; equivalent acceleration: "
-        f"over the sum of the effective masses along {axis}; difference: from detailed, over it, "
-        "positive where RSA is too low",
+        "response spectrum analysis (RSA); equivalent acceleration: over the sum of the effective "
+        f"masses along {axis}; difference: from detailed, over it, positive where RSA is too low",
         (
             ("device", ""),
             ("impacts", ""),
@@ -161,6 +162,9 @@ def _demand(view: DeviceView, published: Published) -> Table:
             ("published difference", "%"),
         ),
         tuple(rows),
+    ).comparing(
+        {"published", "over published", "published equivalent", "published difference"},
+        "; beside the published values",
     )
 
 
@@ -207,8 +211,7 @@ def _dampings(view: DeviceView, published: Published) -> Table:
         )
     return Table(
         "device_dampings",
-        "Dampings of the buildings and restitution of their impacts, beside table 8 of the paper "
-        "in the order that its text describes and as printed; with the largest impact force",
+        "Dampings of the buildings and restitution of their impacts, with the largest impact force",
         (
             ("damping", ""),
             ("alpha", "1/s"),
@@ -221,6 +224,9 @@ def _dampings(view: DeviceView, published: Published) -> Table:
             ("impact force", "MN"),
         ),
         tuple(rows),
+    ).comparing(
+        {"by the text", "as printed"},
+        "; beside the published values in the order that the text describes and as printed",
     )
 
 
@@ -262,8 +268,8 @@ def _study(view: DeviceView, published: Published) -> Table:
     return Table(
         "device_damping_study",
         f"Largest force of the devices along {axis} on the floor by the damping of the buildings: "
-        f"in detail and by response spectrum analysis (RSA, {view.headline}), beside table 9 of "
-        "the paper; difference: from detailed, over it, positive where RSA is too low",
+        f"in detail and by response spectrum analysis (RSA, {view.headline}); difference: from "
+        "detailed, over it, positive where RSA is too low",
         (
             ("device", ""),
             ("damping", ""),
@@ -278,6 +284,9 @@ def _study(view: DeviceView, published: Published) -> Table:
             ("its difference", "%"),
         ),
         tuple(rows),
+    ).comparing(
+        {"published detailed", "published RSA", "published difference"},
+        "; beside the published values",
     )
 
 

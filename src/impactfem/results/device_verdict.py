@@ -31,8 +31,8 @@ def verdict(view: DeviceView) -> Table:
         ]
     return Table(
         "device_verdict",
-        "Response spectrum analysis (RSA) against the detailed analysis in words; differences are "
-        "those of tables 7 and 9 of the paper",
+        "Response spectrum analysis (RSA) against the detailed analysis in words; difference: from "
+        "detailed, over it",
         (("device", ""), ("damping", ""), ("question", ""), ("finding", "")),
         tuple(rows),
     )

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.scalar import Scalar, from_json
+from impactfem.results.store_view import CasesView
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class Drawing:
     slope: Array
 
 
-class DeviceView:
+class DeviceView(CasesView):
     """A store of the stage `device`, read along the direction that is shown.
 
     Args:
@@ -68,34 +68,12 @@ class DeviceView:
     """
 
     def __init__(self, store: xr.Dataset) -> None:
-        self.store = store
-        self.building = str(store.attrs["building"])
+        super().__init__(store)
         self.direction = str(store.attrs["shown_direction"])
         self.column = XYZ.index(self.direction)
         self.headline = str(store.attrs["headline"])
-        self.cases = [str(name) for name in store["case"].values]
         self.devices = [str(name) for name in store["device"].values]
         self.choices = [str(name) for name in store["choice"].values]
-
-    @cached_property
-    def time(self) -> Array:
-        """Shape (n_t,) [s]."""
-        return self._values("time")
-
-    @cached_property
-    def frequency(self) -> Array:
-        """Frequencies of the spectra, shape (n_f,) [Hz]."""
-        return self._values("frequency")
-
-    @cached_property
-    def scalars(self) -> list[Scalar]:
-        """The scalars of the stage."""
-        return from_json(self.store.attrs["scalars"])
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Those of them that have a value, by name."""
-        return {s.name: s.value for s in self.scalars if s.value is not None}
 
     @cached_property
     def impact_force(self) -> Array:
@@ -244,29 +222,11 @@ class DeviceView:
             slope=slope,
         )
 
-    def damping(self, case: int) -> tuple[float, float]:
-        """Rayleigh's α [1/s] and β [s] of a damping case."""
-        return (
-            float(self.store["mass_coefficient"].values[case]),
-            float(self.store["stiffness_coefficient"].values[case]),
-        )
-
     @property
     def own_is_a_case(self) -> bool:
         """Whether a damping case repeats the buildings' own damping, to a hundredth: as printed."""
         own, *cases = (self.damping(case) for case in range(len(self.cases)))
         return any(np.allclose(one, own, rtol=0.01, atol=0.0) for one in cases)
-
-    def damping_ratio(self, case: int, frequency: Array | float) -> Array:
-        """Rayleigh's ξ = α / (2 ω) + β ω / 2 of a damping case [-].
-
-        Args:
-            case: Number of the damping case.
-            frequency: The frequencies [Hz].
-        """
-        omega = 2.0 * math.pi * np.asarray(frequency, dtype=np.float64)
-        alpha, beta = self.damping(case)
-        return np.asarray(alpha / (2.0 * omega) + beta * omega / 2.0, dtype=np.float64)
 
     def epsilon(self, case: int) -> float | None:
         """Restitution of the impacts; None where the contact laws keep theirs."""
@@ -280,6 +240,3 @@ class DeviceView:
     def of_device(self, stem: str, device: int) -> str:
         """A file's name: that of the first device is short, others hold the device's name."""
         return stem if device == 0 else f"{stem}_{self.devices[device]}"
-
-    def _values(self, name: str) -> Array:
-        return np.asarray(self.store[name].values, dtype=np.float64)

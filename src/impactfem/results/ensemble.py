@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.results.check import Check
+from impactfem.results.open_store import open_store
 from impactfem.results.style import BLUE, ORANGE, RED, figure, letter, span
 from impactfem.results.table import Cell, Table
 from impactfem.scalar import from_json
@@ -24,11 +25,11 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
     Returns:
         The files.
     """
-    with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
+    with open_store(folder / "ensemble.nc") as store:
         for part in ("tables", "figures"):
             (folder / part).mkdir(exist_ok=True)
         table = bands(store, published)
-        files = [table.write_csv(folder / "tables")]
+        files = [table.comparing({"published", "inside"}).write_csv(folder / "tables")]
         files.append(folder / "figures" / "ensemble_floor_spectra.png")
         _spectra_figure(files[-1], store)
         if any(row[-2] is not None for row in table.rows):
@@ -39,7 +40,7 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
 
 def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]:
     """The checks of the stage; arguments as `ensemble_results`."""
-    with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
+    with open_store(folder / "ensemble.nc") as store:
         rows = [row for row in bands(store, published).rows if row[-1] is not None]
         values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
     failed = values["ensemble.failed"]

@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
 from impactfem.results import figures_models
+from impactfem.results.open_store import open_store
 from impactfem.results.style import BUILDINGS, DASHES, GREEN, figure, floor_colours, letter, span
 
 
@@ -26,9 +27,9 @@ def stick_figures(folder: Path) -> list[Path]:
     target.mkdir(exist_ok=True)
     drawn: list[Path] = []
     with (
-        xr.open_dataset(folder / "motion.nc", engine="h5netcdf") as motion,
-        xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as sticks,
-        xr.open_dataset(folder / "forces.nc", engine="h5netcdf") as forces,
+        open_store(folder / "motion.nc") as motion,
+        open_store(folder / "sticks.nc") as sticks,
+        open_store(folder / "forces.nc") as forces,
     ):
         makers: dict[str, Callable[[Path], None]] = {
             "figure_02_case.png": lambda path: figures_models.case_figure(path, motion, sticks),

@@ -26,6 +26,7 @@ from typing import Self
 import xarray as xr
 
 from impactfem.errors import Fault, InputError
+from impactfem.results.open_store import open_store
 from impactfem.results.table import Table
 
 STORES = {
@@ -114,7 +115,7 @@ class RunFolder:
         raise InputError([Fault(self.folder / "summary.json", name, None, expected)])
 
     def table(self, *patterns: str) -> Table:
-        """Scalar results with their units and the published values.
+        """Scalar results with their units and, where there are some, the published values.
 
         Args:
             patterns: Names, in which * stands for any letters; all results without any.
@@ -125,7 +126,7 @@ class RunFolder:
             if not patterns or any(fnmatchcase(entry.name, pattern) for pattern in patterns)
         )
         columns = (("result", ""), ("value", ""), ("unit", ""), ("published", ""))
-        return Table("summary", str(self.folder), columns, rows)
+        return Table("summary", str(self.folder), columns, rows).comparing({"published"})
 
     @cached_property
     def building(self) -> xr.Dataset:
@@ -178,11 +179,7 @@ class RunFolder:
             found = ", ".join(self.stores) or "none"
             expected = f"missing; the stores of this run are: {found}"
             raise InputError([Fault(path, "", None, expected)])
-        try:
-            store: xr.Dataset = xr.open_dataset(path, engine="h5netcdf")
-        except OSError as error:
-            raise InputError([Fault(path, "", None, f"cannot be read ({error})")]) from error
-        return self._open.enter_context(store)
+        return self._open.enter_context(open_store(path))
 
     def close(self) -> None:
         """Close the stores."""

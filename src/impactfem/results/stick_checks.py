@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from impactfem.results.check import Check
+from impactfem.results.open_store import open_store
 from impactfem.scalar import from_json
 
 
@@ -19,7 +19,7 @@ def stick_checks(folder: Path, points_per_impact: int) -> list[Check]:
         folder: The run's folder, with `sticks.nc`.
         points_per_impact: Least number of steps asked of an impact.
     """
-    with xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as store:
+    with open_store(folder / "sticks.nc") as store:
         values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
         restitution = store["impact_restitution"].values
         notes = {s.name: s.note for s in from_json(store.attrs["scalars"])}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich import box
@@ -31,6 +32,23 @@ class Table:
     title: str
     columns: tuple[tuple[str, str], ...]
     rows: tuple[tuple[Cell, ...], ...]
+
+    def comparing(self, names: Collection[str], words: str = "") -> Table:
+        """The table without columns that have nothing to compare with: all of them, or none.
+
+        Args:
+            names: Columns that are empty where a case has no published values.
+            words: What the title says of them where one has a value.
+        """
+        places = [k for k, (name, _) in enumerate(self.columns) if name in names]
+        if any(row[k] is not None for row in self.rows for k in places):
+            return replace(self, title=f"{self.title}{words}")
+        kept = [k for k in range(len(self.columns)) if k not in places]
+        return replace(
+            self,
+            columns=tuple(self.columns[k] for k in kept),
+            rows=tuple(tuple(row[k] for k in kept) for row in self.rows),
+        )
 
     def write_csv(self, folder: Path) -> Path:
         """Write the table as CSV with units in its header; returns the file."""

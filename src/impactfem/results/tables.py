@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.log import LOGGER
+from impactfem.results.open_store import open_store
 from impactfem.results.table import Cell, Table
 
 
@@ -20,7 +21,7 @@ def stick_tables(folder: Path) -> list[Path]:
     Returns:
         The files.
     """
-    with xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as store:
+    with open_store(folder / "sticks.nc") as store:
         tables = [_modes(store), _contact(store), _impacts(store), _checks(store), _gaps(store)]
         if "target" in store.dims:
             tables.append(_calibration(store))
@@ -67,7 +68,7 @@ def _modes(store: xr.Dataset) -> Table:
             )
     return Table(
         "modes",
-        "Modes of the sticks (paper: tables 2 to 4)",
+        "Modes of the sticks",
         (
             ("building", ""),
             ("family", ""),
@@ -87,7 +88,7 @@ def _contact(store: xr.Dataset) -> Table:
     duration = store["pair_law_duration"]
     return Table(
         "contact_parameters",
-        "Contact parameters (paper: table 5 and equation 7, with the effective mass of the pair)",
+        "Contact parameters; durations of the laws with the effective mass of the pair",
         (
             ("pair", ""),
             ("E", "GPa"),

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import xarray as xr
-
 from impactfem.results.check import Check, log_checks
+from impactfem.results.open_store import open_store
 from impactfem.scalar import from_json
 
 IMPULSE = 1e-9
@@ -33,7 +32,7 @@ def transient_checks(folder: Path) -> list[Check]:
     Args:
         folder: The run's folder, with `transient.nc`.
     """
-    with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store:
+    with open_store(folder / "transient.nc") as store:
         values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
     lines: list[Check] = [
         (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 
 import xarray as xr
@@ -17,6 +16,7 @@ from impactfem.results import (
     transient_waves,
 )
 from impactfem.results.animation import wave_animation
+from impactfem.results.open_store import open_stores
 from impactfem.results.transient_pictures import transient_pictures
 from impactfem.results.transient_view import TransientView
 
@@ -49,12 +49,7 @@ def transient_figures(
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
-    with ExitStack() as stores:
-
-        def opened(name: str) -> xr.Dataset:
-            path = folder / name
-            return stores.enter_context(xr.open_dataset(path, engine="h5netcdf"))
-
+    with open_stores(folder) as opened:
         view = TransientView(opened("transient.nc"))
         makers = _of_probes(view, opened("sticks.nc"))
         if (folder / "transient_maps.nc").is_file():

@@ -9,6 +9,8 @@ import numpy as np
 import xarray as xr
 
 from impactfem.log import LOGGER
+from impactfem.results.open_store import open_store
+from impactfem.results.scalar_table import beside_published
 from impactfem.results.table import Cell, Table
 from impactfem.results.transient_physics import physics_scalars
 from impactfem.results.transient_view import TransientView
@@ -29,8 +31,8 @@ def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]
         ImpactfemError: A file cannot be written.
     """
     with (
-        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-        xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as sticks,
+        open_store(folder / "transient.nc") as store,
+        open_store(folder / "sticks.nc") as sticks,
     ):
         view = TransientView(store)
         tables = [_probes(view), _physics(view, sticks, published)]
@@ -90,30 +92,5 @@ def _physics(view: TransientView, sticks: xr.Dataset, published: Mapping[str, fl
     names = {scalar.name for scalar in found}
     stage = from_json(view.store.attrs["scalars"])
     shown = [s for s in stage if s.name in published and s.name not in names] + found
-    rows: list[tuple[Cell, ...]] = []
-    for scalar in shown:
-        theirs = published.get(scalar.name)
-        ratio = scalar.value / theirs if scalar.value is not None and theirs else None
-        rows.append(
-            (
-                scalar.name,
-                scalar.value,
-                theirs,
-                ratio,
-                scalar.unit,
-                scalar.note,
-            )
-        )
-    return Table(
-        "transient_physics",
-        f"Findings of the paper on the 3D building, in this run of {view.building}",
-        (
-            ("name", ""),
-            ("value", ""),
-            ("published", ""),
-            ("over published", ""),
-            ("unit", ""),
-            ("note", ""),
-        ),
-        tuple(rows),
-    )
+    title = f"Waves and amplification in the 3D building {view.building}"
+    return beside_published("transient_physics", title, shown, published)

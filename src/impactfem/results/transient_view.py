@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.scalar import from_json
+from impactfem.results.store_view import StoreView
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -20,7 +19,7 @@ Flags = NDArray[np.bool_]
 XYZ = "xyz"
 
 
-class TransientView:
+class TransientView(StoreView):
     """A store of the stage `transient`, read along the direction that is shown.
 
     Args:
@@ -28,28 +27,12 @@ class TransientView:
     """
 
     def __init__(self, store: xr.Dataset) -> None:
-        self.store = store
-        self.building = str(store.attrs["building"])
+        super().__init__(store)
         self.direction = str(store.attrs["shown_direction"])
         self.maximum_frequency = float(store.attrs["maximum_frequency"])
         self.reduced = str(store.attrs["solver"]) != "full"
         self.names = [str(name) for name in store["probe"].values]
         self._component = XYZ.index(self.direction)
-
-    @cached_property
-    def time(self) -> Array:
-        """Shape (n_t,) [s]."""
-        return np.asarray(self.store["time"].values, dtype=np.float64)
-
-    @property
-    def time_step(self) -> float:
-        """Δt [s]."""
-        return float(self.time[1] - self.time[0])
-
-    @cached_property
-    def frequency(self) -> Array:
-        """Frequencies of the spectra, shape (n_f,) [Hz]."""
-        return np.asarray(self.store["frequency"].values, dtype=np.float64)
 
     @property
     def damping(self) -> float:
@@ -87,7 +70,7 @@ class TransientView:
     @cached_property
     def position(self) -> Array:
         """Of the probes, shape (n_probes, 3) [m]."""
-        return np.asarray(self.store["probe_position"].values, dtype=np.float64)
+        return self._values("probe_position")
 
     @cached_property
     def distance(self) -> Array:
@@ -112,7 +95,7 @@ class TransientView:
     @cached_property
     def force(self) -> Array:
         """Impact forces, positive in compression, shape (n_t, n_edges) [N]."""
-        return np.asarray(self.store["edge_force"].values, dtype=np.float64)
+        return self._values("edge_force")
 
     @property
     def main_impact(self) -> tuple[float, float] | None:
@@ -175,7 +158,7 @@ class TransientView:
     @cached_property
     def transfer_frequency(self) -> Array:
         """Frequencies of the transfer functions, shape (n_tf,) [Hz]."""
-        return np.asarray(self.store["transfer_frequency"].values, dtype=np.float64)
+        return self._values("transfer_frequency")
 
     def transfer_bound(self, floor: int, probe: int) -> Array:
         """Rigorous bound on the error of `transfer`, shape (n_tf,) [1/kg]; infinite if unknown."""
@@ -190,12 +173,6 @@ class TransientView:
         re = self.store["transfer_re"].values[chosen]
         im = self.store["transfer_im"].values[chosen]
         return np.asarray(np.hypot(re, im))
-
-    @cached_property
-    def scalars(self) -> Mapping[str, float]:
-        """Scalars of the stage by name; those without a value are left out."""
-        found = from_json(self.store.attrs["scalars"])
-        return {s.name: s.value for s in found if s.value is not None}
 
     def _numbered(self, family: str) -> dict[int, int]:
         found = {

@@ -122,7 +122,7 @@ def wave_map(path: Path, view: TransientView) -> None:
     caption = (
         f"Figure 17 (e): acceleration along $e_{view.direction}$ of floor {view.top} over the "
         f"distance d from the impact edge and the time since the main impact began, at {start:.4g} "
-        "s. Lines: waves with the speeds of shear waves (equation 8 of the paper) and of waves "
+        "s. Lines: waves with the speeds of shear waves and of waves "
         f"normal to the edge in a plate; dots: {100 * ARRIVED:g} % of the first peak."
     )
     with figure(path, (1, 1), (6.5, 4.0), caption) as (drawn, axes):
@@ -146,7 +146,7 @@ def wave_map(path: Path, view: TransientView) -> None:
             ("transient.wave_speed", "shear", "--"),
         )
         for name, kind, dashes in speeds:
-            c = view.scalars.get(name)
+            c = view.values.get(name)
             if c is not None:
                 panel.plot(
                     first + 1e3 * (np.array([0.0, view.distance[-1]]) - middle) / c,

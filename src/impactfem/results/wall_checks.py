@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from impactfem.results.check import Check
+from impactfem.results.open_store import open_store
 from impactfem.results.wall_view import WallView
 
 COMPLEMENTARITY = 1e-9
@@ -26,7 +26,7 @@ def wall_checks(folder: Path) -> list[Check]:
     Args:
         folder: The run's folder, with `calibrate.nc`.
     """
-    with xr.open_dataset(folder / "calibrate.nc", engine="h5netcdf") as store:
+    with open_store(folder / "calibrate.nc") as store:
         view = WallView(store)
         return [
             *_found(view),

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from impactfem.results.floor_field import COLOURS
+from impactfem.results.open_store import open_store
 from impactfem.results.style import (
     BLUE,
     GREEN,
@@ -44,7 +44,7 @@ def wall_figures(folder: Path) -> list[Path]:
     target = folder / "figures"
     target.mkdir(exist_ok=True)
     drawn: list[Path] = []
-    with xr.open_dataset(folder / "calibrate.nc", engine="h5netcdf") as store:
+    with open_store(folder / "calibrate.nc") as store:
         view = WallView(store)
         makers: dict[str, Callable[[Path, WallView], None]] = {
             "figure_06_wall_impact.png": _forces,
@@ -208,7 +208,7 @@ def _energy(path: Path, view: WallView) -> None:
 
 def _damping(path: Path, view: WallView) -> None:
     frequency = view.half_wave
-    ratio = 1e2 * view.damping_ratio(frequency)
+    ratio = 1e2 * view.damping_ratios(frequency)
     panels = (
         ("epsilon", 1.0, "restitution ε [-]"),
         ("K_Ceq", 1e-11, "contact stiffness $K_{Ceq}$ [$10^{11}$ N/m]"),

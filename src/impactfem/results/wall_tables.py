@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from impactfem.log import LOGGER
+from impactfem.results.open_store import open_store
+from impactfem.results.scalar_table import beside_published
 from impactfem.results.table import Cell, Table
 from impactfem.results.wall_view import WallView
 from impactfem.wall.impact import FloorImpacts
@@ -30,7 +31,7 @@ def wall_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
     Raises:
         ImpactfemError: A file cannot be written.
     """
-    with xr.open_dataset(folder / "calibrate.nc", engine="h5netcdf") as store:
+    with open_store(folder / "calibrate.nc") as store:
         view = WallView(store)
         tables = [_values(view, published), _impacts(view), _dampings(view, published)]
     target = folder / "tables"
@@ -43,25 +44,8 @@ def wall_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
 def _values(view: WallView, published: Mapping[str, float]) -> Table:
     """Figures 6 and 7 and table 5 of the paper: the stage's scalars, published ones first."""
     shown = sorted(view.scalars, key=lambda scalar: scalar.name not in published)
-    rows: list[tuple[Cell, ...]] = []
-    for scalar in shown:
-        theirs = published.get(scalar.name)
-        ratio = scalar.value / theirs if scalar.value is not None and theirs else None
-        rows.append((scalar.name, scalar.value, theirs, ratio, scalar.unit, scalar.note))
-    return Table(
-        "wall_calibration",
-        f"Impact of building {view.building} on a rigid wall, and the values of the paper "
-        "(section 3.2.2, table 5)",
-        (
-            ("name", ""),
-            ("value", ""),
-            ("published", ""),
-            ("over published", ""),
-            ("unit", ""),
-            ("note", ""),
-        ),
-        tuple(rows),
-    )
+    title = f"Impact of building {view.building} on a rigid wall"
+    return beside_published("wall_calibration", title, shown, published)
 
 
 def _impacts(view: WallView) -> Table:
@@ -79,7 +63,7 @@ def _impacts(view: WallView) -> Table:
     return Table(
         "wall_impacts",
         f"Impacts of the floors of building {view.building} on the rigid wall, 3D and stick; "
-        "epsilon by equation 5 of the paper, negative where the impulse is below the momentum",
+        "epsilon by the largest impulse, negative where the impulse is below the momentum",
         (
             ("model", ""),
             ("floor", ""),
@@ -134,7 +118,7 @@ def _dampings(view: WallView, published: Mapping[str, float]) -> Table:
     """
     store = view.store
     frequency = view.half_wave
-    ratio = view.damping_ratio(frequency)
+    ratio = view.damping_ratios(frequency)
     rows: list[tuple[Cell, ...]] = []
     for k, case in enumerate(view.cases):
         name = f"calibration.epsilon.{case}" if k else "calibration.epsilon"
@@ -161,8 +145,7 @@ def _dampings(view: WallView, published: Mapping[str, float]) -> Table:
     return Table(
         "wall_damping",
         f"First impact of floor {view.top} of building {view.building} on the rigid wall by the "
-        "Rayleigh damping of the building, beside table 8 of the paper in the order that its text "
-        "describes and as printed",
+        "Rayleigh damping of the building",
         (
             ("damping", ""),
             ("alpha", "1/s"),
@@ -179,4 +162,7 @@ def _dampings(view: WallView, published: Mapping[str, float]) -> Table:
             ("approach", "m/s"),
         ),
         tuple(rows),
+    ).comparing(
+        {"by the text", "as printed"},
+        "; beside the published values in the order that the text describes and as printed",
     )

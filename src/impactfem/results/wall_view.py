@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.scalar import Scalar, from_json
+from impactfem.results.store_view import CasesView
 from impactfem.wall.history import WallHistory
 from impactfem.wall.impact import FloorImpacts, WallImpact, floor_impacts
 
 Array = NDArray[np.float64]
 
 
-class WallView:
+class WallView(CasesView):
     """A store of the stage `calibrate`.
 
     Args:
@@ -24,33 +23,11 @@ class WallView:
     """
 
     def __init__(self, store: xr.Dataset) -> None:
-        self.store = store
-        self.building = str(store.attrs["building"])
+        super().__init__(store)
         self.side = str(store.attrs["side"])
         self.gap = float(store.attrs["gap"])
         self.separation = float(store.attrs["separation"])
         self.floors = tuple(int(floor) for floor in store["floor"].values)
-        self.cases = [str(name) for name in store["case"].values]
-
-    @cached_property
-    def time(self) -> Array:
-        """Shape (n_t,) [s]."""
-        return np.asarray(self.store["time"].values, dtype=np.float64)
-
-    @property
-    def time_step(self) -> float:
-        """Δt [s]."""
-        return float(self.time[1] - self.time[0])
-
-    @cached_property
-    def scalars(self) -> list[Scalar]:
-        """The scalars of the stage."""
-        return from_json(self.store.attrs["scalars"])
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Those of them that have a value, by name."""
-        return {s.name: s.value for s in self.scalars if s.value is not None}
 
     @cached_property
     def model(self) -> WallHistory:
@@ -104,16 +81,9 @@ class WallView:
         """Frequency whose half wave lasts as long as the first impact, 1 / (2 Δt_c) [Hz]."""
         return 0.5 / float(self.store["impact_duration"].values[0])
 
-    def damping_ratio(self, frequency: float) -> Array:
-        """Rayleigh's ξ = α / (2 ω) + β ω / 2 of each damping case, shape (n_cases,) [-].
-
-        Args:
-            frequency: The frequency [Hz].
-        """
-        omega = 2.0 * math.pi * frequency
-        alpha = np.asarray(self.store["mass_coefficient"].values, dtype=np.float64)
-        beta = np.asarray(self.store["stiffness_coefficient"].values, dtype=np.float64)
-        return np.asarray(alpha / (2.0 * omega) + beta * omega / 2.0, dtype=np.float64)
+    def damping_ratios(self, frequency: float) -> Array:
+        """The building's damping ratio at a frequency [Hz] in each case, shape (n_cases,) [-]."""
+        return np.array([self.damping_ratio(k, frequency) for k in range(len(self.cases))])
 
     def of_floor(self, floor: int) -> NDArray[np.bool_]:
         """Which contact constraints are on the edge of a floor, shape (m,)."""
@@ -130,12 +100,10 @@ class WallView:
 
     def _history(self, prefix: str) -> WallHistory:
         names = ("displacement", "velocity", "force", "opening")
-        displacement, velocity, force, opening = (
-            np.asarray(self.store[f"{prefix}{name}"].values, dtype=np.float64) for name in names
-        )
+        displacement, velocity, force, opening = (self._values(f"{prefix}{name}") for name in names)
         return WallHistory(
             floors=self.floors,
-            mass=np.asarray(self.store["floor_mass"].values, dtype=np.float64),
+            mass=self._values("floor_mass"),
             gap=self.gap,
             time_step=self.time_step,
             displacement=displacement,

@@ -123,7 +123,11 @@ def assess(
     *,
     direction: str,
 ) -> Calibration:
-    """What given parameters make of the targets; nothing is fitted. Arguments as `calibrate`."""
+    """What given parameters make of the targets; nothing is fitted. Arguments as `calibrate`.
+
+    Raises:
+        ImpactfemError: A target names a mode that its building has not.
+    """
     names = sorted({t.building for t in targets})
     found = {name: family_modes(make(name, parameters), direction) for name in names}
     for t in targets:

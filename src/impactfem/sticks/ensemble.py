@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.archive import read_archive, write_archive
 from impactfem.case import Case, SyntheticMotion, motion_files
 from impactfem.errors import ImpactfemError, SolutionError
-from impactfem.files import atomic
 from impactfem.log import LOGGER
 from impactfem.sticks.calibration import Calibration
 from impactfem.sticks.pounding import System
@@ -144,8 +143,11 @@ def run_ensemble(
     """
     members = members_of(case)
     folder.mkdir(parents=True, exist_ok=True)
-    files = {member.name: folder / f"{member_key(member, key)}.npz" for member in members}
-    waiting = [member for member in members if not _is_whole(files[member.name])]
+    keys = {member.name: member_key(member, key) for member in members}
+    files = {name: folder / f"{own}.npz" for name, own in keys.items()}
+    found = {name: read_archive(files[name], own) for name, own in keys.items()}
+    given = {name: arrays for name, arrays in found.items() if arrays is not None}
+    waiting = [member for member in members if member.name not in given]
     failed: dict[str, str] = {}
     done = len(members) - len(waiting)
     progress(done, len(members))
@@ -154,16 +156,14 @@ def run_ensemble(
     for future in as_completed(futures):
         name = futures[future].name
         try:
-            arrays = future.result()
-            with atomic(files[name]) as temporary, temporary.open("wb") as stream:
-                named: Any = arrays
-                np.savez(stream, **named)
+            given[name] = future.result()
+            write_archive(files[name], keys[name], given[name])
         except ImpactfemError as error:
             failed[name] = str(error)
             LOGGER.warning("warning: ensemble member %s failed: %s", name, error)
         done += 1
         progress(done, len(members))
-    return _gather([m.name for m in members if m.name not in failed], files, failed)
+    return _gather([m.name for m in members if m.name not in failed], given, failed)
 
 
 def run_member(ready: tuple[Calibration | None, System], member: Member) -> dict[str, Array]:
@@ -199,22 +199,13 @@ def member_key(member: Member, key: str) -> str:
     return digest.hexdigest()[:24]
 
 
-def _is_whole(path: Path) -> bool:
-    try:
-        with path.open("rb") as stream, np.load(stream) as arrays:
-            return "psa" in arrays
-    except (OSError, ValueError, EOFError, BadZipFile):
-        return False
-
-
-def _gather(names: list[str], files: dict[str, Path], failed: dict[str, str]) -> EnsembleResult:
+def _gather(
+    names: list[str], given: dict[str, dict[str, Any]], failed: dict[str, str]
+) -> EnsembleResult:
     if len(names) < 2:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
         raise SolutionError(f"fewer than two members of the ensemble gave a result: {reasons}")
-    loaded = []
-    for name in names:
-        with np.load(files[name]) as arrays:
-            loaded.append(dict(arrays))
+    loaded = [given[name] for name in names]
     order = list(dict.fromkeys(str(n) for arrays in loaded for n in arrays["names"]))
     units = {str(n): str(u) for a in loaded for n, u in zip(a["names"], a["units"], strict=True)}
     table = np.full((len(loaded), len(order)), np.nan)

@@ -36,10 +36,12 @@ from scipy.integrate import trapezoid
 
 from impactfem.errors import Fault, InputError
 from impactfem.files import atomic, write_netcdf
+from impactfem.own_process import read_in_own_process
 from impactfem.sticks.pair_ends import AXES, PairEnds, read_ends
 from impactfem.sticks.pounding import End, Response
 
 Array = NDArray[np.float64]
+FORCES = "a force history (NetCDF or CSV)"
 REQUIRED = {"time": "s", "force": "N"}
 
 
@@ -139,6 +141,20 @@ def write_forces_csv(path: Path, history: ForceHistory) -> None:
         values = np.column_stack([history.time, history.force])
         lines: Any = stream  # text; NumPy's stubs disagree on what it may be
         np.savetxt(lines, values, delimiter=",", fmt=formats)
+
+
+def check_forces(path: Path) -> None:
+    """See that a force history that is given can be read, by `read_forces` as well. Not collective.
+
+    HDF5 may crash on a damaged file of NetCDF: it is tried in a process of its own.
+
+    Raises:
+        InputError: As `read_forces`; or HDF5 crashed.
+    """
+    if path.suffix.lower() == ".csv":
+        read_forces(path)
+    else:
+        read_in_own_process(read_forces, path, FORCES)
 
 
 def read_forces(path: Path) -> ForceHistory:

@@ -11,7 +11,7 @@ from impactfem.scalar import Scalar
 from impactfem.sticks.modes import DIRECTIONS
 from impactfem.sticks.stage import StickStudy, station_dofs, steps_of_law
 
-HARDLY = "a ratio that hardly depends on the motion"
+LARGEST = "of the largest values"
 
 
 def stick_scalars(study: StickStudy) -> list[Scalar]:
@@ -148,8 +148,8 @@ def _pounding(study: StickStudy) -> list[Scalar]:
         )
         if columns and force > 0.0:
             scalars += [
-                Scalar(f"pounding.force_over_acceleration.{name}", force / peak, "kg", HARDLY),
-                Scalar(f"pounding.penetration_over_force.{name}", depth / force, "m/N", HARDLY),
+                Scalar(f"pounding.force_over_acceleration.{name}", force / peak, "kg", LARGEST),
+                Scalar(f"pounding.penetration_over_force.{name}", depth / force, "m/N", LARGEST),
             ]
     for stick in system.sticks:
         top = system.floor_dofs(stick.name)[-1, :3]
@@ -193,7 +193,7 @@ def _checks(study: StickStudy) -> list[Scalar]:
             by_law,
             "-",
             "shortest duration of the laws themselves over the step, with the effective masses of "
-            f"the pairs; {asked} are asked, the paper counts with the mass of one floor",
+            f"the pairs, not with the mass of one floor; {asked} are asked",
         ),
         Scalar(
             "pounding.steps_per_impact_observed",
@@ -260,7 +260,7 @@ def _spectra(study: StickStudy) -> list[Scalar]:
                 f"{name}.peak_over_pfa",
                 float(floors.psa[0, k, column, largest] / floors.pfa[k, column]),
                 "-",
-                HARDLY,
+                LARGEST,
             ),
             Scalar(f"{name}.pfa_no_contact", float(free.pfa[k, column]), "m/s2"),
             Scalar(f"{name}.peak_no_contact", float(free.psa[0, k, column].max()), "m/s2", note),

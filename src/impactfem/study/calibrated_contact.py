@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import xarray as xr
-
 from impactfem.case import Case, ContactLaw, KelvinVoigtLaw
 from impactfem.case.calibrated import CALIBRATED
+from impactfem.results.open_store import open_store
 from impactfem.scalar import from_json
 from impactfem.sticks.restitution import kelvin_voigt_phase, kelvin_voigt_xi
 
@@ -57,7 +56,7 @@ def with_contact_of_run(case: Case, folder: Path) -> Case:
     """
     if not asks_calibration(case):
         return case
-    with xr.open_dataset(folder / "calibrate.nc", engine="h5netcdf") as store:
+    with open_store(folder / "calibrate.nc") as store:
         found = {scalar.name: scalar.value for scalar in from_json(store.attrs["scalars"])}
     epsilon, K_Ceq = found.get("calibration.epsilon"), found.get("calibration.K_Ceq")
     if epsilon is None or K_Ceq is None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-import xarray as xr
-
 from impactfem.case import Case
 from impactfem.design.carried import CarriedEnsemble
 from impactfem.log import Steps
@@ -15,6 +13,7 @@ from impactfem.results.design_checks import design_checks
 from impactfem.results.design_device import design_device
 from impactfem.results.design_figures import design_figures
 from impactfem.results.design_products import design_products_of, write_design_products
+from impactfem.results.open_store import open_store
 from impactfem.study.building import building_key
 from impactfem.study.calibrated_contact import with_contact_of_run
 from impactfem.study.device import DEVICE, DEVICE_ROOMS, model_key
@@ -119,7 +118,7 @@ def _carry(case: Case, folder: Path, steps: Steps) -> CarriedEnsemble | None:
 
 def _shown(case: Case, folder: Path) -> list[Path]:
     """Tables and figures from the store."""
-    with xr.open_dataset(folder / "design.nc", engine="h5netcdf") as store:
+    with open_store(folder / "design.nc") as store:
         products = design_products_of(
             store, folder / "sticks.nc", case.spectra.broadening, case.spectra.clipping
         )

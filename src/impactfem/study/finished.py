@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import shutil
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from impactfem.files import atomic, write_json
 from impactfem.log import LOGGER
+from impactfem.results.manifest import (
+    Manifest,
+    changed_file,
+    file_digest,
+    manifest_file,
+    read_manifest,
+)
 
 
 def is_finished(folder: Path, stage: str, key: str) -> bool:
@@ -21,24 +25,19 @@ def is_finished(folder: Path, stage: str, key: str) -> bool:
         stage: Name of the stage.
         key: Hash of its inputs now.
     """
-    path = _manifest(folder, stage)
     try:
-        manifest = _read(path)
-        same = manifest["inputs"] == key
-        listed = dict(manifest["files"])
+        manifest = read_manifest(folder, stage)
     except FileNotFoundError:
         return False
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        LOGGER.warning("%s cannot be read (%s); computed again", path, error)
+    except (OSError, ValueError):
+        LOGGER.warning("%s is damaged; computed again", manifest_file(folder, stage))
         return False
-    if not same:
+    if manifest.inputs != key:
         return False
-    for name, digest in listed.items():
-        path = folder / name
-        if not path.is_file() or _file_digest(path) != digest:
-            LOGGER.warning("%s is missing or was changed; computed again", path)
-            return False
-    return True
+    changed = changed_file(folder, manifest.files)
+    if changed is not None:
+        LOGGER.warning("%s is missing or was changed; computed again", changed)
+    return changed is None
 
 
 def mark_finished(
@@ -59,9 +58,9 @@ def mark_finished(
         seconds: Wall time of each of its steps [s].
         memory: Largest resident memory of all its processes [byte], if it is known.
     """
-    listed = {str(path.relative_to(folder)): _file_digest(path) for path in sorted(files)}
-    written = {"inputs": key, "seconds": seconds, "peak_memory": memory, "files": listed}
-    write_json(_manifest(folder, stage), written)
+    listed = {str(path.relative_to(folder)): file_digest(path) for path in sorted(files)}
+    written = Manifest(inputs=key, seconds=seconds, peak_memory=memory, files=listed)
+    write_json(manifest_file(folder, stage), written.model_dump())
 
 
 def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Path | None:
@@ -83,8 +82,8 @@ def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Pat
         return None
     for other in others:
         if _claims(other, stage, key) and is_finished(other, stage, key):
-            manifest = _manifest(other, stage)
-            for name in [*_read(manifest)["files"], manifest.name]:  # the manifest last of all
+            names = [*read_manifest(other, stage).files, manifest_file(other, stage).name]
+            for name in names:  # the manifest last of all
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 with atomic(folder / name) as temporary:
                     shutil.copyfile(other / name, temporary)
@@ -95,31 +94,16 @@ def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Pat
 def _claims(folder: Path, stage: str, key: str) -> bool:
     """Whether a run says that it has finished a stage with these inputs."""
     try:
-        return bool(_read(_manifest(folder, stage))["inputs"] == key)
-    except (OSError, ValueError, KeyError, TypeError):
+        return read_manifest(folder, stage).inputs == key
+    except (OSError, ValueError):
         return False
 
 
 def seconds_of(folder: Path, stage: str) -> dict[str, float]:
     """Wall time of each step of a finished stage when it ran [s]."""
-    seconds: dict[str, float] = _read(_manifest(folder, stage))["seconds"]
-    return seconds
+    return read_manifest(folder, stage).seconds
 
 
 def memory_of(folder: Path, stage: str) -> float | None:
     """Largest resident memory of a finished stage when it ran [byte], if it is known."""
-    memory: float | None = _read(_manifest(folder, stage)).get("peak_memory")
-    return memory
-
-
-def _manifest(folder: Path, stage: str) -> Path:
-    return folder / f"{stage}.stage.json"
-
-
-def _read(path: Path) -> Any:
-    return json.loads(path.read_text(encoding="utf-8"))
-
-
-def _file_digest(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+    return read_manifest(folder, stage).peak_memory

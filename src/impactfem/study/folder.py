@@ -1,20 +1,30 @@
-"""The folder of a run: an empty one, or that of an earlier run."""
+"""The folder of a run: an empty one, or that of an earlier run; one run at a time works in it."""
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from impactfem.errors import Fault, InputError
 from impactfem.files import remove_parts
+from impactfem.log import LOGGER
 
 LOG = "run.log"  # tells the folder of a run from any other
+LOCK = ".lock"
+# What a file system answers that cannot lock, as some shared ones cannot.
+_NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 
 
-def open_folder(folder: Path, resume: bool, log: str = LOG) -> None:
-    """Make the folder of a run, or see that it may be used.
+@contextmanager
+def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
+    """Make the folder of a run, or see that it may be used, and keep others out of the block.
 
-    What a killed run left half written is removed.
+    What a killed run left half written is removed. Not collective: rank 0 opens the folder for all.
 
     Args:
         folder: The folder.
@@ -22,7 +32,8 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> None:
         log: Name of the log that tells such a folder from any other.
 
     Raises:
-        InputError: The folder may not or cannot be used; nothing is written then.
+        InputError: The folder may not or cannot be used, or another run works in it; nothing is
+            written then.
     """
     try:
         if resume and not (folder / log).is_file():
@@ -36,7 +47,95 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> None:
         if not os.access(folder, os.W_OK):
             raise PermissionError(13, os.strerror(13))
         (folder / log).touch()
-        remove_parts(folder)
+        lock = _lock(folder, "--out")
     except OSError as error:
-        expected = f"a folder that can be written: {error.strerror or error}"
-        raise InputError([Fault(folder, "--out", None, expected)]) from error
+        raise InputError([_not_writable(folder, "--out", error)]) from error
+    try:
+        try:
+            remove_parts(folder)
+        except OSError as error:
+            raise InputError([_not_writable(folder, "--out", error)]) from error
+        yield
+    finally:
+        _unlock(folder, lock)
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other runs out of a folder that holds one while the block runs. Not collective.
+
+    Raises:
+        InputError: Another run works in it, or it cannot be written.
+    """
+    try:
+        lock = _lock(folder, "")
+    except OSError as error:
+        raise InputError([_not_writable(folder, "", error)]) from error
+    try:
+        yield
+    finally:
+        _unlock(folder, lock)
+
+
+def _not_writable(folder: Path, key: str, error: OSError) -> Fault:
+    return Fault(folder, key, None, f"a folder that can be written: {error.strerror or error}")
+
+
+def _lock(folder: Path, key: str) -> int:
+    """Lock a folder for this process; the kernel gives the lock back when the process ends.
+
+    Args:
+        folder: The folder.
+        key: What named it on the command line, for messages.
+
+    Returns:
+        What `_unlock` needs.
+
+    Raises:
+        InputError: A process that lives has it.
+        OSError: The folder cannot be written.
+    """
+    path = folder / LOCK
+    while True:
+        lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            holder = os.pread(lock, 200, 0).decode(errors="replace").strip()
+            os.close(lock)
+            expected = f"a folder in which no other run works; {holder or 'one'} does now"
+            raise InputError([Fault(folder, key, None, expected)]) from None
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                os.close(lock)
+                raise
+            LOGGER.warning(
+                "warning: %s cannot be locked (%s): see that no other run works in it",
+                folder,
+                error.strerror,
+            )
+        if _is_same_file(lock, path):
+            break
+        os.close(lock)  # its holder removed it between our opening and locking: another one now
+    try:
+        os.ftruncate(lock, 0)
+        os.pwrite(lock, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+    except OSError:
+        _unlock(folder, lock)
+        raise
+    return lock
+
+
+def _is_same_file(opened: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(opened), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _unlock(folder: Path, lock: int) -> None:
+    # Removed while it is still ours, so that nobody holds a lock on a file that is no more. Where
+    # it cannot be removed, it stays: without its holder it is in nobody's way.
+    with suppress(OSError):
+        (folder / LOCK).unlink()
+    os.close(lock)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,20 +14,23 @@ from impactfem.case import Case, SyntheticMotion, load_case
 from impactfem.case.file_mesh import FileMesh
 from impactfem.device.from_case import checked_devices
 from impactfem.errors import Fault, InputError
+from impactfem.file_errors import file_errors
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
 from impactfem.motion.from_case import checked_durations
 from impactfem.parallel import on_root, rank, size, total
+from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.results.check import Check, log_checks
+from impactfem.results.manifest import file_digest
 from impactfem.results.provenance import provenance
 from impactfem.results.summary import write_summary
 from impactfem.scalar import Scalar, from_json
-from impactfem.sticks.force_history import read_forces
+from impactfem.sticks.force_history import check_forces
 from impactfem.study.finished import is_finished, mark_finished, memory_of, seconds_of
 from impactfem.study.folder import LOG, open_folder
 from impactfem.study.inputs import program_key, published_values
 from impactfem.study.memory import forget_peak, peak_memory
-from impactfem.study.report import REPORT, make_report, write_findings
+from impactfem.study.report import REPORT, write_findings, write_page
 from impactfem.study.stage import Stage
 from impactfem.study.stages import STAGES, asked_stages, check_stage_name
 from impactfem.wall.side import wall_side
@@ -73,7 +77,7 @@ def check(path: Path, *, mesh: bool = False) -> Case:
         expected = f"at most half of what is computed, {longest:g} s"
         raise InputError([Fault(path, "pounding.time_step", case.pounding.time_step, expected)])
     if case.transient is not None and case.transient.forces is not None:
-        read_forces(case.transient.forces)
+        check_forces(case.transient.forces)
     if mesh and case.structure is not None and isinstance(case.structure.mesh, FileMesh):
         file = case.structure.mesh.file
         parts, _, _ = read_parts(case, file)
@@ -114,20 +118,23 @@ def run(
         bar: Whether a bar shows on a terminal how far the run is.
 
     Raises:
-        InputError: The case is not usable, or the folder is not; nothing is written then.
+        InputError: The case is not usable, or the folder is not, as when another run works in it;
+            nothing is written then.
         ImpactfemError: A computation or a file failed.
     """
     folder = out if out is not None else Path("runs") / path.stem
+    with ExitStack() as opened:
 
-    def prepare() -> Case:
-        check_stage_name(stage)
-        case = check(path)
-        asked_stages(case, stage)
-        open_folder(folder, resume)
-        return case
+        def prepare() -> Case:
+            check_stage_name(stage)
+            case = check(path)
+            asked_stages(case, stage)
+            opened.enter_context(open_folder(folder, resume))
+            return case
 
-    case = on_root(prepare)
-    with mirrored(folder / LOG, rank()):
+        case = on_root(prepare)
+        opened.enter_context(mirrored(folder / LOG, rank()))
+        opened.enter_context(file_errors())
         result = Run(folder, [], published_values(case))
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
@@ -136,7 +143,7 @@ def run(
             _run_stage(one, case, result, fresh, bar)
         on_root(lambda: _write_results(case, result, stages, started))
         if stage in (None, REPORT):
-            on_root(lambda: make_report(folder))
+            on_root(lambda: write_page(folder))
     return result
 
 
@@ -178,9 +185,9 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
     published = dict(result.published)
     published |= {f"ensemble.median.{name}": v for name, v in result.published.items()}
     write_findings(result.folder, case, result.checks)
-    write_summary(result.folder / "summary.json", result.scalars, published)
+    write_summary(result.folder / SUMMARY, result.scalars, published)
     write_json(
-        result.folder / "provenance.json",
+        result.folder / PROVENANCE,
         provenance(
             case=case.path.name,
             case_hash=case.content_hash(),
@@ -191,5 +198,6 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
             seconds=result.times,
             peak_memory=result.memory,
             ranks=size(),
+            files={name: file_digest(result.folder / name) for name in (CASE, CHECKS, SUMMARY)},
         ),
     )

@@ -6,12 +6,14 @@ import time
 from pathlib import Path
 
 from impactfem.case import Case
+from impactfem.file_errors import file_errors
 from impactfem.files import write_json
 from impactfem.log import LOGGER
 from impactfem.report.page import write_report
 from impactfem.report.run_files import CASE, CHECKS, RunFiles
 from impactfem.results.check import Check
 from impactfem.results.overview import overview_pictures
+from impactfem.study.folder import locked
 
 REPORT = "report"
 
@@ -48,10 +50,27 @@ def make_report(folder: Path) -> Path:
         The page.
 
     Raises:
+        InputError: A run is at work in the folder.
         ImpactfemError: The folder holds no run, or a file cannot be read or written.
     """
+    RunFiles(folder)  # before anything is written into a folder that is none of a run
+    with locked(folder), file_errors():
+        return write_page(folder)
+
+
+def write_page(folder: Path) -> Path:
+    """Make the page and the overview in a folder that this process has opened.
+
+    Args:
+        folder: The run's folder.
+
+    Returns:
+        The page.
+
+    Raises:
+        ImpactfemError: A file cannot be read or written.
+    """
     start = time.perf_counter()
-    RunFiles(folder)  # before anything is drawn into a folder that is none of a run
     overview_pictures(folder)
     page = write_report(folder)
     size, seconds = page.stat().st_size / 1e6, time.perf_counter() - start

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import xarray as xr
-
+from impactfem.results.open_store import open_store
 from impactfem.scalar import from_json
 
 
@@ -15,6 +14,6 @@ def storey_factor(folder: Path) -> float:
     Args:
         folder: The run's folder, with `building.nc`.
     """
-    with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as store:
+    with open_store(folder / "building.nc") as store:
         scalars = {s.name: s.value for s in from_json(store.attrs["scalars"])}
     return float(scalars["building.storey_stiffness_factor"] or 1.0)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import xarray as xr
-
 from impactfem.building.bending import bending_modes
 from impactfem.case import Case
 from impactfem.case.targets import Target
 from impactfem.errors import SolutionError
+from impactfem.results.open_store import open_store
 
 
 def from_structure(case: Case) -> bool:
@@ -30,7 +29,7 @@ def with_structure_targets(case: Case, folder: Path) -> Case:
     calibration, structure = case.calibration, case.structure
     if calibration is None or structure is None or not calibration.from_structure:
         return case
-    with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as store:
+    with open_store(folder / "building.nc") as store:
         direction = calibration.direction
         masses = store["effective_mass"].sel(direction=direction).values
         modes = bending_modes(masses, float(store["total_mass"].sel(direction=direction)))

@@ -19,6 +19,7 @@ from impactfem.case import Case
 from impactfem.case.model import CaseFile
 from impactfem.case.source import read_source
 from impactfem.errors import ImpactfemError, InputError
+from impactfem.file_errors import file_errors
 from impactfem.log import LOGGER, in_file_only, mirrored
 from impactfem.parallel import alone, on_root, rank, start_solvers, workers, world
 from impactfem.results.sweep import SHOWN, SweepResults, SweepRow, write_sweep
@@ -142,17 +143,19 @@ def sweep(
         ImpactfemError: A file cannot be written.
     """
     folder = out if out is not None else Path("runs") / f"{path.stem}_sweep"
-    plan = on_root(lambda: _prepared(path, settings, zipped, stage, folder))
-    jobs = [
-        Job(
-            variant.name,
-            variant.case_file(folder),
-            variant.run_folder(folder),
-            stage,
-        )
-        for variant in plan.variants
-    ]
-    with mirrored(folder / LOG, rank()):
+    with ExitStack() as opened:
+        plan = on_root(lambda: _prepared(path, settings, zipped, stage, folder, opened))
+        jobs = [
+            Job(
+                variant.name,
+                variant.case_file(folder),
+                variant.run_folder(folder),
+                stage,
+            )
+            for variant in plan.variants
+        ]
+        opened.enter_context(mirrored(folder / LOG, rank()))
+        opened.enter_context(file_errors())
         outcomes = _outcomes(jobs, processes)
         return on_root(lambda: _written(plan, outcomes, folder, show))
 
@@ -163,8 +166,12 @@ def _prepared(
     zipped: bool,
     stage: str | None,
     folder: Path,
+    opened: ExitStack,
 ) -> _Plan:
-    """Check all that is asked for, then open the folder and write the case files."""
+    """Check all that is asked for, then open the folder and write the case files.
+
+    The folder stays open, and others out of it, until `opened` is closed.
+    """
     case = check(path)
     source = read_source(path, CaseFile)
     axes, faults = read_axes(settings, source)
@@ -176,7 +183,7 @@ def _prepared(
         raise InputError(faults)
     variants = variants_of(axes, zipped=zipped)
     check_variants(variants, source, stage)
-    open_folder(folder, resume=False, log=LOG)
+    opened.enter_context(open_folder(folder, resume=False, log=LOG))
     for variant in variants:
         write_case(variant, source, folder)
     return _Plan(case, axes, variants, zipped)
@@ -248,13 +255,13 @@ def run_job(job: Job, *, bar: bool = True) -> Outcome:
 
 
 def _run(job: Job, bar: bool) -> list[Scalar]:
-    open_folder(job.folder, resume=False)
-    case = check(job.path)
-    others = sorted(other for other in job.folder.parent.iterdir() if other != job.folder)
-    for stage in asked_stages(case, job.stage):
-        origin = take_over(job.folder, others, stage.name, stage.key(case))
-        if origin is not None:
-            LOGGER.debug("stage %s: the same as in %s, copied", stage.name, origin)
+    with open_folder(job.folder, resume=False), file_errors():
+        case = check(job.path)
+        others = sorted(other for other in job.folder.parent.iterdir() if other != job.folder)
+        for stage in asked_stages(case, job.stage):
+            origin = take_over(job.folder, others, stage.name, stage.key(case))
+            if origin is not None:
+                LOGGER.debug("stage %s: the same as in %s, copied", stage.name, origin)
     return run(job.path, out=job.folder, stage=job.stage, bar=bar).scalars
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-import xarray as xr
-
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
+from impactfem.results.open_store import open_store
 from impactfem.results.transient_checks import log_samples, transient_checks
 from impactfem.results.transient_figures import transient_figures
 from impactfem.results.transient_physics import physics_scalars
@@ -129,8 +128,8 @@ def _figures(case: Case, folder: Path) -> list[Path]:
 def _physics(folder: Path) -> list[Scalar]:
     """What the stores of this stage and of the sticks say together."""
     with (
-        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-        xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as sticks,
+        open_store(folder / "transient.nc") as store,
+        open_store(folder / "sticks.nc") as sticks,
     ):
         return physics_scalars(TransientView(store), sticks)
 

@@ -7,12 +7,12 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from impactfem.archive import read_archive, write_archive
 from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.history import History
 from impactfem.dynamics.state import State
 from impactfem.files import write_json
 from impactfem.log import LOGGER
-from impactfem.transient.archive import read_archive, write_archive
 
 
 class Checkpoints:

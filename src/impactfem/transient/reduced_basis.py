@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from impactfem.archive import read_archive, write_archive
 from impactfem.building.local import DOFS
 from impactfem.building.model import BuildingModel
 from impactfem.dynamics.error_band import (
@@ -26,7 +27,6 @@ from impactfem.dynamics.larger_models import larger_models
 from impactfem.dynamics.reduced import ReducedModel, Residual, residual_norms
 from impactfem.errors import SolutionError
 from impactfem.log import LOGGER
-from impactfem.transient.archive import read_archive, write_archive
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

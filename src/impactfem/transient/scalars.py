@@ -104,6 +104,11 @@ def _material(study: TransientStudy) -> list[Scalar]:
     plate = math.sqrt(E / (rho * (1.0 - nu**2)))
     note = "waves normal to the edge; a load normal to the edge makes these"
     return [
-        Scalar("transient.wave_speed", shear, "m/s", "equation 8: shear waves in the plane"),
+        Scalar(
+            "transient.wave_speed",
+            shear,
+            "m/s",
+            "of shear waves in the plane (equation 8 of Bodnar et al. 2022)",
+        ),
         Scalar("transient.plate_wave_speed", plate, "m/s", note),
     ]

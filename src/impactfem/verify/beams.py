@@ -7,12 +7,11 @@ import math
 import numpy as np
 import scipy.linalg
 import scipy.optimize
-import scipy.sparse.linalg
 from numpy.typing import NDArray
 
-from impactfem.building.rigid_body import rigid_body
 from impactfem.building.section import BeamSection
 from impactfem.verify.models import fitted_order
+from impactfem.verify.rigid_body_rows import rigid_body_rows
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import beam_mesh
 from impactfem.verify.shell_model import RX, RZ, UX, UY, Material, ShellModel, shell_model
@@ -22,8 +21,6 @@ Array = NDArray[np.float64]
 CONCRETE = Material(E=33e9, nu=0.2, rho=2500.0)
 SHEAR = 5.0 / 6.0
 FORCE = 1e6
-ZERO = 1e-11
-"""An eigenvalue below this part of the largest one is zero; the next ones are above 1e-8."""
 _ROOT = math.sqrt(13.0)
 # Direction of the beam, then n1 along the width and n2 along the depth, by hand.
 DIRECTIONS: dict[str, tuple[tuple[float, float, float], ...]] = {
@@ -141,31 +138,7 @@ def rigid_body_modes() -> list[Row]:
             0.4, 0.7, reference=(0.3, 0.2, 0.9), offset=(0.15, 0.25, -0.5)
         )
         model = _beams(paths, 3, section)
-        r = rigid_body(model.nodes, model.nodes.mean(axis=0))
-        r /= np.linalg.norm(r, axis=0)
-        energy = np.abs(r.T @ (model.K @ r)).max() / scipy.sparse.linalg.norm(model.K)
-        values = scipy.linalg.eigvalsh(model.K.toarray())
-        rows += [
-            Row(
-                "rigid-body modes of beams",
-                f"largest energy over the norm of K, {label}",
-                0.0,
-                float(energy),
-                "-",
-                1e-15,
-                "rigid motions strain nothing",
-                absolute=True,
-            ),
-            Row(
-                "rigid-body modes of beams",
-                f"zero eigenvalues, {label}",
-                6.0,
-                float(np.count_nonzero(np.abs(values) < ZERO * values[-1])),
-                "-",
-                0.0,
-                "a free body has six",
-            ),
-        ]
+        rows += rigid_body_rows("rigid-body modes of beams", label, model)
     return [*rows, _without_rotations()]
 
 

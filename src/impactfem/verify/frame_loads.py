@@ -12,7 +12,7 @@ from impactfem.case import load_case
 from impactfem.verify.row import Row
 from impactfem.verify.shell_model import UY, ShellModel, csr
 from impactfem.verify.shell_motion import Damping, Motion, MovingModel, apart
-from impactfem.verify.sticks import shipped_case
+from impactfem.verify.shipped import shipped_case
 
 Array = NDArray[np.float64]
 Solver = Callable[[Array], Motion]

@@ -19,7 +19,7 @@ from impactfem.sticks.force_history import write_forces
 from impactfem.sticks.from_case import calibration_of
 from impactfem.sticks.pounded import pounded
 from impactfem.verify.row import Row
-from impactfem.verify.sticks import shipped_case
+from impactfem.verify.shipped import shipped_case
 
 if TYPE_CHECKING:
     from impactfem.transient.effectivity import Effectivity

@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from contextlib import nullcontext
 from fnmatch import fnmatchcase
-from pathlib import Path
 
 import numpy as np
 import scipy.optimize
 
-import impactfem
 from impactfem.case import load_case
-from impactfem.errors import ImpactfemError
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.modes import modes
@@ -20,6 +17,7 @@ from impactfem.sticks.scalars import stick_scalars
 from impactfem.sticks.stage import run_sticks
 from impactfem.sticks.stick import Floor, Stick, build_stick
 from impactfem.verify.row import Row
+from impactfem.verify.shipped import shipped_case
 
 NONE = Rayleigh(0.0, 0.0)
 ALLOWED = (
@@ -31,18 +29,6 @@ ALLOWED = (
     ("frs.*.peak_over_pfa", 0.10),
 )
 """Published results that the shipped case must meet: the first pattern that fits counts."""
-
-
-def shipped_case(name: str) -> Path:
-    """A case of the source tree's folder `geometry`.
-
-    Raises:
-        ImpactfemError: The program runs without its source tree.
-    """
-    path = Path(impactfem.__file__).parents[2] / "geometry" / name
-    if not path.is_file():
-        raise ImpactfemError(f"{path} is not there: this benchmark needs the source tree")
-    return path
 
 
 def cantilever() -> list[Row]:

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from impactfem.archive import read_archive, write_archive
 from impactfem.building.contact_edge import contact_edge
 from impactfem.building.edge_load import edge_load
 from impactfem.building.edge_normal import outward_normal
@@ -24,7 +25,6 @@ from impactfem.case.transient import SHIFT
 from impactfem.dynamics.enrichment import append_contacts
 from impactfem.dynamics.galerkin import GalerkinModes, galerkin_modes
 from impactfem.dynamics.krylov import KrylovBasis
-from impactfem.transient.archive import read_archive, write_archive
 from impactfem.transient.reduced_basis import grow_until_accurate
 
 Array = NDArray[np.float64]

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from impactfem.bench.throughput import filtered, measure_throughput, plain_peaks
 from impactfem.spectra import oscillator_response
 from impactfem.spectra.peaks import displacement_peaks
 from impactfem.spectra.recurrence import step_coefficients
-from impactfem.spectra.throughput import filtered, measure_throughput, plain_peaks
 
 FREQUENCIES = [2.0, 20.0, 70.0]
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from impactfem.archive import read_archive, write_archive
 from impactfem.errors import ImpactfemError
-from impactfem.transient.archive import read_archive, write_archive
 
 CONTENT = {"a": np.arange(2000.0), "b": np.array(["x", "yz"]), "n": 3}
 
@@ -63,9 +63,12 @@ def test_another_file(path: Path, caplog: pytest.LogCaptureFixture) -> None:
     assert read_archive(path, "key") is None
     path.write_text("no archive")
     assert read_archive(path, "key") is None
+    with path.open("wb") as stream:
+        np.save(stream, np.arange(3.0))
+    assert read_archive(path, "key") is None
     assert [record.getMessage().endswith("computed again") for record in caplog.records] == [
         True
-    ] * 2
+    ] * 3
 
 
 @pytest.mark.parametrize("room", [0, 100, 10_000, 16_700])

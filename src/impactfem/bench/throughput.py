@@ -5,14 +5,13 @@ All three find the same peaks at the samples; they differ in how the work is lai
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from scipy.signal import lfilter
 
+from impactfem.bench.timing import best_time
 from impactfem.spectra.frequency_list import logarithmic_frequencies
 from impactfem.spectra.peaks import displacement_peaks
 from impactfem.spectra.recurrence import FloatArray, StepCoefficients, step_coefficients
@@ -52,9 +51,9 @@ def measure_throughput(
     every = step_coefficients(1e-4, listed, [0.05])
     few = step_coefficients(1e-4, listed[::10], [0.05])
     return Throughput(
-        kernel=a.size * every.omega.size / _best(lambda: displacement_peaks(a, every), repeats),
-        plain_loop=a.size * few.omega.size / _best(lambda: plain_peaks(a, few), 3),
-        lfilter=a.size * few.omega.size / _best(lambda: filtered(a, few), 3),
+        kernel=a.size * every.omega.size / best_time(lambda: displacement_peaks(a, every), repeats),
+        plain_loop=a.size * few.omega.size / best_time(lambda: plain_peaks(a, few), 3),
+        lfilter=a.size * few.omega.size / best_time(lambda: filtered(a, few), 3),
     )
 
 
@@ -128,13 +127,3 @@ def _plain_loop(acceleration: FloatArray, matrix: FloatArray) -> FloatArray:
                 peak = max(peak, abs(x))
             peaks[record, o] = peak
     return peaks
-
-
-def _best(run: Callable[[], object], repeats: int) -> float:
-    run()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - start)
-    return min(times)

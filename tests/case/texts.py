@@ -1,0 +1,19 @@
+"""Texts of case files."""
+
+from pathlib import Path
+
+
+def replaced(text: str, *edits: tuple[str, str]) -> str:
+    """A text with some of it replaced: the old text, which must be there, and the new one."""
+    for old, new in edits:
+        if old not in text:
+            raise ValueError(f"{old!r} is not there: the test does not test")
+        text = text.replace(old, new)
+    return text
+
+
+def added(path: Path, text: str) -> Path:
+    """Write a text at the end of a file."""
+    with path.open("a", encoding="utf-8") as stream:
+        stream.write(text)
+    return path
