@@ -118,7 +118,7 @@ FULL: dict[str, Callable[[], list[Row]]] = {
 }
 """Benchmarks that take more than a few seconds each, run only when asked for.
 
-The last one takes about an hour, the others some minutes."""
+The last one takes about half an hour, the others some minutes."""
 
 
 def verify(only: str | None = None, json_file: Path | None = None, full: bool = False) -> list[Row]:
