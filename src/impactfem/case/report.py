@@ -23,8 +23,7 @@ class ReferenceValue(Section):
 
     name: Text = Field(description="Name of the result, as in summary.json and in 'published'.")
     tolerance: Weight = Field(
-        description="Largest difference of the published value that counts as reproduced, stated "
-        "before the comparison."
+        description="Largest difference from the published value that counts as reproduced."
     )
     reason: Text | None = Field(default=None, description="Why it differs by more, if it does.")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -230,9 +231,9 @@ def _tiles(run: RunFiles) -> list[tuple[str, str]]:
         tiles.append((f"{value:.3g} m/s²", "largest acceleration at an edge"))
     if "calibration.epsilon" in values:
         tiles.append((f"{values['calibration.epsilon']:.3g}", "restitution ε of the 3D model"))
-    if "device.fy.detailed.impact" in values:
-        force = 1e-3 * values["device.fy.detailed.impact"]
-        tiles.append((f"{force:.4g} kN", "shear force on the first device's anchor"))
+    for name, value in values.items():
+        if re.fullmatch(r"device\.f[xyz]\.detailed\.impact", name):
+            tiles.append((f"{1e-3 * value:.4g} kN", "force on the first device's anchor"))
     return tiles
 
 
