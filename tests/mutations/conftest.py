@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frame_case import neighbour
 from impactfem.motion import Accelerogram, write_csv
 from impactfem.sticks.force_history import ForceHistory, write_forces_csv
 from impactfem.verify import record_files
@@ -27,16 +28,6 @@ TREATED = (
     'baseline = "linear"\ntaper = "0.1 s"\nfilter = ["0.5 Hz", "20 Hz"]\nresample = "5 ms"\n'
     'pga = "2 m/s2"\n\n'
 )
-NEIGHBOUR = """
-[[buildings]]
-name = "G"
-material = "concrete"
-floors = "frame_floors.csv"
-rigid_below = "0.2 m"
-rigid_above = "0.1 m"
-
-[structure]
-"""
 TRANSIENT = """
 [contact_laws.floor]
 type = "hunt-crossley"
@@ -161,7 +152,7 @@ def _records(folder: Path) -> None:
 def _frame(folder: Path) -> None:
     """Cases of the frame with forces, probes, part damping, and devices of matrices and modes."""
     text = (folder / "frame.toml").read_text(encoding="utf-8")
-    two = text.replace("\n[structure]\n", NEIGHBOUR, 1)
+    two = text.replace(*neighbour(), 1)
     (folder / "full.toml").write_text(two + TRANSIENT % "full" + PART_DAMPING)
     (folder / "device.toml").write_text(two + TRANSIENT % "reduced" + DEVICES)
     t = np.arange(301) * 1e-2

@@ -18,6 +18,7 @@ from matplotlib.image import imread
 from nbclient.exceptions import CellExecutionError, CellTimeoutError
 from nbformat import NotebookNode
 
+from frame_case import pump
 from impactfem.results import open_run
 
 pytestmark = pytest.mark.slow
@@ -25,7 +26,7 @@ Execute = Callable[..., NotebookNode]
 ALL = ("first_steps", "read_a_run", "own_building", "damping_study", "contact_law")
 # A small mesh for a short time: its numbers are of no use.
 SHORT = {"mesh_size": 1.2, "duration": 2.0, "highest": 60.0}
-PUMP = """
+DEVICE = """
 extends = "own_building.toml"
 
 [[damping_cases]]
@@ -34,24 +35,7 @@ ratio = "2 %"
 frequencies = ["1 Hz", "20 Hz"]
 restitution = 0.8
 
-[[devices]]
-name = "pump"
-point = ["4.5 m", "5 m", "9.5 m"]
-radius = "1 m"
-mass = "500 kg"
-mass_height = "0.5 m"
-inertia = ["30 kg m2", "30 kg m2", "20 kg m2"]
-[devices.stiffness]
-x = "2e7 N/m"
-y = "2e7 N/m"
-z = "rigid"
-rx = "1e7 N m/rad"
-ry = "1e7 N m/rad"
-rz = "rigid"
-[devices.damping]
-ratio = "2 %"
-frequencies = ["10 Hz", "60 Hz"]
-"""
+""" + pump('["4.5 m", "5 m", "9.5 m"]', "1 m")
 NOT_RUN = '# %% tags=["parameters"]\nfolder = "x"\n\n# %%\n'
 
 
@@ -147,7 +131,7 @@ def test_read_a_run(execute: Execute, built: Built, tmp_path: Path) -> None:
 def test_damping_study(execute: Execute, built: Built, tmp_path: Path) -> None:
     shutil.copytree(built.folder, tmp_path, dirs_exist_ok=True)
     case = tmp_path / "pump.toml"
-    case.write_text(PUMP)
+    case.write_text(DEVICE)
     names = {"case_file": str(case), "run_folder": "run", "sweep_folder": "sweep"}
     told = check(execute("damping_study", tmp_path, **names, ratios=["3 %", "7 %"]), 4)
     assert "damping cases: own, light" in told

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, pump
 from impactfem import study
 from impactfem.equipment import store
 from impactfem.errors import InputError
@@ -21,27 +22,6 @@ from impactfem.study import building, calibrate, design, device, sticks, transie
 
 pytestmark = pytest.mark.slow
 GEOMETRY = Path(__file__).parents[2] / "geometry"
-SHORTER = (
-    ('duration = "3 s"', 'duration = "1 s"'),
-    ('strong_phase = ["0.5 s", "2.5 s"]', 'strong_phase = ["0.2 s", "0.8 s"]'),
-    ("modes = 20", "modes = 6"),
-    ('ratio = "5 %"', 'ratio = "1 %"'),
-    (
-        "\n[structure]\n",
-        """
-[[buildings]]
-name = "G"
-material = "concrete"
-floors = "frame_floors.csv"
-axis = ["0 m", "8 m"]
-rigid_below = "0.2 m"
-rigid_above = "0.1 m"
-second_moment_factor = 0.2
-
-[structure]
-""",
-    ),
-)
 REST = """
 [wall_impact]
 gap = "2 mm"
@@ -70,24 +50,7 @@ law = "floor"
 time_step = "1 ms"
 maximum_frequency = "100 Hz"
 
-[[devices]]
-name = "pump"
-point = ["2 m", "2.2 m", "6 m"]
-radius = "0.8 m"
-mass = "500 kg"
-mass_height = "0.5 m"
-inertia = ["30 kg m2", "30 kg m2", "20 kg m2"]
-[devices.stiffness]
-x = "2e7 N/m"
-y = "2e7 N/m"
-z = "rigid"
-rx = "1e7 N m/rad"
-ry = "1e7 N m/rad"
-rz = "rigid"
-[devices.damping]
-ratio = "2 %"
-frequencies = ["10 Hz", "60 Hz"]
-"""
+""" + pump('["2 m", "2.2 m", "6 m"]', "0.8 m")
 
 
 def no_pictures(patch: pytest.MonkeyPatch) -> None:
@@ -105,7 +68,7 @@ def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("chain")
     for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
         shutil.copy(GEOMETRY / name, folder)
-    path = edited(folder / "frame.toml", *SHORTER)
+    path = edited(folder / "frame.toml", *QUICK, LIGHT, SOFT_NEIGHBOUR)
     path.write_text(path.read_text() + REST)
     return path
 

@@ -16,6 +16,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix
 
+from frame_case import QUICK, neighbour
 from impactfem import study
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
@@ -39,22 +40,6 @@ HIGHEST = 200.0
 TIME_STEP = 0.5e-3
 STEPS = 1600
 TOLERANCE = 0.005
-SHORTER = (
-    ('duration = "3 s"', 'duration = "1 s"'),
-    ('strong_phase = ["0.5 s", "2.5 s"]', 'strong_phase = ["0.2 s", "0.8 s"]'),
-    ("modes = 20", "modes = 6"),
-)
-# A second frame far away, so that the sticks never touch.
-NEIGHBOUR = """
-[[buildings]]
-name = "G"
-material = "concrete"
-floors = "frame_floors.csv"
-rigid_below = "0.2 m"
-rigid_above = "0.1 m"
-
-[structure]
-"""
 TRANSIENT = """
 [contact_laws.floor]
 type = "kelvin-voigt"
@@ -240,7 +225,9 @@ def begun(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("begun")
     for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
         shutil.copy(GEOMETRY / name, folder)
-    case = edited(folder / "frame.toml", *SHORTER, ("\n[structure]\n", NEIGHBOUR))
+    case = edited(
+        folder / "frame.toml", *QUICK, neighbour()
+    )  # so far away that the sticks never touch
     case.write_text(case.read_text() + TRANSIENT)
     write_forces(folder / "forces_of_another.csv")
     with pytest.MonkeyPatch.context() as patch:

@@ -1,0 +1,58 @@
+"""Pieces of case text that make a small pounding case of the shipped frame."""
+
+QUICK = (
+    ('duration = "3 s"', 'duration = "1 s"'),
+    ('strong_phase = ["0.5 s", "2.5 s"]', 'strong_phase = ["0.2 s", "0.8 s"]'),
+    ("modes = 20", "modes = 6"),
+)
+"""What is replaced for a short motion and few modes."""
+LIGHT = ('ratio = "5 %"', 'ratio = "1 %"')
+
+
+def neighbour(more: str = "") -> tuple[str, str]:
+    """The replacement that puts a second frame, G, beside the first.
+
+    Args:
+        more: Further lines of its table.
+    """
+    table = """
+[[buildings]]
+name = "G"
+material = "concrete"
+floors = "frame_floors.csv"
+rigid_below = "0.2 m"
+rigid_above = "0.1 m"
+"""
+    return "\n[structure]\n", f"{table}{more}\n[structure]\n"
+
+
+SOFT_NEIGHBOUR = neighbour('axis = ["0 m", "8 m"]\nsecond_moment_factor = 0.2\n')
+"""One that comes near enough to be hit."""
+
+
+def pump(point: str, radius: str) -> str:
+    """The table of a device of 500 kg on springs.
+
+    Args:
+        point: Its anchor, as a case file says it.
+        radius: Of its rosette.
+    """
+    return f"""
+[[devices]]
+name = "pump"
+point = {point}
+radius = "{radius}"
+mass = "500 kg"
+mass_height = "0.5 m"
+inertia = ["30 kg m2", "30 kg m2", "20 kg m2"]
+[devices.stiffness]
+x = "2e7 N/m"
+y = "2e7 N/m"
+z = "rigid"
+rx = "1e7 N m/rad"
+ry = "1e7 N m/rad"
+rz = "rigid"
+[devices.damping]
+ratio = "2 %"
+frequencies = ["10 Hz", "60 Hz"]
+"""
