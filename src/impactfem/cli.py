@@ -230,7 +230,8 @@ def bench(
         typer.Argument(
             metavar="[GROUP]...",
             help="sticks, spectra, and on the paper-size mesh, some minutes each: building, "
-            "transient, wall; the first two when left out.",
+            "transient, dampings (the same with a basis for every damping case), wall; the first "
+            "two when left out.",
         ),
     ] = None,
     json_file: Annotated[

@@ -26,6 +26,12 @@ def _transient() -> list[Figure]:
     return transient_figures()
 
 
+def _dampings() -> list[Figure]:
+    from impactfem.bench.transient import transient_figures
+
+    return transient_figures(every_damping=True)
+
+
 def _wall() -> list[Figure]:
     from impactfem.bench.wall import wall_figures
 
@@ -37,6 +43,7 @@ GROUPS: dict[str, Callable[[], list[Figure]]] = {
     "spectra": spectrum_figures,
     "building": _building,
     "transient": _transient,
+    "dampings": _dampings,
     "wall": _wall,
 }
 QUICK = ("sticks", "spectra")

@@ -75,17 +75,13 @@ def prepare(
         probes = tuple(case_probes(parts.mesh, transient.probes, case.wave_floor))
     except SolutionError as error:
         raise InputError([Fault(case.path, "transient.probes", None, str(error))]) from error
-    damping = case.building(structure.building).damping
-    served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
     return Prepared(
         parts=parts,
         probes=probes,
         loads=loads,
         storey_factor=storey_factor,
-        damping=damping.coefficients,
-        lightest=min(
-            served, key=lambda one: one.ratio_at(transient.maximum_frequency)
-        ).coefficients,
+        damping=case.building(structure.building).damping.coefficients,
+        lightest=lightest_damping(case, transient.serve_damping_cases),
         wave_floor=case.wave_floor,
     )
 
@@ -117,6 +113,21 @@ def case_loads(
     forces, edges = checked_forces(history, path, case, mesh, duration, inputs)
     n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
     return make_loads([m.history for m in motions], forces, edges, time_step, n_steps)
+
+
+def lightest_damping(case: Case, every: bool) -> tuple[float, float]:
+    """α [1/s] and β [s] of the lightest damping that a reduced basis must serve.
+
+    Args:
+        case: The case; it has a structure and a transient part.
+        every: Whether the basis serves the damping cases too, not only the building's own.
+    """
+    if case.structure is None:
+        raise ValueError("the case has no structure")
+    own = case.building(case.structure.building).damping
+    frequency = transient_of(case).maximum_frequency
+    served = [own, *(case.damping_cases if every else ())]
+    return min(served, key=lambda one: one.ratio_at(frequency)).coefficients
 
 
 def transient_of(case: Case) -> Transient:

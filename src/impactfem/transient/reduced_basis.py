@@ -213,7 +213,8 @@ def build_basis(
         largest: Most vectors of the reduced model.
         larger: Whether the basis grows further, for models that tell the band of the error.
         spend: Whether K may be destroyed when it is of no more use here.
-        progress: Called with the part of the work that is done.
+        progress: Called with the part of the work that is done: 1 when the tolerance is met, before
+            what tells error and bound is made.
 
     Raises:
         SolutionError: The tolerance is not met with the most vectors.
@@ -284,6 +285,7 @@ def grow_until_accurate(
         LOGGER.debug("reduced basis: %d vectors, difference %.2e", basis.size, difference)
         first = min(first, difference) if math.isinf(first) else first
         if difference <= tolerance or grown == 0:
+            progress(1.0)
             return models, difference
         if basis.size >= largest:
             raise SolutionError(
