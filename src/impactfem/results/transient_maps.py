@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from impactfem.results.floor_field import COLOURS, TopFloor, colour_bar, plan_axes, plan_layout
 from impactfem.results.style import RED, figure, letter
 from impactfem.results.transient_view import TransientView
+from impactfem.spectra import sampling_loss
 
 Array = NDArray[np.float64]
 
@@ -69,10 +70,12 @@ def spectrum_map(path: Path, view: TransientView, maps: xr.Dataset, frequency: f
     if values is None:
         raise ValueError(f"no spectra at {frequency:g} Hz")
     points = float(maps.attrs["points_per_cycle"]) * maps["frequency"].values[-1] / frequency
+    loss = float(sampling_loss(points))
     caption = (
         f"Pseudo-acceleration at {frequency:g} Hz ({100 * float(maps.attrs['damping']):g} % "
         f"damping) along $e_{view.direction}$ of floor {view.top} (a), and over that of its mass "
-        f"centre (b). {_mark_note(view)} {points:.3g} samples in a cycle."
+        f"centre (b). {_mark_note(view)} {points:.3g} samples in a cycle: "
+        f"up to {100.0 * loss:.2g} % of a peak may be missing."
     )
     label = f"PSa at {frequency:g} Hz [m/s²]"
     _draw(path, view, maps, values, label, caption)

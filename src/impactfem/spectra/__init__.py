@@ -16,6 +16,7 @@ from impactfem.spectra.interpolation import (
 from impactfem.spectra.oscillator import OscillatorResponse, oscillator_response
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.response_spectrum import Method, ResponseSpectra, response_spectra
+from impactfem.spectra.sampling import sampling_loss
 from impactfem.spectra.statistics import Statistic, combine, envelope, fractile, mean
 from impactfem.spectra.zero_period import rigid_frequency
 
@@ -44,5 +45,6 @@ __all__ = [
     "response_spectra",
     "rg_1_122_frequencies",
     "rigid_frequency",
+    "sampling_loss",
     "structural_frequencies",
 ]

@@ -13,7 +13,7 @@ from impactfem.building.parts import BuildingParts
 from impactfem.case import Spectra
 from impactfem.dynamics.modal_response import ModalHistory
 from impactfem.parallel import threads
-from impactfem.spectra import logarithmic_frequencies, response_spectra
+from impactfem.spectra import logarithmic_frequencies, response_spectra, sampling_loss
 from impactfem.transient.loads import Loads
 from impactfem.transient.reduced_basis import ReducedBasis
 
@@ -42,6 +42,8 @@ class FloorMaps:
         psa: Pseudo-acceleration, shape (n, 3, n_f) [m/s2].
         pfa: Peak acceleration, shape (n, 3) [m/s2].
         points_per_cycle: Samples in a cycle of the highest frequency.
+        sampling_loss: How much of a resonant peak may be lost between samples, at each
+            frequency (see `impactfem.spectra.sampling_loss`), shape (n_f,) [-].
         wave_nodes: All nodes of the floor with the waves, ascending, shape (m,).
         wave_times: Times of the snapshots, shape (s,) [s].
         wave_displacement: Relative to the ground, shape (s, m, 3) [m].
@@ -58,6 +60,7 @@ class FloorMaps:
     psa: NDArray[np.float32]
     pfa: Array
     points_per_cycle: float
+    sampling_loss: Array
     wave_nodes: Index
     wave_times: Array
     wave_displacement: Array
@@ -155,6 +158,7 @@ def floor_maps(
         psa=psa,
         pfa=pfa,
         points_per_cycle=reached,
+        sampling_loss=sampling_loss(reached * frequency[-1] / frequency),
         wave_nodes=wave_nodes,
         wave_times=steps * loads.time_step,
         wave_displacement=displacement,

@@ -97,6 +97,11 @@ def write_maps(path: Path, study: TransientStudy, maps: FloorMaps, key: str) -> 
                 maps.frame_acceleration,
                 {"units": "m/s2"},
             ),
+            "sampling_loss": (
+                "frequency",
+                maps.sampling_loss,
+                {"units": "1", "note": "bound of what psa lacks of a peak between samples"},
+            ),
             "membrane_force": (
                 ("snapshot", "wave_triangle"),
                 maps.membrane_force,
