@@ -52,7 +52,7 @@ VALUES = {
     "transient": {
         "transient.basis_vectors": 212.0,
         "transient.pfa.floor_8": 56.0,
-        "transient.pfa.edge_max": 110.0,
+        "transient.pfa.edge_8.max": 110.0,
         "transient.frs.floor_8.peak": 68.0,
         "transient.frs.floor_8.peak_frequency": 91.0,
     },
@@ -113,7 +113,8 @@ def test_all_stages(tmp_path, texts):
         "B1: 1.75, 5.19 Hz\nB2: 1.29 Hz",
         "12 impacts\nlargest force 121 MN, floor 8\nat 3.532 s, for 13.1 ms",
         "100 motions\nforce on floor 8:\n85 to 144 MN (5 to 95 %)",
-        "reduced basis of 212 vectors\nmass centre of floor 8: 56 m/s²\nits edges: 110 m/s²",
+        "reduced basis of 212 vectors\nmass centre of floor 8: 56 m/s²\n"
+        "along its impact edge: 110 m/s²",
         "sticks: 63.8 m/s² at 72 Hz\n3D model: 68 m/s² at 91 Hz",
         "pump, force $F_y$ (and 1 more)\nwith impacts: 66 kN",
     ):

@@ -36,8 +36,22 @@ def test_of_floors_and_edges(values: dict[str, float], store: xr.Dataset) -> Non
         assert values[f"transient.displacement.floor_{k}"] == float(np.abs(one.displacement).max())
         edge = along.sel(probe=f"edge_{k}")
         assert values[f"transient.pfa.edge_{k}"] == float(edge.pfa)
-    ends = along.sel(probe=["line_1", "line_9"]).pfa
-    assert values["transient.pfa.edge_max"] == float(ends.max())
+
+
+def test_along_the_edges(
+    reduced: tuple[Path, study.Run], values: dict[str, float], store: xr.Dataset
+) -> None:
+    """Over all vertices at the level and in the plane of the edge; more than its middle has."""
+    with xr.open_dataset(reduced[1].folder / "transient_maps.nc", engine="h5netcdf") as maps:
+        position, pfa = maps.node_position.values, maps.pfa.sel(component="y").values
+    for k in (1, 2):
+        middle = store.probe_position.sel(probe=f"edge_{k}").values
+        edge = np.isclose(position[:, 1:], middle[1:]).all(axis=1)
+        assert np.ptp(position[edge, 0]) > 1.0 and not edge.all()
+        name = f"transient.pfa.edge_{k}"
+        assert values[f"{name}.mean"] == pytest.approx(pfa[edge].mean())
+        assert values[f"{name}.max"] == pfa[edge].max() >= values[name]
+        assert values[f"{name}.max"] > values[f"{name}.mean"]
 
 
 def test_of_the_error_band(values: dict[str, float], store: xr.Dataset) -> None:

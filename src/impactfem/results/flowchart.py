@@ -161,8 +161,9 @@ def _transient(found: Found) -> list[str]:
     if peaks:
         top = max(peaks, key=int)
         lines.append(f"mass centre of floor {top}: {peaks[top]:.3g} m/s²")
-    if "transient.pfa.edge_max" in v:
-        lines.append(f"its edges: {v['transient.pfa.edge_max']:.3g} m/s²")
+        edge = f"transient.pfa.edge_{top}.max"
+        if edge in v:
+            lines.append(f"along its impact edge: {v[edge]:.3g} m/s²")
     return lines
 
 

@@ -27,9 +27,13 @@ def shown_direction(study: TransientStudy) -> int:
 
 def _solver(study: TransientStudy) -> list[Scalar]:
     spectra = study.spectra
+    finer = (
+        f"of the highest frequency after up-sampling: {spectra.method}, histories made "
+        f"{spectra.upsampling_factor} times finer for the spectra"
+    )
     scalars = [
         Scalar("transient.impulse_error", study.loads.impulse_error, "-", "of the resampling"),
-        Scalar("transient.points_per_cycle", spectra.points_per_cycle, "-", "highest frequency"),
+        Scalar("transient.points_per_cycle", spectra.points_per_cycle, "-", finer),
     ]
     if study.basis is not None:
         known = spectra.frequency <= _highest(study)
@@ -81,19 +85,21 @@ def _floors(study: TransientStudy) -> list[Scalar]:
 
 
 def _edges(study: TransientStudy) -> list[Scalar]:
+    """Peak accelerations at the middle of each impact edge, and along all of it."""
     c = shown_direction(study)
-    names = [probe.name for probe in study.probes]
-    pfa = study.pfa[:, c]
-    scalars = [
-        Scalar(f"transient.pfa.{name}", float(pfa[k]), "m/s2", "middle of the impact edge")
-        for k, name in enumerate(names)
-        if name.startswith("edge_")
-    ]
-    line = [k for k, name in enumerate(names) if name.startswith("line_")]
-    if line:
-        ends = float(max(pfa[line[0]], pfa[line[-1]]))
-        note = "largest of both ends of the line across the floor that may be struck highest"
-        scalars.append(Scalar("transient.pfa.edge_max", ends, "m/s2", note))
+    scalars = []
+    for probe, pfa in zip(study.probes, study.pfa[:, c], strict=True):
+        if not probe.name.startswith("edge_"):
+            continue
+        name = f"transient.pfa.{probe.name}"
+        scalars.append(Scalar(name, float(pfa), "m/s2", "middle of the impact edge"))
+        if study.maps is not None:
+            edge = np.unique(study.parts.mesh.edges[int(probe.name.removeprefix("edge_"))])
+            along = study.maps.pfa[np.isin(study.maps.nodes, edge), c]
+            scalars += [
+                Scalar(f"{name}.mean", float(along.mean()), "m/s2", "vertices of the impact edge"),
+                Scalar(f"{name}.max", float(along.max()), "m/s2", "vertices of the impact edge"),
+            ]
     return scalars
 
 
