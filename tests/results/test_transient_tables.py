@@ -15,7 +15,11 @@ def rows(path):
 def test_tables(transient_folder):
     folder = transient_folder()
     published = {"transient.wave_crossing": 0.006, "transient.wave_speed": 1250.0}
-    probes, physics = transient_tables(folder, published)
+    probes, physics, *densities = transient_tables(folder, published)
+    assert [path.stem for path in densities] == [
+        "transient_edge_density",
+        "transient_force_density",
+    ]
     found = {row["probe"]: row for row in rows(probes)}
     assert set(found) == {
         *(f"{kind}_{k}" for kind in ("centre", "edge") for k in (1, 2, 3)),
@@ -38,6 +42,9 @@ def test_tables(transient_folder):
 
 
 def test_without_impact(transient_folder):
-    probes, physics = transient_tables(transient_folder(loads=(), solver="full", maps=False), {})
+    probes, physics, edges = transient_tables(
+        transient_folder(loads=(), solver="full", maps=False), {}
+    )
     assert {row["band [m/s2]"] for row in rows(probes)} == {"0.0"}
     assert "transient.wave_crossing" not in {row["name"] for row in rows(physics)}
+    assert edges.stem == "transient_edge_density"

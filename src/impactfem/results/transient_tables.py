@@ -12,6 +12,7 @@ from impactfem.log import LOGGER
 from impactfem.results.open_store import open_store
 from impactfem.results.scalar_table import beside_published
 from impactfem.results.table import Cell, Table
+from impactfem.results.transient_densities import density_tables
 from impactfem.results.transient_physics import physics_scalars
 from impactfem.results.transient_view import TransientView
 from impactfem.scalar import from_json
@@ -36,11 +37,12 @@ def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]
     ):
         view = TransientView(store)
         tables = [_probes(view), _physics(view, sticks, published)]
+        densities = density_tables(view)
     target = folder / "tables"
     target.mkdir(exist_ok=True)
     for table in tables:
         LOGGER.debug("\n%s", table.as_text())
-    return [table.write_csv(target) for table in tables]
+    return [table.write_csv(target) for table in (*tables, *densities)]
 
 
 def _probes(view: TransientView) -> Table:
