@@ -4,7 +4,7 @@
 #SBATCH --job-name=impactfem
 #SBATCH --ntasks=1
 #SBATCH --cpus-per-task=2
-#SBATCH --mem=6G
+#SBATCH --mem=8G
 #SBATCH --time=01:00:00
 #SBATCH --output=%x-%A_%a.log
 set -euo pipefail

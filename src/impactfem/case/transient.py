@@ -43,7 +43,8 @@ class Transient(Section):
     solver: Literal["reduced", "full", "both"] = Field(
         default="reduced",
         description="'reduced' on a basis of few vectors; 'full' integrates all unknowns, which "
-        "takes much longer; 'both' holds the reduced one against the full one.",
+        "takes much longer, and records the probes only, without maps, waves and export; 'both' "
+        "holds the reduced one against the full one.",
     )
     duration: PositiveTime | None = Field(
         default=None,

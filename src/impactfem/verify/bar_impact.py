@@ -123,7 +123,7 @@ def bar_against_wall() -> list[Row]:
             0.0,
             float(vibrating),
             "-",
-            0.02,
+            0.01,
             source,
             absolute=True,
         ),

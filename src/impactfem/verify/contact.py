@@ -178,7 +178,7 @@ def contact_energy_order() -> list[Row]:
                 expected,
                 fitted_order(np.asarray(1.0 / counts, dtype=float), np.array(defects)),
                 "-",
-                0.1,
+                0.05,
                 "Taylor expansion of the work in the step where the gap closes",
                 absolute=True,
             )

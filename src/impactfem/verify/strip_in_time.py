@@ -42,7 +42,7 @@ def order() -> list[Row]:
         steps = COARSE / np.array(FINER)
         what = f"fitted order of the full model's {name} in the step"
         rows.append(
-            Row(NAME, what, 2.0, fitted_order(steps, np.array(errors)), "-", 0.1, SOURCE, True)
+            Row(NAME, what, 2.0, fitted_order(steps, np.array(errors)), "-", 0.03, SOURCE, True)
         )
         newmark = basis.motion(_loads(1), COARSE, RAYLEIGH, "newmark")[name]
         what = f"{name}, reduced model from the full one, both by Newmark"
