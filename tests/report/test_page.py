@@ -12,6 +12,7 @@ from impactfem import study
 from impactfem.cli import app
 from impactfem.errors import ImpactfemError
 from impactfem.report.page import number, quantity, write_report
+from impactfem.results.manifest import file_digest
 
 VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
 
@@ -77,6 +78,45 @@ def test_checks_and_results_are_those_of_the_run(finished, page):
     assert {check["text"] for check in checks} <= set(page.words)
     summary = json.loads((finished.folder / "summary.json").read_text(encoding="utf-8"))
     assert {entry["name"] for entry in summary} <= set(page.words)
+
+
+def with_checks(run, checks):
+    """Put other checks into the folder of a run, signed as its own; gives the page."""
+    path, made = run / "checks.json", run / "provenance.json"
+    listed = [{"stage": "sticks", "good": good, "text": text} for text, good in checks.items()]
+    path.write_text(json.dumps(listed), encoding="utf-8")
+    provenance = json.loads(made.read_text(encoding="utf-8"))
+    provenance["files"]["checks.json"] = file_digest(path)
+    made.write_text(json.dumps(provenance), encoding="utf-8")
+    return Page(write_report(run).read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("checks", "counted"),
+    [
+        (
+            {"energy: met": True, "other": True, "missed": False, "energy: told": None},
+            "2 of 3 met (✓). 1 line tells what has no limit (•), with its stage. Not met (!):",
+        ),
+        (
+            {"other": True, "first": None, "second": None},
+            "1 of 1 met (✓). 2 lines tell what has no limit (•), with their stages.",
+        ),
+        ({"other": True}, "1 of 1 met (✓)."),
+        ({"missed": False}, "0 of 1 met (✓). Not met (!):"),
+    ],
+)
+def test_what_is_told_is_not_counted_as_met(finished, tmp_path, checks, counted):
+    shutil.copytree(finished.folder, tmp_path / "run")
+    words = with_checks(tmp_path / "run", checks).words
+    assert [one for one in words if "met (✓)" in one] == [counted]
+    mark = {True: "✓", False: "!", None: "•"}
+    for text, good in checks.items():
+        # On the first page what is missed, and what is met and a key to the rest.
+        first = good is False or (good is True and "energy" in text)
+        places = [k for k, word in enumerate(words) if word == text]
+        assert len(places) == 1 + first
+        assert {words[k - 1] for k in places} == {mark[good]}
 
 
 def test_it_is_made_again_from_the_folder_alone(finished, tmp_path, text, monkeypatch):

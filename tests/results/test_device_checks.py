@@ -19,9 +19,9 @@ LINES = [
     "device: without impact: rotations raise RSA by 49.2 %, 91 % of what it lacks; RSA is 3.0 % "
     "too low with them; with impacts: rotations raise RSA by 1.05 %, 20 % of what it lacks; RSA "
     "is 4.0 % too low with them",
-    "device: pump is anchored to 5 nodes of floor 3",
-    "device: action and reaction at the anchor of pump within 1.0e-12",
-    "device: transfer functions of the reduced basis of 250 vectors within 0.2 %",
+    "device: pump is anchored to 5 nodes of floor 3, at least 3 asked",
+    "device: action and reaction at the anchor of pump within 1.0e-12, 1e-08 asked",
+    "device: transfer functions of the reduced basis of 250 vectors within 0.2 %, 0.5 % asked",
     "device: damping own: the restitution of the contact laws; largest impact force 120 MN",
     "device: damping under-damped: ε = 0.89, calibrated; largest impact force 120 MN",
     "device: damping damped: ε = 0.67, calibrated; largest impact force 120 MN",
@@ -43,22 +43,28 @@ def test_all_is_well(tmp_path, caplog):
     assert logged(device_folder(tmp_path), caplog) == [("INFO", line) for line in LINES]
 
 
+def test_what_has_no_limit_is_neither_met_nor_missed(tmp_path):
+    found = device_checks(device_folder(tmp_path))
+    assert [text for good, text in found if good is None] == [*LINES[:3], *LINES[6:]]
+    assert [text for good, text in found if good] == LINES[3:6]
+
+
 @pytest.mark.parametrize(
     ("change", "line"),
     [
         (
             {"imbalance": 1e-7},
-            "action and reaction at the anchor of pump within 1.0e-07, with the damping own "
-            "without impact",
+            "action and reaction at the anchor of pump within 1.0e-07, 1e-08 asked; with the "
+            "damping own without impact",
         ),
         (
             {"scalars": {"basis_error": 0.02}},
-            "transfer functions of the reduced basis of 250 vectors within 2 %",
+            "transfer functions of the reduced basis of 250 vectors within 2 %, 0.5 % asked",
         ),
         (
             {"nodes": 1},
-            "pump is anchored to 1 node of floor 3; 3 or more spread it over the slab: refine the "
-            "mesh around its anchor",
+            "pump is anchored to 1 node of floor 3, at least 3 asked, which spread it over the "
+            "slab: refine the mesh around its anchor",
         ),
     ],
 )
@@ -73,15 +79,14 @@ def test_the_load_of_the_largest_imbalance(tmp_path, caplog):
     store["imbalance"][2, 1, 0] = 1e-5
     write_netcdf(tmp_path / "device.nc", store)
     (text,) = warned(logged(tmp_path, caplog))
-    assert text.endswith("within 1.0e-05, with the damping damped with impacts")
+    assert text.endswith("within 1.0e-05, 1e-08 asked; with the damping damped with impacts")
 
 
 def test_a_base_without_a_free_spring(tmp_path, caplog):
     found = logged(device_folder(tmp_path, imbalance=np.nan), caplog)
-    assert found[4] == (
-        "INFO",
-        "device: pump has no free spring, its base forces cannot be compared",
-    )
+    text = "device: pump has no free spring, its base forces cannot be compared"
+    assert found[4] == ("INFO", text)
+    assert (None, text) in device_checks(tmp_path)
 
 
 def test_no_impact(tmp_path, caplog):

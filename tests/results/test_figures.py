@@ -9,7 +9,14 @@ import pytest
 
 from impactfem.case import load_case
 from impactfem.results.figures import stick_figures
-from impactfem.results.style import BUILDINGS, figure, floor_colours, letter
+from impactfem.results.style import (
+    BUILDINGS,
+    figure,
+    floor_colours,
+    floor_looks,
+    letter,
+    ordered_looks,
+)
 from impactfem.sticks.force_history import write_forces
 from impactfem.sticks.stage import run_sticks
 from impactfem.sticks.store import write_motion, write_sticks
@@ -148,6 +155,17 @@ def test_floors_have_colours_of_their_own():
     for count in (1, 2, 8, 40):
         assert len({tuple(colour) for colour in floor_colours(count)}) == count
     assert len(set(BUILDINGS)) == 4
+
+
+def test_neighbours_are_told_apart_without_colour():
+    for count in (1, 2, 8, 13):
+        looks = floor_looks(count)
+        assert looks == ordered_looks(count)[::-1]
+        assert len({(tuple(look["color"]), look["ls"]) for look in looks}) == count
+        # The top floor's line is solid, and no two of four neighbours have the same dashes.
+        dashes = [look["ls"] for look in looks[::-1]]
+        assert dashes[0] == "-"
+        assert all(len(set(dashes[k : k + 4])) == len(dashes[k : k + 4]) for k in range(count))
 
 
 def test_panels_and_captions(tmp_path):

@@ -1,8 +1,10 @@
 import logging
 
+import numpy as np
 import pytest
 import xarray as xr
 
+from impactfem.files import write_netcdf
 from impactfem.results.check import log_checks
 from impactfem.results.stick_checks import stick_checks
 from impactfem.scalar import Scalar, from_json, to_json
@@ -24,7 +26,7 @@ def told(finished, tmp_path, caplog):
         store.to_netcdf(tmp_path / "sticks.nc", engine="h5netcdf")
         caplog.clear()
         with caplog.at_level(logging.INFO, "impactfem"):
-            log_checks(stick_checks(tmp_path, asked))
+            log_checks(stick_checks(tmp_path, asked, {}))
         return {record.getMessage(): record.levelno for record in caplog.records}
 
     return log
@@ -79,3 +81,142 @@ def test_without_an_impact(told):
 def test_without_an_impact_or_a_pair(told):
     lines = told(pounding__main_impact_time=None, pounding__required_separation=None)
     assert "pounding: no impact" in lines
+
+
+SCALARS = {
+    "sticks.stiffness_factor": 0.131,
+    "sticks.rigid_below": 0.06,
+    "sticks.rigid_above": 0.79,
+    "sticks.storey_height.1": 3.26,
+    "sticks.frequency_error_max": 0.012,
+    "sticks.mass_error_max": 0.091,
+    "pounding.impacts": 2.0,
+    "pounding.peak_force.floor_1": 121.6e6,
+    "pounding.main_impact_time": 5.1,
+    "pounding.main_impact_duration": 0.0126,
+    "pounding.main_impact_restitution": 0.6,
+    "pounding.required_separation": 0.046,
+    "pounding.steps_per_impact_min": 26.0,
+    "pounding.energy_residual": 1e-14,
+    "pounding.contact_energy_defect": 7e-4,
+    "pounding.bearing_pressure_max": 8.8e6,
+    "pounding.shear_stress_max": 2.3e6,
+    "pounding.storey_shear_max": 27.6e6,
+    "frs.points_per_cycle": 23.8,
+    "frs.peak_error_bound": 0.0087,
+}
+ASKED = {
+    "sticks.one.frequency.1": 0.015,
+    "sticks.one.frequency.2": 0.015,
+    "sticks.one.effective_mass.1": 0.1,
+}
+TOLD = 5
+"""Lines of such a store that no limit is set for, beside those of missing data."""
+
+
+@pytest.fixture
+def checked(tmp_path):
+    """The checks of a store with scalars and impacts that no run made."""
+
+    def check(tolerances=ASKED, *, notes=None, defect=(-10.0, 12.0), taken=(500.0, 500.0), **more):
+        scalars = [Scalar(name, x, "-") for name, x in (SCALARS | more).items()]
+        scalars += [Scalar(name, 1.0, "-", note) for name, note in (notes or {}).items()]
+        store = xr.Dataset(
+            {
+                "impact_restitution": ("impact", np.array([0.6, 0.5])),
+                "impact_defect": ("impact", np.array(defect)),
+                "impact_dissipated": ("impact", np.add(defect, taken)),
+                "target_building": ("target", np.array(["one", "one"], dtype=object)),
+                "target_mode": ("target", np.array([1, 2])),
+                "target_frequency": ("target", np.array([1.75, 5.19])),
+                "calibrated_frequency": ("target", np.array([1.75 * 1.01, 5.19 * 0.988])),
+                "target_effective_mass": ("target", np.array([1e7, np.nan])),
+                "calibrated_effective_mass": ("target", np.array([0.909e7, 2e6])),
+            },
+            attrs={"scalars": to_json(scalars)},
+        )
+        write_netcdf(tmp_path / "sticks.nc", store)
+        return stick_checks(tmp_path, 16, tolerances)
+
+    return check
+
+
+def one(checks, words):
+    (found,) = (check for check in checks if words in check[1])
+    return found
+
+
+def test_what_has_no_limit_is_neither_met_nor_missed(checked):
+    told = [text for good, text in checked() if good is None]
+    assert [text.split(" ")[0] for text in told] == [
+        "sticks:",
+        "pounding:",
+        "pounding:",
+        "linear?",
+        "linear?",
+    ]
+    assert len(told) == TOLD
+
+
+@pytest.mark.parametrize("missed", [False, True])
+def test_a_reviewers_criteria_are_told(checked, missed):
+    notes = {
+        "motion.acceptance.duration": "missed: at least 20 is asked" if missed else "met: so it is",
+        "motion.correlation.x_y": "met: at most 0.16 in size is asked",
+    }
+    good, text = one(checked(notes=notes), "3.7.1")
+    assert good is None
+    assert text.startswith(f"motion: {1 if missed else 2} of 2 criteria")
+    assert text.endswith("missed: duration" if missed else "has to meet")
+
+
+def test_targets_against_the_tolerances_of_the_reference(checked):
+    good, text = one(checked(), "target frequency")
+    assert good is True and text.endswith("each within its tolerance in the case's reference")
+    good, text = one(checked(ASKED | {"sticks.one.frequency.2": 0.011}), "target frequency")
+    assert good is False
+    assert text.endswith("reference: sticks.one.frequency.2 (1.2 %, 1.1 % asked)")
+    good, text = one(checked(ASKED | {"sticks.one.effective_mass.1": 0.09}), "target frequency")
+    assert good is False and "sticks.one.effective_mass.1 (9.1 %, 9 % asked)" in text
+
+
+@pytest.mark.parametrize("lacking", ASKED)
+def test_targets_without_a_tolerance_are_told(checked, lacking):
+    fewer = {name: value for name, value in ASKED.items() if name != lacking}
+    assert one(checked(fewer), "target frequency")[0] is None
+
+
+@pytest.mark.parametrize(
+    ("defect", "good", "share"),
+    [
+        ((-10.0, 12.0), True, "2.2 %"),
+        ((50.0, 0.0), True, "5 %"),
+        # What one impact adds does not make good what another loses.
+        ((-40.0, 40.0), False, "8 %"),
+        ((-60.0, 0.0), False, "6 %"),
+    ],
+)
+def test_the_defect_against_what_the_laws_took(checked, defect, good, share):
+    found = one(checked(defect=defect), "time stepping in contact")
+    assert found == (
+        good,
+        "energy: time stepping in contact lost 7.0e-04 of the largest kinetic energy; without "
+        f"regard to the sign, impact by impact, {share} of what the contact laws took, 5 % asked",
+    )
+
+
+def test_the_defect_of_an_elastic_law_is_told(checked):
+    found = one(checked(taken=(0.0, 1e-12)), "time stepping in contact")
+    text = "energy: time stepping in contact lost 7.0e-04 of the largest kinetic energy"
+    assert found == (None, text)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "words"),
+    [("pounding.bearing_ratio_max", "bearing"), ("pounding.cracking_ratio_max", "shear stress")],
+)
+def test_a_stress_needs_a_strength(checked, ratio, words):
+    assert one(checked(), words)[0] is None
+    for value, good in ((0.29, True), (1.2, False)):
+        found = one(checked(**{ratio: value}), words)
+        assert found[0] is good and "strength, 1 asked" in found[1]

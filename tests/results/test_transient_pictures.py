@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.colors import LogNorm
 from PIL import Image
 
 from impactfem.errors import ImpactfemError
@@ -11,6 +12,8 @@ from impactfem.results.transient_pictures import (
     AMPLIFICATION,
     PEAKS,
     PROBES,
+    colour_scale,
+    round_numbers,
     transient_pictures,
 )
 
@@ -51,6 +54,30 @@ def test_a_store_that_is_missing(transient_folder):
     (folder / "building.nc").unlink()
     with pytest.raises(ImpactfemError, match=r"building\.nc"):
         transient_pictures(folder)
+
+
+def test_floors_that_are_far_above_the_others_take_the_logarithm():
+    hit, others = np.array([60.0, 128.0]), np.array([2.7, 6.0, np.nan])
+    scale = colour_scale(np.concatenate([hit, others]))
+    assert isinstance(scale, LogNorm)
+    assert np.asarray(scale([2.7, 128.0])) == pytest.approx([0.0, 1.0])
+    # Of the floors that are not hit, a fifth of the colours and not a fortieth.
+    assert np.ptp(scale([2.7, 6.0])) > 0.2
+    assert bool(scale(others).mask[2])
+
+
+@pytest.mark.parametrize("values", [[0.0, 128.0], [20.0, 128.0], [5.0, 5.0], [np.nan]])
+def test_others_take_a_straight_scale(values):
+    scale = colour_scale(np.array(values))
+    assert not isinstance(scale, LogNorm)
+    middle = 0.5 * (scale.vmin + scale.vmax)
+    if scale.vmin < scale.vmax:
+        assert scale(middle) == pytest.approx(0.5)
+
+
+def test_round_numbers():
+    assert round_numbers(2.7, 128.0) == pytest.approx([5.0, 10.0, 20.0, 50.0, 100.0])
+    assert round_numbers(0.02, 0.3) == pytest.approx([0.02, 0.05, 0.1, 0.2])
 
 
 def test_the_impact_edge_is_seen(transient_folder):

@@ -13,15 +13,15 @@ LINES = [
     "calibrate: the stick hits 5.1 ms later, with 0.975 of the impulse and 1.03 of the duration",
     "calibrate: floor 6 of the 3D model does not hit the wall, it stays 1 mm away",
     "calibrate: floor 6 of the stick does not hit the wall, it stays 1 mm away",
-    "calibrate: complementarity within 1.0e-14",
-    "calibrate: energy identity to 1.0e-13",
-    "calibrate: contact puts in at most 0.0e+00 of the energy in a step",
-    "calibrate: transfer functions of the reduced basis within 0.3 %",
+    "calibrate: complementarity within 1.0e-14, 1e-09 asked",
+    "calibrate: energy identity to 1.0e-13, 1e-09 asked",
+    "calibrate: contact puts in at most 0.0e+00 of the energy in a step, 1e-09 asked",
+    "calibrate: transfer functions of the reduced basis within 0.3 %, 0.5 % asked",
     "calibrate: 30 steps in the first impact of floor 8 of the 3D model with the damping "
     "under-damped, 16 asked",
     "calibrate: 33 steps in the first impact of floor 8 of the stick, 16 asked",
-    "calibrate: the 3D model penetrates 0.8 % of the gap",
-    "calibrate: the stick penetrates 0 % of the gap",
+    "calibrate: the 3D model penetrates 0.8 % of the gap, 5 % asked",
+    "calibrate: the stick penetrates 0 % of the gap, 50 % asked",
 ]
 
 
@@ -29,6 +29,11 @@ def logged(folder, caplog):
     with caplog.at_level(logging.INFO, "impactfem"):
         log_checks(wall_checks(folder))
     return [(record.levelname, record.getMessage()) for record in caplog.records]
+
+
+def told(folder):
+    """Lines without a limit."""
+    return [text for good, text in wall_checks(folder) if good is None]
 
 
 def warned(found):
@@ -39,6 +44,10 @@ def test_all_is_well(wall_folder, caplog):
     assert logged(wall_folder(), caplog) == [("INFO", line) for line in LINES]
 
 
+def test_what_has_no_limit_is_neither_met_nor_missed(wall_folder):
+    assert told(wall_folder()) == LINES[:4]
+
+
 def test_a_store_without_the_error_of_the_basis(wall_folder, caplog):
     found = logged(wall_folder(scalars={"basis_error": None}), caplog)
     assert [text for _, text in found] == [*LINES[:7], *LINES[8:]]
@@ -47,11 +56,14 @@ def test_a_store_without_the_error_of_the_basis(wall_folder, caplog):
 @pytest.mark.parametrize(
     ("change", "line"),
     [
-        ({"complementarity": 1e-6}, "complementarity within 1.0e-06"),
-        ({"energy_residual": 1e-3}, "energy identity to 1.0e-03"),
-        ({"energy_gained": 1e-4}, "contact puts in at most 1.0e-04 of the energy in a step"),
-        ({"basis_error": 0.02}, "transfer functions of the reduced basis within 2 %"),
-        ({"penetration": 2e-3}, "the 3D model penetrates 20 % of the gap"),
+        ({"complementarity": 1e-6}, "complementarity within 1.0e-06, 1e-09 asked"),
+        ({"energy_residual": 1e-3}, "energy identity to 1.0e-03, 1e-09 asked"),
+        (
+            {"energy_gained": 1e-4},
+            "contact puts in at most 1.0e-04 of the energy in a step, 1e-09 asked",
+        ),
+        ({"basis_error": 0.02}, "transfer functions of the reduced basis within 2 %, 0.5 % asked"),
+        ({"penetration": 2e-3}, "the 3D model penetrates 20 % of the gap, 5 % asked"),
     ],
 )
 def test_a_number_that_fails_is_a_warning(wall_folder, caplog, change, line):

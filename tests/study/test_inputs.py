@@ -11,7 +11,7 @@ from impactfem.case import Case, DampingCase, Transient, load_case
 from impactfem.case.part_damping import PartDamping
 from impactfem.study.building import BUILDING
 from impactfem.study.calibrate import calibrate_key
-from impactfem.study.inputs import inputs_key, matrices_key
+from impactfem.study.inputs import inputs_key, matrices_key, tolerances
 from impactfem.study.sticks import STICKS
 from impactfem.study.transient import TRANSIENT
 
@@ -81,3 +81,15 @@ def test_damping_by_part_is_that_of_the_response() -> None:
     assert matrices_key(one, (), "") == matrices_key(other, (), "")
     assert matrices_key(one, (), "") != matrices_key(one, (), "else")
     assert matrices_key(one, (), "", ("damping",)) != matrices_key(other, (), "", ("damping",))
+
+
+def test_tolerances_are_those_of_the_reference(case: Case) -> None:
+    assert tolerances(case) == {}
+    paper = load_case(GEOMETRY / "npp_pair.toml")
+    found = tolerances(paper)
+    assert found["sticks.B1.frequency.1"] == 0.015
+    # Every target of the calibration has one, so that its check can be met or missed.
+    assert paper.calibration is not None
+    for target in paper.calibration.targets:
+        for kind in ("frequency", "effective_mass"):
+            assert f"sticks.{target.building}.{kind}.{target.mode}" in found

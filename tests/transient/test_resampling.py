@@ -113,3 +113,16 @@ def test_zero_outside_the_given_times() -> None:
 
 def test_no_forces() -> None:
     assert project(np.array([0.0, 1.0]), np.zeros((2, 0)), 0.1, 10).shape == (11, 0)
+
+
+def test_samples_outside_an_impact_alternate_and_fall() -> None:
+    """As docs/theory/transient.md and the captions of figures 11, 16 and 17 say."""
+    time = GIVEN * np.arange(round(LAST / GIVEN) + 1)
+    found = project(time, pulse(time)[:, :1], 1e-3, 100)[:, 0]
+    # The long pulse is from 25.5 ms to 34.5 ms: samples 25 and 35 are the last outside it.
+    before, after = found[15:26][::-1], found[35:46]
+    for samples in (before, after):
+        assert samples[1:] / samples[:-1] == pytest.approx(np.sqrt(3.0) - 2.0, rel=1e-6)
+    assert np.abs(before[0]) > 1e-3 * found.max()
+    # Inside they do not.
+    assert found[27:33].min() > 0.0

@@ -102,8 +102,9 @@ def _render(run: RunFiles) -> str:
         drawing=data_address(drawing) if drawing.is_file() else "",
         facts=facts(run),
         governing=next((plots[name] for name in GOVERNING if name in plots), None),
-        checks=checks,
-        failed=[check for check in checks if not check["good"]],
+        met=len([check for check in checks if check["good"]]),
+        told=len([check for check in checks if check["good"] is None]),
+        failed=[check for check in checks if check["good"] is False],
         key_checks=[
             check
             for check in checks
@@ -226,9 +227,12 @@ def _tiles(run: RunFiles) -> list[tuple[str, str]]:
     if "pounding.required_separation" in values:
         gap = 100.0 * values["pounding.required_separation"]
         tiles.append((f"{gap:.3g} cm", "gap that would prevent contact"))
-    if "transient.pfa.edge_max" in values:
-        value = values["transient.pfa.edge_max"]
-        tiles.append((f"{value:.3g} m/s²", "largest acceleration at an edge"))
+    edges = {n: v for n, v in values.items() if re.fullmatch(r"transient\.pfa\.edge_\d+\.max", n)}
+    if edges:
+        name = max(edges, key=lambda n: edges[n])
+        floor = name.removesuffix(".max").rpartition("_")[2]
+        where = f"largest acceleration along an impact edge, floor {floor}"
+        tiles.append((f"{edges[name]:.3g} m/s²", where))
     if "calibration.epsilon" in values:
         tiles.append((f"{values['calibration.epsilon']:.3g}", "restitution ε of the 3D model"))
     for name, value in values.items():

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from impactfem.errors import ImpactfemError
 from impactfem.files import atomic
-from impactfem.results.floor_field import COLOURS, TopFloor, colour_bar, plan_axes
+from impactfem.results.floor_field import SIGNED, TopFloor, colour_bar, plan_axes, signed_limits
 from impactfem.results.open_store import open_stores
 from impactfem.results.style import BLUE, SETTINGS
 from impactfem.results.transient_view import TransientView
@@ -98,6 +98,7 @@ def _frames(view: TransientView, maps: xr.Dataset) -> Iterator[Frame]:
     component = "xyz".index(view.direction)
     values = np.asarray(maps["frame_acceleration"].values[..., component], dtype=np.float64)
     limits = float(values.min()), float(values.max())
+    colours = signed_limits(*limits)
     low, high = floor.position[:, :2].min(axis=0), floor.position[:, :2].max(axis=0)
     count = np.maximum(2, np.rint(RASTER * floor.size / floor.size.max()).astype(int))
     # In the middle of each pixel, so that the edges of the floor are inside.
@@ -117,9 +118,9 @@ def _frames(view: TransientView, maps: xr.Dataset) -> Iterator[Frame]:
             in_plan(values[0]),
             extent=(low[0], high[0], low[1], high[1]),
             origin="lower",
-            cmap=COLOURS,
-            vmin=limits[0],
-            vmax=limits[1],
+            cmap=SIGNED,
+            vmin=colours[0],
+            vmax=colours[1],
             animated=True,
         )
         plan_axes(plan, floor)

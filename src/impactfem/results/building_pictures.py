@@ -165,11 +165,13 @@ def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
             _bent(scene, grid, moved, length / length.max())
     picture = render(scene, np.concatenate([rest, moved]), MODE_VIEW)
     direction = str(store.attrs.get("bending_direction", ""))
+    axis = {"x": "y", "y": "x"}.get(direction)
     along = f" along $e_{direction}$" if direction else ""
+    along += f", about $e_{axis}$," if axis is not None else ""
     start = "Figure 3 (a): First" if number == 1 else f"{_ordinal(number)}"
     frequency = float(store["frequency"].sel(mode=mode))
     caption = (
-        f"{start} bending mode{along} of the 3D mesh of building "
+        f"{start} mode of bending{along} of the 3D mesh of building "
         f"{store.attrs.get('building', '')}: {frequency:.3f} Hz. Black lines: floors at rest; "
         "displacement not to scale."
     )

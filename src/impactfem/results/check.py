@@ -6,14 +6,16 @@ from collections.abc import Iterable
 
 from impactfem.log import LOGGER
 
-Check = tuple[bool, str]
-"""Whether it is met, and the sentence with its number."""
+Check = tuple[bool | None, str]
+"""Whether it is met, and the sentence with its number and what is asked of it.
+
+None for what is told: a number without a limit, which can neither be met nor missed."""
 
 
 def log_checks(checks: Iterable[Check]) -> None:
-    """Log checks, as warnings where one is not met."""
+    """Log checks, as warnings where one is not met; what is told is no warning."""
     for good, line in checks:
-        if good:
-            LOGGER.info("%s", line)
-        else:
+        if good is False:
             LOGGER.warning("warning: %s", line)
+        else:
+            LOGGER.info("%s", line)

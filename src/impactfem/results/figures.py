@@ -11,7 +11,16 @@ from matplotlib.ticker import MaxNLocator
 
 from impactfem.results import figures_models
 from impactfem.results.open_store import open_store
-from impactfem.results.style import BUILDINGS, DASHES, GREEN, figure, floor_colours, letter, span
+from impactfem.results.style import (
+    BUILDINGS,
+    DASHES,
+    GREEN,
+    HANDLE,
+    figure,
+    floor_looks,
+    letter,
+    span,
+)
 
 
 def stick_figures(folder: Path) -> list[Path]:
@@ -159,14 +168,14 @@ def _floor_spectra(path: Path, sticks: xr.Dataset) -> None:
         f"building {studied} along $e_{direction}$ at the mass centres, with pounding (a) and "
         "without contact (b)."
     )
-    colours = floor_colours(len(stations))
+    looks = floor_looks(len(stations))
     with figure(path, (1, 2), (9.0, 4.0), caption) as (_, axes):
         for panel, name in zip(axes, ("psa", "psa_free"), strict=True):
-            for colour, station in zip(colours, stations, strict=True):
+            for look, station in zip(looks, stations, strict=True):
                 panel.semilogx(
                     frequency,
                     sticks[name].values[0, station, column],
-                    color=colour,
+                    **look,
                     label=f"floor {int(sticks['station_floor'].values[station])}",
                 )
             panel.set_xlabel("frequency [Hz]")
@@ -177,5 +186,5 @@ def _floor_spectra(path: Path, sticks: xr.Dataset) -> None:
         for panel in axes:
             panel.set_ylim(0.0, top)
         handles, labels = axes[1].get_legend_handles_labels()
-        axes[1].legend(handles[::-1], labels[::-1], loc="upper right")
+        axes[1].legend(handles[::-1], labels[::-1], loc="upper right", handlelength=HANDLE)
         letter(axes)

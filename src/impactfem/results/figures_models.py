@@ -169,7 +169,7 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
     caption = (
         f"Figure 3: Stick model of building {building.name} (b), with the rigid zones of the "
         "floors, their mass centres and the Timoshenko storeys between them, and its first mode "
-        f"of bending about $e_{axis}$ (c)."
+        f"of bending along $e_{direction}$, about $e_{axis}$ (c)."
     )
     with figure(path, (1, 2), (6.5, 4.6), caption) as (_, axes):
         _draw_stick(axes[0], building, 0.0, np.zeros_like(building.floors))

@@ -16,6 +16,9 @@ Index = NDArray[np.int64]
 
 COLOURS = "cividis"
 """Lightness grows with the value: it is read in grey and with any colour vision."""
+SIGNED = "RdBu_r"
+"""For values with a sign: white at zero, blue below and red above, which any colour vision tells
+apart; both ends are dark in grey, so that pictures mark where the sign changes."""
 MARGIN = 0.14
 # Four flat triangles of a six-node one: vertices 0 1 2, mid nodes of 01 12 20.
 PARTS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
@@ -78,6 +81,12 @@ class TopFloor:
     def _plan(self, shift: Array | None) -> tuple[Array, Array]:
         where = self.position[:, :2] if shift is None else self.position[:, :2] + shift
         return where[:, 0], where[:, 1]
+
+
+def signed_limits(*values: float) -> tuple[float, float]:
+    """Ends of a scale of colours with zero in its middle that holds all values."""
+    largest = max(abs(value) for value in values)
+    return -largest, largest
 
 
 def round_factor(largest: float, wanted: float) -> float:

@@ -30,7 +30,10 @@ SETTINGS: dict[str, Any] = {
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 BUILDINGS = (BLUE, RED, GREEN, ORANGE)
 DASHES = ("-", "--", "-.", ":")
-"""Of the buildings, beside their colours: blue and red are equally dark in print."""
+"""Of the buildings, beside their colours: blue and red are equally dark in print; and of curves in
+an order, of which neighbours are hardly told apart by their lightness alone."""
+HANDLE = 3.0
+"""Length of a line in a legend that shows dashes, in sizes of its letters."""
 
 
 def ordered_colours(count: int) -> list[Any]:
@@ -41,6 +44,19 @@ def ordered_colours(count: int) -> list[Any]:
 def floor_colours(count: int) -> list[Any]:
     """A colour for each floor from the lowest, dark at the top, where the impacts are."""
     return ordered_colours(count)[::-1]
+
+
+def ordered_looks(count: int) -> list[dict[str, Any]]:
+    """Colour and dashes of curves in an order, as matplotlib takes them."""
+    return [
+        {"color": colour, "ls": DASHES[k % len(DASHES)]}
+        for k, colour in enumerate(ordered_colours(count))
+    ]
+
+
+def floor_looks(count: int) -> list[dict[str, Any]]:
+    """Colour and dashes for each floor from the lowest; the line of the top one is solid."""
+    return ordered_looks(count)[::-1]
 
 
 @contextmanager

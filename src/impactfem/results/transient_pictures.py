@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import Normalize
+from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
 
 from impactfem.own_process import in_own_process
@@ -17,6 +19,7 @@ from impactfem.results.floor_field import COLOURS
 from impactfem.results.open_store import open_store
 from impactfem.results.scene import (
     SHADING,
+    Picture,
     add_ghost,
     balls,
     corners,
@@ -34,6 +37,8 @@ from impactfem.results.transient_maps import at_node
 from impactfem.results.transient_view import TransientView
 
 Array = NDArray[np.float64]
+Grids = dict[int, tuple[Any, NDArray[np.int64]]]
+"""Triangles of each floor, and where their nodes are in the maps."""
 
 PROBES = "figure_14_probes.png"
 PEAKS = "building_map_floors_pfa.png"
@@ -52,6 +57,8 @@ SPREAD = 0.95
 """Distance of two floors in the picture over the depth of the plan."""
 COLUMN = 4
 """Floors above one another in the picture."""
+WIDE = 10.0
+"""Ratio of the largest value to the least from which colours go by its logarithm."""
 BESIDE = 1.3
 """Distance of two columns of floors over the length of the plan."""
 FROM_SHORT = ((-0.12, -1.35, 1.0), (1.35, -0.12, 1.0))
@@ -132,7 +139,7 @@ def _floors(
     c = "xyz".index(view.direction)
     pfa = maps["pfa"].values[:, c]
     ratio = np.full_like(pfa, np.nan)
-    grids: dict[int, tuple[Any, NDArray[np.int64]]] = {}
+    grids: Grids = {}
     for floor, probe in view.centres.items():
         grid, places = _floor_grid(building, maps, floor)
         if not len(places):
@@ -184,51 +191,50 @@ def _floor_grid(
     return grid, np.asarray(places, dtype=np.int64)
 
 
-def _stack(
-    path: Path,
-    grids: dict[int, tuple[Any, NDArray[np.int64]]],
-    edges: dict[int, Array],
-    values: Array,
-    label: str,
-    caption: str,
-) -> Path:
-    scene = plotter()
-    known = np.concatenate([values[places] for _, places in grids.values()])
-    known = known[np.isfinite(known)]
-    limits = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
-    sizes = np.array([np.ptp(np.asarray(grid.points), axis=0)[:2] for grid, _ in grids.values()])
-    size = sizes.max(axis=0)
-    # The long side of the floors goes from left to right.
-    view = FROM_SHORT[int(np.argmax(size))]
-    right, _ = screen_axes(np.array(view))
-    marks, every, impacts = [], [], []
-    for number, (floor, (grid, places)) in enumerate(grids.items()):
-        raised = grid.copy()
-        points = np.asarray(raised.points).copy()
+@dataclass(frozen=True, eq=False)
+class _Layout:
+    """Where floors are drawn: above one another, in columns along their long side.
+
+    Args:
+        size: Largest extent of the floors along x and y, shape (2,) [m].
+    """
+
+    size: Array
+
+    @classmethod
+    def of(cls, grids: Grids) -> _Layout:
+        sizes = [np.ptp(np.asarray(grid.points), axis=0)[:2] for grid, _ in grids.values()]
+        return cls(np.array(sizes).max(axis=0))
+
+    @property
+    def long(self) -> int:
+        """Direction of the long side; it goes from left to right."""
+        return int(np.argmax(self.size))
+
+    @property
+    def view(self) -> tuple[float, float, float]:
+        return FROM_SHORT[self.long]
+
+    def shift(self, number: int, height: float) -> Array:
+        """From the place of a floor at a height [m] to that in the picture, shape (3,) [m]."""
         column, row = divmod(number, COLUMN)
-        shift = np.array([0.0, 0.0, SPREAD * size.min() * row - points[0, 2]])
-        shift[int(np.argmax(size))] = BESIDE * size.max() * column
-        points += shift
-        raised.points = points
-        raised.point_data["value"] = values[places]
-        scene.add_mesh(
-            raised,
-            scalars="value",
-            cmap=COLOURS,
-            clim=limits,
-            show_scalar_bar=False,
-            lighting=False,
-        )
-        scene.add_mesh(corners(surface(raised)), color="black", line_width=1.5)
-        if floor in edges:
-            impacts.append(edges[floor] + shift)
-        every.append(points)
-        marks.append(points[np.argmin(points @ right)])
-    picture = render(scene, np.concatenate(every), view)
+        shift = np.array([0.0, 0.0, SPREAD * self.size.min() * row - height])
+        shift[self.long] = BESIDE * self.size.max() * column
+        return shift
+
+
+def _stack(
+    path: Path, grids: Grids, edges: dict[int, Array], values: Array, label: str, caption: str
+) -> Path:
+    """Values at the nodes of the maps over all floors."""
+    scale = colour_scale(np.concatenate([values[places] for _, places in grids.values()]))
+    layout = _Layout.of(grids)
+    picture, marks, impacts = _rendered(grids, edges, values, scale, layout)
     height, width = picture.image.shape[:2]
     shape = (8.2, 7.0 * height / width + 0.9)
-    caption += f" {'xy'[int(np.argmax(size))]} to the right; heights not to scale"
-    caption += "; the impact edges are marked." if edges else "."
+    caption += f" {'xy'[layout.long]} to the right; heights not to scale"
+    caption += "; the impact edges are marked" if edges else ""
+    caption += "; colours by the logarithm." if isinstance(scale, LogNorm) else "."
     with figure(path, (1, 1), shape, caption) as (drawn, axes):
         show(axes[0], picture, triad=False)
         for ends in impacts:
@@ -237,12 +243,75 @@ def _stack(
         for floor, mark in zip(grids, marks, strict=True):
             note(axes[0], picture, mark, f"floor {floor}")
         bar = drawn.colorbar(
-            ScalarMappable(Normalize(*limits), COLOURS),
+            ScalarMappable(scale, COLOURS),
             ax=axes[0],
             location="bottom",
             shrink=0.5,
             aspect=30,
             pad=0.02,
         )
+        if isinstance(scale, LogNorm):
+            bar.set_ticks(round_numbers(*bar.mappable.get_clim()))
+            bar.ax.xaxis.set_major_formatter("{x:g}")
+            bar.ax.minorticks_off()
         bar.set_label(label)
     return path
+
+
+def colour_scale(values: Array) -> Normalize:
+    """From values to colours, by the logarithm where the largest is many times the least.
+
+    Floors that are hit may be so far above the others that a straight scale leaves these in one
+    colour.
+
+    Args:
+        values: All that are shown; nan where there is none.
+    """
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return Normalize(0.0, 1.0)
+    low, high = float(known.min()), float(known.max())
+    return LogNorm(low, high) if 0.0 < low * WIDE < high else Normalize(low, high)
+
+
+def round_numbers(low: float, high: float) -> list[float]:
+    """1, 2 and 5 times the powers of ten between two positive values."""
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    every = (k * 10.0**power for power in powers for k in (1.0, 2.0, 5.0))
+    return [value for value in every if low <= value <= high]
+
+
+def _rendered(
+    grids: Grids,
+    edges: dict[int, Array],
+    values: Array,
+    scale: Normalize,
+    layout: _Layout,
+) -> tuple[Picture, list[Array], list[Array]]:
+    """The floors in their places, the leftmost point of each, and the impact edges there."""
+    scene = plotter()
+    right, _ = screen_axes(np.array(layout.view))
+    marks, every, impacts = [], [], []
+    for number, (floor, (grid, places)) in enumerate(grids.items()):
+        raised = grid.copy()
+        points = np.asarray(raised.points).copy()
+        shift = layout.shift(number, points[0, 2])
+        points += shift
+        raised.points = points
+        # A masked array, where a node has no value.
+        shares: Any = scale(values[places])
+        raised.point_data["value"] = shares.filled(np.nan)
+        scene.add_mesh(
+            raised,
+            scalars="value",
+            cmap=COLOURS,
+            clim=(0.0, 1.0),
+            show_scalar_bar=False,
+            lighting=False,
+        )
+        scene.add_mesh(corners(surface(raised)), color="black", line_width=1.5)
+        if floor in edges:
+            impacts.append(edges[floor] + shift)
+        every.append(points)
+        marks.append(points[np.argmin(points @ right)])
+    return render(scene, np.concatenate(every), layout.view), marks, impacts

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,16 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from impactfem.results.style import BLUE, RED, figure, floor_colours, letter, ordered_colours, span
+from impactfem.results.style import (
+    BLUE,
+    HANDLE,
+    RED,
+    figure,
+    floor_looks,
+    letter,
+    ordered_looks,
+    span,
+)
 from impactfem.results.transient_view import TransientView, stick_psa, stick_station
 
 Array = NDArray[np.float64]
@@ -28,10 +37,11 @@ def centre_spectrum(path: Path, view: TransientView, sticks: xr.Dataset) -> None
         f"damping) along $e_{view.direction}$ at the mass centre of floor {top}: 3D model and "
         f"sticks.{_note(view, [probe])}"
     )
+    look, sticks_look = {"color": BLUE}, {"color": RED, "ls": "--"}
     with figure(path, (1, 1), (6.5, 4.0), caption) as (_, axes):
         if other is not None:
-            _curve(axes[0], sticks["frequency"].values, other, RED, "sticks", peak=True)
-        _curve(axes[0], view.frequency, view.psa(probe), BLUE, "3D", view.band(probe), peak=True)
+            _curve(axes[0], sticks["frequency"].values, other, sticks_look, "sticks", peak=True)
+        _curve(axes[0], view.frequency, view.psa(probe), look, "3D", view.band(probe), peak=True)
         _finish(axes[0], view, "pseudo-acceleration [m/s²]")
         axes[0].legend(loc="upper left")
 
@@ -71,16 +81,16 @@ def _displacement_and_acceleration(
     from_top: bool = False,
 ) -> None:
     with figure(path, (1, 2), (9.0, 4.0), caption) as (_, axes):
-        colours = (floor_colours if from_top else ordered_colours)(len(probes))
-        for colour, probe, label in zip(colours, probes, labels, strict=True):
+        looks = (floor_looks if from_top else ordered_looks)(len(probes))
+        for look, probe, label in zip(looks, probes, labels, strict=True):
             sd, sd_band = 1e2 * view.sd(probe), 1e2 * view.sd_band(probe)
-            _curve(axes[0], view.frequency, sd, colour, label, sd_band)
-            _curve(axes[1], view.frequency, view.psa(probe), colour, label, view.band(probe))
+            _curve(axes[0], view.frequency, sd, look, label, sd_band)
+            _curve(axes[1], view.frequency, view.psa(probe), look, label, view.band(probe))
         _finish(axes[0], view, "spectral displacement [cm]")
         _finish(axes[1], view, "pseudo-acceleration [m/s²]")
         handles, names = axes[1].get_legend_handles_labels()
         order = slice(None, None, -1) if from_top else slice(None)
-        axes[1].legend(handles[order], names[order], loc="upper left")
+        axes[1].legend(handles[order], names[order], loc="upper left", handlelength=HANDLE)
         letter(axes)
 
 
@@ -88,7 +98,7 @@ def _curve(
     panel: Axes,
     frequency: Array,
     values: Array,
-    colour: Any,
+    look: Mapping[str, Any],
     label: str,
     band: Array | None = None,
     *,
@@ -96,13 +106,13 @@ def _curve(
 ) -> None:
     if band is not None and band.any():
         panel.fill_between(
-            frequency, values - band, values + band, color=colour, alpha=0.35, lw=0.0
+            frequency, values - band, values + band, color=look["color"], alpha=0.35, lw=0.0
         )
     if peak:
         k = int(np.argmax(values))
-        panel.plot(frequency[k], values[k], "o", color=colour, ms=4)
+        panel.plot(frequency[k], values[k], "o", color=look["color"], ms=4)
         label = f"{label}: {values[k]:.1f} m/s² at {frequency[k]:.0f} Hz"
-    panel.semilogx(frequency, values, color=colour, label=label)
+    panel.semilogx(frequency, values, label=label, **look)
 
 
 def _finish(panel: Axes, view: TransientView, label: str) -> None:

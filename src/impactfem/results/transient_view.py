@@ -104,6 +104,16 @@ class TransientView(StoreView):
         return (float(both[0]), float(both[1])) if both.size == 2 else None
 
     @property
+    def forces_note(self) -> str:
+        """Why a floor moves before it is hit, as the end of a caption; "" without an impact."""
+        if self.main_impact is None:
+            return ""
+        return (
+            " Before the main impact the samples of its force alternate about zero (figure 11), "
+            "and move the floor."
+        )
+
+    @property
     def shown_distances(self) -> list[int]:
         """Every other probe of the line, its ends among them: as many as curves can be told."""
         last = len(self.line) - 1

@@ -8,17 +8,19 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from impactfem.results.floor_field import (
-    COLOURS,
+    SIGNED,
     TopFloor,
     colour_bar,
     plan_axes,
     plan_layout,
     round_factor,
+    signed_limits,
 )
-from impactfem.results.style import BLUE, GREEN, ORANGE, RED, figure, letter
+from impactfem.results.style import BLUE, GREEN, HANDLE, ORANGE, RED, figure, letter
 from impactfem.results.transient_physics import ARRIVED, line_arrivals
 from impactfem.results.transient_view import TransientView
 
@@ -45,16 +47,17 @@ def snapshots_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
     shapes = [floor.deformation(u) for u in maps["wave_displacement"].values]
     largest = max(float(np.linalg.norm(shape, axis=1).max()) for shape in shapes)
     factor = round_factor(largest, DEFORMED * float(floor.size.min()))
-    limits = float(values.min()), float(values.max())
-    apart = round_factor(1.0, (limits[1] - limits[0]) / LINES)
-    levels = _levels(limits, apart)
+    ends = float(values.min()), float(values.max())
+    limits = signed_limits(*ends)
+    apart = round_factor(1.0, (ends[1] - ends[0]) / LINES)
+    levels = _levels(ends, apart)
     letters = _letters(times)
     caption = (
         f"Figure 17: Acceleration along $e_{view.direction}$ of floor {view.top} at "
         f"{letters}, and along the line across it over the distance d from the impact edge "
-        f"({chr(97 + len(times))}). Lines every {apart:g} m/s², the thick one 0; deformation in "
-        f"plan amplified by {factor:g}, without the motion of the floor as a rigid body; the "
-        "impact edge is marked."
+        f"({chr(97 + len(times))}). Lines every {apart:g} m/s², the thick one 0, dashed below; "
+        f"deformation in plan amplified by {factor:g}, without the motion of the floor as a rigid "
+        f"body; the impact edge is marked.{view.forces_note}"
     )
     panels, size = _layout(floor, len(times) + 1)
     with figure(path, panels, size, caption) as (drawn, axes):
@@ -64,7 +67,7 @@ def snapshots_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
                 floor.split(factor * shape),
                 one,
                 shading="gouraud",
-                cmap=COLOURS,
+                cmap=SIGNED,
                 vmin=limits[0],
                 vmax=limits[1],
             )
@@ -73,8 +76,8 @@ def snapshots_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
                 one,
                 levels=levels,
                 colors="black",
-                linewidths=[1.1 if level == 0.0 else 0.4 for level in levels],
-                linestyles="solid",
+                linewidths=[1.1 if level == 0.0 else 0.5 for level in levels],
+                linestyles=["dashed" if level < 0.0 else "solid" for level in levels],
             )
             mark_edge(panel, view, floor)
             panel.set_title(f"t = {time:.4g} s", fontsize=9.0)
@@ -121,10 +124,13 @@ def wave_map(path: Path, view: TransientView) -> None:
     values = np.array([view.acceleration(probe)[shown] for probe in view.line])
     caption = (
         f"Figure 17 (e): acceleration along $e_{view.direction}$ of floor {view.top} over the "
-        f"distance d from the impact edge and the time since the main impact began, at {start:.4g} "
-        "s. Lines: waves with the speeds of shear waves and of waves "
-        f"normal to the edge in a plate; dots: {100 * ARRIVED:g} % of the first peak."
+        f"distance d from the impact edge and the time since the first sample of the main impact's "
+        f"force, at {start:.4g} s. White: zero, with the thin line. Thick lines: waves with the "
+        "speeds of shear waves and of waves normal to the edge in a plate; dots: "
+        f"{100 * ARRIVED:g} % of the first peak.{view.forces_note}"
     )
+    limits = signed_limits(float(values.min()), float(values.max()))
+    halo = [withStroke(linewidth=3.0, foreground="white")]
     with figure(path, (1, 1), (6.5, 4.0), caption) as (drawn, axes):
         panel = axes[0]
         mappable = panel.pcolormesh(
@@ -132,13 +138,25 @@ def wave_map(path: Path, view: TransientView) -> None:
             view.distance,
             values,
             shading="gouraud",
-            cmap=COLOURS,
+            cmap=SIGNED,
+            vmin=limits[0],
+            vmax=limits[1],
         )
+        if float(values.min()) < 0.0 < float(values.max()):
+            panel.contour(time, view.distance, values, [0.0], colors="black", linewidths=0.5)
         arrival = line_arrivals(view)
         first, middle = 0.0, 0.0
         if arrival is not None and np.isfinite(arrival).any():
             known = np.isfinite(arrival)
-            panel.plot(1e3 * (arrival - start), view.distance, "o", color="white", ms=4)
+            panel.plot(
+                1e3 * (arrival - start),
+                view.distance,
+                "o",
+                color="black",
+                mec="white",
+                clip_on=False,
+                zorder=4,
+            )
             # Through the middle of the dots, so that the slopes can be compared.
             first, middle = 1e3 * (arrival[known].mean() - start), view.distance[known].mean()
         speeds = (
@@ -151,18 +169,19 @@ def wave_map(path: Path, view: TransientView) -> None:
                 panel.plot(
                     first + 1e3 * (np.array([0.0, view.distance[-1]]) - middle) / c,
                     [0.0, view.distance[-1]],
-                    color="white",
+                    color="black",
                     ls=dashes,
-                    lw=1.4,
+                    lw=1.6,
+                    path_effects=halo,
                     label=f"{kind} waves, {c:.0f} m/s",
                 )
         panel.set_xlim(time[0], time[-1])
         panel.set_ylim(0.0, view.distance[-1])
-        panel.set_xlabel("time since the impact began [ms]")
+        panel.set_xlabel("time since the first sample of the main impact [ms]")
         panel.set_ylabel("distance d from the impact edge [m]")
         panel.grid(False)
         if panel.get_legend_handles_labels()[0]:
-            panel.legend(loc="upper right", facecolor="0.25", labelcolor="white")
+            panel.legend(loc="upper right", handlelength=HANDLE)
         label = f"acceleration $\\ddot u_{view.direction}$ [m/s²]"
         colour_bar(drawn, mappable, panel, label)
 
@@ -173,7 +192,7 @@ def membrane_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
     times = maps["snapshot"].values
     force = 1e-6 * maps["membrane_force"].values
     # A few elements at corners and columns would take the colours for themselves.
-    limits = [float(np.quantile(force, share)) for share in (CUT, 1.0 - CUT)]
+    limits = signed_limits(*(float(np.quantile(force, share)) for share in (CUT, 1.0 - CUT)))
     caption = (
         f"Figure 18: Normal force $F_y$ in the slab of floor {view.top} along $e_y$ for each metre "
         f"across it, positive in tension, at {_letters(times)}. All values: "
@@ -186,7 +205,7 @@ def membrane_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
             mappable = panel.tripcolor(
                 floor.elements(),
                 facecolors=one,
-                cmap=COLOURS,
+                cmap=SIGNED,
                 vmin=limits[0],
                 vmax=limits[1],
             )
@@ -239,4 +258,4 @@ def mark_edge(panel: Axes, view: TransientView, floor: TopFloor) -> None:
     )
     ends = [low[1 - across], high[1 - across]]
     both = (ends, [out, out]) if across == 1 else ([out, out], ends)
-    panel.plot(*both, color=RED, lw=2.5, solid_capstyle="butt")
+    panel.plot(*both, color="black", lw=2.5, solid_capstyle="butt")

@@ -42,7 +42,7 @@ def _found(view: WallView) -> list[Check]:
     later = 1e3 * values["calibration.stick_delay"]
     return [
         (
-            True,
+            None,
             f"calibrate: ε = {values['calibration.epsilon']:.3g}, "
             f"ξ_c = {values['calibration.xi_c']:.3g}, "
             f"K_Ceq = {values['calibration.K_Ceq']:.3g} N/m from the impact of floor {view.top} at "
@@ -50,7 +50,7 @@ def _found(view: WallView) -> list[Check]:
             f"{1e-3 * first.largest_impulse:.4g} kN s, {first.approach:.3g} m/s before it",
         ),
         (
-            True,
+            None,
             f"calibrate: the stick hits {abs(later):.3g} ms {'later' if later >= 0.0 else 'before'}"
             f", with {values['calibration.stick_impulse_ratio']:.3g} of the impulse and "
             f"{values['calibration.stick_duration_ratio']:.3g} of the duration",
@@ -65,7 +65,7 @@ def _floors(view: WallView) -> list[Check]:
             who = f"calibrate: floor {found.floor} of the {kind}"
             if not found.impacts:
                 near = 1e3 * found.closest
-                lines.append((True, f"{who} does not hit the wall, it stays {near:.3g} mm away"))
+                lines.append((None, f"{who} does not hit the wall, it stays {near:.3g} mm away"))
             elif not found.impacts[-1].complete:
                 begun = found.impacts[-1].start
                 text = f"{who} is still at the wall when the window ends, since {begun:.4g} s"
@@ -78,16 +78,26 @@ def _contact(view: WallView) -> list[Check]:
     residual = values["calibration.complementarity"]
     identity, gained = values["calibration.energy_residual"], values["calibration.energy_gained"]
     lines: list[Check] = [
-        (residual < COMPLEMENTARITY, f"calibrate: complementarity within {residual:.1e}"),
-        (identity < ENERGY, f"calibrate: energy identity to {identity:.1e}"),
+        (
+            residual < COMPLEMENTARITY,
+            f"calibrate: complementarity within {residual:.1e}, {COMPLEMENTARITY:g} asked",
+        ),
+        (
+            identity < ENERGY,
+            f"calibrate: energy identity to {identity:.1e}, {ENERGY:g} asked",
+        ),
         (
             gained < ENERGY,
-            f"calibrate: contact puts in at most {gained:.1e} of the energy in a step",
+            f"calibrate: contact puts in at most {gained:.1e} of the energy in a step, {ENERGY:g} "
+            "asked",
         ),
     ]
     error = values.get("calibration.basis_error")
     if error is not None:
-        text = f"calibrate: transfer functions of the reduced basis within {100 * error:.2g} %"
+        text = (
+            f"calibrate: transfer functions of the reduced basis within {100 * error:.2g} %, "
+            f"{100 * BASIS:g} % asked"
+        )
         lines.append((error <= BASIS, text))
     return lines
 
@@ -115,6 +125,14 @@ def _penetration(view: WallView) -> list[Check]:
     into = view.values["calibration.penetration"] / view.gap
     stick = max(0.0, *(-found.closest for found in view.stick_impacts)) / view.gap
     return [
-        (into <= RIGID, f"calibrate: the 3D model penetrates {100 * into:.2g} % of the gap"),
-        (stick <= PENALTY, f"calibrate: the stick penetrates {100 * stick:.2g} % of the gap"),
+        (
+            into <= RIGID,
+            f"calibrate: the 3D model penetrates {100 * into:.2g} % of the gap, "
+            f"{100 * RIGID:g} % asked",
+        ),
+        (
+            stick <= PENALTY,
+            f"calibrate: the stick penetrates {100 * stick:.2g} % of the gap, "
+            f"{100 * PENALTY:g} % asked",
+        ),
     ]

@@ -98,3 +98,10 @@ def program_key(rooms: tuple[str, ...]) -> str:
 def published_values(case: Case) -> dict[str, float]:
     """Published values in SI by the name of the result; they change no result."""
     return {name: entry.value for name, entry in case.published.items()}
+
+
+def tolerances(case: Case) -> dict[str, float]:
+    """Largest relative difference from a published value that the case's reference allows."""
+    reference = case.report.reference
+    items = () if reference is None else reference.items
+    return {value.name: value.tolerance for item in items for value in item.values}

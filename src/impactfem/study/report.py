@@ -21,6 +21,8 @@ REPORT = "report"
 def write_findings(folder: Path, case: Case, checks: dict[str, list[Check]]) -> None:
     """Write the case as it was read, and the checks of all stages.
 
+    `good` is true or false of a check that is met or not, and null of what is told.
+
     Args:
         folder: The run's folder.
         case: The case.

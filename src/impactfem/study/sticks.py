@@ -17,7 +17,7 @@ from impactfem.sticks.store import write_motion, write_sticks
 from impactfem.study.building import building_key
 from impactfem.study.calibrate import calibrate_key
 from impactfem.study.calibrated_contact import asks_calibration, with_contact_of_run
-from impactfem.study.inputs import inputs_key
+from impactfem.study.inputs import inputs_key, tolerances
 from impactfem.study.stage import Stage
 from impactfem.study.structure_targets import from_structure, with_structure_targets
 
@@ -86,5 +86,7 @@ STICKS = Stage(
     store="sticks.nc",
     run=_run,
     needs=_needs,
-    checks=lambda case, folder: stick_checks(folder, case.pounding.points_per_impact),
+    checks=lambda case, folder: stick_checks(
+        folder, case.pounding.points_per_impact, tolerances(case)
+    ),
 )
