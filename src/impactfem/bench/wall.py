@@ -14,16 +14,23 @@ from impactfem.bench.building import load_forms
 from impactfem.bench.figure import Figure
 from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
-from impactfem.building.model import assemble_building
+from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.case import load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.unilateral_full import FullMotion
 from impactfem.parallel import communicator
 from impactfem.verify.shipped import shipped_case
-from impactfem.wall.building_model import WallPatterns, reduced_wall_model, wall_patterns
+from impactfem.wall.building_model import WallModel, WallPatterns, reduced_wall_model, wall_patterns
 from impactfem.wall.building_run import run_reduced
 from impactfem.wall.experiment import WallExperiment
-from impactfem.wall.stage import LARGEST, MAXIMUM_FREQUENCY, TOLERANCE, prepare, wall_probes
+from impactfem.wall.stage import (
+    LARGEST,
+    MAXIMUM_FREQUENCY,
+    TOLERANCE,
+    Prepared,
+    prepare,
+    wall_probes,
+)
 
 Array = NDArray[np.float64]
 
@@ -38,33 +45,19 @@ def wall_figures() -> list[Figure]:
     Raises:
         ImpactfemError: The source tree with the shipped cases is missing.
     """
-    case = load_case(shipped_case(CASE))
-    structure = case.structure
-    if structure is None:
-        raise ValueError(f"{CASE} has no structure")
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "building.msh"
-        generate(geometry_of(case), path, source=str(case.path))
-        prepared = prepare(case, path, structure.storey_stiffness_factor)
+    prepared = _prepared()
     load_forms()
-    experiment, mesh = prepared.experiment, prepared.parts.mesh
+    experiment = prepared.experiment
     damping = next(iter(prepared.dampings.values()))
     start = time.perf_counter()
     model = assemble_building(communicator(), prepared.parts)
     K = model.take_stiffness(prepared.storey_factor)
-    patterns = wall_patterns(model, mesh, experiment.floors, experiment.displaced_floor)
+    patterns = wall_patterns(
+        model, prepared.parts.mesh, experiment.floors, experiment.displaced_floor
+    )
     assembled = time.perf_counter() - start
     start = time.perf_counter()
-    reduced = reduced_wall_model(
-        model,
-        K,
-        patterns,
-        wall_probes(mesh, experiment.floors),
-        damping=damping,
-        maximum_frequency=MAXIMUM_FREQUENCY,
-        tolerance=TOLERANCE,
-        largest=LARGEST,
-    )
+    reduced = _reduced(model, K, patterns, prepared, damping)
     built = time.perf_counter() - start
     run_reduced(reduced, experiment, prepared.mass, damping)  # compiles
     start = time.perf_counter()
@@ -95,6 +88,36 @@ def wall_figures() -> list[Figure]:
             at_most=False,
         ),
     ]
+
+
+def _prepared() -> Prepared:
+    case = load_case(shipped_case(CASE))
+    structure = case.structure
+    if structure is None:
+        raise ValueError(f"{CASE} has no structure")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "building.msh"
+        generate(geometry_of(case), path, source=str(case.path))
+        return prepare(case, path, structure.storey_stiffness_factor)
+
+
+def _reduced(
+    model: BuildingModel,
+    K: Any,
+    patterns: WallPatterns,
+    prepared: Prepared,
+    damping: tuple[float, float],
+) -> WallModel:
+    return reduced_wall_model(
+        model,
+        K,
+        patterns,
+        wall_probes(prepared.parts.mesh, prepared.experiment.floors),
+        damping=damping,
+        maximum_frequency=MAXIMUM_FREQUENCY,
+        tolerance=TOLERANCE,
+        largest=LARGEST,
+    )
 
 
 def _full(

@@ -127,51 +127,13 @@ def mesh_report(mesh: BuildingMesh, sections: Sections) -> MeshReport:
         mesh: The mesh.
         sections: Its sections, for the thicknesses.
     """
-    q = radius_ratio(mesh.nodes, mesh.triangles)
-    lengths = side_lengths(mesh.nodes, mesh.triangles)
-    thickness = np.array([section.thickness for section in sections.shells])[mesh.triangle_part]
-    slender = lengths.max(axis=1) / thickness
-    ends = mesh.nodes[mesh.lines[:, :2]]
-    line_lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-
-    def one(group: str, dimension: int, own: Ints) -> PartReport:
-        if dimension == 1:
-            size = float(line_lengths[own].mean())
-            return PartReport(group, len(own), len(np.unique(mesh.lines[own])), size)
-        return PartReport(
-            group=group,
-            elements=len(own),
-            nodes=len(np.unique(mesh.triangles[own])),
-            size=float(lengths[own].mean()),
-            quality_min=float(q[own].min()),
-            quality_mean=float(q[own].mean()),
-            size_over_thickness=float(slender[own].max()),
-        )
-
-    parts = [
-        one(part.group, part.dimension, np.flatnonzero(owner == i))
-        for of_kind, owner in (
-            (mesh.shell_parts, mesh.triangle_part),
-            (mesh.beam_parts, mesh.line_part),
-        )
-        for i, part in enumerate(of_kind)
-    ]
-    levels = [
-        one(f"{family}_{k}", dimension, cells(family, k))
-        for family, dimension, cells in (
-            ("floor", 2, mesh.triangles_of),
-            ("storey", 2, mesh.triangles_of),
-            ("beam", 1, mesh.lines_of),
-            ("column", 1, mesh.lines_of),
-        )
-        for k in mesh.floors
-        if len(cells(family, k))
-    ]
+    elements = _Elements.of(mesh, sections)
+    q, slender = elements.q, elements.slender
     worst = int(np.argmin(q))
     pairs = cKDTree(mesh.nodes).query_pairs(NEAR, output_type="ndarray")
     return MeshReport(
-        parts=tuple(parts),
-        levels=tuple(levels),
+        parts=tuple(elements.by_part()),
+        levels=tuple(elements.by_level()),
         shells=len(mesh.triangles),
         beams=len(mesh.lines),
         nodes=len(mesh.nodes),
@@ -186,6 +148,78 @@ def mesh_report(mesh: BuildingMesh, sections: Sections) -> MeshReport:
         dropped=len(mesh.dropped),
         warnings=tuple(_warnings(mesh, q, slender)),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Elements:
+    """Size and shape of the elements of a mesh.
+
+    Args:
+        mesh: The mesh.
+        q: Radius ratio of each triangle, shape (n_triangles,).
+        lengths: Lengths of their sides, shape (n_triangles, 3) [m].
+        slender: Largest side over thickness, shape (n_triangles,).
+        line_lengths: Of the lines, shape (n_lines,) [m].
+    """
+
+    mesh: BuildingMesh
+    q: Array
+    lengths: Array
+    slender: Array
+    line_lengths: Array
+
+    @classmethod
+    def of(cls, mesh: BuildingMesh, sections: Sections) -> _Elements:
+        lengths = side_lengths(mesh.nodes, mesh.triangles)
+        thickness = np.array([one.thickness for one in sections.shells])[mesh.triangle_part]
+        ends = mesh.nodes[mesh.lines[:, :2]]
+        return cls(
+            mesh=mesh,
+            q=radius_ratio(mesh.nodes, mesh.triangles),
+            lengths=lengths,
+            slender=lengths.max(axis=1) / thickness,
+            line_lengths=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+        )
+
+    def by_part(self) -> list[PartReport]:
+        mesh = self.mesh
+        return [
+            self.report(part.group, part.dimension, np.flatnonzero(owner == i))
+            for of_kind, owner in (
+                (mesh.shell_parts, mesh.triangle_part),
+                (mesh.beam_parts, mesh.line_part),
+            )
+            for i, part in enumerate(of_kind)
+        ]
+
+    def by_level(self) -> list[PartReport]:
+        mesh = self.mesh
+        return [
+            self.report(f"{family}_{k}", dimension, cells(family, k))
+            for family, dimension, cells in (
+                ("floor", 2, mesh.triangles_of),
+                ("storey", 2, mesh.triangles_of),
+                ("beam", 1, mesh.lines_of),
+                ("column", 1, mesh.lines_of),
+            )
+            for k in mesh.floors
+            if len(cells(family, k))
+        ]
+
+    def report(self, group: str, dimension: int, own: Ints) -> PartReport:
+        """The triangles (dimension 2) or lines (1) with some numbers."""
+        if dimension == 1:
+            size = float(self.line_lengths[own].mean())
+            return PartReport(group, len(own), len(np.unique(self.mesh.lines[own])), size)
+        return PartReport(
+            group=group,
+            elements=len(own),
+            nodes=len(np.unique(self.mesh.triangles[own])),
+            size=float(self.lengths[own].mean()),
+            quality_min=float(self.q[own].min()),
+            quality_mean=float(self.q[own].mean()),
+            size_over_thickness=float(self.slender[own].max()),
+        )
 
 
 def free_edges(mesh: BuildingMesh) -> dict[str, float]:

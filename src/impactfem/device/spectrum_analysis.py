@@ -65,32 +65,13 @@ def spectrum_analysis(
     """
     rules = Rules() if rules is None else rules
     wanted = anchor_forces(device) if quantities is None else quantities
-    columns = [device.column(s.component, s.anchor) for s in spectra]
-    if not spectra or len(set(columns)) < len(columns):
-        raise device.error(
-            "expected at least one spectrum, and one for a component of an anchor; got"
-            f" {', '.join(s.label for s in spectra) or 'none'}"
-        )
-    every = device_modes(device)
-    modes = every.below(rules.maximum_frequency)
-    modes.refuse_overdamped(device)
-    if modes.frequency.size < every.frequency.size and not rules.missing_mass:
-        raise device.error(
-            f"{every.frequency.size - modes.frequency.size} of its modes are above the maximum"
-            " frequency; expected missing mass to be added"
-        )
+    columns = _columns(device, spectra)
+    modes = _modes_in_use(device, rules)
     static = wanted.static(device)
     inputs, notes = [], list[str]()
     for spectrum, k in zip(spectra, columns, strict=True):
-        # Of a mode that the component does not move, the spectrum need not know anything.
-        size = np.abs(modes.participation[k])
-        moved = size > MOVED * np.max(size, initial=0.0)
-        driven = modes.only(moved)
-        S, α = np.zeros((2, moved.size))
-        S[moved], assumed = spectrum.at(driven.frequency, driven.damping)
+        S, α, assumed = _ordinates(spectrum, modes, k, rules)
         notes += assumed
-        if rules.rigid is not None:
-            α[moved] = rules.rigid.fraction(spectrum, driven.frequency, driven.damping, S[moved])
         unit = -(wanted.own @ modes.shape) * modes.participation[k] / modes.omega**2
         missing = (static[:, k] - unit.sum(axis=1)) * spectrum.zpa
         inputs.append(
@@ -121,6 +102,44 @@ def spectrum_analysis(
         notes=tuple(notes),
         whole=rules.whole,
     )
+
+
+def _columns(device: Device, spectra: Sequence[AnchorSpectrum]) -> list[int]:
+    """Number of the component that each spectrum moves, among those of all anchors."""
+    columns = [device.column(s.component, s.anchor) for s in spectra]
+    if not spectra or len(set(columns)) < len(columns):
+        raise device.error(
+            "expected at least one spectrum, and one for a component of an anchor; got"
+            f" {', '.join(s.label for s in spectra) or 'none'}"
+        )
+    return columns
+
+
+def _modes_in_use(device: Device, rules: Rules) -> DeviceModes:
+    every = device_modes(device)
+    modes = every.below(rules.maximum_frequency)
+    modes.refuse_overdamped(device)
+    if modes.frequency.size < every.frequency.size and not rules.missing_mass:
+        raise device.error(
+            f"{every.frequency.size - modes.frequency.size} of its modes are above the maximum"
+            " frequency; expected missing mass to be added"
+        )
+    return modes
+
+
+def _ordinates(
+    spectrum: AnchorSpectrum, modes: DeviceModes, k: int, rules: Rules
+) -> tuple[Array, Array, tuple[str, ...]]:
+    """S and α of each mode, and what was assumed of the spectrum."""
+    # Of a mode that the component does not move, the spectrum need not know anything.
+    size = np.abs(modes.participation[k])
+    moved = size > MOVED * np.max(size, initial=0.0)
+    driven = modes.only(moved)
+    S, α = np.zeros((2, moved.size))
+    S[moved], assumed = spectrum.at(driven.frequency, driven.damping)
+    if rules.rigid is not None:
+        α[moved] = rules.rigid.fraction(spectrum, driven.frequency, driven.damping, S[moved])
+    return S, α, assumed
 
 
 def _combined(

@@ -126,19 +126,11 @@ def unilateral_response(
     theta, h, m = motion.theta, motion.time_step, motion.constraints
     if m == 0:
         raise SolutionError("there are no constraints that the structure could meet")
-    gaps, e = _per_constraint(gap, m, "gaps"), _per_constraint(restitution, m, "restitutions")
-    neutral = (1.0 - theta) / theta
-    if np.any(e < 0.0) or np.any(e > neutral * (1.0 + 1e-12)):
-        raise SolutionError(
-            f"restitutions from {e.min():g} to {e.max():g}: with θ = {theta:g} they must be from 0"
-            f" to {neutral:g}"
-        )
+    gaps, neutral = _per_constraint(gap, m, "gaps"), (1.0 - theta) / theta
+    e = _restitutions(restitution, m, theta)
     if steps < 1:
         raise SolutionError(f"{steps} steps: at least one is needed")
-    shape = (steps + 1, motion.patterns)
-    loads: Array = np.zeros(shape) if amplitudes is None else np.asarray(amplitudes, dtype=float)
-    if loads.shape != shape:
-        raise SolutionError(f"amplitudes of the loads of shape {loads.shape}, not {shape}")
+    loads = _loads(amplitudes, (steps + 1, motion.patterns))
     problem = Complementarity(motion.delassus(), name="the Delassus operator of the constraints")
 
     x, v = motion.start(displacement, velocity)
@@ -158,7 +150,6 @@ def unilateral_response(
         slack = SLACK * h * fastest / problem.scale
         among = gaps - x[:m] <= (1.0 - theta) * h * before + slack
         impulse: Array = nothing
-        residual = 0.0
         bounce = np.where(before >= 0.0, e, neutral) * before
         if np.any(among):
             found = problem.solve(-(after + bounce), active=active, among=among)
@@ -167,10 +158,9 @@ def unilateral_response(
             mean = motion.push(impulse)
         v = np.asarray((mean - (1.0 - theta) * v) / theta, dtype=np.float64)
         x = np.asarray(x + h * mean, dtype=np.float64)
-        if fastest > 0.0:
-            # From the velocities that the structure has, not from W.
-            w, p = -problem.scale * (v[:m] + bounce), impulse / problem.scale
-            residual = _largest(np.minimum(w, p)[among]) / fastest
+        # From the velocities that the structure has, not from W.
+        w, p = -problem.scale * (v[:m] + bounce), impulse / problem.scale
+        residual = _largest(np.minimum(w, p)[among]) / fastest if fastest > 0.0 else 0.0
         records.put(
             step, gaps, x, v, impulse, residual, (*motion.advance(), -float(mean[:m] @ impulse))
         )
@@ -224,6 +214,23 @@ def _per_constraint(values: ArrayLike, m: int, name: str) -> Array:
             f"{name} of shape {given.shape}: {m} finite numbers, or one, are needed"
         )
     return np.full(m, given) if given.ndim == 0 else given
+
+
+def _restitutions(values: ArrayLike, m: int, theta: float) -> Array:
+    e, neutral = _per_constraint(values, m, "restitutions"), (1.0 - theta) / theta
+    if np.any(e < 0.0) or np.any(e > neutral * (1.0 + 1e-12)):
+        raise SolutionError(
+            f"restitutions from {e.min():g} to {e.max():g}: with θ = {theta:g} they must be from 0"
+            f" to {neutral:g}"
+        )
+    return e
+
+
+def _loads(amplitudes: Array | None, shape: tuple[int, int]) -> Array:
+    loads: Array = np.zeros(shape) if amplitudes is None else np.asarray(amplitudes, dtype=float)
+    if loads.shape != shape:
+        raise SolutionError(f"amplitudes of the loads of shape {loads.shape}, not {shape}")
+    return loads
 
 
 def _refuse_violated(gaps: Array, x: Array) -> None:

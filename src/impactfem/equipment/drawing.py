@@ -42,25 +42,21 @@ def drawing_variables(setups: Sequence[DeviceSetup], devices: Sequence[Device]) 
     Returns:
         By name: dimensions, values and attributes. A rigid spring has an infinite stiffness.
     """
-    count = [
-        device_modes(d).below(s.maximum_frequency).frequency.size for s, d in _both(setups, devices)
-    ]
-    levels = [_levels(setup) for setup in setups]
-    shapes = np.full((len(setups), max(count), max(map(len, levels)), 6), np.nan)
-    heights = np.full(shapes.shape[::2], np.nan)
-    for k, (setup, device) in enumerate(_both(setups, devices)):
-        heights[k, : len(levels[k])] = levels[k]
-        if len(levels[k]):
-            shapes[k, : count[k], : len(levels[k])] = mode_shapes(setup, device)
-    springs = [_springs(setup) for setup in setups]
-    beams = [setup.beam for setup in setups]
-    nan = math.nan
     return {
         "base_stiffness": (
             ("device", "component"),
-            np.array(springs),
+            np.array([_springs(setup) for setup in setups]),
             {"units": "N/m", "note": "N m/rad for rx, ry, rz; infinite for a rigid one"},
         ),
+        **_bodies(setups),
+        **_beams(setups),
+        **_modes(setups, devices),
+    }
+
+
+def _bodies(setups: Sequence[DeviceSetup]) -> Variables:
+    shapes = [setup.shape for setup in setups]
+    return {
         "body_mass": ("device", _numbers([_of(s, s.mass) for s in setups]), {"units": "kg"}),
         "body_height": (
             "device",
@@ -74,14 +70,20 @@ def drawing_variables(setups: Sequence[DeviceSetup], devices: Sequence[Device]) 
         ),
         "body_radius": (
             "device",
-            _numbers([None if s.shape is None else s.shape.radius for s in setups]),
+            _numbers([None if s is None else s.radius for s in shapes]),
             {"units": "m", "note": "of a body that is a cylinder"},
         ),
         "body_length": (
             "device",
-            _numbers([None if s.shape is None else s.shape.length for s in setups]),
+            _numbers([None if s is None else s.length for s in shapes]),
             {"units": "m", "note": "of a body that is a cylinder"},
         ),
+    }
+
+
+def _beams(setups: Sequence[DeviceSetup]) -> Variables:
+    beams, nan = [setup.beam for setup in setups], math.nan
+    return {
         "beam_length": (
             "device",
             _numbers([None if b is None else b.length for b in beams]),
@@ -97,6 +99,22 @@ def drawing_variables(setups: Sequence[DeviceSetup], devices: Sequence[Device]) 
             np.array([(nan, nan) if b is None else b.bending for b in beams], dtype=np.float64),
             {"units": "N m2", "note": "about x, about y"},
         ),
+    }
+
+
+def _modes(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> Variables:
+    """Modes over the height, with nan where a device has fewer modes or levels than others."""
+    count = [
+        device_modes(d).below(s.maximum_frequency).frequency.size for s, d in _both(setups, devices)
+    ]
+    levels = [_levels(setup) for setup in setups]
+    shapes = np.full((len(setups), max(count), max(map(len, levels)), 6), np.nan)
+    heights = np.full(shapes.shape[::2], np.nan)
+    for k, (setup, device) in enumerate(_both(setups, devices)):
+        heights[k, : len(levels[k])] = levels[k]
+        if len(levels[k]):
+            shapes[k, : count[k], : len(levels[k])] = mode_shapes(setup, device)
+    return {
         "level_height": (("device", "level"), heights, {"units": "m", "note": "above the anchor"}),
         "mode_shape": (
             ("device", "mode", "level", "component"),

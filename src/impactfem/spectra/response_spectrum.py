@@ -11,7 +11,7 @@ import numpy.typing as npt
 from impactfem.errors import ImpactfemError
 from impactfem.spectra.in_step import in_step_peak_responses
 from impactfem.spectra.peaks import displacement_peaks, peak_responses
-from impactfem.spectra.recurrence import FloatArray, step_coefficients
+from impactfem.spectra.recurrence import FloatArray, StepCoefficients, step_coefficients
 from impactfem.spectra.upsampling import upsample, upsampling_factor
 
 Method = Literal["upsampled", "in-step"]
@@ -108,14 +108,7 @@ def response_spectra(
         ImpactfemError: A record is too short or not finite, a parameter is out of range, or the
             upsampled record would be too long.
     """
-    a = np.ascontiguousarray(np.atleast_2d(np.asarray(acceleration, dtype=np.float64)))
-    if a.ndim != 2 or a.shape[0] < 1 or a.shape[1] < 2:
-        raise ImpactfemError(
-            f"records must have shape (records, samples) with at least 2 samples, got {a.shape}"
-        )
-    if not np.all(np.isfinite(a)):
-        first = int(np.argmin(np.isfinite(a).all(axis=1)))
-        raise ImpactfemError(f"record {first} holds a value that is not a finite number")
+    a = _records(acceleration)
     if not points_per_cycle >= 2.0:
         raise ImpactfemError(f"points per cycle must be at least 2, got {points_per_cycle!r}")
     if method not in get_args(Method):
@@ -131,26 +124,11 @@ def response_spectra(
         factor, zpa_interpolated = 1, zpa
         sd, sa = in_step_peak_responses(a, coarse)
     else:
-        factor = upsampling_factor(h, highest, points_per_cycle)
-        if a.shape[1] * factor > _LONGEST_RECORD:
-            raise ImpactfemError(
-                f"{points_per_cycle:g} points in a cycle of {highest:g} Hz make the {a.shape[1]}"
-                f" samples of a record {factor} times finer, too many to hold; take a lower highest"
-                " frequency, fewer points per cycle, or the method 'in-step'"
-            )
-        fine_step = step_coefficients(h / factor, f, d)
-        sd, sa = np.empty((2, a.shape[0], f.size * d.size))
-        zpa_interpolated = np.empty(a.shape[0])
-        chunk = max(1, _SAMPLES_AT_ONCE // (a.shape[1] * factor))
-        for first in range(0, a.shape[0], chunk):
-            part = slice(first, first + chunk)
-            fine = upsample(a[part], factor)
-            if absolute:
-                sd[part], sa[part] = peak_responses(fine, fine_step, threads=threads)
-            else:
-                sd[part] = displacement_peaks(fine, fine_step, threads=threads)
-                sa[part] = np.nan
-            zpa_interpolated[part] = np.abs(fine).max(axis=1)
+        factor = _affordable_factor(a.shape[1], h, highest, points_per_cycle)
+        fine = step_coefficients(h / factor, f, d)
+        sd, sa, zpa_interpolated = _upsampled_peaks(
+            a, fine, factor, threads=threads, absolute=absolute
+        )
 
     points = factor / (highest * h)
     shape = (a.shape[0], d.size, f.size)
@@ -173,3 +151,53 @@ def response_spectra(
         interpolation_factor=float(np.sinc(1.0 / points) ** 2),
         nyquist_frequency=0.5 / h,
     )
+
+
+def _records(acceleration: npt.ArrayLike) -> FloatArray:
+    """Records in rows, shape (n_r, n)."""
+    a = np.ascontiguousarray(np.atleast_2d(np.asarray(acceleration, dtype=np.float64)))
+    if a.ndim != 2 or a.shape[0] < 1 or a.shape[1] < 2:
+        raise ImpactfemError(
+            f"records must have shape (records, samples) with at least 2 samples, got {a.shape}"
+        )
+    if not np.all(np.isfinite(a)):
+        first = int(np.argmin(np.isfinite(a).all(axis=1)))
+        raise ImpactfemError(f"record {first} holds a value that is not a finite number")
+    return a
+
+
+def _affordable_factor(
+    samples: int, time_step: float, highest: float, points_per_cycle: float
+) -> int:
+    """How many new steps an old one is cut into."""
+    factor = upsampling_factor(time_step, highest, points_per_cycle)
+    if samples * factor > _LONGEST_RECORD:
+        raise ImpactfemError(
+            f"{points_per_cycle:g} points in a cycle of {highest:g} Hz make the {samples}"
+            f" samples of a record {factor} times finer, too many to hold; take a lower highest"
+            " frequency, fewer points per cycle, or the method 'in-step'"
+        )
+    return factor
+
+
+def _upsampled_peaks(
+    a: FloatArray, oscillators: StepCoefficients, factor: int, *, threads: int, absolute: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Peaks at the samples of records that are made finer, some records at a time.
+
+    Returns:
+        max |x| and max |x'' + a|, shape (n_r, n_o), and the largest sample, shape (n_r,).
+    """
+    sd, sa = np.empty((2, a.shape[0], oscillators.omega.size))
+    largest = np.empty(a.shape[0])
+    chunk = max(1, _SAMPLES_AT_ONCE // (a.shape[1] * factor))
+    for first in range(0, a.shape[0], chunk):
+        part = slice(first, first + chunk)
+        fine = upsample(a[part], factor)
+        if absolute:
+            sd[part], sa[part] = peak_responses(fine, oscillators, threads=threads)
+        else:
+            sd[part] = displacement_peaks(fine, oscillators, threads=threads)
+            sa[part] = np.nan
+        largest[part] = np.abs(fine).max(axis=1)
+    return sd, sa, largest

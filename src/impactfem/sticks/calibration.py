@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -172,6 +173,28 @@ def calibrate(
             has a weight; or a building has fewer modes than a target asks for.
         SolutionError: No start led to a result.
     """
+    _refuse_unsolvable(targets, bounds)
+    fit = _Fit(make, targets, bounds, direction)
+    best: scipy.optimize.OptimizeResult | None = None
+    for x0 in fit.candidates(start, starts, np.random.default_rng(seed)):
+        result = scipy.optimize.minimize(
+            fit.cost,
+            x0,
+            method="SLSQP",
+            bounds=fit.limits,
+            constraints=fit.constraints,
+            options={"ftol": 1e-10, "maxiter": 200},
+        )
+        kept = not fit.constraints or abs(fit.excess(result.x)) < 1e-6
+        if kept and np.isfinite(result.fun) and (best is None or result.fun < best.fun):
+            best = result
+    if best is None:
+        raise SolutionError(f"the calibration of the sticks found no result from {starts} starts")
+    frequency, mass, factor = fit.evaluate(best.x)
+    return Calibration(fit.parameters(best.x, factor), tuple(targets), frequency, mass)
+
+
+def _refuse_unsolvable(targets: Sequence[Target], bounds: Bounds) -> None:
     low, high = bounds.height_min, bounds.height_max
     slack = 1e-8 * bounds.height  # the sums are of rounded numbers
     if not low.sum() - slack <= bounds.height <= high.sum() + slack:
@@ -181,55 +204,73 @@ def calibrate(
         )
     if not any(t.frequency_weight > 0.0 for t in targets):
         raise ImpactfemError("the calibration needs a frequency_weight above 0 in its targets")
-    f_target = np.array([t.frequency for t in targets])
-    w_f = np.array([t.frequency_weight for t in targets])
-    m_target = np.array([t.effective_mass or 1.0 for t in targets])
-    w_m = np.array([t.mass_weight if t.effective_mass is not None else 0.0 for t in targets])
-    free = high > low
 
-    def parameters(x: Array, factor: float = 1.0) -> Parameters:
-        heights = low.copy()
-        heights[free] = x[:-1]
-        below = float(np.clip(x[-1], 0.0, 1.0)) * bounds.rigid_depth
-        return Parameters(factor, heights, below, bounds.rigid_depth - below)
 
-    def evaluate(x: Array) -> tuple[Array, Array, float]:
-        unit = assess(make, targets, parameters(x), direction=direction)
-        ratio = w_f * unit.frequency / f_target
-        root = float(np.clip(w_f @ ratio / (ratio @ ratio), *np.sqrt(bounds.factor)))
+class _Fit:
+    """The least squares of `calibrate`; x holds the free storey heights [m] and the split [-].
+
+    The split is the part of the rigid depth that is below the mass centre.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[str, Parameters], Stick],
+        targets: Sequence[Target],
+        bounds: Bounds,
+        direction: str,
+    ) -> None:
+        self.make, self.targets, self.bounds, self.direction = make, targets, bounds, direction
+        self.f_target = np.array([t.frequency for t in targets])
+        self.w_f = np.array([t.frequency_weight for t in targets])
+        self.m_target = np.array([t.effective_mass or 1.0 for t in targets])
+        self.w_m = np.array(
+            [t.mass_weight if t.effective_mass is not None else 0.0 for t in targets]
+        )
+        self.free = bounds.height_max > bounds.height_min
+
+    def parameters(self, x: Array, factor: float = 1.0) -> Parameters:
+        heights = self.bounds.height_min.copy()
+        heights[self.free] = x[:-1]
+        below = float(np.clip(x[-1], 0.0, 1.0)) * self.bounds.rigid_depth
+        return Parameters(factor, heights, below, self.bounds.rigid_depth - below)
+
+    def evaluate(self, x: Array) -> tuple[Array, Array, float]:
+        """Frequencies [Hz] and effective masses [kg] with the best factor, and this factor [-]."""
+        unit = assess(self.make, self.targets, self.parameters(x), direction=self.direction)
+        ratio = self.w_f * unit.frequency / self.f_target
+        root = float(np.clip(self.w_f @ ratio / (ratio @ ratio), *np.sqrt(self.bounds.factor)))
         return root * unit.frequency, unit.effective_mass, root**2
 
-    def cost(x: Array) -> float:
-        frequency, mass, _ = evaluate(x)
-        errors = np.concatenate([w_f * (frequency / f_target - 1), w_m * (mass / m_target - 1)])
+    def cost(self, x: Array) -> float:
+        frequency, mass, _ = self.evaluate(x)
+        errors = np.concatenate(
+            [self.w_f * (frequency / self.f_target - 1), self.w_m * (mass / self.m_target - 1)]
+        )
         return 0.5 * float(errors @ errors)
 
-    rng = np.random.default_rng(seed)
-    split = start.below / bounds.rigid_depth if bounds.rigid_depth > 0.0 else 0.5
-    first = np.append(np.clip(start.heights, low, high)[free], split)
-    limits = [*zip(low[free], high[free], strict=True), (0.0, 1.0)]
-    span = np.array(limits)
-    candidates = [first] + [rng.uniform(span[:, 0], span[:, 1]) for _ in range(starts - 1)]
-    rest = bounds.height - float(low[~free].sum())
-    height_kept = {
-        "type": "eq",
-        "fun": lambda x: np.sum(x[:-1]) - rest,
-        "jac": lambda x: np.append(np.ones(x.size - 1), 0.0),
-    }
-    best: scipy.optimize.OptimizeResult | None = None
-    for x0 in candidates:
-        result = scipy.optimize.minimize(
-            cost,
-            x0,
-            method="SLSQP",
-            bounds=limits,
-            constraints=[height_kept] if free.any() else [],
-            options={"ftol": 1e-10, "maxiter": 200},
-        )
-        kept = not free.any() or abs(height_kept["fun"](result.x)) < 1e-6  # type: ignore[operator]
-        if kept and np.isfinite(result.fun) and (best is None or result.fun < best.fun):
-            best = result
-    if best is None:
-        raise SolutionError(f"the calibration of the sticks found no result from {starts} starts")
-    frequency, mass, factor = evaluate(best.x)
-    return Calibration(parameters(best.x, factor), tuple(targets), frequency, mass)
+    @property
+    def limits(self) -> list[tuple[float, float]]:
+        """Least and largest value of each component of x."""
+        low, high = self.bounds.height_min[self.free], self.bounds.height_max[self.free]
+        return [*zip(low, high, strict=True), (0.0, 1.0)]
+
+    def excess(self, x: Array) -> float:
+        """What the storey heights are more than the total height [m]."""
+        rest = self.bounds.height - float(self.bounds.height_min[~self.free].sum())
+        return float(np.sum(x[:-1]) - rest)
+
+    @property
+    def constraints(self) -> list[dict[str, Any]]:
+        """The total height, kept; nothing where no height is free."""
+        if not self.free.any():
+            return []
+        slope = np.append(np.ones(int(self.free.sum())), 0.0)
+        return [{"type": "eq", "fun": self.excess, "jac": lambda x: slope}]
+
+    def candidates(self, start: Parameters, starts: int, rng: np.random.Generator) -> list[Array]:
+        """The first start, moved into the bounds, and others drawn inside them."""
+        depth, low, high = self.bounds.rigid_depth, self.bounds.height_min, self.bounds.height_max
+        split = start.below / depth if depth > 0.0 else 0.5
+        first = np.append(np.clip(start.heights, low, high)[self.free], split)
+        span = np.array(self.limits)
+        return [first] + [rng.uniform(span[:, 0], span[:, 1]) for _ in range(starts - 1)]

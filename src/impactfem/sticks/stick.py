@@ -204,48 +204,103 @@ def build_stick(
             is not inside its storey, or in one without stiffness-proportional damping, where a
             node without mass would ring for ever.
     """
-    n_floors = len(floors)
     z = base + np.cumsum([floor.height for floor in floors])
     positions = [np.array([*axis, height]) for height in z]
     masters: dict[tuple[int, float], int] = {}
     elements: list[StoreyElement] = []
     for index, floor in enumerate(floors):
-        # An end of a beam: (master, or -1 for the clamped base; offset along z from the master).
-        low = (index - 1, floors[index - 1].above) if index else (-1, 0.0)
-        z_low = z[index - 1] + floors[index - 1].above if index else base
-        z_high = z[index] - floor.below
-        if not z_high > z_low:
-            raise ImpactfemError(
-                f"building {name}: the storey below floor {floor.number} has no flexible length: "
-                f"its rigid zones leave {z_high - z_low:.3g} m"
-            )
-        ends = [(low, z_low)]
-        for s in sorted({s for number, s in storey_points if number == floor.number}):
-            if not 0.0 < s < 1.0:
-                raise ImpactfemError(
-                    f"building {name}: a point inside the storey below floor {floor.number} needs "
-                    f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
-                )
-            if not floor.damping.beta > 0.0:
-                raise ImpactfemError(
-                    f"building {name}: a contact point inside the storey below floor "
-                    f"{floor.number} has no mass and needs damping of the storey "
-                    "(stiffness_coefficient above 0)"
-                )
+        low, high = _flexible_part(name, floors, z, base, index)
+        ends = [low]
+        for s in _points_inside(name, floor, storey_points):
             masters[floor.number, s] = len(positions)
-            positions.append(np.array([*axis, z_low + s * (z_high - z_low)]))
-            ends.append(((len(positions) - 1, 0.0), positions[-1][2]))
-        ends.append(((index, -floor.below), z_high))
-        for ((m1, offset1), z1), ((m2, offset2), z2) in pairwise(ends):
-            T = np.zeros((12, 12))
-            T[:6, :6] = rigid_link(np.array([0.0, 0.0, offset1]))
-            T[6:, 6:] = rigid_link(np.array([0.0, 0.0, offset2]))
-            dofs = np.array(
-                [6 * m + c if m >= 0 else -1 for m in (m1, m2) for c in range(6)], dtype=np.int64
+            positions.append(np.array([*axis, low.z + s * (high.z - low.z)]))
+            ends.append(_End(len(positions) - 1, 0.0, positions[-1][2]))
+        ends.append(high)
+        elements += [_element(index, floor, *pair) for pair in pairwise(ends)]
+    M, C, K = _matrices(floors, elements, 6 * len(positions))
+    return Stick(
+        name=name,
+        floors=tuple(floors),
+        axis=axis,
+        base=base,
+        positions=np.array(positions),
+        M=M,
+        C=C,
+        K=K,
+        elements=tuple(elements),
+        storey_points=masters,
+    )
+
+
+@dataclass(frozen=True)
+class _End:
+    """An end of a beam element.
+
+    Args:
+        master: Its master; -1 for the clamped base.
+        offset: From the master to it along z [m].
+        z: Its elevation [m].
+    """
+
+    master: int
+    offset: float
+    z: float
+
+
+def _flexible_part(
+    name: str, floors: Sequence[Floor], z: Array, base: float, index: int
+) -> tuple[_End, _End]:
+    """Lower and upper end of a storey between the rigid zones of the floors beside it."""
+    floor = floors[index]
+    low = _End(-1, 0.0, base)
+    if index:
+        above = floors[index - 1].above
+        low = _End(index - 1, above, z[index - 1] + above)
+    high = _End(index, -floor.below, z[index] - floor.below)
+    if not high.z > low.z:
+        raise ImpactfemError(
+            f"building {name}: the storey below floor {floor.number} has no flexible length: "
+            f"its rigid zones leave {high.z - low.z:.3g} m"
+        )
+    return low, high
+
+
+def _points_inside(
+    name: str, floor: Floor, storey_points: Sequence[tuple[int, float]]
+) -> list[float]:
+    """Relative heights of the points inside the storey below a floor, bottom to top."""
+    heights = sorted({s for number, s in storey_points if number == floor.number})
+    for s in heights:
+        if not 0.0 < s < 1.0:
+            raise ImpactfemError(
+                f"building {name}: a point inside the storey below floor {floor.number} needs "
+                f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
             )
-            k = storey_stiffness(float(z2 - z1), floor.section)
-            elements.append(StoreyElement(index, dofs, T, k, floor.damping.beta))
-    n = 6 * len(positions)
+        if not floor.damping.beta > 0.0:
+            raise ImpactfemError(
+                f"building {name}: a contact point inside the storey below floor "
+                f"{floor.number} has no mass and needs damping of the storey "
+                "(stiffness_coefficient above 0)"
+            )
+    return heights
+
+
+def _element(storey: int, floor: Floor, lower: _End, upper: _End) -> StoreyElement:
+    T = np.zeros((12, 12))
+    T[:6, :6] = rigid_link(np.array([0.0, 0.0, lower.offset]))
+    T[6:, 6:] = rigid_link(np.array([0.0, 0.0, upper.offset]))
+    masters = (lower.master, upper.master)
+    dofs = np.array(
+        [6 * m + c if m >= 0 else -1 for m in masters for c in range(6)], dtype=np.int64
+    )
+    k = storey_stiffness(float(upper.z - lower.z), floor.section)
+    return StoreyElement(storey, dofs, T, k, floor.damping.beta)
+
+
+def _matrices(
+    floors: Sequence[Floor], elements: Sequence[StoreyElement], n: int
+) -> tuple[Array, Array, Array]:
+    """M, C and K of n degrees of freedom, the floors' first."""
     M = np.zeros((n, n))
     C = np.zeros((n, n))
     for index, floor in enumerate(floors):
@@ -259,15 +314,4 @@ def build_stick(
         where = np.ix_(element.dofs[free], element.dofs[free])
         K[where] += k[np.ix_(free, free)]
         C[where] += element.beta * k[np.ix_(free, free)]
-    return Stick(
-        name=name,
-        floors=tuple(floors[:n_floors]),
-        axis=axis,
-        base=base,
-        positions=np.array(positions),
-        M=M,
-        C=C,
-        K=np.asarray((K + K.T) / 2.0, dtype=np.float64),
-        elements=tuple(elements),
-        storey_points=masters,
-    )
+    return M, C, np.asarray((K + K.T) / 2.0, dtype=np.float64)

@@ -16,6 +16,7 @@ from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
+from impactfem.dynamics.modal_response import ModalHistory
 from impactfem.log import LOGGER
 from impactfem.parallel import on_root
 from impactfem.spectra import ResponseSpectra
@@ -287,61 +288,91 @@ def _results(
     within: Progress,
 ) -> TransientStudy:
     transient, loads, damping = transient_of(case), prepared.loads, prepared.damping
-    maps = None
-    full_error = None
+    history = maps = full_error = None
     with step("spectra"):
         if basis is None:
-            if run is None:
-                raise ValueError("neither a basis nor a full run")
-            response = run.response
-            spectra = node_spectra(response, case.spectra)
-            band = np.zeros_like(by_probe(spectra.psa, len(nodes)))
-            pfa_band: Array = np.zeros((len(nodes), 3))
+            seen = _seen_by_full(case, run, len(nodes))
         else:
             history = modal_histories(basis, loads, damping)
-            response = node_response(basis, history, loads, nodes)
-            spectra = node_spectra(response, case.spectra)
-            told = response_band(
-                basis,
-                loads,
-                damping,
-                nodes,
-                response,
-                spectra.psa,
-                case.spectra,
-                kind=transient.band,
-            )
-            band, pfa_band = by_probe(told.psa, len(nodes)), told.acceleration
+            seen = _seen_by_basis(case, prepared, basis, history, nodes)
             if run is not None:
                 full_error = _against_full(case, basis, loads, damping, nodes, run)
     wanted = bool(transient.fields) or transient.snapshots
     if basis is None and wanted:
         LOGGER.info("transient: the full model records its probes only; no maps and no waves")
-    if basis is not None and wanted:
+    if basis is not None and history is not None and wanted:
         with step("maps"):
-            maps = floor_maps(
-                prepared.parts,
-                basis,
-                history,
-                loads,
-                case.spectra,
-                main_impact=main_impact(loads) if transient.snapshots else None,
-                floor=prepared.wave_floor,
-                progress=lambda part: within("maps", part),
-            )
+            maps = _maps(case, prepared, basis, history, within)
     return TransientStudy(
         case=case,
         parts=prepared.parts,
         probes=prepared.probes,
         loads=loads,
-        response=response,
-        spectra=spectra,
-        band=band,
-        pfa_band=pfa_band,
+        response=seen.response,
+        spectra=seen.spectra,
+        band=seen.band,
+        pfa_band=seen.pfa_band,
         basis=basis,
         maps=maps,
         full=run,
         full_error=full_error,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """What is seen at the probes; as in `TransientStudy`."""
+
+    response: NodeResponse
+    spectra: ResponseSpectra
+    band: Array
+    pfa_band: Array
+
+
+def _seen_by_full(case: Case, run: FullRun | None, probes: int) -> _Seen:
+    if run is None:
+        raise ValueError("neither a basis nor a full run")
+    spectra = node_spectra(run.response, case.spectra)
+    band = np.zeros_like(by_probe(spectra.psa, probes))
+    return _Seen(run.response, spectra, band, np.zeros((probes, 3)))
+
+
+def _seen_by_basis(
+    case: Case, prepared: Prepared, basis: ReducedBasis, history: ModalHistory, nodes: Index
+) -> _Seen:
+    loads = prepared.loads
+    response = node_response(basis, history, loads, nodes)
+    spectra = node_spectra(response, case.spectra)
+    told = response_band(
+        basis,
+        loads,
+        prepared.damping,
+        nodes,
+        response,
+        spectra.psa,
+        case.spectra,
+        kind=transient_of(case).band,
+    )
+    return _Seen(response, spectra, by_probe(told.psa, len(nodes)), told.acceleration)
+
+
+def _maps(
+    case: Case,
+    prepared: Prepared,
+    basis: ReducedBasis,
+    history: ModalHistory,
+    within: Progress,
+) -> FloorMaps:
+    loads = prepared.loads
+    return floor_maps(
+        prepared.parts,
+        basis,
+        history,
+        loads,
+        case.spectra,
+        main_impact=main_impact(loads) if transient_of(case).snapshots else None,
+        floor=prepared.wave_floor,
+        progress=lambda part: within("maps", part),
     )
 
 

@@ -22,6 +22,12 @@ SDLD25_FREQUENCY = (1.0, 3.0, 13.0, 33.0)  # Hz
 SDLD25_SPECTRA = {0.005: (1.0, 25.0, 25.0, 1.0), 0.05: (1.0, 10.0, 10.0, 1.0)}  # m/s2 by damping
 SDLD25_SOURCE = "code_aster validation manual V2.01.025 (SDLD25)"
 
+Broadened = tuple[str, FloatArray, FloatArray, float | tuple[float, float], float, float]
+"""What is asked; frequencies [Hz] and ordinates [m/s2] of a spectrum; the ratio of broadening; a
+frequency [Hz] and the ordinate there by hand [m/s2]."""
+ONE_PEAK = np.array([[1.0, 5.0, 10.0, 20.0, 100.0], [1.0, 1.0, 9.0, 1.0, 1.0]])
+"""9 m/s2 at 10 Hz on 1 m/s2: from 5 Hz up by f^(ln 9/ln 2), to 20 Hz down alike."""
+
 
 def frequency_list() -> list[Row]:
     """The list of Regulatory Guide 1.122: its length, its ends, and where its increments change."""
@@ -97,11 +103,44 @@ def broadening() -> list[Row]:
     Sides of straight lines on doubly logarithmic axes keep their slope and move by the factors
     0.85 and 1.15, which gives every ordinate by hand.
     """
-    # A peak at 10 Hz of 9 m/s2 on 1 m/s2: from 5 Hz up by f^(ln 9/ln 2), to 20 Hz down alike.
-    f = np.array([1.0, 5.0, 10.0, 20.0, 100.0])
-    peak = np.array([1.0, 1.0, 9.0, 1.0, 1.0])
+    source = "by hand; construction of US NRC Regulatory Guide 1.122, revision 1 (1978), figure 1"
+    rows = [
+        Row(
+            "peak broadening",
+            f"{label}, at {at:g} Hz",
+            reference,
+            float(broaden(frequency, ordinates, ratio, [at])[0]),
+            "m/s2",
+            1e-12,
+            source,
+        )
+        for label, frequency, ordinates, ratio, at, reference in _broadened_by_hand()
+    ]
+    f, peak = ONE_PEAK
+    listed = corner_frequencies(f, [(f, peak)])
+    fine = np.geomspace(1.0, 100.0, 2001)
+    straight = interpolate_frequency(listed, broaden(f, peak, 0.15, listed), fine)
+    loss = float(np.max(1.0 - straight / broaden(f, peak, 0.15, fine)))
+    rows.append(
+        Row(
+            "peak broadening",
+            "largest loss of straight lines between the design frequencies",
+            0.0,
+            max(loss, 0.0),
+            "-",
+            1e-12,
+            "definition of the design frequencies",
+            absolute=True,
+        )
+    )
+    return rows
+
+
+def _broadened_by_hand() -> list[Broadened]:
+    """Ordinates of one peak, of two peaks and of a plateau."""
+    f, peak = ONE_PEAK
     slope = np.log(9.0) / np.log(2.0)
-    cases: list[tuple[str, FloatArray, FloatArray, float | tuple[float, float], float, float]] = [
+    cases: list[Broadened] = [
         ("peak, left end of plateau", f, peak, 0.15, 8.5, 9.0),
         ("peak, right end of plateau", f, peak, 0.15, 11.5, 9.0),
         ("peak, left side", f, peak, 0.15, 6.8, (6.8 / 0.85 / 5.0) ** slope),
@@ -134,36 +173,7 @@ def broadening() -> list[Row]:
         ("plateau, widened right end", flat, level, 0.15, 9.2, 3.0),
         ("plateau, inside", flat, level, 0.15, 6.5, 3.0),
     ]
-    source = "by hand; construction of US NRC Regulatory Guide 1.122, revision 1 (1978), figure 1"
-    rows = [
-        Row(
-            "peak broadening",
-            f"{label}, at {at:g} Hz",
-            reference,
-            float(broaden(frequency, ordinates, ratio, [at])[0]),
-            "m/s2",
-            1e-12,
-            source,
-        )
-        for label, frequency, ordinates, ratio, at, reference in cases
-    ]
-    listed = corner_frequencies(f, [(f, peak)])
-    fine = np.geomspace(1.0, 100.0, 2001)
-    straight = interpolate_frequency(listed, broaden(f, peak, 0.15, listed), fine)
-    loss = float(np.max(1.0 - straight / broaden(f, peak, 0.15, fine)))
-    rows.append(
-        Row(
-            "peak broadening",
-            "largest loss of straight lines between the design frequencies",
-            0.0,
-            max(loss, 0.0),
-            "-",
-            1e-3,
-            "definition of the design frequencies",
-            absolute=True,
-        )
-    )
-    return rows
+    return cases
 
 
 def clipping() -> list[Row]:

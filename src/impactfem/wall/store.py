@@ -10,18 +10,22 @@ the stick.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
+from impactfem.dynamics.contact_history import ContactEnergy
 from impactfem.files import write_netcdf
 from impactfem.scalar import to_json
 from impactfem.wall.history import WallHistory
 from impactfem.wall.scalars import calibration_scalars
-from impactfem.wall.stage import CalibrationStudy
+from impactfem.wall.stage import CalibrationStudy, DampedRun
 
+Array = NDArray[np.float64]
 Variables = dict[str, tuple[Any, ...]]
 
 
@@ -37,60 +41,23 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         ImpactfemError: The file cannot be written.
     """
     experiment = study.prepared.experiment
-    cases = study.cases
     contact = study.main.run.contact
-    energy = contact.energy
-    # Forces of the constraints matter, and are not zero, in the first impact only.
-    first = study.main.impacts[-1].first_complete()
-    near = slice(max(0, first.first - 5), first.last + 6)
-    parameters = np.array([[c.penalty.epsilon, c.penalty.xi_c, c.penalty.K_Ceq] for c in cases])
-    impacts = [c.impacts[-1].first_complete() for c in cases]
+    near = _near_first_impact(study)
     dataset = xr.Dataset(
         {
             **_histories(study.main.run.history, ""),
             **_histories(study.stick, "stick_"),
             "floor_mass": ("floor", study.prepared.mass, {"units": "kg"}),
-            "kinetic_energy": ("time", energy.kinetic, {"units": "J"}),
-            "elastic_energy": ("time", energy.elastic, {"units": "J"}),
-            "damped_energy": ("time", energy.damped, {"units": "J"}),
-            "numerical_energy": ("time", energy.numerical, {"units": "J"}),
-            "contact_work": ("time", energy.contact, {"units": "J"}),
+            **_energies(contact.energy),
             "complementarity": ("time", contact.residual, {"units": "1"}),
-            "constraint_floor": ("constraint", np.array(experiment.floors)[study.model.floor_of]),
-            "constraint_position": (
-                "constraint",
-                study.prepared.position,
-                {"units": "m", "note": "along the edge"},
-            ),
-            "constraint_length": ("constraint", study.prepared.length, {"units": "m"}),
-            "constraint_force": (
-                ("step", "constraint"),
-                contact.force[near],
-                {"units": "N"},
-            ),
-            "mass_coefficient": ("case", np.array([c.damping[0] for c in cases]), {"units": "1/s"}),
-            "stiffness_coefficient": (
-                "case",
-                np.array([c.damping[1] for c in cases]),
-                {"units": "s"},
-            ),
-            "epsilon": ("case", parameters[:, 0], {"units": "1"}),
-            "xi_c": ("case", parameters[:, 1], {"units": "1"}),
-            "K_Ceq": ("case", parameters[:, 2], {"units": "N/m"}),
-            "impact_time": ("case", np.array([i.start for i in impacts]), {"units": "s"}),
-            "impact_duration": ("case", np.array([i.duration for i in impacts]), {"units": "s"}),
-            "impulse": ("case", np.array([i.largest_impulse for i in impacts]), {"units": "N s"}),
-            "approach_velocity": (
-                "case",
-                np.array([i.approach for i in impacts]),
-                {"units": "m/s"},
-            ),
+            **_constraints(study, contact.force[near]),
+            **_damping_cases(study.cases),
         },
         coords={
             "time": ("time", contact.time, {"units": "s"}),
             "step": ("step", contact.time[near], {"units": "s"}),
             "floor": ("floor", np.array(experiment.floors), {}),
-            "case": ("case", np.array([c.name for c in cases], dtype=object), {}),
+            "case": ("case", np.array([c.name for c in study.cases], dtype=object), {}),
         },
         attrs={
             "title": study.case.title,
@@ -109,6 +76,15 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
     write_netcdf(path, dataset)
 
 
+def _near_first_impact(study: CalibrationStudy) -> slice:
+    """The steps whose forces of the constraints are kept.
+
+    They matter, and are not zero, in the first impact only.
+    """
+    first = study.main.impacts[-1].first_complete()
+    return slice(max(0, first.first - 5), first.last + 6)
+
+
 def _histories(history: WallHistory, prefix: str) -> Variables:
     dims = ("time", "floor")
     variables: Variables = {
@@ -119,3 +95,45 @@ def _histories(history: WallHistory, prefix: str) -> Variables:
     if history.opening is not None:
         variables[f"{prefix}opening"] = (dims, history.opening, {"units": "m"})
     return variables
+
+
+def _energies(energy: ContactEnergy) -> Variables:
+    return {
+        "kinetic_energy": ("time", energy.kinetic, {"units": "J"}),
+        "elastic_energy": ("time", energy.elastic, {"units": "J"}),
+        "damped_energy": ("time", energy.damped, {"units": "J"}),
+        "numerical_energy": ("time", energy.numerical, {"units": "J"}),
+        "contact_work": ("time", energy.contact, {"units": "J"}),
+    }
+
+
+def _constraints(study: CalibrationStudy, force: Array) -> Variables:
+    """The constraints, and their forces in the steps of the first impact."""
+    floors = np.array(study.prepared.experiment.floors)
+    return {
+        "constraint_floor": ("constraint", floors[study.model.floor_of]),
+        "constraint_position": (
+            "constraint",
+            study.prepared.position,
+            {"units": "m", "note": "along the edge"},
+        ),
+        "constraint_length": ("constraint", study.prepared.length, {"units": "m"}),
+        "constraint_force": (("step", "constraint"), force, {"units": "N"}),
+    }
+
+
+def _damping_cases(cases: Sequence[DampedRun]) -> Variables:
+    """Penalty parameters by damping case, and what they come from: the top floor's impact."""
+    parameters = np.array([[c.penalty.epsilon, c.penalty.xi_c, c.penalty.K_Ceq] for c in cases])
+    impacts = [c.impacts[-1].first_complete() for c in cases]
+    return {
+        "mass_coefficient": ("case", np.array([c.damping[0] for c in cases]), {"units": "1/s"}),
+        "stiffness_coefficient": ("case", np.array([c.damping[1] for c in cases]), {"units": "s"}),
+        "epsilon": ("case", parameters[:, 0], {"units": "1"}),
+        "xi_c": ("case", parameters[:, 1], {"units": "1"}),
+        "K_Ceq": ("case", parameters[:, 2], {"units": "N/m"}),
+        "impact_time": ("case", np.array([i.start for i in impacts]), {"units": "s"}),
+        "impact_duration": ("case", np.array([i.duration for i in impacts]), {"units": "s"}),
+        "impulse": ("case", np.array([i.largest_impulse for i in impacts]), {"units": "N s"}),
+        "approach_velocity": ("case", np.array([i.approach for i in impacts]), {"units": "m/s"}),
+    }
