@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
+from impactfem.design.floor_points import floor_points
 from impactfem.design.member import Carrier
 from impactfem.design.member_loads import MemberLoads
+from impactfem.design.point_spectra import Search
+from impactfem.design.records import Records
 from impactfem.dynamics.reduced import ReducedModel
 from impactfem.transient.loads import EdgeForce, Loads
 from impactfem.transient.reduced_basis import ReducedBasis
@@ -85,11 +89,20 @@ def carrier(parted: tuple[ReducedBasis, ReducedBasis]) -> Carrier:
     return Carrier(
         bases=parted,
         nodes=np.array([9, 4]),
+        floors=floor_points(("centre_1", "centre_2"), np.array([[0, 0, 3.0], [0, 0, 6.0]]))[0],
+        search=None,
         damping=(0.5, 1e-4),
         spectra=Spectra(damping=(0.02, 0.05), frequencies=frequencies),
         analyst=None,
         choice=None,
     )
+
+
+@pytest.fixture
+def searching(carrier: Carrier) -> Carrier:
+    """The same, with nodes 7 and 9 of the lower floor to be looked at, along y and z."""
+    every = Records(np.zeros(4, dtype=np.int64), np.array([1, 1, 2, 2]), np.array([7, 9, 7, 9]))
+    return replace(carrier, search=Search(every, np.geomspace(1.0, 30.0, 8), 0.02))
 
 
 @pytest.fixture

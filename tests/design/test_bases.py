@@ -3,21 +3,37 @@
 import numpy as np
 import pytest
 
-from impactfem.design.bases import at_nodes, lacking, shares, superposed
+from impactfem.design.bases import at_nodes, lacking, modal_shares, records_of, shares
+from impactfem.transient.response import modal_histories, node_response
 
 DAMPING = (0.5, 1e-4)
+NODES = np.array([9, 4, 4])
+ALONG = np.array([1, 1, 2])
+
+
+def recorded(bases, loads, nodes=NODES):
+    return records_of(modal_shares(bases, loads, DAMPING), nodes, ALONG[: len(nodes)])
 
 
 def test_parts_add_up(whole, parted, some_loads):
-    loads, nodes = some_loads(), np.array([9, 4])
-    one = superposed([whole], loads, DAMPING, nodes)
-    two = superposed(parted, loads, DAMPING, nodes)
-    scale = np.abs(one.acceleration).max()
-    np.testing.assert_allclose(two.acceleration, one.acceleration, atol=1e-12 * scale)
-    np.testing.assert_allclose(two.displacement, one.displacement, rtol=1e-9, atol=1e-15)
+    loads = some_loads()
+    one, two = recorded([whole], loads), recorded(parted, loads)
+    scale = np.abs(one).max()
+    assert one.shape == (3, 1001)
+    np.testing.assert_allclose(two, one, atol=1e-12 * scale)
     # Without the share of the second basis something is missing.
-    alone = superposed([parted[0]], some_loads((2,)), DAMPING, nodes)
-    assert np.abs(alone.acceleration - one.acceleration).max() > 1e-2 * scale
+    alone = recorded([parted[0]], some_loads((2,)))
+    assert np.abs(alone - one).max() > 1e-2 * scale
+
+
+def test_records_are_those_of_the_nodes(whole, some_loads):
+    """Against the histories of the stage `transient`, which has all directions of a node."""
+    loads = some_loads()
+    known = node_response(whole, modal_histories(whole, loads, DAMPING), loads, NODES)
+    wanted = known.acceleration[:, np.arange(3), ALONG].T
+    np.testing.assert_allclose(recorded([whole], loads), wanted, rtol=1e-9, atol=1e-9)
+    rough = records_of(modal_shares([whole], loads, DAMPING), NODES, ALONG, roughly=True)
+    np.testing.assert_allclose(rough, wanted, atol=1e-5 * np.abs(wanted).max())
 
 
 def test_the_ground_is_added_once(parted, some_loads):
@@ -54,7 +70,7 @@ def test_at_nodes_keeps_the_response(whole, some_loads):
     cut = at_nodes(whole, np.array([9, 4, 9]))
     assert cut.nodes.tolist() == [4, 9] and len(cut.vectors) == 2
     at = np.array([4, 9])
-    one, two = (superposed([b], loads, DAMPING, at).acceleration for b in (whole, cut))
+    one, two = (recorded([b], loads, at) for b in (whole, cut))
     np.testing.assert_array_equal(one, two)
     with pytest.raises(KeyError, match="not made for"):
-        superposed([cut], loads, DAMPING, np.array([7]))
+        recorded([cut], loads, np.array([7]))

@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 from impactfem.design.case_spectra import read_case_spectra
+from impactfem.design.records import Records, RecordSpectra
 from impactfem.errors import ImpactfemError
 from impactfem.files import write_netcdf
 
@@ -40,6 +41,21 @@ def test_read(store, tmp_path):
     np.testing.assert_array_equal(found.floor_psa[:, 0], np.maximum(psa[:, 0], psa[:, 1]))
     np.testing.assert_array_equal(found.floor_pfa[0], store["pfa"].values[:2].max(axis=0))
     assert (found.building, found.elsewhere, found.nodes.tolist()) == ("B", ("roof",), [5, 2, 9])
+
+
+def test_with_vertices(store, tmp_path):
+    """The floor gets the envelope of its probes and of a vertex along its direction alone."""
+    write_netcdf(tmp_path / "transient.nc", store)
+    alone = read_case_spectra(tmp_path / "transient.nc")
+    vertices = Records(np.array([0]), np.array([2]), np.array([77]))
+    spectra = RecordSpectra(np.full((2, 1, 5), 0.9), np.array([2.0]))
+    found = alone.with_vertices(vertices, spectra)
+    np.testing.assert_array_equal(found.floor_psa[:, 0, :2], alone.floor_psa[:, 0, :2])
+    np.testing.assert_array_equal(
+        found.floor_psa[:, 0, 2], np.maximum(0.9, alone.psa[:, :2, 2].max(1))
+    )
+    np.testing.assert_array_equal(found.probes_psa, alone.floor_psa)
+    assert found.floor_pfa[0, 2] == 2.0 > alone.floor_pfa[0, 2]
 
 
 def test_another_store(store, tmp_path):

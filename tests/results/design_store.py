@@ -12,7 +12,8 @@ import xarray as xr
 
 from impactfem.design.carried import CarriedEnsemble
 from impactfem.design.case_spectra import CaseSpectra
-from impactfem.design.floor_points import floor_points
+from impactfem.design.floor_points import enveloped, floor_points
+from impactfem.design.records import Records, RecordSpectra
 from impactfem.design.store import write_design
 from impactfem.design.whole_floors import WholeFloors
 from impactfem.files import write_netcdf
@@ -31,14 +32,15 @@ class WantedDesign:
         motions: Members of the ensemble; none without one.
         devices: Names of the anchors.
         still: Whether nothing moves along x.
-        whole: Vertices over points of the floors; None without fields over the floors.
+        whole: Envelope of all vertices over that of those that govern; None without fields over
+            the floors, and without such vertices.
         failed: Number of members that failed.
     """
 
     motions: int = 5
     devices: tuple[str, ...] = ("pump",)
     still: bool = False
-    whole: float | None = 1.1
+    whole: float | None = 1.02
     failed: int = 0
 
 
@@ -48,13 +50,20 @@ def peaked(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
     return 1.0 + rng.uniform(5.0, 9.0, (*shape, 1)) / (1.0 + (9.0 * (F / at - 1.0)) ** 2)
 
 
-def own_spectra(still: bool = False) -> CaseSpectra:
-    """Spectra under the case's own motion."""
+def vertices(still: bool = False) -> Records:
+    """A vertex of each floor along each direction, and one more of the upper floor along y."""
+    places = [(s, c) for s in (0, 1) for c in range(3) if c or not still]
+    floor, component = np.array([*places, (1, 1)]).T
+    return Records(floor, component, 100 + np.arange(len(floor)))
+
+
+def own_spectra(still: bool = False, alone: bool = False) -> CaseSpectra:
+    """Spectra under the case's own motion; with the probes alone, or with vertices."""
     psa = peaked(np.random.default_rng(1), (2, len(NAMES), 3))
     if still:
         psa[:, :, 0] = 0.0
     floors, elsewhere = floor_points(NAMES, np.array([[0.0, 0.0, z] for z in HEIGHT]))
-    return CaseSpectra(
+    own = CaseSpectra(
         building="B1",
         names=NAMES,
         nodes=np.arange(len(NAMES)),
@@ -66,20 +75,37 @@ def own_spectra(still: bool = False) -> CaseSpectra:
         pfa=psa[0, :, :, -1],
         maximum_frequency=50.0,
     )
+    if alone:
+        return own
+    there = vertices(still)
+    # The vertices move as much as the probes, at other frequencies.
+    at_vertices = peaked(np.random.default_rng(5), (2, len(there)))
+    return own.with_vertices(there, RecordSpectra(at_vertices, at_vertices[0, :, -1]))
 
 
 def design_store(path: Path, asked: WantedDesign | None = None) -> CaseSpectra:
     """Write the store; gives the spectra under the case's own motion."""
     asked = asked or WantedDesign()
-    rng, own = np.random.default_rng(2), own_spectra(asked.still)
+    rng, own = np.random.default_rng(2), own_spectra(asked.still, asked.whole is None)
     whole = None
     if asked.whole is not None:
+        there = vertices(asked.still)
+        empty = np.zeros((2, 3, F.size))
+        known = RecordSpectra(own.vertex_spectra.psa, own.vertex_spectra.pfa)
+        reached = there.raised(empty, known.psa[0], axis=0)
+        reached_pfa = there.raised(empty[..., 0], known.pfa, axis=0)
         whole = WholeFloors(
             frequency=F,
             damping=0.02,
-            psa=asked.whole * own.floor_psa[0],
+            psa=asked.whole * reached,
+            pfa=asked.whole * reached_pfa,
             vertices=np.array([50, 60]),
             points_per_cycle=2.0,
+            governing=there,
+            position=np.stack([there.node, 0.0 * there.node, 3.0 + 3.0 * there.floor], axis=1),
+            governing_psa=reached,
+            governing_pfa=reached_pfa,
+            candidates=there,
         )
     carried = None
     if asked.motions:
@@ -90,6 +116,9 @@ def design_store(path: Path, asked: WantedDesign | None = None) -> CaseSpectra:
             failed={f"seed_{n + k}": "too far" for k in range(asked.failed)},
             psa=psa,
             pfa=psa[:, 0, :, :, -1],
+            floor_psa=enveloped(psa, own.floors, axis=2),
+            floor_pfa=enveloped(psa[:, 0, :, :, -1], own.floors, axis=1),
+            vertices=np.full((n, 2, 3), 4),
             floors=(1, 2),
             impact_force=rng.uniform(8e7, 1.4e8, (n, 2)),
             devices=asked.devices,

@@ -62,6 +62,7 @@ def test_set_of_a_statistic(members):
     assert found.zpa[0, 0, 0] == pytest.approx(7.0 / 3.0)
     assert found.motions == ("mean of 3 motions",) and found.stations == members.stations
     design = found.design(0.15)
+    assert design.motions_text == "mean of 3 motions"
     wanted = broaden(F, found.psa[0, 0, 0, 0], 0.15, design.frequency)
     np.testing.assert_allclose(design.psa[0, 0, 0], wanted)
 

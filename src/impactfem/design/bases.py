@@ -8,7 +8,7 @@ others, and the accelerations add.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from impactfem.case.transient import Transient
 from impactfem.transient.loads import EdgeForce, Loads
 from impactfem.transient.prepared import Prepared
 from impactfem.transient.reduced_basis import ReducedBasis, build_basis
-from impactfem.transient.response import NodeResponse, modal_histories, node_response
+from impactfem.transient.response import modal_histories
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -59,30 +59,62 @@ def shares(bases: Sequence[ReducedBasis], loads: Loads) -> list[Loads]:
     return found
 
 
-def superposed(
-    bases: Sequence[ReducedBasis], loads: Loads, damping: tuple[float, float], nodes: Index
-) -> NodeResponse:
-    """Histories at nodes by several bases together.
+@dataclass(frozen=True, eq=False)
+class ModalShare:
+    """What one basis gives of a motion.
+
+    Args:
+        basis: The basis.
+        loads: Its share of the loads; the ground moves in the share of the first basis alone.
+        acceleration: q'' of its finest model under them, shape (r, n_t).
+    """
+
+    basis: ReducedBasis
+    loads: Loads
+    acceleration: Array
+
+
+def modal_shares(
+    bases: Sequence[ReducedBasis], loads: Loads, damping: tuple[float, float]
+) -> list[ModalShare]:
+    """Modal accelerations of several bases that add up to a motion.
 
     Args:
         bases: As of `shares`.
         loads: The loads.
         damping: α [1/s] and β [s].
-        nodes: Nodes that all bases were made for, shape (n,).
 
     Raises:
-        KeyError: No basis has one of the loads, or one was not made for a node.
+        KeyError: No basis has one of the loads.
     """
-    found = [
-        node_response(basis, modal_histories(basis, share, damping), share, nodes)
+    return [
+        ModalShare(basis, share, modal_histories(basis, share, damping).acceleration)
         for basis, share in zip(bases, shares(bases, loads), strict=True)
         if share.names
     ]
-    return NodeResponse(
-        time_step=loads.time_step,
-        displacement=np.asarray(sum(one.displacement for one in found), dtype=np.float64),
-        acceleration=np.asarray(sum(one.acceleration for one in found), dtype=np.float64),
-    )
+
+
+def records_of(
+    motion: Sequence[ModalShare], nodes: Index, components: Index, *, roughly: bool = False
+) -> Array:
+    """Absolute accelerations of some nodes, each along one direction, shape (n, n_t) [m/s2].
+
+    Args:
+        motion: As of `modal_shares`.
+        nodes: Nodes that all bases were made for, shape (n,).
+        components: 0, 1 or 2 for x, y, z, shape (n,).
+        roughly: Whether single precision is enough, which takes half the time.
+
+    Raises:
+        KeyError: A basis was not made for a node.
+    """
+    kind = np.float32 if roughly else np.float64
+    found: Array = np.zeros((len(nodes), len(motion[0].loads.ground)))
+    for one in motion:
+        shapes = one.basis.of(one.basis.model, nodes)[np.arange(len(nodes)), components]
+        found += shapes.astype(kind) @ one.acceleration.astype(kind)
+        found += one.loads.ground.T[components]
+    return found
 
 
 def at_nodes(basis: ReducedBasis, nodes: Index) -> ReducedBasis:
@@ -116,10 +148,11 @@ def further_basis(
     comm: Any,
     directions: Sequence[int],
     edges: Sequence[EdgeForce],
+    nodes: Index,
     step: Any,
     within: Any,
 ) -> ReducedBasis:
-    """A basis for further loads at the probes. Collective.
+    """A basis for further loads, as accurate as is asked at the probes. Collective.
 
     Args:
         transient: Says how accurate it is to be.
@@ -127,13 +160,13 @@ def further_basis(
         comm: Communicator of the matrices.
         directions: Components of the ground that it is to have.
         edges: Forces on edges that it is to have.
+        nodes: Nodes that it is to be made for, the probes among them, ascending.
         step: Called with "matrices" and "basis", which run inside its context.
         within: Called with the name of a step and the part of it that is done.
 
     Raises:
         SolutionError: It does not reach its tolerance with the most vectors.
     """
-    nodes = np.array([probe.node for probe in prepared.probes])
     loads = Loads(
         time_step=transient.time_step,
         ground=np.zeros((1, 3)),
@@ -152,8 +185,8 @@ def further_basis(
             K,
             patterns,
             loads.names,
-            probes=nodes,
-            nodes=np.unique(nodes),
+            probes=np.array([probe.node for probe in prepared.probes]),
+            nodes=nodes,
             damping=prepared.damping,
             maximum_frequency=transient.maximum_frequency,
             shift=transient.shift,

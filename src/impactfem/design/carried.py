@@ -20,6 +20,11 @@ class CarriedEnsemble:
         psa: Pseudo-acceleration at the probes of `transient.nc`, shape
             (n_m, n_dampings, n_probes, 3, n_frequencies) [m/s2].
         pfa: Peak acceleration at them, shape (n_m, n_probes, 3) [m/s2].
+        floor_psa: Envelope of the pseudo-accelerations over the probes of each floor and the
+            vertices that govern under the member's motion, shape
+            (n_m, n_dampings, n_stations, 3, n_frequencies) [m/s2].
+        floor_pfa: The same of the peak accelerations, shape (n_m, n_stations, 3) [m/s2].
+        vertices: Number of the vertices that govern, shape (n_m, n_stations, 3).
         floors: Numbers of the floors that contact pairs touch.
         impact_force: Largest force of the sticks on each of them, shape (n_m, n_floors) [N].
         devices: Names of the n_d anchors of the devices: that of a device with one is its own.
@@ -27,14 +32,17 @@ class CarriedEnsemble:
             (n_m, n_d, 6) [N, N m].
         device_spectrum: The same by response spectrum analysis, same shape.
         analysis: Name of that analysis; empty without devices.
-        basis_error: Largest estimated error of the transfer functions of the bases, shape (n_m,)
-            [-].
+        basis_error: Largest estimated error of the transfer functions of the bases at the probes
+            and at the vertices that govern under the case's own motion, shape (n_m,) [-].
     """
 
     members: tuple[str, ...]
     failed: dict[str, str]
     psa: Array
     pfa: Array
+    floor_psa: Array
+    floor_pfa: Array
+    vertices: NDArray[np.int64]
     floors: tuple[int, ...]
     impact_force: Array
     devices: tuple[str, ...]

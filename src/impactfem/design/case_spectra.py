@@ -1,8 +1,11 @@
-"""Spectra at the points of the floors under the case's own motion, from `transient.nc`."""
+"""Spectra at the points of the floors under the case's own motion.
+
+Those at the probes are read from `transient.nc`; those at the vertices that govern are added.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -11,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.design.floor_points import FloorPoints, enveloped, floor_points
+from impactfem.design.records import Records, RecordSpectra
 from impactfem.errors import ImpactfemError
 
 Array = NDArray[np.float64]
@@ -18,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class CaseSpectra:
-    """What the stage `transient` found at its probes.
+    """What the stage `transient` found at its probes, and the same at vertices of the floors.
 
     Args:
         building: Name of the building.
@@ -31,6 +35,8 @@ class CaseSpectra:
         psa: Pseudo-acceleration along x, y, z, shape (n_d, n_p, 3, n_f) [m/s2].
         pfa: Peak acceleration, shape (n_p, 3) [m/s2].
         maximum_frequency: Up to which the 3D model is meant [Hz].
+        vertices: The vertices of the floors that govern; none where the probes stand alone.
+        vertex_spectra: Spectra of these n_v records; None without.
     """
 
     building: str
@@ -43,16 +49,37 @@ class CaseSpectra:
     psa: Array
     pfa: Array
     maximum_frequency: float
+    vertices: Records = field(default_factory=Records.none)
+    vertex_spectra: RecordSpectra | None = None
+
+    @cached_property
+    def probes_psa(self) -> Array:
+        """Envelope over the probes of each floor, shape (n_d, n_floors, 3, n_f) [m/s2]."""
+        return enveloped(self.psa, self.floors, axis=1)
 
     @cached_property
     def floor_psa(self) -> Array:
         """Envelope over the points of each floor, shape (n_d, n_floors, 3, n_f) [m/s2]."""
-        return enveloped(self.psa, self.floors, axis=1)
+        if self.vertex_spectra is None:
+            return self.probes_psa
+        return self.vertices.raised(self.probes_psa, self.vertex_spectra.psa, axis=1)
 
     @cached_property
     def floor_pfa(self) -> Array:
         """Envelope over the points of each floor, shape (n_floors, 3) [m/s2]."""
-        return enveloped(self.pfa, self.floors, axis=0)
+        at_probes = enveloped(self.pfa, self.floors, axis=0)
+        if self.vertex_spectra is None:
+            return at_probes
+        return self.vertices.raised(at_probes, self.vertex_spectra.pfa, axis=0)
+
+    def with_vertices(self, vertices: Records, spectra: RecordSpectra) -> CaseSpectra:
+        """The same with the vertices that govern.
+
+        Args:
+            vertices: The vertices.
+            spectra: Their spectra, at the same dampings and frequencies.
+        """
+        return replace(self, vertices=vertices, vertex_spectra=spectra)
 
 
 def read_case_spectra(path: Path) -> CaseSpectra:

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
-from impactfem.design.bases import superposed
+from impactfem.design.bases import modal_shares
+from impactfem.design.floor_points import FloorPoints, enveloped
 from impactfem.design.member_loads import MemberLoads
+from impactfem.design.point_spectra import Search, governing_of, point_spectra
+from impactfem.design.records import Records
 from impactfem.equipment.analysis import Analyst
 from impactfem.equipment.spectrum_choice import SpectrumChoice
 from impactfem.transient.reduced_basis import ReducedBasis
-from impactfem.transient.response import node_spectra
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -30,8 +32,11 @@ class Carrier:
     """What all members share.
 
     Args:
-        bases: Reduced bases of the building (see `bases`), at its probes.
+        bases: Reduced bases of the building (see `bases`), at all nodes that are looked at.
         nodes: Nodes of the probes, shape (n_p,).
+        floors: Which of the probes are on each floor.
+        search: Where the vertices are sought that govern; None without fields over the floors,
+            where the probes stand alone for them.
         damping: α [1/s] and β [s] of the building.
         spectra: The case's floor spectra.
         analyst: Of the devices; None without devices.
@@ -40,6 +45,8 @@ class Carrier:
 
     bases: tuple[ReducedBasis, ...]
     nodes: Index
+    floors: tuple[FloorPoints, ...]
+    search: Search | None
     damping: tuple[float, float]
     spectra: Spectra
     analyst: Analyst | None
@@ -56,12 +63,24 @@ def carry(carrier: Carrier, member: MemberLoads) -> dict[str, Array]:
     Raises:
         ImpactfemError: A spectrum does not reach a mode of a device, or the result is not finite.
     """
-    loads = member.loads
-    response = superposed(carrier.bases, loads, carrier.damping, carrier.nodes)
-    spectra = node_spectra(response, carrier.spectra)
+    loads, probes = member.loads, len(carrier.nodes)
+    motion = modal_shares(carrier.bases, loads, carrier.damping)
+    chosen = Records.none() if carrier.search is None else governing_of(motion, carrier.search)
+    spectra = point_spectra(
+        motion,
+        np.concatenate([np.repeat(carrier.nodes, 3), chosen.node]),
+        np.concatenate([np.tile(np.arange(3), probes), chosen.component]),
+        carrier.spectra,
+    )
+    psa = spectra.psa[:, : 3 * probes].reshape(len(spectra.psa), probes, 3, -1)
+    pfa = spectra.pfa[: 3 * probes].reshape(probes, 3)
+    vertex_psa, vertex_pfa = spectra.psa[:, 3 * probes :], spectra.pfa[3 * probes :]
     found = {
-        "psa": spectra.psa.reshape(len(spectra.damping), len(carrier.nodes), 3, -1),
-        "pfa": np.abs(response.acceleration).max(axis=0),
+        "psa": psa,
+        "pfa": pfa,
+        "floor_psa": chosen.raised(enveloped(psa, carrier.floors, axis=1), vertex_psa, axis=1),
+        "floor_pfa": chosen.raised(enveloped(pfa, carrier.floors, axis=0), vertex_pfa, axis=0),
+        "vertices": chosen.counts(len(carrier.floors)),
         "impact_force": member.peak_force,
         "basis_error": np.array(max(basis.difference for basis in carrier.bases)),
         "device_force": np.zeros((0, len(WORDS))),

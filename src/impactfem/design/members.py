@@ -20,7 +20,10 @@ from impactfem.log import LOGGER
 Array = NDArray[np.float64]
 Arrays = dict[str, Any]
 
-RESULTS = ("psa", "pfa", "impact_force", "device_force", "device_spectrum", "basis_error")
+RESULTS = (
+    *("psa", "pfa", "floor_psa", "floor_pfa", "vertices", "impact_force"),
+    *("device_force", "device_spectrum", "basis_error"),
+)
 
 
 def stored_members(files: Mapping[str, Path], keys: Mapping[str, str]) -> dict[str, Arrays]:

@@ -1,8 +1,8 @@
 """The scalar results of the stage `design`, by the names of `summary.json`.
 
 Spectra are those at the first damping along the shown direction, enveloped over the points of each
-floor. `ensemble3d.STATISTIC.X` is a statistic over the members of their X; X has the name that it
-has for the case's own motion, `design.X` for `frs.*`.
+floor: its probes, and the vertices that govern. `ensemble3d.STATISTIC.X` is a statistic over the
+members of their X; X has the name that it has for the case's own motion, `design.X` for `frs.*`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from impactfem.design.carried import CarriedEnsemble
 from impactfem.design.case_spectra import CaseSpectra
-from impactfem.design.floor_points import CENTRE, enveloped
+from impactfem.design.floor_points import CENTRE
 from impactfem.scalar import Scalar
 from impactfem.spectra.member_statistics import STATISTICS, over_members
 
@@ -32,7 +32,7 @@ def design_scalars(
     c = "xyz".index(direction)
     scalars = []
     for k, floor in enumerate(own.floors):
-        psa, at = own.floor_psa[0, k, c], f"envelope of {len(floor.names)} points"
+        psa, at = own.floor_psa[0, k, c], _points(len(floor.names), len(own.vertices.at(k, c)))
         peak = int(np.argmax(psa))
         name = f"design.frs.floor_{floor.floor}"
         scalars += [
@@ -51,15 +51,15 @@ def _ensemble(own: CaseSpectra, c: int, carried: CarriedEnsemble) -> list[Scalar
             "ensemble3d.basis_error",
             float(carried.basis_error.max()),
             "-",
-            "transfer functions at the probes",
+            "transfer functions at the points",
         ),
     ]
-    peaks = enveloped(carried.psa[:, 0], own.floors, axis=1)[:, :, c].max(axis=-1)
-    zpa = enveloped(carried.pfa, own.floors, axis=1)[:, :, c]
+    peaks = carried.floor_psa[:, 0, :, c].max(axis=-1)
+    zpa = carried.floor_pfa[:, :, c]
     for k, floor in enumerate(own.floors):
         centre = own.names.index(f"{CENTRE}{floor.floor}")
         at_centre = carried.psa[:, 0, centre, c].max(axis=-1)
-        envelope = f"envelope of {len(floor.names)} points"
+        envelope = _points(len(floor.names), round(carried.vertices[:, k, c].mean()))
         name = f"floor_{floor.floor}"
         scalars += _statistics(f"frs.{name}.peak", peaks[:, k], "m/s2", envelope)
         scalars += _statistics(f"frs.{name}.zpa", zpa[:, k], "m/s2", envelope)
@@ -77,6 +77,11 @@ def _ensemble(own: CaseSpectra, c: int, carried: CarriedEnsemble) -> list[Scalar
             difference = 1.0 - rsa / detailed
             scalars += _statistics(f"{name}.relative_difference.impact", difference, "-", analysis)
     return scalars
+
+
+def _points(probes: int, vertices: int) -> str:
+    """What is enveloped, in words."""
+    return f"envelope of {probes} probes" + (f" and {vertices} vertices" if vertices else " alone")
 
 
 def _statistics(name: str, values: Array, unit: str, note: str) -> list[Scalar]:

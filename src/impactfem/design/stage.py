@@ -10,34 +10,42 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactfem.case import Case
-from impactfem.design.bases import at_nodes, further_basis, lacking
+from impactfem.design.analyst import analyst_alone, choice_of
+from impactfem.design.bases import at_nodes, further_basis, lacking, modal_shares
 from impactfem.design.carried import CarriedEnsemble
+from impactfem.design.case_spectra import CaseSpectra, read_case_spectra
 from impactfem.design.member import Carrier
 from impactfem.design.member_loads import MemberLoads, Pairs, member_loads, pairs_of
 from impactfem.design.members import carry_members, stacked, stored_members
+from impactfem.design.point_spectra import Search, point_spectra
+from impactfem.design.whole_floors import WholeFloors, read_whole_floors
 from impactfem.equipment.analysis import Analyst
 from impactfem.equipment.prepared import Prepared as DevicePrepared
-from impactfem.equipment.scalars import PREFERRED
-from impactfem.equipment.spectrum_choice import SpectrumChoice
-from impactfem.equipment.stage import analyst_of, device_model
-from impactfem.equipment.study_model import StudyModel
+from impactfem.equipment.stage import device_model
 from impactfem.equipment.support import supports_of
 from impactfem.errors import ImpactfemError
 from impactfem.log import LOGGER
 from impactfem.parallel import on_root, workers
 from impactfem.sticks.ensemble import Member, member_key, members_of
 from impactfem.sticks.from_case import calibration_of, system_of
+from impactfem.transient.loads import Loads
 from impactfem.transient.prepared import Prepared, transient_of
 from impactfem.transient.reduced_basis import ReducedBasis
 from impactfem.transient.stage import BASIS
 
+Index = NDArray[np.int64]
+Arrays = dict[str, Any]
 Step = Callable[[str], AbstractContextManager[None]]
 Progress = Callable[[str, float], None]
 
 FURTHER_BASIS = "design_basis.npz"
 MEMBERS = Path("design") / "members"
+EVERY = 2
+"""At every so many-th frequency of the fields the vertices are sought that govern under other
+motions: 33 in a decade."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +69,22 @@ def carried_members(case: Case) -> list[Member]:
     return members_of(case)[:count] if count else []
 
 
-def carry_ensemble(
+@dataclass(frozen=True, eq=False)
+class DesignStudy:
+    """What the stage computed; on rank 0.
+
+    Args:
+        own: The spectra under the case's own motion.
+        whole: Those over whole floors; None without fields over the floors.
+        carried: The ensemble; None without one.
+    """
+
+    own: CaseSpectra
+    whole: WholeFloors | None
+    carried: CarriedEnsemble | None
+
+
+def run_design(
     case: Case,
     prepared: Prepared,
     equipment: DevicePrepared | None,
@@ -71,79 +94,120 @@ def carry_ensemble(
     *,
     keys: Keys,
     within: Progress = lambda name, part: None,
-) -> CarriedEnsemble | None:
-    """Carry members of the ensemble through the 3D building and the devices. Collective.
+) -> DesignStudy | None:
+    """Run the stage: the case's own motion, and an ensemble where one is asked for. Collective.
+
+    Members of the ensemble are carried through the 3D building and the devices.
 
     Args:
         case: The case, with the targets of its sticks and the numbers of its contact laws.
         prepared: Of the stage `transient`.
-        equipment: Of the stage `device`; None without devices.
+        equipment: Of the stage `device`; None without devices, or without an ensemble.
         folder: The run's folder.
         comm: Communicator of the matrices.
-        step: Called with the name of each step ("sticks", "matrices", "basis", "members"), which
-            runs inside its context.
+        step: Called with the name of each step ("sticks", "matrices", "basis", "vertices",
+            "members"), which runs inside its context.
         keys: Hashes of what is kept.
         within: Called with the name of a step and the part of it that is done.
 
     Returns:
-        The ensemble on rank 0, None on the others.
+        The results on rank 0, None on the others.
 
     Raises:
         SolutionError: Fewer than two members gave a result, or a basis is not accurate enough.
-        ImpactfemError: A file cannot be written.
+        ImpactfemError: A file cannot be read or written.
     """
+    own, whole = on_root(lambda: _seen(folder))
+    run = _Run(case, prepared, equipment, folder, comm, step, keys, within, own, whole)
     members = carried_members(case)
-    files, member_keys = on_root(lambda: _places(members, folder / MEMBERS, keys.members))
+    files, member_keys = on_root(lambda: _places(members, folder / MEMBERS, run.members_key))
     found = stored_members(files, member_keys) if comm.rank == 0 else {}
     waiting = comm.bcast([member.name for member in members if member.name not in found])
     failed: dict[str, str] = {}
     loads: dict[str, MemberLoads] = {}
-    nodes = np.array([probe.node for probe in prepared.probes])
-    pairs = on_root(lambda: _pairs(case, prepared, folder))
-    if waiting:
-
-        def run_sticks() -> None:
-            asked = [member for member in members if member.name in waiting]
-            more, others = _loads(case, asked, pairs, lambda part: within("sticks", part))
-            loads.update(more)
-            failed.update(others)
-
-        with step("sticks"):
-            on_root(run_sticks)
-        bases = _bases(case, prepared, loads, folder, comm, step, keys.basis, within)
-        analyst = None
-        if equipment is not None:
-            model = device_model(
-                case, equipment, folder, comm, step, model_key=keys.device, within=within
-            )
-            if model is not None:
-                analyst = _analyst(case, equipment, model)
-        with workers() as executor:
-            if executor is None:
-                return None  # this rank has worked for rank 0 until now
-            carrier = Carrier(
-                bases=tuple(at_nodes(basis, nodes) for basis in bases),
-                nodes=nodes,
-                damping=prepared.damping,
-                spectra=case.spectra,
-                analyst=analyst,
-                choice=None if equipment is None else _choice(equipment),
-            )
-            with step("members"):
-                count = len(loads)
-                more, others = carry_members(
-                    carrier,
-                    loads,
-                    files,
-                    member_keys,
-                    executor,
-                    lambda done: within("members", done / count),
-                )
-        found |= more
-        failed |= others
+    pairs = on_root(lambda: _pairs(case, prepared, folder)) if members else None
+    if waiting and pairs is not None:
+        asked = [member for member in members if member.name in waiting]
+        loads, failed = _loads_on_root(run, asked, pairs)
+    if whole is not None or waiting:
+        bases = _bases(run, [one.loads for one in loads.values()])
+        own = _with_vertices(run, bases)
+        if waiting:
+            more, others = _carry(run, bases, loads, files, member_keys)
+            found |= more
+            failed |= others
     if comm.rank != 0:
         return None
     names = [member.name for member in members if member.name in found]
+    carried = None if pairs is None else _carried(run, pairs, names, found, failed)
+    return DesignStudy(own, whole, carried)
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What the parts of the stage share: the arguments of `run_design`, and what it read.
+
+    Args:
+        own: The spectra of the probes under the case's own motion.
+        whole: Those over whole floors; None without.
+    """
+
+    case: Case
+    prepared: Prepared
+    equipment: DevicePrepared | None
+    folder: Path
+    comm: Any
+    step: Step
+    keys: Keys
+    within: Progress
+    own: CaseSpectra
+    whole: WholeFloors | None
+
+    @property
+    def probes(self) -> Index:
+        """Nodes of the probes, shape (n_probes,)."""
+        return np.array([probe.node for probe in self.prepared.probes])
+
+    @property
+    def points(self) -> Index:
+        """Nodes of the probes and of the vertices that govern, ascending."""
+        governing = [] if self.whole is None else [self.whole.governing.node]
+        return _ascending([self.probes, *governing])
+
+    @property
+    def nodes(self) -> Index:
+        """All nodes that are looked at under any motion, ascending."""
+        candidates = [] if self.whole is None else [self.whole.candidates.node]
+        return _ascending([self.points, *candidates])
+
+    @property
+    def search(self) -> Search | None:
+        """Where the vertices are sought that govern under other motions."""
+        if self.whole is None:
+            return None
+        return Search(self.whole.candidates, self.whole.frequency[::EVERY], self.whole.damping)
+
+    @property
+    def members_key(self) -> str:
+        """Hash of what members depend on beside their motions, the search among vertices too."""
+        search = "probes alone" if self.search is None else self.search.key
+        return hashlib.sha256(f"{self.keys.members}{search}".encode()).hexdigest()
+
+
+def _ascending(nodes: list[Index]) -> Index:
+    return np.asarray(np.unique(np.concatenate(nodes)), dtype=np.int64)
+
+
+def _seen(folder: Path) -> tuple[CaseSpectra, WholeFloors | None]:
+    """What the stage `transient` saw at probes and over the floors."""
+    own = read_case_spectra(folder / "transient.nc")
+    return own, read_whole_floors(folder / "transient_maps.nc", own.floors)
+
+
+def _carried(
+    run: _Run, pairs: Pairs, names: list[str], found: dict[str, Arrays], failed: dict[str, str]
+) -> CarriedEnsemble:
+    equipment = run.equipment
     return CarriedEnsemble(
         members=tuple(names),
         failed=failed,
@@ -151,9 +215,26 @@ def carry_ensemble(
         devices=()
         if equipment is None
         else tuple(one.name for one in supports_of(equipment.devices)),
-        analysis="" if equipment is None else _choice(equipment).label,
+        analysis="" if equipment is None else choice_of(equipment).label,
         **stacked(names, found, failed),
     )
+
+
+def _with_vertices(run: _Run, bases: list[ReducedBasis]) -> CaseSpectra:
+    """The case's own motion at the vertices that govern, too; on rank 0 alone."""
+    if run.whole is None or run.comm.rank != 0:
+        return run.own
+    governing = run.whole.governing
+    with run.step("vertices"):
+        motion = modal_shares(bases, run.prepared.loads, run.prepared.damping)
+        spectra = point_spectra(motion, governing.node, governing.component, run.case.spectra)
+    LOGGER.info(
+        "design: %d vertices govern the envelopes of the floors, each along one direction, of %d"
+        " vertices",
+        len(governing),
+        run.whole.vertices.sum(),
+    )
+    return run.own.with_vertices(governing, spectra)
 
 
 def _places(
@@ -187,68 +268,122 @@ def _loads(
     return found, failed
 
 
-def _bases(
-    case: Case,
-    prepared: Prepared,
+def _carry(
+    run: _Run,
+    bases: list[ReducedBasis],
     loads: dict[str, MemberLoads],
-    folder: Path,
-    comm: Any,
-    step: Step,
-    key: str,
-    within: Progress,
-) -> list[ReducedBasis]:
-    """That of the stage `transient`, and a further one for the loads that it lacks. Collective."""
-    transient = transient_of(case)
-    nodes = np.array([probe.node for probe in prepared.probes])
-    own = _own_basis(prepared, folder, key) if comm.rank == 0 else None
-    directions, edges = comm.bcast(lacking(own, [one.loads for one in loads.values()]))
+    files: dict[str, Path],
+    member_keys: dict[str, str],
+) -> tuple[dict[str, Arrays], dict[str, str]]:
+    """Carry members through building and devices. Collective.
+
+    Returns:
+        Results and reasons of failure, by name; empty on other ranks than 0.
+    """
+    analyst = _analyst(run)
+    with workers() as executor:
+        if executor is None:
+            return {}, {}  # this rank has worked for rank 0 until now
+        carrier = _carrier(run, bases, analyst)
+        with run.step("members"):
+            count = len(loads)
+            return carry_members(
+                carrier,
+                loads,
+                files,
+                member_keys,
+                executor,
+                lambda done: run.within("members", done / count),
+            )
+
+
+def _loads_on_root(
+    run: _Run, members: list[Member], pairs: Pairs
+) -> tuple[dict[str, MemberLoads], dict[str, str]]:
+    """The step "sticks". Collective; on other ranks than 0 nothing is known of the loads."""
+    loads: dict[str, MemberLoads] = {}
+    failed: dict[str, str] = {}
+
+    def run_sticks() -> None:
+        more, others = _loads(run.case, members, pairs, lambda part: run.within("sticks", part))
+        loads.update(more)
+        failed.update(others)
+
+    with run.step("sticks"):
+        on_root(run_sticks)
+    return loads, failed
+
+
+def _carrier(run: _Run, bases: list[ReducedBasis], analyst: Analyst | None) -> Carrier:
+    highest = transient_of(run.case).maximum_frequency
+    nodes, points, damping = run.nodes, run.points, run.prepared.damping
+    return Carrier(
+        bases=tuple(
+            replace(at_nodes(basis, nodes), difference=basis.error(points, damping, highest))
+            for basis in bases
+        ),
+        nodes=run.probes,
+        floors=run.own.floors,
+        search=run.search,
+        damping=damping,
+        spectra=run.case.spectra,
+        analyst=analyst,
+        choice=None if run.equipment is None else choice_of(run.equipment),
+    )
+
+
+def _bases(run: _Run, others: list[Loads]) -> list[ReducedBasis]:
+    """That of the stage `transient`, and a further one for the loads that it lacks. Collective.
+
+    Args:
+        run: The run.
+        others: Loads beside those of the case's own motion; on other ranks than 0 none are known.
+    """
+    comm, prepared, key, nodes = run.comm, run.prepared, run.keys.basis, run.nodes
+    transient = transient_of(run.case)
+    own = _own_basis(run) if comm.rank == 0 else None
+    asked = others if run.whole is None else [prepared.loads, *others]
+    directions, edges = comm.bcast(lacking(own, asked))
     bases = [] if own is None else [own]
     if not directions and not edges:
         return bases
     names = [f"ground {'xyz'[c]}" for c in directions] + [edge.name for edge in edges]
-    further_key = hashlib.sha256(f"{key}{nodes.tolist()}{prepared.damping}".encode()).hexdigest()
-    path = folder / FURTHER_BASIS
+    seen = f"{key}{run.probes.tolist()}{nodes.tolist()}{prepared.damping}"
+    further_key = hashlib.sha256(seen.encode()).hexdigest()
+    path = run.folder / FURTHER_BASIS
     stored = ReducedBasis.read(path, further_key) if comm.rank == 0 else None
     if stored is not None and not set(names) <= set(stored.loads):
         stored = None
     if comm.bcast(stored is None):
         LOGGER.info("design: a further reduced basis for %s", ", ".join(names))
-        made = further_basis(transient, prepared, comm, directions, edges, step, within)
+        made = further_basis(
+            transient, prepared, comm, directions, edges, nodes, run.step, run.within
+        )
         on_root(lambda: made.write(path, further_key))
         return [*bases, made]
     return bases if stored is None else [*bases, stored]
 
 
-def _own_basis(prepared: Prepared, folder: Path, key: str) -> ReducedBasis | None:
-    """The basis of the stage `transient`, if it has the probes and the ground motion."""
-    found = ReducedBasis.read(folder / BASIS, key)
-    nodes = np.array([probe.node for probe in prepared.probes])
-    if found is None or not np.isin(nodes, found.nodes).all():
+def _own_basis(run: _Run) -> ReducedBasis | None:
+    """The basis of the stage `transient`, if it has all nodes and the ground motion."""
+    found = ReducedBasis.read(run.folder / BASIS, run.keys.basis)
+    if found is None or not np.isin(run.nodes, found.nodes).all():
         return None
-    ground = {f"ground {'xyz'[c]}" for c in prepared.loads.directions}
+    ground = {f"ground {'xyz'[c]}" for c in run.prepared.loads.directions}
     return found if ground <= set(found.loads) else None
 
 
-def _choice(equipment: DevicePrepared) -> SpectrumChoice:
-    """The response spectrum analysis that counts: translations, spectra as computed."""
-    asked = list(equipment.plans[0].rules)
-    combination = next((one for one in PREFERRED if one in asked), asked[0])
-    return SpectrumChoice(combination, rotations=False, broadened=False)
-
-
-def _analyst(case: Case, equipment: DevicePrepared, model: StudyModel) -> Analyst:
-    """What does that analysis alone of each device, beside the detailed one."""
-    chosen = _choice(equipment).combination
-    # The contacts of the wall experiment are most of the model, and of no use here.
-    every = analyst_of(case, equipment, replace(model, wall=None))
-    plans = [
-        replace(
-            plan,
-            rules={one: rules for one, rules in plan.rules.items() if one == chosen},
-            rotations=False,
-            broadening=0.0,
-            given=(),
-        )
-        for plan in every.plans
-    ]
-    return replace(every, plans=plans, covered=[()] * len(every.covered))
+def _analyst(run: _Run) -> Analyst | None:
+    """What analyses the devices of the members; None without devices. Collective."""
+    if run.equipment is None:
+        return None
+    model = device_model(
+        run.case,
+        run.equipment,
+        run.folder,
+        run.comm,
+        run.step,
+        model_key=run.keys.device,
+        within=run.within,
+    )
+    return None if model is None else analyst_alone(run.case, run.equipment, model)

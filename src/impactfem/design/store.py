@@ -2,11 +2,16 @@
 
 Dimensions `damping`, `station` (floors of the building of the 3D model), `direction`, `frequency`.
 `psa` is the envelope over the points of a floor under the case's own motion, `zpa` that of their
-peak accelerations, `governing` which probe has the largest ordinate. `whole_psa` is the envelope
-over all vertices of a floor at `whole_frequency`, where `transient_maps.nc` has fields.
+peak accelerations, `governing` which point has the largest ordinate; `probes_psa` is that over the
+probes alone. The points are the probes and, where `transient_maps.nc` has fields over the floors,
+the vertices that govern, along `vertex` with their place. `whole_psa` and `whole_zpa` are the
+envelope over all vertices of a floor at `whole_frequency`, from the fields; `reached_psa` and
+`reached_zpa` that of the governing ones, from the same fields.
 
 With an ensemble that is carried through the 3D model there is the dimension `motion`: `member_psa`
-and `member_zpa` are the same for each member, `member_impact_force` the largest force of the sticks
+and `member_zpa` are the same for each member, over the probes and the vertices that govern under
+its motion, `member_vertices` in number; `candidates` of each floor were looked at for these.
+`member_impact_force` the largest force of the sticks
 on each `edge`; with devices `member_device_force` and `member_device_spectrum` are their largest
 forces in the 3D model and by response spectrum analysis. Directions in which nothing moves are left
 out.
@@ -25,17 +30,15 @@ from numpy.typing import NDArray
 from impactfem.case import Case
 from impactfem.design.carried import CarriedEnsemble
 from impactfem.design.case_spectra import CaseSpectra
-from impactfem.design.floor_points import enveloped
+from impactfem.design.fewest import MISSED
 from impactfem.design.scalars import design_scalars
-from impactfem.design.whole_floors import WholeFloors
+from impactfem.design.whole_floors import STILL, WholeFloors
 from impactfem.files import write_netcdf
 from impactfem.scalar import to_json
 
 Array = NDArray[np.float64]
 Variables = dict[str, tuple[Any, ...]]
 
-STILL = 1e-9
-"""A direction is left out where no ordinate is above this part of the largest of all."""
 SI = {"units": "m/s2"}
 
 
@@ -69,11 +72,13 @@ def write_design(
             "governing": (
                 (*curve, "frequency"),
                 _governing(own)[:, :, moving],
-                {"note": "number of the probe in transient.nc"},
+                {"note": "number of the point"},
             ),
+            "probes_psa": ((*curve, "frequency"), own.probes_psa[:, :, moving], SI),
             **_stations(own),
             **({} if whole is None else _whole(whole, moving)),
-            **({} if carried is None else _members(own, carried, moving)),
+            **({} if whole is None else _vertices(whole)),
+            **({} if carried is None else _members(carried, moving)),
         },
         coords={
             "direction": ("direction", _words("xyz"[c] for c in moving)),
@@ -88,6 +93,7 @@ def write_design(
             "building": own.building,
             "shown_direction": case.shown_direction,
             "maximum_frequency": own.maximum_frequency,
+            "missed": MISSED,
             "elsewhere": json.dumps(own.elsewhere, ensure_ascii=False),
             "analysis": "" if carried is None else carried.analysis,
             "failed": json.dumps({} if carried is None else carried.failed, ensure_ascii=False),
@@ -97,23 +103,33 @@ def write_design(
 
 
 def _moving(own: CaseSpectra) -> list[int]:
-    largest = own.psa.max(axis=(0, 1, 3))
-    return [c for c in range(3) if largest[c] > STILL * largest.max()]
+    largest = own.floor_psa.max(axis=(0, 1, 3))
+    known = set(own.vertices.component.tolist())
+    return [c for c in range(3) if largest[c] > STILL * largest.max() or c in known]
 
 
 def _governing(own: CaseSpectra) -> NDArray[np.int64]:
-    """The probe with the largest ordinate, shape (n_d, n_floors, 3, n_f)."""
+    """The point with the largest ordinate, probes first, shape (n_d, n_floors, 3, n_f)."""
     found = [
         np.asarray(floor.probes)[own.psa[:, list(floor.probes)].argmax(axis=1)]
         for floor in own.floors
     ]
-    return np.asarray(np.stack(found, axis=1), dtype=np.int64)
+    governing: NDArray[np.int64] = np.stack(found, axis=1)
+    if own.vertex_spectra is None:
+        return governing
+    largest = np.array(own.probes_psa)
+    for v, place in enumerate(zip(own.vertices.floor, own.vertices.component, strict=True)):
+        here = (slice(None), *place)
+        higher = own.vertex_spectra.psa[:, v] > largest[here]
+        largest[here][higher] = own.vertex_spectra.psa[:, v][higher]
+        governing[here][higher] = len(own.names) + v
+    return governing
 
 
 def _stations(own: CaseSpectra) -> Variables:
     floors = own.floors
     return {
-        "probe": ("probe", _words(own.names)),
+        "point": ("point", _words([*own.names, *(f"node {n}" for n in own.vertices.node)])),
         "station": ("station", _words(f"{own.building}.floor_{f.floor}" for f in floors)),
         "station_floor": ("station", np.array([f.floor for f in floors])),
         "station_points": ("station", _words(", ".join(f.names) for f in floors)),
@@ -129,20 +145,42 @@ def _whole(whole: WholeFloors, moving: list[int]) -> Variables:
             whole.psa[:, moving],
             SI | {"damping": whole.damping, "note": samples},
         ),
+        "whole_zpa": (("station", "direction"), whole.pfa[:, moving], SI),
+        "reached_psa": (
+            ("station", "direction", "whole_frequency"),
+            whole.governing_psa[:, moving],
+            SI | {"note": "the vertices that govern, from the same fields"},
+        ),
+        "reached_zpa": (("station", "direction"), whole.governing_pfa[:, moving], SI),
+        "candidates": (
+            ("station", "direction"),
+            whole.candidates.counts(len(whole.vertices))[:, moving],
+        ),
         "whole_frequency": ("whole_frequency", whole.frequency, {"units": "Hz"}),
         "vertices": ("station", whole.vertices),
     }
 
 
-def _members(own: CaseSpectra, carried: CarriedEnsemble, moving: list[int]) -> Variables:
+def _vertices(whole: WholeFloors) -> Variables:
+    """The vertices that govern, each of a floor along a direction."""
+    governing = whole.governing
+    return {
+        "vertex_node": ("vertex", governing.node),
+        "vertex_station": ("vertex", governing.floor, {"note": "number of the station, from 0"}),
+        "vertex_direction": ("vertex", _words("xyz"[c] for c in governing.component)),
+        "vertex_position": (("vertex", "xyz"), whole.position, {"units": "m"}),
+    }
+
+
+def _members(carried: CarriedEnsemble, moving: list[int]) -> Variables:
     curve = ("motion", "damping", "station", "direction", "frequency")
-    psa = enveloped(carried.psa, own.floors, axis=2)[:, :, :, moving]
-    zpa = enveloped(carried.pfa, own.floors, axis=1)[:, :, moving]
+    place = ("motion", "station", "direction")
     forces = {"units": "N", "note": "N m for rx, ry, rz"}
     variables: Variables = {
         "motion": ("motion", _words(carried.members)),
-        "member_psa": (curve, psa, SI),
-        "member_zpa": (("motion", "station", "direction"), zpa, SI),
+        "member_psa": (curve, carried.floor_psa[:, :, :, moving], SI),
+        "member_zpa": (place, carried.floor_pfa[:, :, moving], SI),
+        "member_vertices": (place, carried.vertices[:, :, moving]),
         "edge": ("edge", np.array(carried.floors, dtype=np.int64), {"note": "floor's number"}),
         "member_impact_force": (
             ("motion", "edge"),

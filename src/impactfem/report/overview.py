@@ -9,11 +9,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from impactfem.report.run_files import RunFiles
 from impactfem.results.device_verdict import LOADS
 from impactfem.results.device_view import DeviceView
 from impactfem.results.transient_view import XYZ, TransientView
+from impactfem.spectra.member_statistics import over_members
+
+FLOORS = 3
+"""So many floors are shown where not all that are hit are."""
 
 
 @dataclass(frozen=True)
@@ -208,33 +213,62 @@ def _devices(run: RunFiles) -> Facts:
 
 def _carried(run: RunFiles) -> Facts:
     """What an ensemble of motions gives in the 3D model and on the first device."""
-    values, start = run.values, "ensemble3d.mean."
-    named = {
-        "design.frs": "envelope of the spectra, peak",
-        "transient.frs": "spectrum at the mass centre, peak",
-    }
-    floors = _series(values, re.escape(start) + r"frs\.floor_(\d+)\.peak")
-    rows: list[list[str]] = []
-    for number in list(floors)[-1:]:
-        for kind, words in named.items():
-            name = f"{kind}.floor_{number}.peak"
-            of_all = name.removeprefix("design.")
-            rows.append(_spread(values, name, of_all, f"floor {number}, {words} [m/s²]", 1.0))
+    values = run.values
+    with run.store("design.nc") as store:
+        rows, note = _carried_floors(store)
+    top = max(_series(values, r"ensemble3d\.mean\.transient\.frs\.floor_(\d+)\.peak"), default=None)
+    if top is not None:
+        name = f"transient.frs.floor_{top}.peak"
+        words = f"floor {top}, mass centre, peak of the spectrum [m/s²]"
+        rows.append(_spread(words, *_of_all(values, name, 1.0)))
     for name in values:
-        if name.startswith(f"{start}device.f") and name.count(".") == 5:
-            own = name.removeprefix(start)
+        if name.startswith("ensemble3d.mean.device.f") and name.count(".") == 5:
+            own = name.removeprefix("ensemble3d.mean.")
             _, force, analysis, _ = own.split(".")
             words = f"first device, {force.capitalize()}, {analysis} [kN]"
-            rows.append(_spread(values, own, own, words, 1e-3))
+            rows.append(_spread(words, *_of_all(values, own, 1e-3)))
     title = f"Over {values['ensemble3d.members']:.0f} motions through the 3D model"
-    return Facts(title, ["result", "this motion", "mean", "84 %"], rows)
+    return Facts(title, ["result", "this motion", "mean", "84 %", "84 % / this motion"], rows, note)
 
 
-def _spread(
-    values: dict[str, float], own: str, of_all: str, words: str, factor: float
-) -> list[str]:
-    found = (own, f"ensemble3d.mean.{of_all}", f"ensemble3d.p84.{of_all}")
-    return [words, *(_number(factor * values.get(name, math.nan), 4) for name in found)]
+def _carried_floors(store: xr.Dataset) -> tuple[list[list[str]], str]:
+    """Peaks of the envelopes of the floors: this motion, mean and fractile, and what is left out.
+
+    Along the shown direction all floors that a motion hits, along the others those of them on which
+    the fractile is highest above this motion; of all floors where none is hit.
+    """
+    own = store["psa"].values[0].max(axis=-1)
+    every = store["member_psa"].values[:, 0].max(axis=-1)
+    mean, fractile = over_members(every, "mean"), over_members(every, "p84")
+    ratio = np.divide(fractile, own, out=np.zeros_like(own), where=own > 0.0)
+    floors = store["station_floor"].values
+    hit = store["edge"].values[store["member_impact_force"].values.max(axis=0, initial=0.0) > 0.0]
+    shown, directions = str(store.attrs["shown_direction"]), store["direction"].values.tolist()
+    pool = np.flatnonzero(np.isin(floors, hit)) if hit.size else np.arange(floors.size)
+    rows = []
+    for direction in sorted(directions, key=lambda one: one != shown):
+        x = directions.index(direction)
+        most = pool[np.argsort(ratio[pool, x])[-FLOORS:]]
+        for s in sorted(pool if direction == shown and hit.size else most, reverse=True):
+            words = f"floor {floors[s]}, {direction}, peak of the envelope [m/s²]"
+            rows.append(_spread(words, own[s, x], mean[s, x], fractile[s, x]))
+    if hit.size:
+        note = f"All floors that one of the motions hits along {shown}; along other directions the "
+        note += f"{FLOORS} of them on which the 84 % are highest above this motion."
+    else:
+        note = f"The {FLOORS} floors on which the 84 % are highest above this motion."
+    return rows, f"{note} products/design_ensemble.csv has all floors."
+
+
+def _of_all(values: dict[str, float], name: str, factor: float) -> tuple[float, ...]:
+    """A result of this motion, and its mean and fractile; nan where one is not known."""
+    found = (name, f"ensemble3d.mean.{name}", f"ensemble3d.p84.{name}")
+    return tuple(factor * values.get(one, math.nan) for one in found)
+
+
+def _spread(words: str, own: float, mean: float, fractile: float) -> list[str]:
+    ratio = f"{fractile / own:.2f}" if own > 0.0 and np.isfinite(fractile) else ""
+    return [words, *(_number(value, 4) for value in (own, mean, fractile)), ratio]
 
 
 def _others(shown: Collection[object], whole: int) -> str:

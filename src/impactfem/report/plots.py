@@ -278,7 +278,7 @@ def _design_spectra(run: RunFiles) -> Plot:
     damping = 100.0 * float(made.case.source.damping[0])
     caption = (
         f"Design spectra of the floors of {building} along {direction}, {damping:g} % damping: "
-        "envelope over the floor's points, broadened. Further floors: click in the legend."
+        f"{made.view.enveloped}; broadened. Further floors: click in the legend."
     )
     return _spectrum("plot_design", caption, plot)
 

@@ -1,16 +1,15 @@
-"""How much of a floor the envelope of its points covers: beside that of all its vertices."""
+"""How much of a floor the envelope of its points has: beside that of all its vertices."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from impactfem.results.design_view import DesignView
+from impactfem.results.design_view import VERTICES, DesignView
 from impactfem.results.table import Cell, Table
-from impactfem.spectra.interpolation import interpolate_frequency
 
 
 def coverage_table(view: DesignView) -> Table | None:
-    """Of each floor and direction, where its vertices exceed the envelope of the points most.
+    """Of each floor and direction, what its points have of the envelope of all its vertices.
 
     Args:
         view: The design spectra.
@@ -20,42 +19,81 @@ def coverage_table(view: DesignView) -> Table | None:
     """
     source = view.case
     rows: list[tuple[Cell, ...]] = []
-    for s, station in enumerate(source.stations):
-        for x, direction in enumerate(source.directions):
-            for d, damping in enumerate(source.damping):
-                whole = view.whole(d, s, x)
-                if whole is None:
-                    continue
-                frequency, vertices = whole
-                points = interpolate_frequency(source.frequency, source.psa[0, d, s, x], frequency)
-                peak, worst = int(np.argmax(vertices)), int(np.argmax(vertices - points))
-                rows.append(
-                    (
-                        *(station.building, station.floor, direction),
-                        *_cells(damping),
-                        *(len(station.points), view.vertices(s)),
-                        *_cells(source.psa[0, d, s, x].max(), vertices[peak], frequency[peak]),
-                        *_cells(points[worst], vertices[worst], frequency[worst]),
-                    )
+    for s, x in view.places:
+        station = source.stations[s]
+        for d, damping in enumerate(source.damping):
+            whole = view.whole(d, s, x)
+            if whole is None:
+                continue
+            frequency, vertices = whole
+            at, share = view.reached(s, x)
+            worst, peak = int(np.argmin(share[:-1])), int(np.argmax(vertices))
+            rows.append(
+                (
+                    *(station.building, station.floor, source.directions[x], _cell(damping)),
+                    view.number_of_points(s, x) - int(view.vertex_counts[s, x]),
+                    *(int(view.vertex_counts[s, x]), view.vertices(s)),
+                    *map(_cell, (view.probes_peak(d, s, x), source.psa[0, d, s, x].max())),
+                    *map(_cell, (vertices[peak], frequency[peak])),
+                    *map(_cell, (share[worst], at[worst], share[-1])),
                 )
+            )
     if not rows:
         return None
     return Table(
         "design_coverage",
-        "Envelope of the points of each floor beside that of all its vertices, as computed",
+        "What the points of each floor have of the envelope of all its vertices, as computed",
         (
             *(("building", ""), ("floor", ""), ("direction", ""), ("damping", "-")),
-            *(("points", ""), ("vertices", "")),
+            *(("probes", ""), ("vertices that govern", ""), ("vertices", "")),
+            ("peak of the probes alone", "m/s2"),
             ("peak of the points", "m/s2"),
-            ("peak of the vertices", "m/s2"),
+            ("peak of all vertices, without samples between", "m/s2"),
             ("at", "Hz"),
-            ("points where the vertices exceed them most", "m/s2"),
-            ("vertices there", "m/s2"),
+            ("least part at any frequency, sampled alike", "-"),
             ("there", "Hz"),
+            ("part of the peak acceleration", "-"),
         ),
         tuple(rows),
     )
 
 
-def _cells(*values: float) -> tuple[Cell, ...]:
-    return tuple(float(f"{value:.6g}") for value in values)
+def vertex_table(view: DesignView) -> Table | None:
+    """The vertices that govern: where they are, their peaks, and where they are the largest.
+
+    Args:
+        view: The design spectra.
+
+    Returns:
+        The table; None without such vertices.
+    """
+    store, source = view.store, view.case
+    if "vertex" not in store.dims:
+        return None
+    probes = store.sizes["point"] - store.sizes["vertex"]
+    rows: list[tuple[Cell, ...]] = []
+    for v, s in enumerate(store["vertex_station"].values):
+        x = source.directions.index(str(store["vertex_direction"].values[v]))
+        largest = store["governing"].values[:, s, x] == probes + v
+        rows.append(
+            (
+                *(source.stations[s].building, source.stations[s].floor, source.directions[x]),
+                int(store["vertex_node"].values[v]),
+                *map(_cell, store["vertex_position"].values[v]),
+                _cell(float(largest.mean())),
+            )
+        )
+    return Table(
+        VERTICES,
+        "The vertices that govern the envelopes of the floors under the case's motion",
+        (
+            *(("building", ""), ("floor", ""), ("direction", ""), ("node", "")),
+            *((axis, "m") for axis in "xyz"),
+            ("part of the frequencies at which it is the largest", "-"),
+        ),
+        tuple(rows),
+    )
+
+
+def _cell(value: float) -> Cell:
+    return float(f"{value:.6g}")

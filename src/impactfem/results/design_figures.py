@@ -53,10 +53,10 @@ def _case_page(path: Path, products: DesignProducts, d: int, x: int) -> None:
     design = products.case
     source = design.source
     caption = (
-        f"{_head(design, d, x)} under the case's motion: envelope of the points of each floor of "
-        "the 3D model as computed and for design, beside that of all vertices of the floor and the "
-        "design spectrum of the sticks at the mass centre, where there are such; "
-        f"{design.broadening_text}. Dotted: zero-period acceleration."
+        f"{_head(design, d, x)} under the case's motion: envelope of {_points(products)} of each "
+        "floor of the 3D model as computed and for design, beside that of all vertices of the "
+        "floor, without samples between, and the design spectrum of the sticks at the mass centre, "
+        f"where there are such; {design.broadening_text}. Dotted: zero-period acceleration."
     )
     with _page(path, design, caption) as (drawn, axes):
         for s, panel in enumerate(axes):
@@ -83,9 +83,10 @@ def _ensemble_page(path: Path, products: DesignProducts, d: int, x: int) -> None
         raise ValueError("the store has no ensemble")
     design = products.case
     caption = (
-        f"{_head(design, d, x)} over {len(members.motions)} motions, envelope of the points of "
-        "each floor of the 3D model: design spectra of the mean and of the 84 % fractiles, beside "
-        f"that of the case's own motion; {design.broadening_text}. Grey: the members as computed."
+        f"{_head(design, d, x)} over {len(members.motions)} motions, envelope of "
+        f"{_points(products)} of each floor of the 3D model: design spectra of the mean and of the "
+        "84 % fractiles, beside that of the case's own motion; "
+        f"{design.broadening_text}. Grey: the members as computed."
     )
     lines = (
         ("mean", "mean", BLUE, "-"),
@@ -111,6 +112,11 @@ def _ensemble_page(path: Path, products: DesignProducts, d: int, x: int) -> None
                 label="the case's motion",
             )
         _finish(drawn, axes, design)
+
+
+def _points(products: DesignProducts) -> str:
+    whole = products.view.vertex_counts.any()
+    return "the probes and of the governing vertices" if whole else "the PROBES ALONE"
 
 
 def _head(design: DesignFloorSpectra, d: int, x: int) -> str:

@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.files import write_netcdf
-from impactfem.results.design_coverage import coverage_table
+from impactfem.results.design_coverage import coverage_table, vertex_table
 from impactfem.results.design_view import DesignView
 from impactfem.results.floor_products import FOLDER, floor_store, read_floor_spectra
 from impactfem.results.floor_workbook import write_workbook
@@ -112,9 +112,9 @@ def write_design_products(folder: Path, products: DesignProducts) -> list[Path]:
     if products.statistics:
         tables.append(statistics_table(products))
     files = [table.write_csv(target) for table in tables]
-    coverage = coverage_table(products.view)
-    if coverage is not None:
-        files.append(coverage.write_csv(others))
+    for table in (coverage_table(products.view), vertex_table(products.view)):
+        if table is not None:
+            files.append(table.write_csv(others))
     named = {"design_spectra": products.case}
     named |= {f"design_ensemble_{name}": one for name, one in products.statistics.items()}
     for name, design in named.items():
@@ -129,7 +129,7 @@ def case_table(products: DesignProducts) -> Table:
     """The spectra under the case's own motion, beside the design spectra of the sticks."""
     design = products.case
     rows: list[tuple[Cell, ...]] = []
-    for labels, index, ends in _each(design):
+    for labels, index, ends in _each(products.view, design):
         stick = products.of_stick(*index)
         columns = [design.computed[index], design.psa[index]]
         columns += [_inside(one, design.frequency) for one in (stick, products.view.whole(*index))]
@@ -138,7 +138,7 @@ def case_table(products: DesignProducts) -> Table:
         "computed",
         "for design",
         "for design, sticks at the mass centre",
-        "computed, all vertices of the floor",
+        "computed, all vertices of the floor, without samples between",
     )
     return _table(
         "design_spectra", "Design spectra of the 3D building under the case's motion", names, rows
@@ -150,7 +150,9 @@ def statistics_table(products: DesignProducts) -> Table:
     designs = [products.case, *products.statistics.values()]
     frequency = merged_frequencies(np.concatenate([one.frequency for one in designs]))
     rows: list[tuple[Cell, ...]] = []
-    for labels, index, ends in _each(next(iter(products.statistics.values()))):
+    for labels, index, ends in _each(
+        products.view, next(iter(products.statistics.values())), members=True
+    ):
         columns = [interpolate_frequency(d.frequency, d.psa[index], frequency) for d in designs]
         rows += _rows(labels, frequency, columns, ends)
     names = ("the case's motion", *(STATISTICS[name] for name in products.statistics))
@@ -164,7 +166,7 @@ def peak_table(products: DesignProducts) -> Table:
     design, view = products.case, products.view
     source = design.source
     rows: list[tuple[Cell, ...]] = []
-    for labels, (d, s, x), _ in _each(design):
+    for labels, (d, s, x), _ in _each(products.view, design):
         raw = design.raw[d, s, x]
         peak = int(np.argmax(raw))
         stick = products.of_stick(d, s, x)
@@ -184,7 +186,7 @@ def peak_table(products: DesignProducts) -> Table:
                 *labels,
                 *map(_cell, numbers),
                 view.governing(d, s, x, peak),
-                len(source.stations[s].points),
+                view.number_of_points(s, x),
                 *map(_cell, others),
             )
         )
@@ -211,16 +213,18 @@ Index = tuple[int, int, int]
 
 
 def _each(
-    design: DesignFloorSpectra,
+    view: DesignView, design: DesignFloorSpectra, *, members: bool = False
 ) -> Iterator[tuple[tuple[Cell, ...], Index, tuple[Cell, ...]]]:
     """Labels, index, and points, unit and method of each spectrum."""
     source = design.source
-    method = f"envelope of the points, {design.broadening_text}"
+    enveloped = view.members_enveloped if members else view.enveloped
+    method = f"{enveloped}; {design.broadening_text}"
     for s, station in enumerate(source.stations):
         for x, direction in enumerate(source.directions):
             for d, damping in enumerate(source.damping):
                 labels = (station.building, station.floor, direction, _cell(float(damping)))
-                yield labels, (d, s, x), (" ".join(station.points), UNIT, method)
+                points = view.member_points(s) if members else view.points(s, x)
+                yield labels, (d, s, x), ("; ".join(points), UNIT, method)
 
 
 def _rows(

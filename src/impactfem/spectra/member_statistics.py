@@ -64,10 +64,11 @@ def statistic_set(members: FloorSpectrumSet, name: str) -> FloorSpectrumSet:
     Raises:
         ImpactfemError: As of :func:`over_members`.
     """
-    count = len(members.motions)
+    words = f"{STATISTICS[name]} of {len(members.motions)} motions"
     return replace(
         members,
         psa=over_members(members.psa, name)[None],
         zpa=over_members(members.zpa, name)[None],
-        motions=(f"{STATISTICS[name]} of {count} motions",),
+        motions=(words,),
+        over=words,
     )

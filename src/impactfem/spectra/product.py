@@ -61,6 +61,7 @@ class FloorSpectrumSet:
         motions: Names of the n_m motions.
         title: Of the case.
         method: How they were computed, in words.
+        over: Where the one motion stands for a statistic over several, that in words; else empty.
     """
 
     frequency: FloatArray
@@ -72,6 +73,7 @@ class FloorSpectrumSet:
     motions: tuple[str, ...]
     title: str
     method: str
+    over: str = ""
 
     def __post_init__(self) -> None:
         f = checked_frequency(self.frequency)
@@ -215,6 +217,8 @@ class DesignFloorSpectra:
     def motions_text(self) -> str:
         """The motions and what was taken over them, in words."""
         count = len(self.source.motions)
+        if self.source.over:
+            return self.source.over
         if count == 1:
             return f"1 motion ({self.source.motions[0]})"
         return f"{count} motions, {statistic_words(self.statistic)}"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from impactfem.case import Case
-from impactfem.design.carried import CarriedEnsemble
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
 from impactfem.results.design_checks import design_checks
@@ -24,13 +24,17 @@ from impactfem.study.storey_factor import storey_factor
 from impactfem.study.structure_targets import with_structure_targets
 from impactfem.study.transient import TRANSIENT, basis_key
 
+if TYPE_CHECKING:
+    from impactfem.design.stage import DesignStudy
+
 DESIGN_ROOMS = (*DEVICE_ROOMS, "transient", "design")
 STEPS = {
     "inputs": 4.0,
     "sticks": 5.0,
     "matrices": 3.0,
     "basis": 12.0,
-    "members": 15.0,
+    "vertices": 1.0,
+    "members": 35.0,
     "stores": 1.0,
     "tables and figures": 8.0,
 }
@@ -63,18 +67,16 @@ def _members_key(case: Case) -> str:
 
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
-    from impactfem.design.case_spectra import read_case_spectra
     from impactfem.design.store import write_design
-    from impactfem.design.whole_floors import read_whole_floors
 
-    carried = _carry(case, folder, steps) if _carried(case) else None
+    study = _study(case, folder, steps)
 
     def write() -> list[Path]:
+        if study is None:
+            raise ValueError("rank 0 has the results of the stage")
         files = [folder / "design.nc"]
         with steps.step("stores"):
-            own = read_case_spectra(folder / "transient.nc")
-            whole = read_whole_floors(folder / "transient_maps.nc", own.floors)
-            write_design(files[0], case, own, whole, carried, key)
+            write_design(files[0], case, study.own, study.whole, study.carried, key)
         with steps.step("tables and figures"):
             files += _shown(case, folder)
         return files
@@ -82,29 +84,34 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return on_root(write)
 
 
-def _carry(case: Case, folder: Path, steps: Steps) -> CarriedEnsemble | None:
+def _study(case: Case, folder: Path, steps: Steps) -> DesignStudy | None:
     from impactfem.building.stage import mesh_of_run
-    from impactfem.design.stage import Keys, carry_ensemble
+    from impactfem.design.stage import Keys, run_design
     from impactfem.equipment.prepared import prepare as prepare_devices
     from impactfem.transient.prepared import prepare
 
     mesh = mesh_of_run(case, folder)
     forces = folder / "forces.nc"
+    members = _carried(case)
+    with_devices = bool(members and case.devices)
     with steps.step("inputs"):
         inputs = on_root(lambda: STICKS.key(case))
         keys = on_root(
             lambda: Keys(
                 basis=basis_key(case),
-                device=model_key(case) if case.devices else "",
-                members=_members_key(case),
+                device=model_key(case) if with_devices else "",
+                members=_members_key(case) if members else "",
             )
         )
-        case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
+        if members:
+            case = on_root(
+                lambda: with_contact_of_run(with_structure_targets(case, folder), folder)
+            )
         prepared = on_root(lambda: prepare(case, mesh, forces, storey_factor(folder), inputs))
         equipment = None
-        if case.devices:
+        if with_devices:
             equipment = on_root(lambda: prepare_devices(case, mesh, forces, storey_factor(folder)))
-    return carry_ensemble(
+    return run_design(
         case,
         prepared,
         equipment,

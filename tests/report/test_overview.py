@@ -1,0 +1,63 @@
+"""What the first page says of an ensemble that went through the 3D model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem.report.overview import _carried_floors
+
+FLOORS = 5
+
+
+@pytest.fixture
+def store() -> xr.Dataset:
+    """Five floors of which two are hit, with peaks of three motions."""
+    peak = np.ones((FLOORS, 2, 3))
+    motion = np.array([1.0, 2.0, 3.0])[:, None, None, None, None]
+    factor = np.array([1.0, 5.0, 2.0, 3.0, 4.0])[:, None, None]
+    return xr.Dataset(
+        {
+            "psa": (("damping", "station", "direction", "frequency"), peak[None]),
+            "member_psa": (
+                ("motion", "damping", "station", "direction", "frequency"),
+                motion * (factor * peak)[None, None],
+            ),
+            "station_floor": ("station", np.arange(1, FLOORS + 1)),
+            "edge": ("edge", np.array([3, 4, 5])),
+            "member_impact_force": (
+                ("motion", "edge"),
+                np.array([[0, 1, 1], [0, 0, 1], [0, 0, 1]]),
+            ),
+        },
+        coords={"direction": ("direction", ["x", "y"])},
+        attrs={"shown_direction": "y"},
+    )
+
+
+def names(rows: list[list[str]]) -> list[str]:
+    return [row[0].split(", peak")[0] for row in rows]
+
+
+def test_all_floors_that_are_hit(store: xr.Dataset) -> None:
+    rows, note = _carried_floors(store)
+    assert names(rows) == ["floor 5, y", "floor 4, y", "floor 5, x", "floor 4, x"]
+    # Mean of 4, 8 and 12 beside 1 of this motion; the fractile between the two largest.
+    assert rows[0][1:3] == ["1", "8"] and 8.0 < float(rows[0][3]) <= 12.0
+    assert float(rows[0][4]) == pytest.approx(float(rows[0][3]), abs=0.01)
+    assert "All floors that one of the motions hits along y" in note
+
+
+def test_where_none_is_hit_those_that_differ_most(store: xr.Dataset) -> None:
+    store["member_impact_force"][:] = 0
+    rows, note = _carried_floors(store)
+    wanted = ["floor 5", "floor 4", "floor 2"]
+    assert names(rows) == [f"{floor}, {one}" for one in "yx" for floor in wanted]
+    assert note.startswith("The 3 floors on which the 84 % are highest")
+
+
+def test_a_direction_in_which_this_motion_does_not_move(store: xr.Dataset) -> None:
+    store["psa"][0, 4, 1] = 0.0
+    rows, _ = _carried_floors(store)
+    assert rows[0][1] == "0" and rows[0][4] == ""
