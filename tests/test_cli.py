@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from impactfem import __version__, cli
+from impactfem import __version__, cli, study
 from impactfem.bench import suite
 from impactfem.bench.figure import Figure
 from impactfem.errors import SolutionError
+from impactfem.stop import SIGNALS
 from impactfem.study import sticks
 from impactfem.study.folder import locked
 from impactfem.study.stages import stage_names
@@ -40,6 +41,7 @@ def program(monkeypatch, capsys):
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["impactfem", *map(str, arguments)])
+        monkeypatch.setattr(os, "_exit", sys.exit)  # how a signal ends it
         try:
             cli.main()
             code = 0
@@ -62,6 +64,12 @@ def process(*arguments, **options):
 
 def names(folder):
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def hash_of(folder):
+    """The case of the last run in a folder."""
+    found = re.findall(r"case small.toml, hash (\w{12})", (folder / "run.log").read_text("utf-8"))
+    return found[-1]
 
 
 class TestHelp:
@@ -221,9 +229,16 @@ class TestBadInput:
     def test_options(self, program, finished, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         for arguments, expected in (
-            (["--stage", "roof"], "--stage = 'roof': one of the stages building, calibrate, "),
-            (["--resume", "--out", "nowhere"], "nowhere: --resume: a folder that holds a run"),
-            (["--out", finished.case], "small.toml: --out: a folder, this is a file"),
+            (
+                ["--stage", "roof"],
+                "--stage = 'roof': expected one of the stages building, calibrate, ",
+            ),
+            (
+                ["--resume", "--out", "nowhere"],
+                "nowhere: --resume: expected a folder that holds a run",
+            ),
+            (["--resume", "--fresh"], "command line: --resume: expected without --fresh"),
+            (["--out", finished.case], "small.toml: --out: expected a folder, this is a file"),
         ):
             ended = program("run", finished.case, *arguments)
             assert ended.code == 2 and ended.out == "" and expected in ended.err
@@ -264,6 +279,25 @@ class TestRun:
         ended = program("run", copied.name, "--out", "run", "--stage", "sticks", "--resume")
         assert ended.code == 0 and "reused" in ended.err
 
+    def test_another_case_does_not_go_on(self, program, copied, edited, tmp_path):
+        """It is refused, and nothing changes; without `--resume` it is computed."""
+        words = ("run", copied, "--out", tmp_path / "run", "--stage", "sticks")
+        log = (tmp_path / "run" / "run.log").read_bytes()
+        before = hash_of(tmp_path / "run")
+        edited(copied, ("restitution = 0.65", "restitution = 0.6"))
+        ended = program(*words, "--resume")
+        assert ended.code == 2 and ended.err.count("\n") == 1
+        assert f"a run of small.toml with the hash {before}, and small.toml has" in ended.err
+        assert (tmp_path / "run" / "run.log").read_bytes() == log
+        assert program(*words).code == 0
+        assert hash_of(tmp_path / "run") != before
+        assert program(*words, "--resume").code == 0
+
+    def test_a_case_of_another_name_goes_on(self, program, copied, tmp_path):
+        other = copied.rename(tmp_path / "other.toml")
+        ended = program("run", other, "--out", tmp_path / "run", "--resume", "--stage", "sticks")
+        assert ended.code == 0 and "reused" in ended.err
+
     def test_the_checks_are_told(self, program, copied, tmp_path):
         ended = program("run", copied, "--out", tmp_path / "run")
         assert re.search(r"pounding: \d+ impacts, the largest with .* MN at", ended.err)
@@ -280,21 +314,22 @@ class TestRun:
         assert ended.err.splitlines()[-1] == "error: the response grew without bound"
         assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.log"]
 
-    def test_an_interrupt(self, program, new_case, tmp_path, monkeypatch):
-        def interrupt(*_):
-            raise KeyboardInterrupt
-
-        monkeypatch.setattr(sticks, "run_sticks", interrupt)
+    @pytest.mark.parametrize("number", SIGNALS)
+    def test_a_signal(self, program, new_case, tmp_path, monkeypatch, number):
+        monkeypatch.setattr(sticks, "run_sticks", lambda *_: os.kill(os.getpid(), number))
         ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
-        assert ended.code == 130
-        assert ended.err.splitlines()[-1] == "interrupted; run again with --resume to go on"
-
-    def test_a_batch_scheduler_ends_it(self, program, new_case, tmp_path, monkeypatch):
-        monkeypatch.setattr(sticks, "run_sticks", lambda *_: os.kill(os.getpid(), signal.SIGTERM))
-        ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
-        assert ended.code == 128 + signal.SIGTERM
-        assert ended.err.splitlines()[-1] == "terminated; run again with --resume to go on"
+        assert ended.code == 128 + number
+        said = SIGNALS[number]
+        assert ended.err.splitlines()[-1] == f"{said}; run again with --resume to go on"
         assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.log"]
+        last = (tmp_path / "run" / "run.log").read_text(encoding="utf-8").splitlines()[-1]
+        assert last.endswith(f" WARNING {said} by {number.name}")
+
+    @pytest.mark.parametrize("number", SIGNALS)
+    def test_a_signal_before_anything_is_written(self, program, finished, monkeypatch, number):
+        monkeypatch.setattr(study, "check", lambda *_, **__: os.kill(os.getpid(), number))
+        ended = program("check", finished.case)
+        assert (ended.code, ended.err) == (128 + number, f"{SIGNALS[number]}\n")
 
     def test_the_system_refuses(self, program, new_case, tmp_path, monkeypatch):
         def fail(*_):
@@ -373,10 +408,9 @@ class TestSweep:
             assert ended.code == 2 and "Error: " in ended.err
 
     def test_an_interrupt(self, program, new_case, tmp_path, monkeypatch):
-        def interrupt(*_, **__):
-            raise KeyboardInterrupt
-
-        monkeypatch.setattr(sticks, "run_sticks", interrupt)
+        monkeypatch.setattr(
+            sticks, "run_sticks", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT)
+        )
         ended = program("sweep", new_case(tmp_path), *self.SET, "--out", tmp_path / "s")
         assert ended.code == 130
         assert ended.err.splitlines()[-1] == "interrupted; run again to go on"
@@ -390,8 +424,24 @@ class TestCheckAndNew:
         assert ended.out == "wrote mine.toml\nwrote mine_floors.csv\n"
         ended = program("check", "mine.toml")
         assert ended.code == 0
-        assert ended.out.startswith("mine.toml: good. 2 buildings, 3 contact pairs, 1 ground")
+        assert ended.out.startswith(
+            "mine.toml: good. 2 buildings, 3 contact pairs, 1 ground motion\n"
+        )
         assert names(tmp_path) == ["mine.toml", "mine_floors.csv"]
+
+    def test_no_name(self, program, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        ended = program("new", "")
+        assert ended.code == 2 and "NAME = '': expected the name of a case" in ended.err
+        assert names(tmp_path) == []
+        assert program("new", ".").code == 0 and "case.toml" in names(tmp_path)
+
+    def test_a_report_of_no_run(self, program, tmp_path):
+        for folder in (tmp_path, tmp_path / "nowhere"):
+            ended = program("report", folder)
+            assert ended.code == 2 and ended.err.count("\n") == 1
+            assert "the folder holds no run to report on: case.json, " in ended.err
+        assert names(tmp_path) == []
 
     def test_nothing_is_overwritten(self, program, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)

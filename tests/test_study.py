@@ -109,7 +109,8 @@ class TestFinished:
         assert found["case"] == "small.toml" and found["case_hash"] == case.content_hash()
         (sticks,) = (stage for stage in study.STAGES if stage.name == "sticks")
         assert found["inputs"] == {"sticks": sticks.key(case)}
-        assert found["seeds"] == [1] and found["ranks"] == 1 and found["reused"] == []
+        assert found["seeds"] == {"motions[0].seed": 1}
+        assert found["ranks"] == 1 and found["reused"] == []
         assert found["packages"]["numpy"] == np.__version__
         assert "unknown" not in found["packages"].values()
         assert set(found["seconds"]) == set(finished.run.times)
@@ -291,7 +292,7 @@ class TestFolder:
     def test_resuming_what_is_not_there(self, copied, tmp_path):
         before = tree(tmp_path)
         for name in ("nowhere", "empty"):
-            with pytest.raises(InputError, match="--resume: a folder that holds a run"):
+            with pytest.raises(InputError, match="--resume: expected a folder that holds a run"):
                 study.run(copied, out=tmp_path / name, resume=True)
             assert tree(tmp_path) == before
             (tmp_path / "empty").mkdir(exist_ok=True)
@@ -353,7 +354,7 @@ class TestFolder:
 class TestInput:
     def test_an_unknown_stage(self, finished, tmp_path):
         with pytest.raises(
-            InputError, match="'roof': one of the stages building, calibrate, sticks"
+            InputError, match="'roof': expected one of the stages building, calibrate, sticks"
         ):
             study.run(finished.case, out=tmp_path / "run", stage="roof")
         assert not list(tmp_path.iterdir())

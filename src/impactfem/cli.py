@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import traceback
 from pathlib import Path
-from types import FrameType
 from typing import Annotated
 
 import typer
@@ -18,6 +16,7 @@ from impactfem import __version__, log
 from impactfem.errors import ImpactfemError, InputError
 from impactfem.file_errors import file_errors
 from impactfem.parallel import OtherRankError, abort, all_stop, exit_code, rank, size
+from impactfem.stop import advise, signals_answered
 
 app = typer.Typer(
     help="Earthquake pounding of adjacent buildings, and what it does to the equipment inside.",
@@ -36,23 +35,6 @@ LastStage = Annotated[
         "transient, device, design or report. All that the case has the input for when left out.",
     ),
 ]
-
-
-class _Terminated(KeyboardInterrupt):
-    """SIGTERM, which batch schedulers send before they kill; it ends a run as Ctrl-C does."""
-
-
-def _terminate(number: int, frame: FrameType | None) -> None:
-    raise _Terminated
-
-
-def _interrupted(stop: KeyboardInterrupt, advice: str) -> typer.Exit:
-    """Say so, once; the exit code is that of a shell for the signal."""
-    number = signal.SIGTERM if isinstance(stop, _Terminated) else signal.SIGINT
-    if rank() == 0:
-        word = "terminated" if number == signal.SIGTERM else "interrupted"
-        typer.echo(f"{word}; {advice}", err=True)
-    return typer.Exit(128 + number)
 
 
 def _show(table: Table) -> None:
@@ -90,7 +72,10 @@ def run(
     ] = None,
     resume: Annotated[
         bool,
-        typer.Option("--resume", help="Go on with a run; an error where DIR holds none."),
+        typer.Option(
+            "--resume",
+            help="Go on with the run in DIR; refused where it holds none, or another case.",
+        ),
     ] = False,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Compute finished stages again, too.")
@@ -99,10 +84,7 @@ def run(
     """Run a case: finished stages with the same inputs are reused."""
     from impactfem import study
 
-    try:
-        result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh)
-    except KeyboardInterrupt as stop:
-        raise _interrupted(stop, "run again with --resume to go on") from None
+    result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh)
     if rank() != 0:
         return
     table = Table("result", "value", "published", "unit", title=str(result.folder / "summary.json"))
@@ -148,18 +130,16 @@ def sweep(
     """Run a case over values of one key or several, into one table; also over ranks."""
     from impactfem import study
 
-    try:
-        result = study.sweep(
-            case,
-            settings,
-            zipped=zipped,
-            stage=stage,
-            out=out,
-            show=[name.strip() for name in show.split(",") if name.strip()],
-            processes=processes,
-        )
-    except KeyboardInterrupt as stop:
-        raise _interrupted(stop, "run again to go on") from None
+    advise("run again to go on")
+    result = study.sweep(
+        case,
+        settings,
+        zipped=zipped,
+        stage=stage,
+        out=out,
+        show=[name.strip() for name in show.split(",") if name.strip()],
+        processes=processes,
+    )
     if rank() == 0:
         for table in result.short_tables():
             typer.echo(table.as_text(PIPE_WIDTH))
@@ -184,15 +164,18 @@ def check(case: CaseFile) -> None:
     from impactfem import study
 
     found = study.check(case, mesh=True)
-    typer.echo(
-        f"{case}: good. {len(found.buildings)} buildings, {len(found.contacts)} contact pairs, "
-        f"{len(found.motions)} ground motions"
+    counts = (
+        (len(found.buildings), "building"),
+        (len(found.contacts), "contact pair"),
+        (len(found.motions), "ground motion"),
     )
+    told = ", ".join(f"{n} {name}{'' if n == 1 else 's'}" for n, name in counts)
+    typer.echo(f"{case}: good. {told}")
 
 
 @app.command()
 def new(
-    name: Annotated[Path, typer.Argument(metavar="NAME", help="Name of the new case.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new case.")],
 ) -> None:
     """Write a commented case file to start from."""
     from impactfem.case.template import write_new_case
@@ -248,10 +231,14 @@ def bench(
 def main() -> None:
     """Entry point: errors become one clear message each and an exit code, never a traceback.
 
-    Exit codes: 0 done, 1 a computation or check failed, 2 the input is not usable. Under `mpirun`
-    a rank that fails alone takes the others with it.
+    Exit codes: 0 done, 1 a computation or check failed, 2 the input is not usable; 130 or 143
+    stopped by Ctrl-C or SIGTERM. Under `mpirun` a rank that fails alone takes the others with it.
     """
-    signal.signal(signal.SIGTERM, _terminate)
+    with signals_answered():
+        _main()
+
+
+def _main() -> None:
     try:
         with file_errors():
             app()

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from impactfem.errors import ImpactfemError
+from impactfem.stop import recorded
 
 LOGGER = logging.getLogger("impactfem")
 
@@ -60,13 +61,14 @@ def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
 
     Args:
         path: The file; appended to.
-        rank: Rank of this process; only rank 0 writes.
+        rank: Rank of this process; only rank 0 writes, but for a stop by a signal.
 
     Raises:
         ImpactfemError: The file cannot be written; also from what is logged in the block.
     """
     if rank != 0:
-        yield
+        with recorded(path):
+            yield
         return
     try:
         handler = _File(path, encoding="utf-8")
@@ -77,7 +79,11 @@ def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
     LOGGER.setLevel(logging.DEBUG)
     LOGGER.addHandler(handler)
     try:
-        yield
+        with recorded(path):
+            yield
+    except KeyboardInterrupt:  # of a program that uses this package; the command line has `stop`
+        LOGGER.debug("interrupted")
+        raise
     finally:
         LOGGER.removeHandler(handler)
         LOGGER.setLevel(level)

@@ -23,6 +23,7 @@ from impactfem.dynamics.modes import modes
 from impactfem.errors import InputError, SolutionError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
+ROOF = "2,28,5e4,9e4,1.3e5,1.2,0.1,1.3,1.1,0.8,0.3,3\n"
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -124,6 +125,22 @@ def test_floors_of_mesh_and_table_must_agree(frame):
     table.write_text(table.read_text() + row.replace("2,28", "3,28") + "\n")
     with pytest.raises(InputError, match="floors 1 to 3 of building F"):
         read_parts(load_case(frame), frame.with_name("frame.msh"))
+
+
+def test_storeys_of_mesh_and_table_must_agree(frame, edited):
+    """Both heights are told; a level may be of the slab's middle or of the mass centre."""
+    edited(frame.with_name("frame_floors.csv"), (ROOF, ROOF.replace("0.3,3", "0.3,3.2")))
+    found = "storey below floor 2 is 3 m high in the mesh and 3.2 m in the floor table of building"
+    with pytest.raises(InputError, match=f"frame.msh: centre_2: the {found} F") as caught:
+        study.check(frame, mesh=True)
+    assert len(caught.value.faults) == 1
+    with pytest.raises(InputError, match=found):
+        study.run(frame, out=frame.parent / "run", stage="building")
+
+
+def test_storeys_that_nearly_agree(frame, edited):
+    edited(frame.with_name("frame_floors.csv"), (ROOF, ROOF.replace("0.3,3", "0.3,3.08")))
+    study.check(frame, mesh=True)
 
 
 def test_floor_lighter_than_its_parts(frame, edited):

@@ -73,6 +73,12 @@ def test_the_paper_s_case_names_the_schema() -> None:
     assert path == (DOCS / "case.schema.json").resolve()
 
 
+def test_a_table_is_named_by_its_own_key() -> None:
+    """Also where the keys stand under another heading."""
+    assert "| `a` | table `[contacts.a]` |" in reference_page()
+    assert "| `b` | table `[contacts.b]`, with the keys of `[contacts.a]` |" in reference_page()
+
+
 def test_page_has_every_key() -> None:
     page = reference_page()
     for key, _ in properties(json_schema()):

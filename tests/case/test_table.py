@@ -222,6 +222,8 @@ def test_all_faults_at_once(tmp_path: Path) -> None:
         (b"# nothing but a comment\n", "no header; expected floor,mass [kg]"),
         (HEADER.encode(), "the table has no row below its header"),
         (b"\xff\xfe\x00\x01", "not a text file (byte 0xff at position 0 is not UTF-8)"),
+        (f"{HEADER}\n{ROW}".replace(",", ";").encode(), "separated by semicolons; expected commas"),
+        (f"{HEADER}\n{ROW}".replace(",", "\t").encode(), "separated by tabs; expected commas"),
         (b"floor\0", "not a text file (NUL at position 5)"),
     ],
 )

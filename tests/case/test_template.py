@@ -12,6 +12,7 @@ from impactfem.case import (
     Transient,
     load_case,
 )
+from impactfem.case.calibration import CalibrationEntry
 from impactfem.case.schema import json_schema
 from impactfem.case.template import write_new_case
 from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
@@ -128,6 +129,8 @@ def test_optional_blocks(template: Path) -> None:
     uncommented(template, "# [[contacts]]", None)
     case = load_case(template)
     assert case.calibration is not None
+    # The defaults are those it shows.
+    assert case.calibration.starts == CalibrationEntry.model_fields["starts"].default
     assert len(case.motions) == 2
     assert case.contacts[-1].name == "west.floor_2-east.storey_3_at_0.5"
 

@@ -308,6 +308,9 @@ def test_step_fault() -> None:
         (LINE, "count = 5\n", "", "count", "missing; expected a whole number of at least 2"),
         (LINE, "5", "1", "count", "expected a whole number of at least 2"),
         (LINE, '["0 m", "1 m", "3 m"]', '["0 m", "1 m"]', "from", "expected a list of 3 values"),
+        (POINT, '"15.6 m"', '"80 m"', "point", "a point of the building, which has x of 0"),
+        (POINT, '"3030 cm"', '"-2 m"', "point", "z of 0 to 30"),
+        (LINE, '["8 m", "1 m", "7 m"]', '["80 m", "1 m", "7 m"]', "to", "a point of the building"),
         (GROUP, "edge_8", "roof", "group", "the name of a physical group of the mesh, for example"),
         (GROUP, "edge_8", "edge_9", "group", "expected a number of 1 to 8, the floors of the"),
         (GROUP, "edge_8", "floor_10_acroterion", "group", "expected a number of 1 to 8"),
@@ -323,6 +326,16 @@ def test_broken_probe(
     assert expected in fault
     # A key that is not known is missing elsewhere.
     assert set(faults) <= ({"transient.probes[0].to"} if "unknown key" in fault else set())
+
+
+def test_a_contact_inside_a_storey_of_the_3d_building(with_transient: With) -> None:
+    """Of the other building any point will do."""
+    inside = '"B1", storey = [1, 2, 3, 4, 5, 6, 7, 8], relative_height = 0.5'
+    whole = '"B1", floor = [1, 2, 3, 4, 5, 6, 7, 8]'
+    load_case(with_transient(case=(whole.replace("B1", "B2"), inside.replace("B1", "B2"))))
+    faults = own_faults(with_transient(case=(whole, inside)))
+    assert list(faults) == ["contacts[0].a.storey"]
+    assert "expected floor in place of storey" in faults["contacts[0].a.storey"]
 
 
 def test_probes_that_are_none(with_transient: With) -> None:

@@ -46,6 +46,25 @@ def test_variants_of_the_fourth_line(tmp_path, header):
     assert record.acceleration == pytest.approx(SAMPLES)
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.1 Hz LP=46.0 Hz",
+        "ACCELERATION TIME HISTORY IN UNITS OF G; Filter Point: HP=0.20 LP=23.0",
+    ],
+)
+def test_older_third_lines(tmp_path, line):
+    text = GOOD.replace("ACCELERATION TIME SERIES IN UNITS OF G", line)
+    assert read_record(written(tmp_path, text)).acceleration == pytest.approx(SAMPLES)
+
+
+def test_a_velocity_is_refused(tmp_path):
+    line = "VELOCITY TIME HISTORY IN UNITS OF CM/S. FILTER POINTS: HP=0.1 Hz LP=46.0 Hz"
+    text = GOOD.replace("ACCELERATION TIME SERIES IN UNITS OF G", line)
+    with pytest.raises(InputError, match="line 3 = 'VELOCITY"):
+        read_record(written(tmp_path, text))
+
+
 def test_ending_in_any_case_and_windows_lines(tmp_path):
     path = written(tmp_path, GOOD.replace("\n", "\r\n"), "x.at2")
     assert read_record(path).acceleration == pytest.approx(SAMPLES)

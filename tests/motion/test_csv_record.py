@@ -65,6 +65,13 @@ def test_other_layouts(tmp_path):
         (GOOD.replace("[s]", "[m]"), ["expected a unit of time in brackets"]),
         (GOOD.replace("time", "tme"), ["line 1 = 'tme .s.': no such column"]),
         (GOOD.replace("time [s],", ""), ["no column of time"]),
+        (GOOD.replace(",", ";"), ["line 1 = 'time .*: the columns are separated by semicolons; "]),
+        (GOOD.replace(",", "\t"), ["separated by tabs; expected commas"]),
+        (
+            GOOD.replace("acceleration [m/s2]", "acc [m/s]"),
+            ["= 'acc .m/s.': no such column, as 'm/s' is no unit of acceleration .m/s2, cm/s2"],
+        ),
+        ("0.1,0.2,0.3\n" * 9, ["line 1 = '0.1,0.2,0.3': this is no header; expected a CSV"]),
         (GOOD.replace("time [s]", "acceleration [g]"), ["a second column of acceleration"]),
         (GOOD.splitlines()[0], ["at least 2 samples"]),
         (GOOD.replace("1.5", "nan"), ["line 3 = 'nan': expected a finite number"]),

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.report.overview import _carried_floors
+from impactfem.report import overview
+from impactfem.report.overview import _carried_floors, facts
 
 FLOORS = 5
 
@@ -61,3 +65,28 @@ def test_a_direction_in_which_this_motion_does_not_move(store: xr.Dataset) -> No
     store["psa"][0, 4, 1] = 0.0
     rows, _ = _carried_floors(store)
     assert rows[0][1] == "0" and rows[0][4] == ""
+
+
+@pytest.mark.parametrize(("spectral", "difference"), [(82.5, "+17.5"), (110.0, "-10.0")])
+def test_the_difference_of_a_device_has_the_sign_of_its_tables(
+    monkeypatch: pytest.MonkeyPatch, spectral: float, difference: str
+) -> None:
+    """From the detailed force, over it: positive where the spectra give too little."""
+    detailed = 100e3
+    found = SimpleNamespace(
+        devices=["pump"],
+        direction="y",
+        detailed=lambda d, impact: detailed,
+        by_spectrum=lambda d, impact: 1e3 * spectral,
+        difference=lambda d, impact: 1.0 - spectral / 100.0,
+    )
+    monkeypatch.setattr(overview, "DeviceView", lambda store: found)
+    run = SimpleNamespace(
+        case={"buildings": [], "structure": None},
+        values={},
+        has=lambda name: name == "device.nc",
+        store=lambda name: nullcontext(None),
+    )
+    table = facts(run)[-1]
+    assert {row[-1] for row in table.rows} == {difference}
+    assert "positive where the spectra give too little" in table.note

@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
@@ -11,7 +12,7 @@ from typer.testing import CliRunner
 from impactfem import study
 from impactfem.cli import app
 from impactfem.errors import ImpactfemError
-from impactfem.report.page import number, quantity, write_report
+from impactfem.report.page import _tiles, number, quantity, write_report
 from impactfem.results.manifest import file_digest
 
 VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
@@ -208,3 +209,36 @@ def test_the_map_of_the_study_comes_first(finished, text):
     assert "figure 04 flowchart" in text
     pictures = re.findall(r'alt="(figure [^"]*)"', text)
     assert not pictures or pictures[0] == "figure 04 flowchart"
+
+
+def tiles(value=1.759e6, stiffness="calibrated"):
+    """Those of a run in which others hit harder than the first building."""
+    summary = [
+        {"name": "pounding.peak_force.floor_3", "value": 0.5e6, "unit": "N", "note": ""},
+        {
+            "name": "pounding.main_impact_force",
+            "value": value,
+            "unit": "N",
+            "note": "pair tower.storey_2_at_0.12-annex.floor_1",
+        },
+        {"name": "calibration.epsilon", "value": 0.467, "unit": "-", "note": ""},
+    ]
+    laws = {"floor": {"stiffness": stiffness, "restitution": 0.6}, "edge": {"stiffness": 1e10}}
+    values = {entry["name"]: entry["value"] for entry in summary}
+    return _tiles(SimpleNamespace(summary=summary, values=values, case={"contact_laws": laws}))
+
+
+@pytest.mark.parametrize(("value", "text"), [(1.759e6, "1.759 MN"), (634.2, "634.2 N")])
+def test_the_force_of_the_first_tile_is_that_of_the_largest_impact(value, text):
+    where = "pair tower.storey 2 at 0.12 and annex.floor 1"
+    assert tiles(value)[0] == (text, f"largest impact force of the sticks, {where}")
+
+
+def test_without_an_impact_there_is_no_force():
+    assert not [words for _, words in tiles(None) if "force" in words]
+
+
+@pytest.mark.parametrize(("stiffness", "used"), [("calibrated", True), (1e11, False)])
+def test_whether_the_wall_gives_the_law(stiffness, used):
+    (words,) = (words for value, words in tiles(stiffness=stiffness) if value == "0.467")
+    assert words.endswith("at a rigid wall" if used else "; not used here, the case gives the law")

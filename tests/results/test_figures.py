@@ -6,8 +6,11 @@ from contextlib import nullcontext
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from impactfem.case import load_case
+from impactfem.results import figures_models
 from impactfem.results.figures import stick_figures
 from impactfem.results.style import (
     BUILDINGS,
@@ -144,6 +147,41 @@ def test_a_case(draw, tmp_path, name):
         assert path.stat().st_size > 5000
         width, height, colours = picture(path)
         assert 800 < width < 2000 and 400 < height < 2000 and colours > 50
+
+
+def captions(monkeypatch):
+    """What is written below figures from now on."""
+    found, kept = [], Figure.text
+
+    def below(self, x, y, words, *args, **options):
+        found.append(words.replace("\n", " "))
+        return kept(self, x, y, words, *args, **options)
+
+    monkeypatch.setattr(Figure, "text", below)
+    return found
+
+
+@pytest.mark.parametrize("hertz", [False, True])
+def test_the_law_of_figure_5(draw, monkeypatch, hertz):
+    """A spring and a dashpot are the picture of one law alone."""
+    told = captions(monkeypatch)
+    linear = 'type = "kelvin-voigt"\nstiffness = "1.2e10 N/m" '
+    other = 'type = "hunt-crossley"\nstiffness = "3e11 N/m^1.5" #'
+    draw(changed((linear, other)) if hertz else changed())
+    (words,) = (text for text in told if text.startswith("Figure 5"))
+    assert ("The laws are hunt-crossley" in words) == hertz
+
+
+def test_buildings_are_as_wide_as_their_points_say(draw, monkeypatch):
+    """A tower of 10 m beside a wing of 12 m, 2 cm apart."""
+    drawn = []
+    monkeypatch.setattr(
+        figures_models, "Rectangle", lambda at, width, *_, **__: drawn.append((at[0], width))
+    )
+    monkeypatch.setattr(Axes, "add_patch", lambda *_: None)
+    draw(changed(('"18.02 m"', '"17.02 m"'), ('"-6 m"', '"-5 m"')))
+    # Left side and width of each.
+    assert np.array(drawn) == pytest.approx(np.array([(0.0, 12.0), (12.02, 10.0)]))
 
 
 def test_of_the_finished_run(finished):

@@ -11,12 +11,12 @@ from impactfem.results.provenance import PACKAGES, provenance
 
 def test_versions_and_facts(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["/usr/bin/impactfem", "run", "a b.toml"])
-    found = provenance(case="a.toml", seeds=[1])
+    found = provenance(case="a.toml", seeds={"motions[0].seed": 1})
     assert found["impactfem"] == __version__ and found["packages"]["numpy"] == np.__version__
     assert set(found["packages"]) == set(PACKAGES)
     assert found["python"] == platform.python_version()
     assert found["command"] == ["impactfem", "run", "a b.toml"]
-    assert found["case"] == "a.toml" and found["seeds"] == [1]
+    assert found["case"] == "a.toml" and found["seeds"] == {"motions[0].seed": 1}
     assert platform.node() not in str(found)
 
 

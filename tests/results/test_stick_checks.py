@@ -92,11 +92,13 @@ SCALARS = {
     "sticks.mass_error_max": 0.091,
     "pounding.impacts": 2.0,
     "pounding.peak_force.floor_1": 121.6e6,
+    "pounding.main_impact_force": 131.2e6,
     "pounding.main_impact_time": 5.1,
     "pounding.main_impact_duration": 0.0126,
     "pounding.main_impact_restitution": 0.6,
     "pounding.required_separation": 0.046,
     "pounding.steps_per_impact_min": 26.0,
+    "pounding.steps_per_impact_observed": 26.0,
     "pounding.energy_residual": 1e-14,
     "pounding.contact_energy_defect": 7e-4,
     "pounding.bearing_pressure_max": 8.8e6,
@@ -118,11 +120,23 @@ TOLD = 5
 def checked(tmp_path):
     """The checks of a store with scalars and impacts that no run made."""
 
-    def check(tolerances=ASKED, *, notes=None, defect=(-10.0, 12.0), taken=(500.0, 500.0), **more):
-        scalars = [Scalar(name, x, "-") for name, x in (SCALARS | more).items()]
+    def check(
+        tolerances=ASKED,
+        *,
+        scalars=SCALARS,
+        notes=None,
+        distance=np.nan,
+        defect=(-10.0, 12.0),
+        taken=(500.0, 500.0),
+        **more,
+    ):
+        scalars = [Scalar(name, x, "-") for name, x in (scalars | more).items()]
         scalars += [Scalar(name, 1.0, "-", note) for name, note in (notes or {}).items()]
         store = xr.Dataset(
             {
+                "pair": ("pair", np.array(["one.floor_1-two.floor_1"], dtype=object)),
+                "pair_rest_gap": ("pair", np.array([0.01])),
+                "pair_distance": ("pair", np.array([distance])),
                 "impact_restitution": ("impact", np.array([0.6, 0.5])),
                 "impact_defect": ("impact", np.array(defect)),
                 "impact_dissipated": ("impact", np.add(defect, taken)),
@@ -156,6 +170,27 @@ def test_what_has_no_limit_is_neither_met_nor_missed(checked):
         "linear?",
     ]
     assert len(told) == TOLD
+
+
+def test_the_force_is_that_of_the_impact_it_names(checked):
+    """Two other buildings hit harder than the first one, or the first one is not hit at all."""
+    words = "2 impacts, the largest with 131.2 MN at 5.1 s for 12.6 ms"
+    assert words in one(checked(), "impacts, the largest")[1]
+    without = {k: v for k, v in SCALARS.items() if not k.startswith("pounding.peak_force")}
+    assert words in one(checked(scalars=without), "impacts, the largest")[1]
+
+
+@pytest.mark.parametrize("observed", [26.0, 7.0])
+def test_an_impact_that_other_forces_cut_short(checked, observed):
+    good, text = one(checked(**{"pounding.steps_per_impact_observed": observed}), "steps:")
+    assert good is True
+    told = "; 7 in the shortest of the run, which other forces cut short"
+    assert text.endswith("16 asked" if observed > 16.0 else f"16 asked{told}")
+
+
+@pytest.mark.parametrize(("distance", "good"), [(0.0109, True), (0.02, False)])
+def test_the_gap_beside_axis_and_offset(checked, distance, good):
+    assert one(checked(distance=distance), "offset")[0] is good
 
 
 @pytest.mark.parametrize("missed", [False, True])

@@ -161,7 +161,7 @@ def test_csv_of_a_long_run_there_and_back(tmp_path):
     rounded = tmp_path / "rounded.csv"
     values = np.column_stack([time, history.force])
     np.savetxt(rounded, values, "%.9g", ",", header="time [s],a-b [N]", comments="")
-    with pytest.raises(InputError, match="time: a uniform time step"):
+    with pytest.raises(InputError, match="time: expected a uniform time step"):
         read_forces(rounded)
 
 
@@ -275,7 +275,7 @@ def broken(minimal, fault):
         ("nan", r"force = 'nan': finite values only"),
         ("infinite", r"finite values only"),
         ("words", r"a readable force history \(NetCDF or CSV\): .*much"),
-        ("uneven", r"time: a uniform time step"),
+        ("uneven", r"time: expected a uniform time step"),
         ("descending", r"time: at least two times, ascending"),
         ("twice", r"time: at least two times, ascending"),
         ("one time", r"time: at least two times, ascending"),

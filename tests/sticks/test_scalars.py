@@ -19,6 +19,7 @@ REQUIRED = {
     "pounding.peak_force.floor_3": "N",
     "pounding.penetration.floor_3": "m",
     "pounding.peak_acceleration.floor_3": "m/s2",
+    "pounding.main_impact_force": "N",
     "pounding.main_impact_time": "s",
     "pounding.main_impact_duration": "s",
     "pounding.steps_per_impact_min": "-",
@@ -86,6 +87,7 @@ def test_pounding(study, scalars):
     free = np.abs(study.free.u[:, 13]).max()
     assert scalars["pounding.peak_displacement_no_contact.west"].value == pytest.approx(free)
     main = study.main_impact
+    assert scalars["pounding.main_impact_force"].value == main.peak_force
     assert scalars["pounding.main_impact_time"].value == main.peak_time
     assert scalars["pounding.main_impact_duration"].value == main.duration
     assert scalars["pounding.main_impact_restitution"].value == main.restitution

@@ -197,14 +197,39 @@ def test_laws_in_the_store(study, tmp_path):
     assert list(np.isnan(data["pair_dashpot"].values)) == [False, True, True]
     assert list(np.isnan(data["pair_damping_ratio"].values)) == [False, True, False]
     fastest = [
-        max((i.approach for i in study.impacts if i.pair.name == pair.name), default=1.0)
+        max((i.approach for i in study.impacts if i.pair.name == pair.name), default=np.nan)
         for pair in pairs
     ]
     onset, duration = data["pair_onset_force"].values, data["pair_law_duration"].values
-    assert onset == pytest.approx([others[0].parameters[1] * fastest[0], 0.0, 0.0], abs=1e-30)
-    assert duration == pytest.approx(
-        [law.duration(v) for law, v in zip(others, fastest, strict=True)]
-    )
+    touched = np.isfinite(fastest)
+    expected = np.where(touched, [others[0].parameters[1] * fastest[0], 0.0, 0.0], np.nan)
+    assert onset == pytest.approx(expected, abs=1e-30, nan_ok=True)
+    # That of the first law, which is linear, is known without an impact.
+    lasts = [others[0].duration(1.0)]
+    lasts += [
+        law.duration(v) if known else np.nan
+        for law, v, known in zip(others[1:], fastest[1:], touched[1:], strict=True)
+    ]
+    assert duration == pytest.approx(lasts, nan_ok=True) and np.isfinite(duration[2])
+
+
+def test_a_pair_that_never_touches_has_no_onset(study, tmp_path):
+    """Its dashpot times a speed that nothing had is no result; a linear law's duration is one."""
+    pairs = study.system.pairs
+    laws = (pairs[0].law, hertz(3e11, 120e3), pairs[2].law)
+    changed = tuple(replace(pair, law=law) for pair, law in zip(pairs, laws, strict=True))
+    system = replace(study.system, pairs=changed)
+    only_last = tuple(impact for impact in study.impacts if impact.pair.name == pairs[2].name)
+    alone = replace(study, system=system, impacts=only_last, checks=study.checks[: len(only_last)])
+    data = stored(write_sticks, alone, tmp_path)
+    assert only_last
+    assert list(np.isnan(data["pair_onset_force"].values)) == [True, True, False]
+    assert list(np.isnan(data["pair_law_duration"].values)) == [False, True, False]
+
+
+def test_the_distance_by_axis_and_offset(study, tmp_path):
+    # The plan of the small case has 2 cm between the buildings, of which it takes 5 mm.
+    assert stored(write_sticks, study, tmp_path)["pair_distance"].values == pytest.approx(0.02)
 
 
 def test_unit_of_the_stiffness(study, tmp_path):

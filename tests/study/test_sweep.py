@@ -135,7 +135,11 @@ def test_an_interrupt_ends_the_sweep(
     [
         (["damping.rato=1", "contacts[0].gap=1:2"], {"stage": "roof"}, "rato.*\n.*gap.*\n.*roof"),
         (["damping.ratio=150 %,3 %"], {}, "ratio = '150 %': expected a number"),
-        (["damping.ratio=3 %"], {"stage": "building"}, r"structure: a section \[structure\]"),
+        (
+            ["damping.ratio=3 %"],
+            {"stage": "building"},
+            r"structure: expected a section \[structure\]",
+        ),
         (["damping.ratio=1 %,2 %", "title=a"], {"zipped": True}, "--zip"),
         ([], {}, "one key or more"),
     ],

@@ -119,7 +119,7 @@ def test_a_fault_of_values_together(source: Source) -> None:
 
 
 def test_a_stage_that_a_variant_lacks(source: Source) -> None:
-    with pytest.raises(InputError, match="ratio = 3 %: structure: a section"):
+    with pytest.raises(InputError, match="ratio = 3 %: structure: expected a section"):
         check_variants(asked(source, "damping.ratio=3 %"), source, "building")
 
 

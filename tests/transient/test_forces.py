@@ -16,7 +16,7 @@ from impactfem.case import Case, Contact, ContactPoint, load_case
 from impactfem.errors import InputError
 from impactfem.sticks.force_history import ForceHistory, read_forces, write_forces_csv
 from impactfem.sticks.pair_ends import PairEnds
-from impactfem.transient.forces import checked_forces
+from impactfem.transient.forces import check_contacts, checked_forces
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 PATH = Path("forces.nc")
@@ -202,7 +202,7 @@ def test_wrong_and_missing_pairs(history: ForceHistory, case: Case) -> None:
         checked_forces(wrong, PATH, case, slabs(8), DURATION)
     first, second, third = map(str, caught.value.faults)
     assert first == (
-        "forces.nc: pair = 'B1.floor_1-B2.flor_1': a pair of the case; "
+        "forces.nc: pair = 'B1.floor_1-B2.flor_1': expected a pair of the case; "
         "did you mean 'B1.floor_1-B2.floor_1'?"
     )
     for text, floor in ((second, 1), (third, 8)):
@@ -256,8 +256,22 @@ def test_a_floor_without_an_edge(history: ForceHistory, case: Case) -> None:
     with pytest.raises(InputError) as caught:
         checked_forces(history, PATH, case, slabs(8, edges={7, 8}), DURATION)
     assert len(caught.value.faults) == 6
-    expected = "a floor whose edge (group edge_1) is in the mesh, which has 7, 8"
+    expected = "expected a floor whose edge (group edge_1) is in the mesh, which has 7, 8"
     assert caught.value.faults[0].expected == expected
+
+
+def test_contacts_by_the_mesh_alone(case: Case) -> None:
+    """As `check` sees them, before there are forces."""
+    check_contacts(case, slabs(8))
+    with pytest.raises(InputError) as caught:
+        check_contacts(case, slabs(8, edges={7, 8}))
+    found = [(fault.file, fault.key, fault.value) for fault in caught.value.faults]
+    assert found[0] == (case.path, "pair B1.floor_1-B2.floor_1", "floor 1 of B1")
+    assert len(found) == 6
+    other = with_contacts(case, contact(point("B1", None, 3), point("B2", 2)))
+    with pytest.raises(InputError, match=r"storey 3 of B1 .*: expected a point of a"):
+        check_contacts(other, slabs(8))
+    check_contacts(with_contacts(case, contact(point("B1", 2), point("B2", None, 3))), slabs(8))
 
 
 def test_a_point_inside_a_storey(case: Case) -> None:
@@ -270,7 +284,8 @@ def test_a_point_inside_a_storey(case: Case) -> None:
         checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
     (fault,) = caught.value.faults  # of the other building any point will do
     assert fault.value == "storey 3 of B1 at 0.25 of its height"
-    assert fault.expected == "a point of a floor: forces act on the edges of slabs in the 3D model"
+    expected = "expected a point of a floor: forces act on the edges of slabs in the 3D model"
+    assert fault.expected == expected
 
 
 @pytest.mark.parametrize(

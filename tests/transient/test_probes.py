@@ -10,8 +10,14 @@ import pytest
 
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case.probe import Probe as CaseProbe
-from impactfem.errors import SolutionError
-from impactfem.transient.probes import case_probes, nearest_node, standard_probes
+from impactfem.case.transient import Transient
+from impactfem.errors import InputError, SolutionError
+from impactfem.transient.probes import (
+    case_probes,
+    checked_probes,
+    nearest_node,
+    standard_probes,
+)
 
 if TYPE_CHECKING:
     from .conftest import Frame
@@ -118,6 +124,32 @@ def test_point_outside_the_building(mesh: BuildingMesh) -> None:
         asked(mesh, point=["8.5 m", "4 m", "6 m"])
     # A point within a metre is told by its distance, not refused.
     assert asked(mesh, point=["6.9 m", "4 m", "6 m"])[0][2] == 0.9
+
+
+def test_every_probe_of_a_case_that_is_outside(frame: Frame) -> None:
+    probes = [
+        CaseProbe.model_validate({"name": name, **keys})
+        for name, keys in {
+            "far": {"point": ["0 m", "80 m", "3 m"]},
+            "good": {"point": ["0 m", "4 m", "3 m"]},
+            "roof": {"group": "beam_7"},
+        }.items()
+    ]
+    transient = Transient(time_step=1e-3, probes=tuple(probes))
+    case = frame.case.model_copy(update={"transient": transient})
+    with pytest.raises(InputError) as caught:
+        checked_probes(case, frame.parts.mesh)
+    found = [(fault.key, fault.expected.split(":")[0]) for fault in caught.value.faults]
+    assert found == [
+        (
+            "transient.probes[0]",
+            "the probe far at (0.000, 80.000, 3.000) m is outside the building",
+        ),
+        ("transient.probes[2]", "the probe's group beam_7 has no free nodes in this mesh"),
+    ]
+    good = transient.model_copy(update={"probes": tuple(probes[1:2])})
+    case = frame.case.model_copy(update={"transient": good})
+    assert checked_probes(case, frame.parts.mesh)[-1].name == "good"
 
 
 def test_half_of_large_elements_counts(mesh: BuildingMesh) -> None:

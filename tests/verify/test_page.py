@@ -134,8 +134,14 @@ def test_written_by_the_command(few, tmp_path, capsys):
     assert capsys.readouterr().out == f"{tmp_path / module.NAME}\n"
     rows.write_text(json.dumps(entries[:1]), encoding="utf-8")
     assert main([str(rows), str(tmp_path)]) == 1
+    heavy = tmp_path / "heavy.json"
+    heavy.write_text(
+        json.dumps([*entries[1:], entry("heavy", tolerance=0.01, source="s")]), encoding="utf-8"
+    )
+    assert main([str(rows), str(heavy), str(tmp_path)]) == 0
+    assert "Runs with `--full` only" not in (tmp_path / module.NAME).read_text(encoding="utf-8")
     assert main([str(tmp_path), str(tmp_path)]) == 2
-    assert main([str(rows)]) == main([str(rows), str(rows)]) == 2
+    assert main([]) == main([str(rows)]) == main([str(rows), str(rows)]) == 2
     assert "usage" in capsys.readouterr().err
 
 

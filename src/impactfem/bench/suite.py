@@ -61,7 +61,7 @@ def measure(groups: Sequence[str] = (), json_file: Path | None = None) -> list[F
         InputError: There is no such group.
         ImpactfemError: The file cannot be written, or the source tree is missing.
     """
-    expected = f"one of the groups {', '.join(GROUPS)}"
+    expected = f"expected one of the groups {', '.join(GROUPS)}"
     faults = [Fault("command line", "GROUP", g, expected) for g in groups if g not in GROUPS]
     if faults:
         raise InputError(faults)

@@ -133,7 +133,7 @@ def _sort(raw: RawMesh, found: _Sorted, file: Path) -> Iterable[Fault]:
     if first_order:
         count = sum(len(block.nodes) for block in first_order)
         group = ", ".join(first_order[0].groups)
-        expected = "a mesh of second order (gmsh -order 2, or Mesh.ElementOrder = 2)"
+        expected = "expected a mesh of second order (gmsh -order 2, or Mesh.ElementOrder = 2)"
         place = _first_place(raw, first_order[0])
         yield Fault(
             file,

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from impactfem.building.from_case import sections_of
 from impactfem.building.masses import FloorMasses, floor_masses
+from impactfem.building.mesh import BuildingMesh
 from impactfem.building.mesh_report import MeshReport, mesh_report
 from impactfem.building.part_damping import part_damping
 from impactfem.building.parts import BuildingParts
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Case
+from impactfem.case.buildings import Building
 from impactfem.errors import Fault, InputError, SolutionError
+
+HEIGHT = 0.1
+"""Largest difference of a storey's height in the mesh from that in the floor table [m].
+
+A level may be that of the mass centre or of the middle of the slab.
+"""
 
 
 def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, MeshReport]:
@@ -35,6 +44,9 @@ def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mesh
         found = ", ".join(map(str, mesh.floors))
         expected = f"the floors 1 to {len(building.floors)} of building {building.name}"
         raise InputError([Fault(path, "centre_<k>", f"floors {found}", expected)])
+    faults = list(_height_faults(mesh, building, path))
+    if faults:
+        raise InputError(faults)
     sections = sections_of(structure, mesh)
     density = structure.material.density
     if density is None:
@@ -55,3 +67,24 @@ def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mesh
         dampings=part_damping(structure, mesh, case.path),
     )
     return parts, masses, mesh_report(mesh, sections)
+
+
+def _height_faults(mesh: BuildingMesh, building: Building, path: Path) -> Iterator[Fault]:
+    """Storeys of another height than in the floor table: one of the two is of another building."""
+    base = mesh.nodes[mesh.base, 2]
+    # The lowest storey may stand on a base of several levels.
+    below = (float(base.min()), float(base.max())) if base.size else (building.base, building.base)
+    for floor in building.floors:
+        level = mesh.elevations[floor.floor]
+        lowest, highest = level - below[1], level - below[0]
+        low, high = floor.storey_height_min, floor.storey_height_max
+        if highest < low - HEIGHT or lowest > high + HEIGHT:
+            found = f"{lowest:.4g}" if lowest == highest else f"{lowest:.4g} to {highest:.4g}"
+            wanted = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+            expected = (
+                f"the storey below floor {floor.floor} is {found} m high in the mesh and {wanted} "
+                f"m in the floor table of building {building.name}; expected the same to "
+                f"{HEIGHT:g} m"
+            )
+            yield Fault(path, f"centre_{floor.floor}", None, expected)
+        below = (level, level)

@@ -78,8 +78,8 @@ class _Device(Section):
     mass: Mass | None = Field(
         default=None,
         validate_default=True,
-        description="Mass of the body; beside modes that of the whole device, whose rest follows "
-        "the anchor.",
+        description="Mass of the body, with mass_height and either inertia or shape; beside modes "
+        "that of the whole device, whose rest follows the anchor.",
     )
     mass_height: Length | None = Field(
         default=None,

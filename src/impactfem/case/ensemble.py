@@ -87,10 +87,12 @@ def ensemble_faults(
     if ensemble.records is not None:
         place, records = ("ensemble", "records"), str(ensemble.records)
         if len(motions) != 1 or len(recorded) != 1:
-            expected = "a case with one motion of type 'record', whose file the records take"
+            expected = (
+                "expected a case with one motion of type 'record', whose file the records take"
+            )
             yield source.fault(place, records, expected)
         if not ensemble.records.is_dir():
-            expected = "a folder of records; there is none of this name"
+            expected = "expected a folder of records; there is none of this name"
             yield source.fault(place, records, expected)
         elif len(ensemble.files()) < 2:
             expected = f"at least two records in it, found {len(ensemble.files())}"

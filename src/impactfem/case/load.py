@@ -22,6 +22,7 @@ from impactfem.case.generated_mesh import GeneratedMesh, GeneratedMeshEntry
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import Motion, RecordMotion
 from impactfem.case.named_files import NamedFiles, tables_of
+from impactfem.case.pair_distance import distance_faults
 from impactfem.case.part_damping import part_damping_faults
 from impactfem.case.placed_devices import (
     DeviceTables,
@@ -34,7 +35,7 @@ from impactfem.case.placed_devices import (
 from impactfem.case.report import Report
 from impactfem.case.source import Source, read_source
 from impactfem.case.structure import Mesh, Structure, StructureEntry
-from impactfem.case.transient import Transient, transient_faults
+from impactfem.case.transient import Transient, inside_faults, transient_faults
 from impactfem.case.wall_impact import (
     WallImpactSetup,
     calibrated_contact_faults,
@@ -82,13 +83,16 @@ def load_case(path: str | Path) -> Case:
     if case.ensemble is not None:
         faults.extend(ensemble_faults(source, case.ensemble, case.motions, case.transient))
     if case.transient is not None and case.structure is not None:
-        floors = len(case.building(case.structure.building).floors)
+        studied = case.building(case.structure.building)
+        levels = (studied.base, *studied.elevations)
         faults.extend(
             transient_faults(
-                source, case.transient, case.structure.mesh, floors, _computed_duration(case)
+                source, case.transient, case.structure.mesh, levels, _computed_duration(case)
             )
         )
+        faults.extend(inside_faults(source, case_file.contacts, studied.name))
     faults.extend(_loop_faults(source, case))
+    faults.extend(distance_faults(source, case_file.contacts, case))
     if faults:
         raise InputError(faults)
     return case
@@ -270,7 +274,7 @@ def _loop_faults(source: Source, case: Case) -> Iterator[Fault]:
         return
     named = {target.building for target in case.calibration.targets}
     if case.structure is None:
-        expected = "a section [structure], whose modes are the targets"
+        expected = "expected a section [structure], whose modes are the targets"
     elif case.structure.building not in named:
         expected = f"targets of the building of [structure], {case.structure.building}"
     else:

@@ -21,6 +21,8 @@ _GroupName = Annotated[
     ),
 ]
 _STANDARD = "(?:centre|edge|line)_[1-9][0-9]*"
+OUTSIDE = 1.0
+"""Distance of a point from the building that is always taken for a point of it [m]."""
 _WAYS = "point, or from with to and count, or group"
 
 

@@ -89,6 +89,21 @@ _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
 
+_RECORD = """\
+### Record of a ground motion
+
+`file` of `[[motions]]` with type `record`, as CSV: a column `time` (in s, ms or min) from 0 on in
+equal steps, and one or more accelerations (in m/s2, cm/s2, mm/s2, in/s2, ft/s2, g, mg, %g or gal).
+A single acceleration may have any name; of several, `component` of the motion names one. One sample
+stands on one line, numbers have a decimal point and no unit:
+
+    # lines like this one are skipped
+    time [s],NS [cm/s2],EW [cm/s2]
+    0,0.12,-0.31
+    0.01,0.15,-0.28
+
+"""
+
 _REFERENCE = """\
 ## The reference of a report
 
@@ -103,6 +118,7 @@ def reference_page() -> str:
     writer = _Writer(json_schema())
     parts = [_INTRODUCTION, *writer.sections(), _TABLES]
     parts.extend(_csv_section(*entry) for entry in _TABLE_MODELS)
+    parts.append(_RECORD)
     beside = _Writer(json_schema(Reference, "What the report stands beside"))
     parts.extend([_REFERENCE, *beside.sections("Top of the reference")])
     return "".join(parts).rstrip() + "\n"
@@ -174,8 +190,10 @@ class _Writer:
     def _accepts(self, key: str, path: str, entry: dict[str, Any]) -> tuple[str, str]:
         """What a key accepts in words, and its SI unit."""
         words: list[str] = []
-        for _, _, name in self._tables_in(key, path, entry):
-            words.append(f"table `{self.headings[name]}`")
+        for full, _, name in self._tables_in(key, path, entry):
+            first = self.headings[name]
+            own = full if full == first else f"{full}`, with the keys of `{first}"
+            words.append(f"table `{own}`")
         alternatives = [item for item in entry.get("oneOf", []) if "$ref" not in item]
         if words and not alternatives:
             return " or ".join(words), ""

@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 from impactfem.case.base import Section
 from impactfem.case.leaf import Quantity, Ratio, Whole, Words, nearest, read_number
 from impactfem.case.levels import Levels
-from impactfem.case.text import read_text
+from impactfem.case.text import read_text, wrong_separators
 from impactfem.case.unit import UnitError, scale, si_factor
 from impactfem.errors import Fault
 
@@ -80,6 +80,11 @@ def read_table(path: Path, row_model: type[Row], faults: list[Fault]) -> Table[R
     ]
     if not lines:
         faults.append(Fault(path, "", None, f"no header; expected {example}"))
+        return None
+    separators = wrong_separators(lines[0][1])
+    if separators is not None:
+        expected = f"the columns are separated by {separators}; expected commas: {example}"
+        faults.append(Fault(path, f"line {lines[0][0]}", None, expected))
         return None
     columns = _columns(path, *lines[0], row_model, faults)
     if len(lines) == 1:

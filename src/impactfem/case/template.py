@@ -28,6 +28,9 @@ def write_new_case(target: str | Path) -> list[Path]:
         InputError: A file is there already (nothing is overwritten), the name cannot be used, or
             the folder cannot be written to. Nothing is left behind then.
     """
+    if str(target) == "":
+        expected = "expected the name of a case; a folder gets 'case.toml', this one is '.'"
+        raise InputError([Fault("command line", "NAME", "", expected)])
     target = Path(target)
     if os.path.isdir(target):  # noqa: PTH112 - false for a name that is too long, no OSError
         target = target / "case.toml"

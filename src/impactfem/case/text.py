@@ -50,3 +50,16 @@ def read_text(path: Path, what: str) -> str | Fault:
             path, "", None, f"not a text file (NUL at position {position}); expected {what}"
         )
     return text
+
+
+def wrong_separators(header: str) -> str | None:
+    """What separates the columns of a CSV header in place of commas, in words; None for commas.
+
+    Args:
+        header: The line with the names of the columns; no name holds a separator.
+    """
+    if "," in header:
+        return None
+    return next(
+        (words for sign, words in ((";", "semicolons"), ("\t", "tabs")) if sign in header), None
+    )

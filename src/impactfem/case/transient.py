@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
+from impactfem.case.contacts import ContactEntry
 from impactfem.case.generated_mesh import GeneratedMesh
 from impactfem.case.leaf import (
     File,
@@ -23,7 +24,7 @@ from impactfem.case.leaf import (
     refuse,
 )
 from impactfem.case.place import value_at
-from impactfem.case.probe import Probe, name_fault
+from impactfem.case.probe import OUTSIDE, Probe, name_fault
 from impactfem.case.source import Source
 from impactfem.case.structure import Mesh
 from impactfem.case.time_step import half_of_duration, step_fault
@@ -177,7 +178,11 @@ def transient_files(transient: Transient) -> tuple[Path, ...]:
 
 
 def transient_faults(
-    source: Source, transient: Transient, mesh: Mesh, floors: int, computed: float | None
+    source: Source,
+    transient: Transient,
+    mesh: Mesh,
+    levels: tuple[float, ...],
+    computed: float | None,
 ) -> Iterator[Fault]:
     """What does not go together between the response in time and the rest of its case.
 
@@ -185,7 +190,7 @@ def transient_faults(
         source: The case file.
         transient: The response in time.
         mesh: The mesh of the structure.
-        floors: Number of floors of its building.
+        levels: Elevations of the base and of the floors of its building [m].
         computed: Time that is computed of the sticks [s]; None when it is not known yet.
     """
     if computed is not None and transient.forces is None:
@@ -199,12 +204,60 @@ def transient_faults(
         if abs(transient.eccentricity) > edge / 2.0:
             expected = f"expected a distance within the edge, {edge / 2.0:g} m to either side"
             yield _fault(source, "eccentricity", expected)
+        yield from _outside_faults(source, transient, mesh, levels)
+    floors = len(levels) - 1
     for index, probe in enumerate(transient.probes):
         level = re.search("_([1-9][0-9]*)", probe.group or "")
         if level is not None and int(level[1]) > floors:
             place = ("transient", "probes", index, "group")
             expected = f"expected a number of 1 to {floors}, the floors of the building"
             yield source.fault(place, probe.group, expected)
+
+
+def _outside_faults(
+    source: Source, transient: Transient, mesh: GeneratedMesh, levels: tuple[float, ...]
+) -> Iterator[Fault]:
+    """Probes away from the box around a generated building; its nodes are not known yet."""
+    top = levels[-1] + (0.0 if mesh.acroterion is None else mesh.acroterion.height)
+    box = ((0.0, mesh.length), (0.0, mesh.width), (levels[0], top))
+    sizes = (mesh.size, mesh.floor_size, mesh.storey_size, mesh.beam_size, mesh.column_size)
+    # As far as the stage may take the nearest node for the point.
+    away = max(OUTSIDE, *(0.5 * size for size in sizes if size is not None))
+    for index, probe in enumerate(transient.probes):
+        for key, point in (("point", probe.point), ("from", probe.start), ("to", probe.end)):
+            if point is None:
+                continue
+            if any(
+                not low - away <= x <= high + away
+                for x, (low, high) in zip(point, box, strict=True)
+            ):
+                sides = ", ".join(
+                    f"{axis} of {low:g} to {high:g} m"
+                    for axis, (low, high) in zip("xyz", box, strict=True)
+                )
+                place = ("transient", "probes", index, key)
+                expected = f"expected a point of the building, which has {sides}"
+                yield source.fault(place, list(point), expected)
+
+
+def inside_faults(
+    source: Source, contacts: tuple[ContactEntry, ...], building: str
+) -> Iterator[Fault]:
+    """Contacts inside a storey of the 3D building, whose forces it cannot take.
+
+    Args:
+        source: The case file.
+        contacts: Its contacts.
+        building: Name of the building of the 3D model.
+    """
+    for index, contact in enumerate(contacts):
+        for side, end in (("a", contact.a), ("b", contact.b)):
+            if end.building == building and end.storey is not None:
+                expected = (
+                    f"expected floor in place of storey: forces act on the edges of slabs in the "
+                    f"3D model of {building} (section [transient])"
+                )
+                yield source.fault(("contacts", index, side, "storey"), list(end.storey), expected)
 
 
 def _time_faults(source: Source, transient: Transient, computed: float) -> Iterator[Fault]:

@@ -17,7 +17,7 @@ from impactfem.case import Case
 from impactfem.case.device_support import chosen
 from impactfem.equipment.rosette import Rosette
 from impactfem.errors import Fault, InputError
-from impactfem.transient.probes import case_probes
+from impactfem.transient.probes import checked_probes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -46,8 +46,8 @@ def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
         mesh: The mesh of the building.
 
     Raises:
-        InputError: The mesh has none of the probes that a name or a pattern stands for.
-        SolutionError: A probe of the case is not in the mesh.
+        InputError: The mesh has none of the probes that a name or a pattern stands for, or a probe
+            of the case is not in the mesh.
     """
     patterns = [
         (f"devices[{index}]", anchor.envelope)
@@ -56,9 +56,7 @@ def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
     ]
     if case.transient is None or not any(wanted for _, wanted in patterns):
         return CoveredPoints((), (), tuple(() for _ in patterns))
-    probes = {
-        one.name: one.node for one in case_probes(mesh, case.transient.probes, case.wave_floor)
-    }
+    probes = {one.name: one.node for one in checked_probes(case, mesh)}
     faults = [
         Fault(case.path, f"{key}.envelope", pattern, "expected a probe that is in the mesh")
         for key, wanted in patterns

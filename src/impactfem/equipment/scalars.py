@@ -37,10 +37,10 @@ def device_scalars(study: DeviceStudy) -> list[Scalar]:
             scalars += _forces(study, name, suffix, one, k)
     for one in study.cases[1:]:
         if one.epsilon is not None:
-            note = "calibrated" if one.calibrated else "given"
+            note = "calibrated, on the reduced model of this stage" if one.calibrated else "given"
             scalars.append(Scalar(f"device.epsilon.{one.name}", one.epsilon, "-", note))
         peak = float(one.loads.force.max(initial=0.0))
-        note = "largest impact force of the sticks"
+        note = "largest impact force of the sticks, as resampled to the steps of the 3D model"
         scalars.append(Scalar(f"device.impact_force.{one.name}", peak, "N", note))
     return scalars
 

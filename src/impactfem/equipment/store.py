@@ -216,6 +216,6 @@ def _cases(cases: tuple[DampedStudy, ...]) -> Variables:
         "impact_force": (
             "case",
             np.array([c.loads.force.max(initial=0.0) for c in cases]),
-            {"units": "N", "note": "largest one"},
+            {"units": "N", "note": "largest one, as resampled to the steps of the 3D model"},
         ),
     }

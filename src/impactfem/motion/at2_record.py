@@ -24,7 +24,7 @@ _EXPECTED = (
     " 'NPTS= ..., DT= ... SEC', then the samples"
 )
 _FLOAT = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_UNITS = re.compile(r"units?\s+of\s+(.*?)[\s.,]*$", re.IGNORECASE)
+_UNITS = re.compile(r"units?\s+of\s+(.*?)[\s.,;]*(?:filter\s+points?\b.*)?$", re.IGNORECASE)
 _NAMED = re.compile(r"npts\s*=\s*(\d{1,9})\s*,?\s*dt\s*=\s*" + f"({_FLOAT})", re.IGNORECASE)
 _BARE = re.compile(r"\s*(\d{1,9})\s+" + rf"({_FLOAT})\s*,?\s*npts\s*,\s*dt\b", re.IGNORECASE)
 _SAMPLE = re.compile(rf"\s*({_FLOAT})(?=\s|[+-]|$)")
@@ -33,7 +33,8 @@ _SAMPLE = re.compile(rf"\s*({_FLOAT})(?=\s|[+-]|$)")
 def read_at2(path: Path | str, component: str | None = None) -> Accelerogram:
     """Read an accelerogram from a PEER AT2 file.
 
-    Four lines of header: the third names the unit ("UNITS OF G"), the fourth the number of samples
+    Four lines of header: the third names the unit ("UNITS OF G", in older files with the corners
+    of a filter behind it: "FILTER POINTS: HP=0.1 Hz LP=46.0 Hz"), the fourth the number of samples
     and the step ("NPTS=  4000, DT=   .0050 SEC", or in older files "4000 0.0050 NPTS, DT"). Then
     the samples, any number a line. In a full column of 15 characters a negative sample touches the
     one before it ("-.1234E-02-.5678E-03"): a sign begins a new sample, too.

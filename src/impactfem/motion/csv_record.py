@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from impactfem.case.text import wrong_separators
 from impactfem.errors import Fault, InputError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.record_text import (
@@ -109,6 +110,9 @@ def _header(path: Path, line_number: int, line: str) -> dict[str, float]:
     faults: list[Fault] = []
     factors: dict[str, float] = {}
     key = f"line {line_number}"
+    fault = _layout_fault(path, key, line)
+    if fault is not None:
+        raise InputError([fault])
     for cell in line.split(","):
         match = _CELL.fullmatch(cell)
         name = match[1] if match else ""
@@ -119,7 +123,10 @@ def _header(path: Path, line_number: int, line: str) -> dict[str, float]:
         factor = units.get(unit)
         # A column of another name is an acceleration by its unit, or none of ours.
         if not name or (factor is None and name not in {"time", "acceleration"}):
-            faults.append(Fault(path, key, cell.strip(), f"no such column; expected {_EXPECTED}"))
+            what = "no such column"
+            if unit and unit not in TIME_UNITS and match:
+                what += f", as '{match[2]}' is no unit of acceleration ({', '.join(units)})"
+            faults.append(Fault(path, key, cell.strip(), f"{what}; expected {_EXPECTED}"))
             continue
         if any(same_name(name, other) for other in factors):
             faults.append(Fault(path, key, cell.strip(), f"a second column of {name}"))
@@ -137,6 +144,18 @@ def _header(path: Path, line_number: int, line: str) -> dict[str, float]:
     if faults:
         raise input_error(path, faults)
     return factors
+
+
+def _layout_fault(path: Path, key: str, line: str) -> Fault | None:
+    """What is wrong with the header as a whole; None where its columns can be looked at."""
+    separators = wrong_separators(line)
+    if separators is not None:
+        expected = f"the columns are separated by {separators}; expected commas: {_EXPECTED}"
+        return Fault(path, key, line.strip(), expected)
+    names = (cell.strip().lower() for cell in line.split(","))
+    if all("[" not in name and name not in {"time", "acceleration"} for name in names):
+        return Fault(path, key, line.strip(), f"this is no header; expected {_EXPECTED}")
+    return None
 
 
 def _chosen(path: Path, names: Sequence[str], component: str | None) -> str:

@@ -23,7 +23,7 @@ class Compared:
 
     Args:
         name: Name of the result.
-        ours: Ours, SI; None when it was not computed or has none.
+        ours: Ours, SI; None when it was not computed, or the stage ran and has none.
         published: The published one, SI.
         unit: Their SI unit.
         difference: (ours − published) / |published|; None without one of them, or when it is zero.
@@ -126,8 +126,11 @@ def _compared(value: Mapping[str, Any], results: Mapping[str, Mapping[str, Any]]
     entry = results.get(value["name"], {"value": None, "paper": None, "unit": ""})
     ours, published = entry["value"], entry["paper"]
     difference = None
-    if ours is None or published is None:
+    if published is None or value["name"] not in results:
         status = ABSENT
+    elif ours is None:
+        # The stage ran and has no such result, as a second impact that does not happen.
+        status = DIFFERS
     elif published == 0.0:
         status = REPRODUCED if ours == 0.0 else DIFFERS
     else:

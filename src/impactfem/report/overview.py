@@ -102,7 +102,7 @@ def _impacts(run: RunFiles) -> Facts:
             [
                 pairs[k].replace("-", " and "),
                 str(hits.size),
-                f"{peak[main]:.1f}",
+                _number(peak[main], 4),
                 f"{time[main]:.3f}",
                 f"{duration[main]:.1f}",
                 _number(approach[main], 3),
@@ -197,18 +197,20 @@ def _devices(run: RunFiles) -> Facts:
         for d, device in enumerate(view.devices):
             for impact, load in LOADS.items():
                 detailed, spectral = view.detailed(d, impact), view.by_spectrum(d, impact)
+                difference = view.difference(d, impact)
                 rows.append(
                     [
                         device,
                         load,
                         f"{1e-3 * detailed:.2f}",
                         f"{1e-3 * spectral:.2f}",
-                        f"{100.0 * (spectral / detailed - 1.0):+.1f}" if detailed else "",
+                        "" if difference is None else f"{100.0 * difference:+.1f}",
                     ]
                 )
         direction = view.direction
     head = ["device", "load", "in the 3D model [kN]", "by response spectrum [kN]", "difference [%]"]
-    return Facts(f"Force F{direction} of the devices on the floor", head, rows)
+    note = "Difference: from the 3D model, over it; positive where the spectra give too little."
+    return Facts(f"Force F{direction} of the devices on the floor", head, rows, note)
 
 
 def _carried(run: RunFiles) -> Facts:

@@ -15,7 +15,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from impactfem.files import atomic
-from impactfem.report.assumptions import assumptions
+from impactfem.report.assumptions import assumptions, wall_is_used
 from impactfem.report.beside import (
     ABSENT,
     DIFFERS,
@@ -216,12 +216,12 @@ def _standing(place: Place) -> str:
 def _tiles(run: RunFiles) -> list[tuple[str, str]]:
     """The few numbers that a run is remembered by."""
     values = run.values
-    forces = {n: v for n, v in values.items() if n.startswith("pounding.peak_force.")}
     tiles = []
-    if forces:
-        name = max(forces, key=lambda n: forces[n])
-        where = name.rpartition(".")[2].replace("_", " ")
-        tiles.append((f"{forces[name] / 1e6:.4g} MN", f"largest impact force, {where}"))
+    for entry in run.summary:
+        if entry["name"] == "pounding.main_impact_force" and entry["value"] is not None:
+            where = entry["note"].replace("-", " and ").replace("_", " ")
+            force = quantity(entry["value"], entry["unit"], digits=4)
+            tiles.append((force, f"largest impact force of the sticks, {where}"))
     if "pounding.impacts" in values:
         tiles.append((f"{values['pounding.impacts']:.0f}", "impacts"))
     if "pounding.required_separation" in values:
@@ -234,7 +234,9 @@ def _tiles(run: RunFiles) -> list[tuple[str, str]]:
         where = f"largest acceleration along an impact edge, floor {floor}"
         tiles.append((f"{edges[name]:.3g} m/s²", where))
     if "calibration.epsilon" in values:
-        tiles.append((f"{values['calibration.epsilon']:.3g}", "restitution ε of the 3D model"))
+        used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
+        text = f"restitution ε of the 3D model at a rigid wall{used}"
+        tiles.append((f"{values['calibration.epsilon']:.3g}", text))
     for name, value in values.items():
         if re.fullmatch(r"device\.f[xyz]\.detailed\.impact", name):
             tiles.append((f"{1e-3 * value:.4g} kN", "force on the first device's anchor"))
@@ -262,11 +264,11 @@ def number(value: float | None) -> str:
     return f"{value:.5g}"
 
 
-def quantity(value: float | None, unit: str) -> str:
-    """A value with its unit, with a prefix where the unit takes one."""
+def quantity(value: float | None, unit: str, *, digits: int = 5) -> str:
+    """A value with its unit, with a prefix where the unit takes one, and so many digits."""
     if value is None or unit == "-":
         return number(value)
     if unit in PREFIXED and value != 0.0:
         compact = UNITS.Quantity(value, PREFIXED[unit]).to_compact()
-        return f"{compact.magnitude:.5g} {compact.units:~D}".replace(" * ", " ")
+        return f"{compact.magnitude:.{digits}g} {compact.units:~D}".replace(" * ", " ")
     return f"{number(value)} {unit}"

@@ -320,7 +320,8 @@ def _plot(name: str, caption: str, plot: Any, across: str, up: str) -> Plot:
     plot.update_layout(
         template="simple_white",
         height=430,
-        margin={"l": 60, "r": 10, "t": 10, "b": 45},
+        # Above the legend there is room for the buttons.
+        margin={"l": 60, "r": 10, "t": 36, "b": 45},
         xaxis_title=across,
         yaxis_title=up,
         legend={"font_size": 11},

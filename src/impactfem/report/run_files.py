@@ -12,7 +12,7 @@ from typing import Any
 import xarray as xr
 from pydantic import ValidationError
 
-from impactfem.errors import ImpactfemError
+from impactfem.errors import Fault, ImpactfemError, InputError
 from impactfem.results.manifest import Manifest, changed_file, manifest_file, read_manifest
 from impactfem.results.open_store import open_store
 from impactfem.results.overview import OVERVIEW
@@ -28,18 +28,20 @@ class RunFiles:
         folder: The folder.
 
     Raises:
-        ImpactfemError: It holds no finished run, or a file of it is not as the run wrote it.
+        InputError: It holds no finished run.
+        ImpactfemError: A file of it is not as the run wrote it.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         missing = [name for name in (CASE, SUMMARY, PROVENANCE, CHECKS) if not self.has(name)]
         if missing:
-            raise ImpactfemError(
-                f"{folder} holds no run to report on: {', '.join(missing)} "
-                f"{'is' if len(missing) == 1 else 'are'} missing; 'impactfem run CASE.toml' "
-                "writes them"
+            expected = (
+                f"the folder holds no run to report on: {', '.join(missing)} "
+                f"{'is' if len(missing) == 1 else 'are'} missing; expected what "
+                "'impactfem run CASE.toml' writes"
             )
+            raise InputError([Fault(folder, "", None, expected)])
         # HDF5 may crash on a damaged store: nothing is opened before all are known to be whole.
         made = self._made()
         self._refuse_changed(made.files)

@@ -211,7 +211,9 @@ def _dampings(view: DeviceView, published: Published) -> Table:
         )
     return Table(
         "device_dampings",
-        "Dampings of the buildings and restitution of their impacts, with the largest impact force",
+        "Dampings of the buildings and restitution of their impacts (calibrated: by the wall, on "
+        "the reduced model of this stage, so that it is not quite that of wall_damping.csv), with "
+        "the largest impact force as resampled to the steps of the 3D model",
         (
             ("damping", ""),
             ("alpha", "1/s"),

@@ -41,7 +41,9 @@ def stick_figures(folder: Path) -> list[Path]:
         open_store(folder / "forces.nc") as forces,
     ):
         makers: dict[str, Callable[[Path], None]] = {
-            "figure_02_case.png": lambda path: figures_models.case_figure(path, motion, sticks),
+            "figure_02_case.png": lambda path: figures_models.case_figure(
+                path, motion, sticks, forces
+            ),
             "figure_03_stick.png": lambda path: figures_models.stick_figure(path, sticks),
             "figure_08_response.png": lambda path: _response(path, sticks),
             "figure_10_floor_spectra.png": lambda path: _floor_spectra(path, sticks),

@@ -64,7 +64,7 @@ def elevations(sticks: xr.Dataset) -> list[Elevation]:
     return result
 
 
-def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset) -> None:
+def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.Dataset) -> None:
     """Figure 2: the buildings, the ground acceleration, its response spectrum."""
     direction = str(sticks.attrs["shown_direction"])
     n = next(
@@ -81,7 +81,7 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset) -> None:
         f"and its pseudo-acceleration response spectrum at {100 * damping:g} % damping (c)."
     )
     with figure(path, (1, 3), (10.0, 3.4), caption) as (_, axes):
-        _draw_buildings(axes[0], sticks)
+        _draw_buildings(axes[0], sticks, forces)
         axes[1].plot(time, a.values, color=BLUE, lw=0.6)
         axes[1].plot(time[pga], a.values[pga], "o", color=RED, ms=4)
         axes[1].annotate(
@@ -117,14 +117,42 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset) -> None:
         letter(axes)
 
 
-def _draw_buildings(panel: Axes, sticks: xr.Dataset) -> None:
-    """Elevation to scale; half a building is as wide as half the distance to the next one."""
+def _widths(drawn: list[Elevation], sticks: xr.Dataset, forces: xr.Dataset) -> dict[str, float]:
+    """Widths of the buildings along the elevation [m]: their points of contact are on their faces.
+
+    One without such points is as wide as the distance to the next building lets it be.
+    """
+    along = "xyz".index(str(sticks.attrs["elevation_direction"]))
+    centres = sorted(building.centre for building in drawn)
+    spacing = min(np.diff(centres), default=0.5 * float(drawn[0].floors[-1]))
+    gap = _gap(sticks)
+    usual = spacing - gap if spacing > gap else 0.5 * float(drawn[0].floors[-1])
+    widths = {}
+    for building in drawn:
+        reach = max(
+            (
+                float(np.abs(forces[f"offset_{side}"].values[:, along][mine]).max())
+                for side in "ab"
+                if (mine := forces[f"building_{side}"].values == building.name).any()
+            ),
+            default=0.0,
+        )
+        widths[building.name] = 2.0 * reach if reach > 0.0 else usual
+    return widths
+
+
+def _gap(sticks: xr.Dataset) -> float:
+    """The smallest gap [m]."""
+    return float(sticks["pair_rest_gap"].values.min()) if sticks.sizes["pair"] else 0.0
+
+
+def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None:
+    """Elevation to scale."""
     drawn = elevations(sticks)
-    centres = [building.centre for building in drawn]
-    spacing = min(np.diff(sorted(centres)), default=0.5 * float(drawn[0].floors[-1]))
-    gap = float(sticks["pair_rest_gap"].values.min()) if sticks.sizes["pair"] else 0.0
-    width = spacing - gap if spacing > gap else 0.5 * float(drawn[0].floors[-1])
+    widths = _widths(drawn, sticks, forces)
+    gap = _gap(sticks)
     for k, building in enumerate(drawn):
+        width = widths[building.name]
         left = building.centre - width / 2.0
         top = float(building.floors[-1] + building.above[-1])
         colour = BUILDINGS[k % len(BUILDINGS)]
@@ -140,7 +168,12 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset) -> None:
     low = min(building.base for building in drawn)
     high = max(float(building.floors[-1]) for building in drawn)
     if len(drawn) > 1 and gap > 0.0:
-        between = centres[0] + np.sign(centres[1] - centres[0]) * spacing / 2.0
+        nearest = int(np.argmin(sticks["pair_rest_gap"].values))
+        named = {building.name: building for building in drawn}
+        a, b = (named[str(forces[f"building_{side}"].values[nearest])] for side in "ab")
+        way = np.sign(b.centre - a.centre)
+        faces = a.centre + 0.5 * way * widths[a.name], b.centre - 0.5 * way * widths[b.name]
+        between = 0.5 * sum(faces)
         panel.annotate(
             f"gap {100 * gap:g} cm",
             (between, high),
@@ -150,7 +183,8 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset) -> None:
         )
     panel.axhline(low, color="black", lw=2.0)
     panel.set_ylim(low - 1.0, high + 6.5)
-    panel.set_xlim(min(centres) - 0.65 * width, max(centres) + 0.65 * width)
+    left = min(one.centre - 0.65 * widths[one.name] for one in drawn)
+    panel.set_xlim(left, max(one.centre + 0.65 * widths[one.name] for one in drawn))
     panel.set_aspect("equal")
     panel.set_xlabel(f"{sticks.attrs['elevation_direction']} [m]")
     panel.set_ylabel("z [m]")
@@ -220,10 +254,16 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
     """Figure 5: which points of which sticks face each other, and what acts between them."""
     drawn = {building.name: building for building in elevations(sticks)}
     names = list(drawn)
+    laws = list(dict.fromkeys(str(name) for name in sticks["pair_law"].values))
     caption = (
         "Figure 5: Pairs of points that may touch. Each pair k carries a gap g and, in contact, a "
         "stiffness K and a dashpot C; the force is zero while the gap is open."
     )
+    if any(not name.startswith("kelvin-voigt") for name in laws):
+        caption += (
+            f" The laws are {' and '.join(laws)}: where not kelvin-voigt, K and C stand for forces "
+            "that go with powers of the penetration."
+        )
     with figure(path, (1, 1), (6.5, 4.6), caption) as (_, axes):
         panel = axes[0]
         for position, name in enumerate(names):

@@ -11,7 +11,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 
-from impactfem.results.found import Found, read_found
+from impactfem.results.found import MAIN, Found, read_found
 from impactfem.results.style import BLUE, figure
 
 NAME = "figure_04_flowchart.png"
@@ -124,17 +124,15 @@ def _sticks(found: Found) -> list[str]:
 
 def _pounding(found: Found) -> list[str]:
     v = found.values
-    forces = found.numbers(r"pounding\.peak_force\.floor_(.+)")
-    if not forces or max(forces.values()) <= 0.0:
+    if MAIN not in v:
         return ["no impact"]
-    floor = max(forces, key=lambda k: forces[k])
-    lines = [f"largest force {1e-6 * forces[floor]:.4g} MN, floor {floor}"]
-    if "pounding.impacts" in v:
-        lines.insert(0, f"{v['pounding.impacts']:.0f} impacts")
-    if "pounding.main_impact_time" in v:
-        at, lasts = v["pounding.main_impact_time"], v["pounding.main_impact_duration"]
-        lines.append(f"at {at:.4g} s, for {1e3 * lasts:.3g} ms")
-    return lines
+    at, lasts = v["pounding.main_impact_time"], v["pounding.main_impact_duration"]
+    return [
+        f"{v['pounding.impacts']:.0f} impacts",
+        f"largest force {1e-6 * v[MAIN]:.4g} MN",
+        found.main_pair,
+        f"at {at:.4g} s, for {1e3 * lasts:.3g} ms",
+    ]
 
 
 def _ensemble(found: Found) -> list[str]:

@@ -14,6 +14,7 @@ from impactfem.results.open_store import open_store
 from impactfem.scalar import from_json
 
 STORES = ("motion", "building", "calibrate", "sticks", "ensemble", "transient", "device")
+MAIN = "pounding.main_impact_force"
 SAME = 1e-9
 """Relative difference of a value that was handed over from the one that was found."""
 
@@ -29,6 +30,7 @@ class Found:
         devices: Names of the devices.
         stiffness: Contact stiffness of the pairs of points [N/m].
         targets: Frequencies that the sticks are fitted to [Hz].
+        main_pair: Which pair has the largest impact force; "" where nothing touched.
     """
 
     values: Mapping[str, float]
@@ -37,6 +39,7 @@ class Found:
     devices: tuple[str, ...]
     stiffness: tuple[float, ...] = ()
     targets: tuple[float, ...] = ()
+    main_pair: str = ""
 
     def numbers(self, pattern: str) -> dict[str, float]:
         """Scalars whose whole name matches, by the first group of the pattern."""
@@ -61,7 +64,7 @@ def read_found(folder: Path) -> Found:
     devices: tuple[str, ...] = ()
     stiffness: tuple[float, ...] = ()
     targets: tuple[float, ...] = ()
-    direction = ""
+    direction = main_pair = ""
     for name in STORES:
         path = folder / f"{name}.nc"
         if not path.is_file():
@@ -72,13 +75,16 @@ def read_found(folder: Path) -> Found:
             values |= {s.name: s.value for s in scalars if s.value is not None}
             direction = str(store.attrs.get("shown_direction", direction))
             if name == "sticks":
+                main_pair = next(
+                    (s.note for s in scalars if s.name == MAIN and s.value is not None), ""
+                )
                 stiffness, targets = (
                     _list(store, "pair_stiffness"),
                     _list(store, "target_frequency"),
                 )
             if name == "device":
                 devices = tuple(str(device) for device in store["device"].values)
-    return Found(values, frozenset(stores), direction, devices, stiffness, targets)
+    return Found(values, frozenset(stores), direction, devices, stiffness, targets, main_pair)
 
 
 def _list(store: xr.Dataset, name: str) -> tuple[float, ...]:

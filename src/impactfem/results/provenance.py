@@ -41,7 +41,7 @@ class Provenance(BaseModel):
         case: Name of the case file.
         case_hash: Hash of the case and all files that it names.
         inputs: Hash of the inputs of each stage, in the order of the stages.
-        seeds: Seeds of the synthetic motions.
+        seeds: Seeds of motions, calibration and ensemble by their keys in the case.
         started: When the run began.
         reused: Names of the stages that had finished before.
         seconds: Wall time of each step by stage and step [s].
@@ -60,7 +60,7 @@ class Provenance(BaseModel):
     case: str
     case_hash: str
     inputs: dict[str, str]
-    seeds: list[int]
+    seeds: dict[str, int]
     started: str
     reused: list[str]
     seconds: dict[str, FiniteFloat]

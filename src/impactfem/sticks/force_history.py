@@ -175,7 +175,7 @@ def read_forces(path: Path) -> ForceHistory:
     if history.time.size < 2 or not np.all(steps > 0.0):
         faults.append(Fault(path, "time", None, "at least two times, ascending"))
     elif np.abs(steps - steps.mean()).max() > 1e-6 * steps.mean():
-        faults.append(Fault(path, "time", None, "a uniform time step"))
+        faults.append(Fault(path, "time", None, "expected a uniform time step"))
     elif abs(history.time[0]) > 1e-6 * steps.mean():
         faults.append(Fault(path, "time", float(history.time[0]), "a first time of 0 s"))
     if not (np.isfinite(history.time).all() and np.isfinite(history.force).all()):

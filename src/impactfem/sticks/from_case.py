@@ -14,7 +14,6 @@ from impactfem.case import (
     JankowskiLaw,
     KelvinVoigtLaw,
 )
-from impactfem.log import LOGGER
 from impactfem.sticks import contact as laws
 from impactfem.sticks import restitution
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
@@ -166,7 +165,6 @@ def _pair(case: Case, contact: Contact, sticks: dict[str, Stick]) -> Pair:
         end = _end(stick, point)
         ends.append(end)
         masses.append(stick.point_mass(end.master, end.offset, normal))
-    _warn_of_distance(contact, [sticks[end.building] for end in ends], ends)
     return Pair(
         name=contact.name,
         a=ends[0],
@@ -176,24 +174,6 @@ def _pair(case: Case, contact: Contact, sticks: dict[str, Stick]) -> Pair:
         law=_law(case, contact.law, effective_mass(masses[0], masses[1])),
         area=contact.bearing_area,
     )
-
-
-def _warn_of_distance(contact: Contact, sticks: list[Stick], ends: list[End]) -> None:
-    """Say so where the points of a pair are not a gap apart; only the gap counts."""
-    if sticks[0].axis == sticks[1].axis:
-        return  # no plan was given
-    a, b = (
-        stick.positions[end.master] + end.offset for stick, end in zip(sticks, ends, strict=True)
-    )
-    distance = float(np.dot(contact.normal, b - a))
-    if abs(distance - contact.gap) > max(1e-3, 0.1 * contact.gap):
-        LOGGER.warning(
-            "warning: the points of %s are %.4g m apart along the normal by axis and offset, and "
-            "its gap is %.4g m; the gap counts",
-            contact.name,
-            distance,
-            contact.gap,
-        )
 
 
 def _end(stick: Stick, point: ContactPoint) -> End:

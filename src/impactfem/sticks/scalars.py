@@ -159,6 +159,7 @@ def _pounding(study: StickStudy) -> list[Scalar]:
             scalars.append(Scalar(name, peak, "m", "top floor, relative to the ground"))
     main = study.main_impact
     values = (
+        ("force", "peak_force", "N"),
         ("time", "peak_time", "s"),
         ("duration", "duration", "s"),
         ("impulse", "impulse", "N s"),

@@ -13,6 +13,7 @@ ground, accelerations absolute.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from impactfem.case.pair_distance import pair_distance
 from impactfem.files import write_netcdf
 from impactfem.scalar import to_json
 from impactfem.sticks.modes import DIRECTIONS
@@ -243,30 +245,31 @@ def _impacts(study: StickStudy) -> Variables:
 def _pairs(study: StickStudy) -> Variables:
     pairs = study.system.pairs
     laws = [pair.law for pair in pairs]
+    fastest = [_fastest(study, pair.name) for pair in pairs]
     materials = [study.case.building(pair.a.building).material for pair in pairs]
+    distances = {c.name: pair_distance(c, study.case) for c in study.case.contacts}
     numbers = {
         "young_modulus": ([material.young_modulus for material in materials], "Pa"),
         "poisson_ratio": ([material.poisson_ratio for material in materials], "-"),
         "rest_gap": ([pair.gap for pair in pairs], "m"),
+        "distance": ([distances.get(pair.name, np.nan) for pair in pairs], "m"),
         "stiffness": (
             [law.stiffness for law in laws],
             ", ".join(dict.fromkeys(law.stiffness_unit for law in laws)) or "N/m",
         ),
         "dashpot": ([law.parameters[1] if law.linear else np.nan for law in laws], "N s/m"),
         "onset_force": (
-            [
-                law.onset_force(_fastest(study, pair.name))
-                for law, pair in zip(laws, pairs, strict=True)
-            ],
+            [_at(law.onset_force, v) for law, v in zip(laws, fastest, strict=True)],
             "N",
         ),
         "damping_ratio": ([law.xi for law in laws], "-"),
         "restitution": ([law.epsilon for law in laws], "-"),
         "effective_mass": ([law.mass for law in laws], "kg"),
         "law_duration": (
+            # That of a linear law is the same at any speed.
             [
-                law.duration(_fastest(study, pair.name))
-                for law, pair in zip(laws, pairs, strict=True)
+                _at(law.duration, 1.0 if law.linear else v)
+                for law, v in zip(laws, fastest, strict=True)
             ],
             "s",
         ),
@@ -287,10 +290,15 @@ def _pairs(study: StickStudy) -> Variables:
     return variables
 
 
+def _at(of_speed: Callable[[float], float], speed: float) -> float:
+    """What a law gives at a speed; nan where no impact had one."""
+    return of_speed(speed) if np.isfinite(speed) else np.nan
+
+
 def _fastest(study: StickStudy, pair: str) -> float:
-    """Largest speed of approach of a pair's impacts [m/s]; 1 where there is none."""
+    """Largest speed of approach of a pair's impacts [m/s]; nan where there is none."""
     found = (i.approach for i in study.impacts if i.pair.name == pair and i.approach > 0.0)
-    return max(found, default=1.0)
+    return max(found, default=np.nan)
 
 
 def _targets(study: StickStudy) -> Variables:

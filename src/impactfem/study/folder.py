@@ -5,17 +5,21 @@ from __future__ import annotations
 import errno
 import fcntl
 import os
+import re
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from impactfem.case import Case
 from impactfem.errors import Fault, InputError
 from impactfem.files import remove_parts
 from impactfem.log import LOGGER
+from impactfem.stop import removed
 
 LOG = "run.log"  # tells the folder of a run from any other
 LOCK = ".lock"
+_CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
 # What a file system answers that cannot lock, as some shared ones cannot.
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 
@@ -37,11 +41,15 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
     """
     try:
         if resume and not (folder / log).is_file():
-            raise InputError([Fault(folder, "--resume", None, "a folder that holds a run")])
+            raise InputError(
+                [Fault(folder, "--resume", None, "expected a folder that holds a run")]
+            )
         if folder.exists() and not folder.is_dir():
-            raise InputError([Fault(folder, "--out", None, "a folder, this is a file")])
+            raise InputError([Fault(folder, "--out", None, "expected a folder, this is a file")])
         if folder.is_dir() and any(folder.iterdir()) and not (folder / log).is_file():
-            expected = "an empty folder or one of an earlier run; this one holds other files"
+            expected = (
+                "expected an empty folder or one of an earlier run; this one holds other files"
+            )
             raise InputError([Fault(folder, "--out", None, expected)])
         folder.mkdir(parents=True, exist_ok=True)
         if not os.access(folder, os.W_OK):
@@ -55,7 +63,8 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
             remove_parts(folder)
         except OSError as error:
             raise InputError([_not_writable(folder, "--out", error)]) from error
-        yield
+        with removed(folder / LOCK):
+            yield
     finally:
         _unlock(folder, lock)
 
@@ -72,13 +81,43 @@ def locked(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise InputError([_not_writable(folder, "", error)]) from error
     try:
-        yield
+        with removed(folder / LOCK):
+            yield
     finally:
         _unlock(folder, lock)
 
 
+def log_case(case: Case) -> None:
+    """Keep in the log of the run which case it runs, for `check_same_case`."""
+    LOGGER.debug("case %s, hash %s", case.path.name, case.content_hash())  # as in _CASE_LINE
+
+
+def check_same_case(folder: Path, case: Case) -> None:
+    """See that a folder holds a run of this case: of the same content, whatever its name.
+
+    Args:
+        folder: The folder; it holds a run.
+        case: The case that is to go on there.
+
+    Raises:
+        InputError: The last run in the folder had another one.
+    """
+    lines = (folder / LOG).read_text(encoding="utf-8", errors="replace").splitlines()
+    before = [found for line in lines if (found := _CASE_LINE.search(line)) is not None]
+    # A run that was stopped before it knew its case has computed nothing.
+    if before and before[-1][2] != case.content_hash():
+        name, digest = before[-1].groups()
+        expected = (
+            f"the folder holds a run of {name} with the hash {digest[:12]}, and {case.path.name} "
+            f"has the hash {case.content_hash()[:12]}: one or more of its texts or files differ; "
+            "expected the same case (without --resume what has changed is computed again)"
+        )
+        raise InputError([Fault(folder, "--resume", None, expected)])
+
+
 def _not_writable(folder: Path, key: str, error: OSError) -> Fault:
-    return Fault(folder, key, None, f"a folder that can be written: {error.strerror or error}")
+    expected = f"expected a folder that can be written: {error.strerror or error}"
+    return Fault(folder, key, None, expected)
 
 
 def _lock(folder: Path, key: str) -> int:
@@ -103,7 +142,7 @@ def _lock(folder: Path, key: str) -> int:
         except BlockingIOError:
             holder = os.pread(lock, 200, 0).decode(errors="replace").strip()
             os.close(lock)
-            expected = f"a folder in which no other run works; {holder or 'one'} does now"
+            expected = f"expected a folder in which no other run works; {holder or 'one'} does now"
             raise InputError([Fault(folder, key, None, expected)]) from None
         except OSError as error:
             if error.errno not in _NO_LOCKS:

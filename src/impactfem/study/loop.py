@@ -12,6 +12,7 @@ import xarray as xr
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, SyntheticMotion, load_case
 from impactfem.case.file_mesh import FileMesh
+from impactfem.case.pair_distance import pair_distance
 from impactfem.device.from_case import checked_devices
 from impactfem.errors import Fault, InputError
 from impactfem.file_errors import file_errors
@@ -22,12 +23,13 @@ from impactfem.parallel import on_root, rank, size, total
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.results.check import Check, log_checks
 from impactfem.results.manifest import file_digest
+from impactfem.results.pair_distance import distance_check
 from impactfem.results.provenance import provenance
 from impactfem.results.summary import write_summary
 from impactfem.scalar import Scalar, from_json
 from impactfem.sticks.force_history import check_forces
 from impactfem.study.finished import is_finished, mark_finished, memory_of, seconds_of
-from impactfem.study.folder import LOG, open_folder
+from impactfem.study.folder import LOG, check_same_case, log_case, open_folder
 from impactfem.study.inputs import program_key, published_values
 from impactfem.study.memory import forget_peak, peak_memory
 from impactfem.study.report import REPORT, write_findings, write_page
@@ -64,7 +66,8 @@ def check(path: Path, *, mesh: bool = False) -> Case:
 
     Args:
         path: The case file.
-        mesh: Whether a mesh file of the case is read, too, which takes a second or two.
+        mesh: Whether a mesh file of the case is read, too, which takes a second or two, and gaps
+            are compared with axes and offsets, as a run does itself.
 
     Raises:
         InputError: With every fault found.
@@ -74,17 +77,25 @@ def check(path: Path, *, mesh: bool = False) -> Case:
     durations = checked_durations(case.motions)
     longest = case.pounding.duration or max(durations)
     if case.pounding.time_step > longest / 2.0:
-        expected = f"at most half of what is computed, {longest:g} s"
+        expected = f"expected at most half of what is computed, {longest:g} s"
         raise InputError([Fault(path, "pounding.time_step", case.pounding.time_step, expected)])
     if case.transient is not None and case.transient.forces is not None:
         check_forces(case.transient.forces)
+    if mesh:
+        _warn_of_gaps(case)
     if mesh and case.structure is not None and isinstance(case.structure.mesh, FileMesh):
         file = case.structure.mesh.file
         parts, _, _ = read_parts(case, file)
         if case.wall_impact is not None:
             wall_side(parts.mesh, case.wall_impact.floors, file)
+        # PETSc is loaded where it is needed.
+        if case.transient is not None:
+            from impactfem.transient.forces import check_contacts
+            from impactfem.transient.probes import checked_probes
+
+            checked_probes(case, parts.mesh)
+            check_contacts(case, parts.mesh)
         if case.devices:
-            # PETSc is loaded where it is needed.
             from impactfem.equipment.covered_points import covered_points
             from impactfem.equipment.rosette import find_rosettes
 
@@ -93,6 +104,30 @@ def check(path: Path, *, mesh: bool = False) -> Case:
     for stage in STAGES:
         program_key(stage.rooms)
     return case
+
+
+def _warn_of_gaps(case: Case) -> None:
+    pairs = case.contacts
+    found = distance_check(
+        [pair.name for pair in pairs],
+        [pair.gap for pair in pairs],
+        [pair_distance(pair, case) for pair in pairs],
+    )
+    log_checks(one for one in found if one[0] is False)
+
+
+def _seeds(case: Case) -> dict[str, int]:
+    """The seeds of a case by their keys."""
+    seeds = {
+        f"motions[{k}].seed": motion.seed
+        for k, motion in enumerate(case.motions)
+        if isinstance(motion, SyntheticMotion)
+    }
+    if case.calibration is not None and case.calibration.mode == "fit":
+        seeds["calibration.seed"] = case.calibration.seed
+    if case.ensemble is not None and case.ensemble.records is None:
+        seeds["ensemble.first_seed"] = case.ensemble.first_seed
+    return seeds
 
 
 def run(
@@ -113,7 +148,7 @@ def run(
         path: The case file.
         out: The run's folder; ``runs/<name of the case file>`` when None.
         stage: The last stage to run; all stages when None.
-        resume: Go on with the run in the folder; it must hold one.
+        resume: Go on with the run in the folder; it must hold one, of the same case.
         fresh: Compute everything again.
         bar: Whether a bar shows on a terminal how far the run is.
 
@@ -127,9 +162,14 @@ def run(
 
         def prepare() -> Case:
             check_stage_name(stage)
+            if resume and fresh:
+                expected = "expected without --fresh, which computes everything again"
+                raise InputError([Fault("command line", "--resume", None, expected)])
             case = check(path)
             asked_stages(case, stage)
             opened.enter_context(open_folder(folder, resume))
+            if resume:
+                check_same_case(folder, case)
             return case
 
         case = on_root(prepare)
@@ -138,6 +178,7 @@ def run(
         result = Run(folder, [], published_values(case))
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
+        log_case(case)
         stages = asked_stages(case, stage)
         for one in stages:
             _run_stage(one, case, result, fresh, bar)
@@ -192,7 +233,7 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
             case=case.path.name,
             case_hash=case.content_hash(),
             inputs={one.name: one.key(case) for one in stages},
-            seeds=[m.seed for m in case.motions if isinstance(m, SyntheticMotion)],
+            seeds=_seeds(case),
             started=started,
             reused=result.reused,
             seconds=result.times,

@@ -52,8 +52,8 @@ def make_report(folder: Path) -> Path:
         The page.
 
     Raises:
-        InputError: A run is at work in the folder.
-        ImpactfemError: The folder holds no run, or a file cannot be read or written.
+        InputError: The folder holds no run, or a run is at work in it.
+        ImpactfemError: A file cannot be read or written.
     """
     RunFiles(folder)  # before anything is written into a folder that is none of a run
     with locked(folder), file_errors():

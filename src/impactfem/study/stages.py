@@ -30,7 +30,7 @@ def check_stage_name(name: str | None) -> None:
     """
     known = stage_names()
     if name is not None and name not in known:
-        expected = f"one of the stages {', '.join(known)}"
+        expected = f"expected one of the stages {', '.join(known)}"
         raise InputError([Fault("command line", "--stage", name, expected)])
 
 
@@ -58,6 +58,6 @@ def asked_stages(case: Case, last: str | None) -> list[Stage]:
     for stage in stages:
         missing = stage.lacks(case)
         if missing is not None:
-            expected = f"a section [{missing}], which the stage {stage.name} needs"
+            expected = f"expected a section [{missing}], which the stage {stage.name} needs"
             raise InputError([Fault(case.path, missing, None, expected)])
     return stages

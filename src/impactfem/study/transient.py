@@ -9,7 +9,9 @@ from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.log import Steps
 from impactfem.parallel import communicator, on_root
+from impactfem.results.check import Check
 from impactfem.results.open_store import open_store
+from impactfem.results.stick_against_model import stick_against_model
 from impactfem.results.transient_checks import log_samples, transient_checks
 from impactfem.results.transient_figures import transient_figures
 from impactfem.results.transient_physics import physics_scalars
@@ -118,6 +120,13 @@ def _announce(case: Case) -> None:
         log_samples(case.transient.time_step, case.transient.maximum_frequency)
 
 
+def _checks(case: Case, folder: Path) -> list[Check]:
+    found = transient_checks(folder)
+    # Forces of another program are not the stick's.
+    own = case.transient is not None and case.transient.forces is None
+    return [*found, *stick_against_model(folder)] if own else found
+
+
 def _figures(case: Case, folder: Path) -> list[Path]:
     asked = case.transient
     if asked is None:
@@ -141,7 +150,7 @@ TRANSIENT = Stage(
     key=_key,
     store="transient.nc",
     run=_run,
-    checks=lambda case, folder: transient_checks(folder),
+    checks=_checks,
     announces=_announce,
     lacks=lambda case: "transient" if case.transient is None else None,
     needs=lambda case: ("building", "sticks"),

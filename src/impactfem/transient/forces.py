@@ -105,6 +105,31 @@ def checked_forces(
     return history.of(list(mine)), edges
 
 
+def check_contacts(case: Case, mesh: BuildingMesh) -> None:
+    """See that the contacts of a case can act on the edges of its 3D building.
+
+    Args:
+        case: The case, with a structure.
+        mesh: The mesh of its building.
+
+    Raises:
+        InputError: With every fault.
+        ValueError: The case has no structure.
+    """
+    if case.structure is None:
+        raise ValueError("a case without a structure has no edges that forces could act on")
+    outward = {floor: outward_normal(mesh, floor) for floor in mesh.edges}
+    faults = [
+        fault
+        for contact in case.contacts
+        for end in _ends_of_contact(contact)
+        if end.building == case.structure.building
+        for fault in _end_faults(case.path, contact.name, end, outward)
+    ]
+    if faults:
+        raise InputError(faults)
+
+
 def _edge_force(floor: int, outward: Array) -> EdgeForce:
     # The edge's own normal, not the pair's: all pairs of a floor are one load then.
     x, y, z = (float(-component) + 0.0 for component in outward)
@@ -120,7 +145,7 @@ def _ends_by_case(
     ends: Ends = {}
     for j, name in enumerate(history.pairs):
         if name not in contacts:
-            expected = f"a pair of the case; {nearest(name, list(contacts))}"
+            expected = f"expected a pair of the case; {nearest(name, list(contacts))}"
             faults.append(Fault(path, "pair", name, expected))
             continue
         ends[j] = _ends_of_contact(contacts[name])
@@ -174,7 +199,7 @@ def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[End
             ends[j] = (a, b)
     if not faults and all(building not in (a.building, b.building) for a, b in ends.values()):
         found = sorted({end.building for pair in ends.values() for end in pair} - {""})
-        expected = f"a pair that touches {building}, the building of the 3D model"
+        expected = f"expected a pair that touches {building}, the building of the 3D model"
         faults.append(Fault(path, "building_a, building_b", found, expected))
     return ends, faults
 
@@ -197,7 +222,7 @@ def _contradictions(
         height = _height(heights, j)
         if heights is not None and not _same(height, end.relative_height):
             found = "nan" if height is None else height
-            expected = f"a point of {end.place}, as in the case"
+            expected = f"expected a point of {end.place}, as in the case"
             yield Fault(path, f"{pair}, relative_height_{side}", found, expected)
     normal = history.ends.normal
     if normal is not None and np.abs(normal[j] - ends[0].outward).max() > ALIGNED:
@@ -222,12 +247,15 @@ def _length_faults(history: ForceHistory, path: Path, duration: float) -> Iterat
 def _end_faults(path: Path, pair: str, end: PairEnd, outward: dict[int, Array]) -> Iterator[Fault]:
     """Why a pair cannot act on the edge of a floor."""
     if end.relative_height is not None:
-        expected = "a point of a floor: forces act on the edges of slabs in the 3D model"
+        expected = "expected a point of a floor: forces act on the edges of slabs in the 3D model"
         yield Fault(path, f"pair {pair}", end.place, expected)
         return
     if end.floor not in outward:
         known = ", ".join(map(str, sorted(outward))) or "none"
-        expected = f"a floor whose edge (group edge_{end.floor}) is in the mesh, which has {known}"
+        expected = (
+            f"expected a floor whose edge (group edge_{end.floor}) is in the mesh, which has "
+            f"{known}"
+        )
         yield Fault(path, f"pair {pair}", end.place, expected)
         return
     edge = outward[end.floor]
@@ -235,7 +263,9 @@ def _end_faults(path: Path, pair: str, end: PairEnd, outward: dict[int, Array]) 
     if abs(end.outward[2]) > ALIGNED:
         yield Fault(path, key, found, "a horizontal normal")
     elif np.linalg.norm(end.outward - (end.outward @ edge) * edge) > ALIGNED:
-        expected = f"a normal at right angles to the edge of floor {end.floor}, {_words(edge)}"
+        expected = (
+            f"expected a normal at right angles to the edge of floor {end.floor}, {_words(edge)}"
+        )
         yield Fault(path, key, found, expected)
     elif end.outward @ edge < 0.0:
         expected = (

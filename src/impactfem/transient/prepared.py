@@ -12,12 +12,12 @@ from impactfem.building.parts import BuildingParts
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
-from impactfem.errors import Fault, InputError, SolutionError
+from impactfem.errors import Fault, InputError
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.sticks.force_history import ForceHistory, read_forces
 from impactfem.transient.forces import checked_forces
 from impactfem.transient.loads import Loads, make_loads
-from impactfem.transient.probes import Probe, case_probes
+from impactfem.transient.probes import Probe, checked_probes
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +71,7 @@ def prepare(
         raise InputError([Fault(case.path, "transient.export_start", start, expected)])
     motions = ground_motions(case.motions)
     loads = case_loads(case, parts.mesh, motions, history, path, duration, inputs)
-    try:
-        probes = tuple(case_probes(parts.mesh, transient.probes, case.wave_floor))
-    except SolutionError as error:
-        raise InputError([Fault(case.path, "transient.probes", None, str(error))]) from error
+    probes = tuple(checked_probes(case, parts.mesh))
     return Prepared(
         parts=parts,
         probes=probes,

@@ -12,13 +12,13 @@ from scipy.spatial import cKDTree
 from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.part import Mark, Part, parse_group
 from impactfem.building.quality import side_lengths
+from impactfem.case import Case
+from impactfem.case.probe import OUTSIDE
 from impactfem.case.probe import Probe as CaseProbe
-from impactfem.errors import SolutionError
+from impactfem.errors import Fault, InputError, SolutionError
 
 Array = NDArray[np.float64]
 
-FARTHEST = 1.0
-"""Distance of a point to its node that is always taken, whatever the size of the elements [m]."""
 LINE_POINTS = 9
 """Points of the line across a floor (figure 14 of the paper)."""
 
@@ -52,13 +52,46 @@ def case_probes(
         SolutionError: A probe is outside the building, or the mesh has no such group.
     """
     probes = standard_probes(mesh, across)
-    farthest = max(FARTHEST, 0.5 * float(side_lengths(mesh.nodes, mesh.triangles).mean()))
+    farthest = _farthest(mesh)
     for one in asked:
-        if one.group is not None:
-            nodes = _group(mesh, one.group)
-            probes += [Probe(one.numbered(k), int(n)) for k, n in enumerate(nodes, start=1)]
-        probes += [nearest_node(mesh, name, np.array(p), farthest) for name, p in one.points]
+        probes += _asked(mesh, one, farthest)
     return probes
+
+
+def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
+    """The probes of a case: those that are always there, and its own.
+
+    Args:
+        case: A case with a section for the response in time.
+        mesh: The mesh of its building.
+
+    Raises:
+        InputError: One fault for each probe that is outside the building, or whose group the mesh
+            has not.
+    """
+    asked = () if case.transient is None else case.transient.probes
+    probes, faults = standard_probes(mesh, case.wave_floor), []
+    farthest = _farthest(mesh)
+    for index, one in enumerate(asked):
+        try:
+            probes += _asked(mesh, one, farthest)
+        except SolutionError as error:
+            faults.append(Fault(case.path, f"transient.probes[{index}]", None, str(error)))
+    if faults:
+        raise InputError(faults)
+    return probes
+
+
+def _farthest(mesh: BuildingMesh) -> float:
+    return max(OUTSIDE, 0.5 * float(side_lengths(mesh.nodes, mesh.triangles).mean()))
+
+
+def _asked(mesh: BuildingMesh, one: CaseProbe, farthest: float) -> list[Probe]:
+    """The probes of one table of the case."""
+    if one.group is not None:
+        nodes = _group(mesh, one.group)
+        return [Probe(one.numbered(k), int(n)) for k, n in enumerate(nodes, start=1)]
+    return [nearest_node(mesh, name, np.array(p), farthest) for name, p in one.points]
 
 
 def _group(mesh: BuildingMesh, group: str) -> NDArray[np.int64]:

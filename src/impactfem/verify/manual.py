@@ -136,7 +136,7 @@ def verify(only: str | None = None, json_file: Path | None = None, full: bool = 
     known = {**BENCHMARKS, **FULL} if full else BENCHMARKS
     chosen = {name: run for name, run in known.items() if only is None or only in name}
     if not chosen:
-        expected = f"a part of one of the names {', '.join(known)}"
+        expected = f"expected a part of one of the names {', '.join(known)}"
         if not full:
             expected += f"; or with --full of {', '.join(FULL)}"
         raise InputError([Fault("command line", "--only", only, expected)])

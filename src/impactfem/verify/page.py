@@ -1,7 +1,7 @@
-"""The page of the verification manual, made from the rows of one run.
+"""The page of the verification manual, made from the rows of one run, or of several.
 
 ``impactfem verify --json FILE`` and then ``python -m impactfem.verify.page FILE docs`` write
-``docs/verification.md``.
+``docs/verification.md``; further files are those of heavy benchmarks, run by themselves.
 """
 
 from __future__ import annotations
@@ -78,8 +78,11 @@ are those of one run; their last digits differ from machine to machine.
 
 This page is made by
 
-    impactfem verify --json verify.json
+    impactfem verify --full --json verify.json
     python -m impactfem.verify.page verify.json docs
+
+or, as the heavy benchmarks take their time, from one file of all others and one of each of these,
+`impactfem verify --full --only NAME --json NAME.json`.
 
 """
 
@@ -248,12 +251,13 @@ def _distinct(values: Iterator[str]) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Write the page: the file of the rows and the folder are the arguments."""
-    if len(arguments) != 2 or not Path(arguments[1]).is_dir():
-        sys.stderr.write("usage: python -m impactfem.verify.page FILE FOLDER\n")
+    """Write the page: the files of the rows and the folder are the arguments."""
+    *files, folder = map(Path, arguments or [""])
+    if not files or not folder.is_dir():
+        sys.stderr.write("usage: python -m impactfem.verify.page FILE... FOLDER\n")
         return 2
     try:
-        path = write_page(read_entries(Path(arguments[0])), Path(arguments[1]))
+        path = write_page([entry for file in files for entry in read_entries(file)], folder)
     except ImpactfemError as error:
         sys.stderr.write(f"error: {error}\n")
         return 2 if isinstance(error, InputError) else 1

@@ -1,0 +1,69 @@
+"""How far apart the points of a contact are by axis and offset, beside the gap that is given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from impactfem.case.buildings import Building
+from impactfem.case.contacts import Contact, ContactEntry, expand
+from impactfem.case.model import Case
+from impactfem.case.source import Source
+from impactfem.errors import Fault
+
+SMALLEST, PART = 1e-3, 0.1
+"""Distance and gap may differ by so much [m], or by this part of the gap, and count as the same."""
+
+
+def allowed(gap: float) -> float:
+    """Difference of distance and gap up to which they count as the same [m].
+
+    Args:
+        gap: The gap of the pair [m].
+    """
+    return max(SMALLEST, PART * gap)
+
+
+def pair_distance(contact: Contact, case: Case) -> float:
+    """Distance of the points of a pair along its normal, n · (x_b − x_a) in plan [m].
+
+    Args:
+        contact: The pair.
+        case: The case, with the buildings.
+
+    Returns:
+        The distance; nan where the case does not say it: both buildings have the same axis, so
+        that no plan was given, or the normal is not level.
+    """
+    return _distance(contact, {building.name: building for building in case.buildings})
+
+
+def distance_faults(source: Source, entries: Sequence[ContactEntry], case: Case) -> Iterator[Fault]:
+    """Contacts whose points lie the other way round along the normal than from a to b.
+
+    Args:
+        source: The case as written.
+        entries: Its contacts, as written.
+        case: The case.
+    """
+    buildings = {building.name: building for building in case.buildings}
+    for index, entry in enumerate(entries):
+        for contact in expand((entry,)):
+            distance = _distance(contact, buildings)
+            if distance < -allowed(contact.gap):
+                expected = (
+                    f"expected the direction from a to b: by axis and offset the points of "
+                    f"{contact.name} are {distance:.4g} m apart along it, and the gap is "
+                    f"{contact.gap:.4g} m"
+                )
+                yield source.fault(("contacts", index, "normal"), list(entry.normal), expected)
+                break
+
+
+def _distance(contact: Contact, buildings: dict[str, Building]) -> float:
+    a, b = contact.a, contact.b
+    (ax, ay), (bx, by) = (buildings[point.building].axis for point in (a, b))
+    x, y, z = contact.normal
+    if (ax, ay) == (bx, by) or z != 0.0:
+        return math.nan
+    return x * (bx + b.offset[0] - ax - a.offset[0]) + y * (by + b.offset[1] - ay - a.offset[1])
