@@ -75,5 +75,6 @@ def test_groups(monkeypatch):
         monkeypatch.setitem(suite.GROUPS, name, lambda name=name: [Figure(name, 1.0, "-")])
     assert [figure.name for figure in suite.measure()] == list(suite.QUICK)
     assert [figure.name for figure in suite.measure(["building"])] == ["building"]
-    with pytest.raises(InputError, match="GROUP = 'roof': expected one of the groups sticks, spectra"):
+    expected = "GROUP = 'roof': expected one of the groups sticks, spectra"
+    with pytest.raises(InputError, match=expected):
         suite.measure(["roof", "sticks"])
