@@ -209,14 +209,15 @@ def no_pictures(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(transient, "transient_figures", lambda *_, **__: [])
 
 
-def command(name: str, case: Path) -> list[str]:
+def command(name: str, case: Path, *options: str) -> list[str]:
     """The stage of a case, killed while it writes a file of this name; none has the name "-"."""
     script = Path(__file__).with_name("interrupted.py")
-    return [sys.executable, str(script), name, str(case), str(case.parent / "run")]
+    return [sys.executable, str(script), name, str(case), str(case.parent / "run"), *options]
 
 
-def killed(name: str, case: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command(name, case), capture_output=True, text=True, check=False)
+def killed(name: str, case: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    words = command(name, case, *options)
+    return subprocess.run(words, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="session")

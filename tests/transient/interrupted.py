@@ -1,6 +1,7 @@
 """The command line, killed while it writes one of its files.
 
-Run by test_interruption.py: `python interrupted.py NAME CASE FOLDER`; no file has the name "-".
+Run by test_interruption.py: `python interrupted.py NAME CASE FOLDER [OPTION...]`, with options of
+`impactfem run`; no file has the name "-".
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from impactfem.study import transient
 from impactfem.transient import motion_file, motion_index
 
 whole = files.atomic
-name, case, folder = sys.argv[1:]
+name, case, folder, *options = sys.argv[1:]
 
 
 @contextmanager
@@ -34,5 +35,5 @@ def interrupted(path: Path) -> Iterator[Path]:
 for module in (files, archive, motion_file, motion_index):
     module.atomic = interrupted
 transient.transient_figures = lambda *_, **__: []
-sys.argv = ["impactfem", "run", case, "--stage", "transient", "--out", folder, "--resume"]
+sys.argv = ["impactfem", "run", case, "--stage", "transient", "--out", folder, *options]
 main()

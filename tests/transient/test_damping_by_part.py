@@ -164,7 +164,7 @@ def test_resumed_and_on_two_ranks(
     whole = computed(case("whole", "storey_*"))
     path = case("killed", "storey_*")
     assert killed("history_400.npz", path).returncode == -signal.SIGKILL
-    ended = killed("-", path)
+    ended = killed("-", path, "--resume")
     assert ended.returncode == 0 and "going on from 0.200 s" in ended.stderr, ended.stderr
     again = loaded(path)
     np.testing.assert_array_equal(again.acceleration, whole.acceleration)
