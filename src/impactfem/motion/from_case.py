@@ -105,7 +105,9 @@ def checked_durations(motions: Sequence[Motion]) -> list[float]:
             continue
         durations.append(record.duration)
         if not record.acceleration.any():
-            faults.append(Fault(motion.file, "", None, "a record that is not zero throughout"))
+            faults.append(
+                Fault(motion.file, "", None, "expected a record that is not zero throughout")
+            )
     if faults:
         raise InputError(faults)
     return durations

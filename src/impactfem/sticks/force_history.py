@@ -168,20 +168,22 @@ def read_forces(path: Path) -> ForceHistory:
         history = _read_csv(path) if path.suffix.lower() == ".csv" else _read_netcdf(path)
     except (OSError, csv.Error, ValueError) as error:
         raise InputError(
-            [Fault(path, "", None, f"a readable force history (NetCDF or CSV): {error}")]
+            [Fault(path, "", None, f"expected a readable force history (NetCDF or CSV): {error}")]
         ) from error
     faults = []
     steps = np.diff(history.time)
     if history.time.size < 2 or not np.all(steps > 0.0):
-        faults.append(Fault(path, "time", None, "at least two times, ascending"))
+        faults.append(Fault(path, "time", None, "expected at least two times, ascending"))
     elif np.abs(steps - steps.mean()).max() > 1e-6 * steps.mean():
         faults.append(Fault(path, "time", None, "expected a uniform time step"))
     elif abs(history.time[0]) > 1e-6 * steps.mean():
-        faults.append(Fault(path, "time", float(history.time[0]), "a first time of 0 s"))
+        faults.append(Fault(path, "time", float(history.time[0]), "expected a first time of 0 s"))
     if not (np.isfinite(history.time).all() and np.isfinite(history.force).all()):
-        faults.append(Fault(path, "force", "nan", "finite values only"))
+        faults.append(Fault(path, "force", "nan", "expected finite values only"))
     if len(set(history.pairs)) < len(history.pairs):
-        faults.append(Fault(path, "pair", list(history.pairs), "a unique name for each pair"))
+        faults.append(
+            Fault(path, "pair", list(history.pairs), "expected a unique name for each pair")
+        )
     if faults:
         raise InputError(faults)
     return history
@@ -192,7 +194,9 @@ def _read_netcdf(path: Path) -> ForceHistory:
         faults = []
         for name, unit in REQUIRED.items():
             if name not in dataset.variables:
-                faults.append(Fault(path, name, None, f"a variable of this name in {unit}"))
+                faults.append(
+                    Fault(path, name, None, f"expected a variable of this name in {unit}")
+                )
             elif dataset[name].attrs.get("units") != unit:
                 found = dataset[name].attrs.get("units")
                 faults.append(Fault(path, f"{name}.units", found, f"the unit {unit!r}"))
@@ -223,11 +227,20 @@ def _read_csv(path: Path) -> ForceHistory:
         wrong = [cell for cell in header[1:] if not cell.strip().endswith(" [N]")]
         if wrong or len(header) < 2:
             raise InputError(
-                [Fault(path, "line 1", wrong or None, "a column '<pair name> [N]' for each pair")]
+                [
+                    Fault(
+                        path,
+                        "line 1",
+                        wrong or None,
+                        "expected a column '<pair name> [N]' for each pair",
+                    )
+                ]
             )
         lines = [line for line in stream if line.strip()]
     if len(lines) < 2:
-        raise InputError([Fault(path, "", None, "at least two lines of values below the header")])
+        raise InputError(
+            [Fault(path, "", None, "expected at least two lines of values below the header")]
+        )
     values = np.loadtxt(lines, delimiter=",", ndmin=2)
     if values.shape[1] != len(header):
         raise ValueError(f"{len(header)} columns in the header, {values.shape[1]} below")

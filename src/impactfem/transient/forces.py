@@ -261,7 +261,7 @@ def _end_faults(path: Path, pair: str, end: PairEnd, outward: dict[int, Array]) 
     edge = outward[end.floor]
     key, found = f"pair {pair}, normal out of {end.building}", _words(end.outward)
     if abs(end.outward[2]) > ALIGNED:
-        yield Fault(path, key, found, "a horizontal normal")
+        yield Fault(path, key, found, "expected a horizontal normal")
     elif np.linalg.norm(end.outward - (end.outward @ edge) * edge) > ALIGNED:
         expected = (
             f"expected a normal at right angles to the edge of floor {end.floor}, {_words(edge)}"
