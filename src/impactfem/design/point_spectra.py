@@ -15,6 +15,7 @@ from impactfem.design.records import Records, RecordSpectra
 from impactfem.parallel import threads
 from impactfem.spectra import response_spectra
 from impactfem.transient.maps import AS_THEY_ARE
+from impactfem.transient.response import record_spectra
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -88,14 +89,6 @@ def point_spectra(
     Raises:
         KeyError: A basis was not made for a node.
     """
-    found = response_spectra(
-        records_of(shares, nodes, components),
-        shares[0].loads.time_step,
-        spectra.frequency_values,
-        spectra.damping,
-        points_per_cycle=spectra.points_per_cycle,
-        method=spectra.method,
-        threads=threads(),
-        absolute=False,
-    )
+    records = records_of(shares, nodes, components)
+    found = record_spectra(records, shares[0].loads.time_step, spectra)
     return RecordSpectra(found.psa, found.zpa)

@@ -94,9 +94,20 @@ def node_response(
 def node_spectra(response: NodeResponse, spectra: Spectra) -> ResponseSpectra:
     """Spectra of all nodes and directions; records are ordered node by node, x y z each."""
     n_t = len(response.acceleration)
+    return record_spectra(response.acceleration.reshape(n_t, -1).T, response.time_step, spectra)
+
+
+def record_spectra(records: Array, time_step: float, spectra: Spectra) -> ResponseSpectra:
+    """Spectra of records, sampled as a case asks.
+
+    Args:
+        records: Absolute accelerations in rows, shape (n_records, n_t) [m/s2].
+        time_step: Of the records [s].
+        spectra: The case's floor spectra.
+    """
     return response_spectra(
-        response.acceleration.reshape(n_t, -1).T,
-        response.time_step,
+        records,
+        time_step,
         spectra.frequency_values,
         spectra.damping,
         points_per_cycle=spectra.points_per_cycle,
