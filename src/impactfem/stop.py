@@ -173,7 +173,9 @@ def recorded(path: Path) -> Iterator[None]:
     logs.append(path)
     try:
         yield
-    except Exception:
+    except Stopped:
+        raise  # the log stays open to `leave`, which comes when all is unwound
+    except BaseException:
         logs.remove(path)
         raise
     logs.remove(path)
