@@ -30,6 +30,18 @@ SOFT_NEIGHBOUR = neighbour('axis = ["0 m", "8 m"]\nsecond_moment_factor = 0.2\n'
 """One that comes near enough to be hit."""
 
 
+def floors_meet(gap: str) -> str:
+    """The table of the contacts of both floors of F and G, by the law "floor"."""
+    return f"""
+[[contacts]]
+a = {{ building = "F", floor = [1, 2], offset = ["0 m", "2 m", "0 m"] }}
+b = {{ building = "G", floor = [1, 2], offset = ["0 m", "-2 m", "0 m"] }}
+normal = [0, 1, 0]
+gap = "{gap}"
+law = "floor"
+"""
+
+
 def pump(point: str, radius: str) -> str:
     """The table of a device of 500 kg on springs.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frame_case import neighbour
+from frame_case import floors_meet, neighbour
 from impactfem.motion import Accelerogram, write_csv
 from impactfem.sticks.force_history import ForceHistory, write_forces_csv
 from impactfem.verify import record_files
@@ -28,19 +28,15 @@ TREATED = (
     'baseline = "linear"\ntaper = "0.1 s"\nfilter = ["0.5 Hz", "20 Hz"]\nresample = "5 ms"\n'
     'pga = "2 m/s2"\n\n'
 )
-TRANSIENT = """
+TRANSIENT = (
+    """
 [contact_laws.floor]
 type = "hunt-crossley"
 stiffness = "1e9 N/m^1.5"
 restitution = 0.65
-
-[[contacts]]
-a = { building = "F", floor = [1, 2], offset = ["0 m", "2 m", "0 m"] }
-b = { building = "G", floor = [1, 2], offset = ["0 m", "-2 m", "0 m"] }
-normal = [0, 1, 0]
-gap = "1 m"
-law = "floor"
-
+"""
+    + floors_meet("1 m")
+    + """
 [transient]
 solver = "%s"
 time_step = "1 ms"
@@ -58,6 +54,7 @@ count = 3
 name = "roof"
 group = "edge_2"
 """
+)
 PART_DAMPING = """
 [[structure.damping]]
 parts = ["column_*"]

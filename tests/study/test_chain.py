@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, pump
+from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, floors_meet, pump
 from impactfem import study
 from impactfem.equipment import store
 from impactfem.errors import InputError
@@ -22,7 +22,8 @@ from impactfem.study import building, calibrate, design, device, sticks, transie
 
 pytestmark = pytest.mark.slow
 GEOMETRY = Path(__file__).parents[2] / "geometry"
-REST = """
+REST = (
+    """
 [wall_impact]
 gap = "2 mm"
 displacement = "-5 mm"
@@ -38,19 +39,16 @@ frequencies = ["1 Hz", "20 Hz"]
 type = "kelvin-voigt"
 stiffness = "calibrated"
 restitution = "calibrated"
-
-[[contacts]]
-a = { building = "F", floor = [1, 2], offset = ["0 m", "2 m", "0 m"] }
-b = { building = "G", floor = [1, 2], offset = ["0 m", "-2 m", "0 m"] }
-normal = [0, 1, 0]
-gap = "0.2 mm"
-law = "floor"
-
+"""
+    + floors_meet("0.2 mm")
+    + """
 [transient]
 time_step = "1 ms"
 maximum_frequency = "100 Hz"
 
-""" + pump('["2 m", "2.2 m", "6 m"]', "0.8 m")
+"""
+    + pump('["2 m", "2.2 m", "6 m"]', "0.8 m")
+)
 
 
 def no_pictures(patch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix
 
-from frame_case import QUICK, neighbour
+from frame_case import QUICK, floors_meet, neighbour
 from impactfem import study
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
@@ -40,19 +40,15 @@ HIGHEST = 200.0
 TIME_STEP = 0.5e-3
 STEPS = 1600
 TOLERANCE = 0.005
-TRANSIENT = """
+TRANSIENT = (
+    """
 [contact_laws.floor]
 type = "kelvin-voigt"
 stiffness = "1e9 N/m"
 restitution = 0.65
-
-[[contacts]]
-a = { building = "F", floor = [1, 2], offset = ["0 m", "2 m", "0 m"] }
-b = { building = "G", floor = [1, 2], offset = ["0 m", "-2 m", "0 m"] }
-normal = [0, 1, 0]
-gap = "1 m"
-law = "floor"
-
+"""
+    + floors_meet("1 m")
+    + """
 [transient]
 solver = "reduced"
 time_step = "1 ms"
@@ -60,6 +56,7 @@ maximum_frequency = "50 Hz"
 forces = "forces_of_another.csv"
 checkpoint_every = "0.2 s"
 """
+)
 INWARDS = {k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in (1, 2)}
 
 
