@@ -1,0 +1,70 @@
+"""The program, run in this process or as one of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from impactfem import cli
+
+PROGRAM = Path(sys.executable).parent / "impactfem"
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How the program ended, and what it said."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def program(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., Ended]:
+    """Run the program in this process, from its entry point on."""
+
+    def run(*arguments: object) -> Ended:
+        monkeypatch.setattr(sys, "argv", ["impactfem", *map(str, arguments)])
+        monkeypatch.setattr(os, "_exit", sys.exit)  # how a signal ends it
+        code: Any = 0
+        try:
+            cli.main()
+        except SystemExit as end:
+            code = end.code or 0
+        found = capsys.readouterr()
+        assert "Traceback" not in found.out + found.err
+        return Ended(code, found.out, found.err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def process() -> Callable[..., Ended]:
+    """Run the program as a process of its own, in a pipe."""
+
+    def run(*arguments: object, **options: Any) -> Ended:
+        ended = subprocess.run(
+            [PROGRAM, *map(str, arguments)], capture_output=True, check=False, **options
+        )
+        return Ended(ended.returncode, ended.stdout.decode(), ended.stderr.decode())
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def names() -> Callable[[Path], list[str]]:
+    """Names of all files below a folder."""
+
+    def found(folder: Path) -> list[str]:
+        return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+    return found

@@ -1,0 +1,157 @@
+"""Input that the program refuses: a line for each fault, an exit code, no traceback."""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(
+        ("file", "change", "expected"),
+        [
+            ("small.toml", ('gap = "2 cm"', 'gap = "2 kg"'), "gap = '2 kg'.*length"),
+            ("small.toml", ('gap = "2 cm"', "gap = 2"), "gap = 2.*unit"),
+            ("small.toml", ('gap = "2 cm"\n', ""), r"contacts\[0\].gap.*missing"),
+            ("small.toml", ("[pounding]\n", "[pounding]\nupdat = 1\n"), "pounding.updat.*update"),
+            ("small.toml", ("poisson_ratio = 0.2", "poisson_ratio = nan"), "poisson_ratio.*nan"),
+            ("small.toml", ('gap = "2 cm"', 'gap = "nan cm"'), "gap = 'nan cm'"),
+            ("small.toml", ('gap = "2 cm"', 'gap = "-1 mm"'), "gap = '-1 mm'"),
+            ("small.toml", ('"small_floors.csv" ', '"absent.csv"  '), "absent.csv.*no such file"),
+            ("small.toml", ("[damping]", "[damping"), "not valid TOML"),
+            ("small_floors.csv", ("3,192,", "3,-192,"), "line 9.*mass.*-192"),
+            ("small_floors.csv", ("3,192,", "3,nan,"), "line 9.*mass.*nan"),
+            ("small_floors.csv", ("\n3,192,", "\n2,192,"), "line 9.*floor.*2"),
+            ("small_floors.csv", ("mass [t]", "mass [m]"), "mass"),
+            ("small_floors.csv", ("mass [t]", "mass"), "mass"),
+            ("small_floors.csv", (",3.5\n2,", ",3.5,9\n2,"), "line 7"),
+        ],
+        ids=[
+            "wrong unit",
+            "no unit",
+            "missing key",
+            "unknown key",
+            "nan",
+            "nan with unit",
+            "gap below zero",
+            "missing table",
+            "no TOML",
+            "negative mass",
+            "nan in a table",
+            "duplicate floor",
+            "wrong unit in a table",
+            "no unit in a table",
+            "a column too many",
+        ],
+    )
+    def test_a_fault(
+        self, program, new_case, edited, tmp_path, monkeypatch, file, change, expected, names
+    ):
+        monkeypatch.chdir(tmp_path)
+        new_case(tmp_path)
+        edited(tmp_path / file, change)
+        before = names(tmp_path)
+        for command in ("run", "check"):
+            ended = program(command, "small.toml")
+            assert ended.code == 2 and ended.out == ""
+            lines = set(ended.err.splitlines())
+            # The table is named twice, by two buildings: so is a table that is not there.
+            assert len(lines) == (2 if "absent" in expected else 1)
+            for line in lines:
+                assert line.startswith(f"error: {file}: ") and re.search(expected, line)
+            assert names(tmp_path) == before
+
+    @pytest.mark.parametrize(
+        ("record", "expected"),
+        [
+            ("time [s],acceleration [m/s2]\n0,0\n0.02,1\n0.01,1\n", "record.csv: line 4"),
+            ("", "the file is empty"),
+            (bytes(range(256)) * 8, "not a text file"),
+        ],
+        ids=["unsorted", "empty", "junk"],
+    )
+    def test_a_record(self, program, with_record, tmp_path, monkeypatch, record, expected, names):
+        monkeypatch.chdir(tmp_path)
+        case = with_record(tmp_path, record)
+        before = names(tmp_path)
+        ended = program("run", case)
+        assert ended.code == 2 and expected in ended.err and ended.err.count("\n") == 1
+        assert names(tmp_path) == before
+
+    @pytest.mark.parametrize(
+        ("content", "expected"),
+        [
+            (b"", "the file is empty"),
+            (b" \n\n", "the file is empty"),
+            (bytes(range(256)), "not a text file"),
+            (b"\x89HDF\r\n\x1a\n" + bytes(100), "not a text file"),
+            ("directory", "this is a directory"),
+            ("missing", "no such file"),
+            ("device", "not an ordinary file"),
+            (b"a = 1", "missing"),
+        ],
+        ids=["empty", "blank", "junk", "HDF5", "directory", "missing", "device", "another TOML"],
+    )
+    def test_a_case_file(self, program, tmp_path, monkeypatch, content, expected, names):
+        monkeypatch.chdir(tmp_path)
+        path = tmp_path / "a.toml"
+        if isinstance(content, bytes):
+            path.write_bytes(content)
+        elif content == "directory":
+            path.mkdir()
+        elif content == "device":
+            path = Path("/dev/null")
+        before = names(tmp_path)
+        ended = program("run", path)
+        assert ended.code == 2 and expected in ended.err and ended.out == ""
+        assert all(line.startswith("error: ") for line in ended.err.splitlines())
+        assert names(tmp_path) == before
+
+    @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+    def test_a_case_without_permission(self, program, new_case, tmp_path):
+        case = new_case(tmp_path)
+        case.chmod(0)
+        ended = program("check", case)
+        assert ended.code == 2 and "cannot be read (Permission denied)" in ended.err
+
+    def test_all_faults_at_once_as_a_process(self, new_case, edited, tmp_path, process, names):
+        case = new_case(
+            tmp_path,
+            ('gap = "2 cm"', 'gap = "2 kg"'),
+            ("restitution = 0.65", "restitution = 1.65"),
+            ('[spectra]\ndamping = ["5 %"]', "[spectra]\ndampings = []"),
+        )
+        edited(tmp_path / "small_floors.csv", ("3,192,", "3,-192,"))
+        before = names(tmp_path)
+        ended = process("run", case.name, cwd=tmp_path)
+        assert ended.code == 2 and ended.out == "" and "Traceback" not in ended.err
+        for key in ("contacts[0].gap", "restitution", "spectra.dampings", "line 9"):
+            assert len([line for line in ended.err.splitlines() if key in line]) == 1, key
+        assert names(tmp_path) == before
+
+    def test_options(self, program, finished, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        for arguments, expected in (
+            (
+                ["--stage", "roof"],
+                "--stage = 'roof': expected one of the stages building, calibrate, ",
+            ),
+            (
+                ["--resume", "--out", "nowhere"],
+                "nowhere: --resume: expected a folder that holds a run",
+            ),
+            (["--resume", "--fresh"], "command line: --resume: expected without --fresh"),
+            (["--out", finished.case], "small.toml: --out: expected a folder, this is a file"),
+        ):
+            ended = program("run", finished.case, *arguments)
+            assert ended.code == 2 and ended.out == "" and expected in ended.err
+            assert ended.err.startswith("error: ") and ended.err.count("\n") == 1
+        assert not list(tmp_path.iterdir())
+
+    @pytest.mark.parametrize("command", ["run", "check", "new", "out"])
+    def test_a_name_that_is_too_long(self, program, finished, tmp_path, command):
+        path = tmp_path / ("x" * 300)
+        arguments = ["run", finished.case, "--out"] if command == "out" else [command]
+        ended = program(*arguments, path)
+        assert ended.code == 2 and "File name too long" in ended.err

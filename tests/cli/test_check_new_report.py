@@ -1,0 +1,38 @@
+"""`impactfem check`, `new` and `report`."""
+
+from pathlib import Path
+
+
+class TestCheckAndNew:
+    def test_a_new_case_is_good(self, program, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        ended = program("new", "mine")
+        assert ended.code == 0
+        assert ended.out == "wrote mine.toml\nwrote mine_floors.csv\n"
+        ended = program("check", "mine.toml")
+        assert ended.code == 0
+        assert ended.out.startswith(
+            "mine.toml: good. 2 buildings, 3 contact pairs, 1 ground motion\n"
+        )
+        assert names(tmp_path) == ["mine.toml", "mine_floors.csv"]
+
+    def test_no_name(self, program, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        ended = program("new", "")
+        assert ended.code == 2 and "NAME = '': expected the name of a case" in ended.err
+        assert names(tmp_path) == []
+        assert program("new", ".").code == 0 and "case.toml" in names(tmp_path)
+
+    def test_a_report_of_no_run(self, program, tmp_path, names):
+        for folder in (tmp_path, tmp_path / "nowhere"):
+            ended = program("report", folder)
+            assert ended.code == 2 and ended.err.count("\n") == 1
+            assert "the folder holds no run to report on: case.json, " in ended.err
+        assert names(tmp_path) == []
+
+    def test_nothing_is_overwritten(self, program, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        Path("mine.toml").write_text("precious")
+        ended = program("new", "mine")
+        assert ended.code == 2 and "exists already" in ended.err
+        assert names(tmp_path) == ["mine.toml"] and Path("mine.toml").read_text() == "precious"

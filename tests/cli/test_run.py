@@ -1,0 +1,120 @@
+"""`impactfem run`."""
+
+import errno
+import json
+import os
+import re
+
+import pytest
+
+from impactfem import study
+from impactfem.errors import SolutionError
+from impactfem.stop import SIGNALS
+from impactfem.study import sticks
+from impactfem.study.folder import locked
+
+
+def hash_of(folder):
+    """The case of the last run in a folder."""
+    found = re.findall(r"case small.toml, hash (\w{12})", (folder / "run.log").read_text("utf-8"))
+    return found[-1]
+
+
+class TestRun:
+    def test_a_pipe_with_blanks_and_accents_in_the_path(self, new_case, tmp_path, process):
+        folder = tmp_path / "bâtiments à côté"
+        folder.mkdir()
+        case = new_case(folder)
+        ended = process("run", case.name, "--out", "mes résultats", cwd=folder)
+        assert ended.code == 0, ended.err
+        assert (folder / "mes résultats" / "summary.json").is_file()
+        assert len(list(folder.glob("mes résultats/figures/figure_*.png"))) == 7
+        # No bar, no colour: only text and line ends.
+        for text in (ended.out, ended.err):
+            assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]", text)
+        assert ended.out.endswith("results: mes résultats\n")
+        assert re.search(r"motion\.pga\s+3\s+3\s+m/s2", ended.out)
+        assert "Deux bâtiments, 2 cm -> mes résultats" in ended.err
+        provenance = json.loads((folder / "mes résultats" / "provenance.json").read_text())
+        command = ["impactfem", "run", "small.toml", "--out", "mes résultats"]
+        assert provenance["command"] == command
+        log = (folder / "mes résultats" / "run.log").read_text(encoding="utf-8")
+        assert "DEBUG   pounding: " in log and "Impacts" in log
+
+    def test_again(self, program, copied, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        ended = program("run", copied.name, "--out", "run", "--stage", "sticks", "--resume")
+        assert ended.code == 0 and "reused" in ended.err
+
+    def test_another_case_does_not_go_on(self, program, copied, edited, tmp_path):
+        """It is refused, and nothing changes; without `--resume` it is computed."""
+        words = ("run", copied, "--out", tmp_path / "run", "--stage", "sticks")
+        log = (tmp_path / "run" / "run.log").read_bytes()
+        before = hash_of(tmp_path / "run")
+        edited(copied, ("restitution = 0.65", "restitution = 0.6"))
+        ended = program(*words, "--resume")
+        assert ended.code == 2 and ended.err.count("\n") == 1
+        assert f"a run of small.toml with the hash {before}, and small.toml has" in ended.err
+        assert (tmp_path / "run" / "run.log").read_bytes() == log
+        assert program(*words).code == 0
+        assert hash_of(tmp_path / "run") != before
+        assert program(*words, "--resume").code == 0
+
+    def test_a_case_of_another_name_goes_on(self, program, copied, tmp_path):
+        other = copied.rename(tmp_path / "other.toml")
+        ended = program("run", other, "--out", tmp_path / "run", "--resume", "--stage", "sticks")
+        assert ended.code == 0 and "reused" in ended.err
+
+    def test_the_checks_are_told(self, program, copied, tmp_path):
+        ended = program("run", copied, "--out", tmp_path / "run")
+        assert re.search(r"pounding: \d+ impacts, the largest with .* MN at", ended.err)
+        assert re.search(r"steps: .* 16 asked", ended.err)
+        assert "warning: linear? storey shear" in ended.err
+
+    def test_a_computation_that_fails(self, program, new_case, tmp_path, monkeypatch):
+        def fail(*_):
+            raise SolutionError("the response grew without bound")
+
+        monkeypatch.setattr(sticks, "run_sticks", fail)
+        ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
+        assert ended.code == 1
+        assert ended.err.splitlines()[-1] == "error: the response grew without bound"
+        assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.log"]
+
+    @pytest.mark.parametrize("number", SIGNALS)
+    def test_a_signal(self, program, new_case, tmp_path, monkeypatch, number):
+        monkeypatch.setattr(sticks, "run_sticks", lambda *_: os.kill(os.getpid(), number))
+        ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
+        assert ended.code == 128 + number
+        said = SIGNALS[number]
+        assert ended.err.splitlines()[-1] == f"{said}; run again with --resume to go on"
+        assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.log"]
+        last = (tmp_path / "run" / "run.log").read_text(encoding="utf-8").splitlines()[-1]
+        assert last.endswith(f" WARNING {said} by {number.name}")
+
+    @pytest.mark.parametrize("number", SIGNALS)
+    def test_a_signal_before_anything_is_written(self, program, finished, monkeypatch, number):
+        monkeypatch.setattr(study, "check", lambda *_, **__: os.kill(os.getpid(), number))
+        ended = program("check", finished.case)
+        assert (ended.code, ended.err) == (128 + number, f"{SIGNALS[number]}\n")
+
+    def test_the_system_refuses(self, program, new_case, tmp_path, monkeypatch):
+        def fail(*_):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "a file")
+
+        monkeypatch.setattr(sticks, "run_sticks", fail)
+        ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
+        assert ended.code == 1
+        words = "error: cannot read or write a file: No space left on device"
+        assert ended.err.splitlines()[-1] == words
+        assert "Traceback" in (tmp_path / "run" / "run.log").read_text(encoding="utf-8")
+
+    def test_two_runs_in_one_folder(self, program, copied, tmp_path):
+        """The folder of another run stays as it is, and the report, too."""
+        before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+        with locked(tmp_path / "run"):
+            for words in (("run", copied, "--out", tmp_path / "run"), ("report", tmp_path / "run")):
+                ended = program(*words)
+                assert ended.code == 2
+                assert f"no other run works; process {os.getpid()} on " in ended.err
+        assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before

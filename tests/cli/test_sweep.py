@@ -1,0 +1,72 @@
+"""`impactfem sweep`."""
+
+import os
+import re
+import signal
+from pathlib import Path
+
+from impactfem.errors import SolutionError
+from impactfem.study import sticks
+
+
+class TestSweep:
+    SET = ("--set", "buildings[0].stiffness_factor=0.5,2", "--stage", "sticks")
+    SHOW = ("--show", "sticks.west.frequency.1, sticks.east.frequency.1,")
+
+    def test_a_table(self, program, new_case, tmp_path, monkeypatch, no_figures):
+        monkeypatch.chdir(tmp_path)
+        ended = program("sweep", new_case(tmp_path).name, *self.SET, *self.SHOW)
+        assert ended.code == 0
+        assert re.search(r"\n +0\.5 +1\.581 +\S+ *\n +2 +3\.161 +", ended.out)
+        places = [f"runs/small_sweep/sweep.{ending}" for ending in ("csv", "json", "png")]
+        assert ended.out.endswith(f"\nresults: {', '.join(places)}\n")
+        lines = ended.err.splitlines()
+        assert lines[0] == "2 variants" and len(lines) == 3
+        assert re.match("variant 2 of 2, buildings0.stiffness_factor=2: done in .* s", lines[2])
+        assert all(Path(place).is_file() for place in places)
+
+    def test_details(self, program, new_case, tmp_path, no_figures):
+        case = new_case(tmp_path)
+        ended = program("-v", "sweep", case, *self.SET, "--out", tmp_path / "s")
+        assert ended.code == 0 and ended.err.count("stage sticks: done in") == 2
+
+    def test_a_variant_that_fails(self, program, new_case, tmp_path, monkeypatch):
+        def fail(*_, **__):
+            raise SolutionError("the response grew without bound")
+
+        monkeypatch.setattr(sticks, "run_sticks", fail)
+        ended = program("sweep", new_case(tmp_path), *self.SET, "--out", tmp_path / "s")
+        assert ended.code == 1 and ended.out.count("failed") == 2
+        assert ended.err.count("failed: the response grew without bound") == 2
+
+    def test_every_fault_at_once(self, program, new_case, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        case = new_case(tmp_path)
+        before = names(tmp_path)
+        words = ("--set", "damping.rato=1", "--set", "contacts[0].gap=1:2", "--stage", "roof")
+        ended = program("sweep", case, *words)
+        assert ended.code == 2 and ended.out == ""
+        lines = ended.err.splitlines()
+        assert len(lines) == 3 and all(line.startswith("error: command line: ") for line in lines)
+        assert "did you mean 'ratio'" in lines[0] and names(tmp_path) == before
+
+    def test_a_value_that_the_case_refuses(self, program, new_case, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        case = new_case(tmp_path)
+        before = names(tmp_path)
+        ended = program("sweep", case, "--set", "contacts[0].gap=1 cm,1 kg")
+        assert ended.code == 2 and names(tmp_path) == before
+        assert ended.err.startswith("error: command line: --set contacts[0].gap = '1 kg': ")
+
+    def test_usage(self, program, finished):
+        for words in ((), ("--set", "damping.ratio=3 %", "--processes", "0")):
+            ended = program("sweep", finished.case, *words)
+            assert ended.code == 2 and "Error: " in ended.err
+
+    def test_an_interrupt(self, program, new_case, tmp_path, monkeypatch):
+        monkeypatch.setattr(
+            sticks, "run_sticks", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT)
+        )
+        ended = program("sweep", new_case(tmp_path), *self.SET, "--out", tmp_path / "s")
+        assert ended.code == 130
+        assert ended.err.splitlines()[-1] == "interrupted; run again to go on"

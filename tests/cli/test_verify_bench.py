@@ -1,0 +1,61 @@
+"""`impactfem verify` and `bench`."""
+
+import json
+
+import pytest
+
+from impactfem.bench import suite
+from impactfem.bench.figure import Figure
+from impactfem.verify import manual
+from impactfem.verify.row import Row
+
+GOOD = Row("good", "a length", 1.0, 1.0, "m", 1e-3, "nowhere")
+BAD = Row("bad", "a length", 1.0, 1.1, "m", 1e-3, "nowhere")
+NAN = Row("nan", "a length", 1.0, float("nan"), "m", 1e-3, "nowhere")
+
+
+class TestVerify:
+    def test_rows_and_json(self, program, tmp_path):
+        path = tmp_path / "rows é.json"
+        ended = program("verify", "--only", "sdll06", "--json", path)
+        count = len(json.loads(path.read_text(encoding="utf-8")))
+        assert ended.code == 0 and count >= 5
+        assert ended.out.endswith(f"\n{count} of {count} within tolerance\n")
+
+    def test_words_are_whole_in_a_pipe(self, program):
+        out = program("verify", "--only", "newmark").out
+        assert "relative displacement after 3 s in 2400 steps" in out and "…" not in out
+
+    @pytest.mark.parametrize("row", [BAD, NAN], ids=["beyond", "nan"])
+    def test_a_row_that_fails(self, program, tmp_path, monkeypatch, row):
+        monkeypatch.setattr(manual, "BENCHMARKS", {"one": lambda: [GOOD, row]})
+        ended = program("verify")
+        assert ended.code == 1 and "FAIL" in ended.out
+        assert ended.out.endswith("1 of 2 within tolerance\n")
+        path = tmp_path / "rows.json"
+        ended = program("verify", "--json", path)
+        assert ended.code == 1
+        rows = json.loads(path.read_text())
+        assert [entry["passed"] for entry in rows] == [True, False]
+
+    def test_rows_that_pass(self, program, monkeypatch):
+        monkeypatch.setattr(manual, "BENCHMARKS", {"one": lambda: [GOOD]})
+        ended = program("verify")
+        assert ended.code == 0 and "FAIL" not in ended.out
+
+    def test_an_unknown_name(self, program):
+        ended = program("verify", "--only", "roof")
+        assert ended.code == 2 and "--only = 'roof'" in ended.err and "cantilever" in ended.err
+
+    def test_a_file_that_cannot_be_written(self, program, tmp_path):
+        ended = program("verify", "--only", "sdll06", "--json", tmp_path / "absent" / "a.json")
+        assert ended.code == 1 and ended.err.startswith("error: cannot write")
+
+
+def test_bench(program, tmp_path, monkeypatch):
+    measured = [Figure("a kernel", 0.2, "s", 0.3)]
+    monkeypatch.setitem(suite.GROUPS, "sticks", lambda: measured)
+    monkeypatch.setitem(suite.GROUPS, "spectra", list)
+    ended = program("bench", "--json", tmp_path / "bench.json")
+    assert ended.code == 0 and "a kernel" in ended.out and "met" in ended.out
+    assert json.loads((tmp_path / "bench.json").read_text())[0]["met"] is True
