@@ -135,7 +135,7 @@ def _compare_peak(path: Path, header: dict[str, tuple[int, str]], peak: float) -
     announced = number(_text(header, "PGA_CM/S^2"))
     if announced and abs(peak - abs(announced) * 0.01) > _PEAK_TOLERANCE * peak:
         LOGGER.warning(
-            "%s: the largest sample is %.6g cm/s2, the header has %.6g cm/s2",
+            "warning: %s: the largest sample is %.6g cm/s2, the header has %.6g cm/s2",
             path,
             100.0 * peak,
             announced,

@@ -141,5 +141,8 @@ def _compare_peak(path: Path, text: str, peak: float) -> None:
     announced = number(text)
     if announced is not None and abs(peak - announced) > _PEAK_TOLERANCE * peak + 5e-4:
         LOGGER.warning(
-            "%s: the largest sample is %.6g gal, the header has %.6g gal", path, peak, announced
+            "warning: %s: the largest sample is %.6g gal, the header has %.6g gal",
+            path,
+            peak,
+            announced,
         )
