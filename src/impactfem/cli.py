@@ -159,6 +159,24 @@ def report(
 
 
 @app.command()
+def compare(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")],
+    other: Annotated[
+        Path, typer.Argument(metavar="OTHER", help="The run that it is compared with.")
+    ],
+    highest: Annotated[
+        float, typer.Option("--to", metavar="HZ", help="Highest frequency that is compared.")
+    ] = 100.0,
+) -> None:
+    """Put the 3D floor spectra of two runs beside each other, into the report of the first."""
+    from impactfem import study
+
+    table, page = study.compare_runs(folder, other, highest)
+    typer.echo(table.as_text(PIPE_WIDTH))
+    typer.echo(f"report: {page}")
+
+
+@app.command()
 def check(case: CaseFile) -> None:
     """Check a case file and all files it names; nothing is computed."""
     from impactfem import study

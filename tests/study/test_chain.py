@@ -118,6 +118,29 @@ def test_finished_stages_are_reused(case: Path, done: study.Run) -> None:
     assert values(again) == values(done)
 
 
+def test_beside_another_run(
+    case: Path, done: study.Run, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The report shows the comparison until it is damaged, or of other results."""
+    folder, title = tmp_path / "run", "Beside another run"
+    shutil.copytree(done.folder, folder)
+    table, page = study.compare_runs(folder, done.folder, 100.0)
+    assert table.rows and {row[3] for row in table.rows} == {0.0}
+    assert title in page.read_text(encoding="utf-8")
+    assert title not in (done.folder / "report.html").read_text(encoding="utf-8")
+    assert title in study.make_report(folder).read_text(encoding="utf-8") and not caplog.messages
+    listed = json.loads((folder / "comparison.stage.json").read_text())
+    (folder / "comparison.stage.json").write_text(json.dumps(listed | {"inputs": "of others"}))
+    assert title not in study.make_report(folder).read_text(encoding="utf-8")
+    assert "'impactfem compare' makes it again" in caplog.messages[0]
+    caplog.clear()
+    study.compare_runs(folder, done.folder, 50.0)
+    assert not caplog.messages
+    (folder / "comparison.nc").write_bytes(b"no store")
+    assert title not in study.make_report(folder).read_text(encoding="utf-8")
+    assert len(caplog.messages) == 1
+
+
 def test_a_wider_wall_gap_calibrates_again(
     case: Path, done: study.Run, edited: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

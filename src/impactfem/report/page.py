@@ -29,7 +29,7 @@ from impactfem.report.beside import (
 from impactfem.report.embed import csv_table, data_address, frame_document
 from impactfem.report.overview import facts
 from impactfem.report.plots import Plot, plots_of
-from impactfem.report.run_files import RunFiles
+from impactfem.report.run_files import COMPARISON, RunFiles
 
 REPORT = "report.html"
 TITLES = {
@@ -50,6 +50,7 @@ TITLES = {
         "Forces on the anchors in the 3D model and by response spectrum analysis.",
     ),
     "design": ("Design spectra", "Spectra enveloped over each floor and broadened."),
+    COMPARISON: ("Beside another run", "Floor spectra of both, where each point moves."),
 }
 STATUSES = (REPRODUCED, DIFFERS, UNPUBLISHED, SHOWN, ABSENT)
 GOVERNING = ("plot_structure_spectra", "plot_stick_spectra")
@@ -82,7 +83,8 @@ def _render(run: RunFiles) -> str:
     templates = files("impactfem.report") / "templates"
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     template = environment.from_string((templates / "report.html").read_text(encoding="utf-8"))
-    stages = [_stage(run, name) for name in run.stages]
+    shown = [*run.stages, *([COMPARISON] if run.compared else [])]
+    stages = [_stage(run, name) for name in shown]
     plots: dict[str, Plot] = {plot.name: plot for stage in stages for plot in stage["plots"]}
     checks = run.checks
     reference = run.case["report"]["reference"]

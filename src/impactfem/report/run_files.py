@@ -13,11 +13,14 @@ import xarray as xr
 from pydantic import ValidationError
 
 from impactfem.errors import Fault, ImpactfemError, InputError
+from impactfem.log import LOGGER
 from impactfem.results.manifest import Manifest, changed_file, manifest_file, read_manifest
 from impactfem.results.open_store import open_store
 from impactfem.results.overview import OVERVIEW
 from impactfem.results.provenance import Provenance
 
+COMPARISON = "comparison"
+"""What `impactfem compare` writes is listed as if it were a stage, which no run has."""
 CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.json", "checks.json"
 
 
@@ -49,7 +52,8 @@ class RunFiles:
             self._refuse_unfinished(stage, inputs)
         for path in sorted(folder.glob("*.stage.json")):
             stage = path.name.removesuffix(".stage.json")
-            if stage not in made.inputs:  # of a run before, which may have been tidied up
+            # Of a run before, which may have been tidied up; a comparison is looked at below.
+            if stage not in made.inputs and stage != COMPARISON:
                 listed = self._manifest(stage).files
                 self._refuse_changed({n: digest for n, digest in listed.items() if self.has(n)})
         self.provenance: dict[str, Any] = made.model_dump()
@@ -72,6 +76,25 @@ class RunFiles:
     def stages(self) -> list[str]:
         """Names of the stages of the run, in order."""
         return list(self.provenance["inputs"])
+
+    @cached_property
+    def compared(self) -> bool:
+        """Whether the folder has a comparison with another run, whole and of these results."""
+        if not manifest_file(self.folder, COMPARISON).is_file():
+            return False
+        try:
+            manifest = read_manifest(self.folder, COMPARISON)
+            made_of_these = manifest.inputs == self.provenance["inputs"].get("transient")
+            whole = changed_file(self.folder, manifest.files) is None
+        except (OSError, ValueError):
+            made_of_these = whole = False
+        if not (made_of_these and whole):
+            LOGGER.warning(
+                "warning: the comparison with another run in %s is of other results, or damaged, "
+                "and not shown; 'impactfem compare' makes it again",
+                self.folder,
+            )
+        return made_of_these and whole
 
     @contextmanager
     def store(self, name: str) -> Iterator[xr.Dataset]:
