@@ -30,6 +30,10 @@ from impactfem.dynamics.reduced import reduced_model
 
 Array = NDArray[np.float64]
 
+AT_ONCE = 16
+"""Responses that come into the basis at once: among themselves they are made orthogonal column by
+column, which for hundreds of them takes longer than all else, and memory for copies of all."""
+
 
 def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8) -> None:
     """Complete the basis of a free structure for its contacts. Collective.
@@ -43,22 +47,28 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
     M, vectors = free.M, free.vectors
     comm = M.getComm().tompi4py()
     low = reduced_model(free).coordinates[:, :starts]
-    H = free.solve(G)
-    pressed = scipy.linalg.cho_factor(comm.allreduce(np.asarray(G.T @ H)))
+    # By blocks, each of which is given up when it has come into the basis.
+    H = [free.solve(G[:, part]) for part in _parts(G.shape[1])]
+    flexibility = np.hstack([np.empty((G.shape[1], 0)), *(np.asarray(G.T @ block) for block in H)])
+    pressed = scipy.linalg.cho_factor(comm.allreduce(flexibility))
     X = sum(
         (V @ part for V, part in zip(*_split(vectors, low), strict=True)),
-        np.zeros((len(H), starts)),
+        np.zeros((M.getLocalSize()[0], starts)),
     )
     X = free.solve(product(M, X))
     held = Orthonormal(M)
     for _ in range(steps):
-        X -= H @ scipy.linalg.cho_solve(pressed, comm.allreduce(np.asarray(G.T @ X)))
+        forces = scipy.linalg.cho_solve(pressed, comm.allreduce(np.asarray(G.T @ X)))
+        for block, part in zip(H, _parts(len(forces)), strict=True):
+            X -= block @ forces[part]
         _, MX = held.append(X)
         if MX.shape[1] == 0:
             break
         X = free.solve(MX)
-    vectors.append(H)
-    vectors.append(np.array(held.columns(0, held.count), order="F"))
+    while H:
+        vectors.append(H.pop(0))
+    for part in _parts(held.count):
+        vectors.append(np.array(held.columns(part.start, part.stop), order="F"))
 
 
 def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
@@ -72,9 +82,15 @@ def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
     X = free.solve(F)
     for step in range(steps):
         image = product(free.M, X) if step + 1 < steps else None
-        free.vectors.append(X)
+        for part in _parts(X.shape[1]):
+            free.vectors.append(X[:, part])
         if image is not None:
             X = free.solve(image)
+
+
+def _parts(count: int) -> list[slice]:
+    """Columns that are taken at once."""
+    return [slice(first, min(first + AT_ONCE, count)) for first in range(0, count, AT_ONCE)]
 
 
 def _split(vectors: Orthonormal, coordinates: Array) -> tuple[list[Array], list[Array]]:
