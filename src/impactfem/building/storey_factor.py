@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from impactfem.building.bending import bending_modes
 from impactfem.building.model import BuildingModel
 from impactfem.dynamics.columns import inner, product
+from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.dynamics.modes import Modes, modes
+from impactfem.dynamics.reduced import reduced_model
 from impactfem.errors import SolutionError
 from impactfem.log import LOGGER
 
@@ -23,6 +25,8 @@ Array = NDArray[np.float64]
 MOST_ROUNDS = 8
 TOLERANCE = 1e-6
 """Relative error of the frequency that is reached."""
+KRYLOV_STEPS, CHANGE_STEPS = 12, 4
+"""Vectors of the ground motion, and of the change of the bending mode, in the first space."""
 FARTHEST = 100.0
 """Largest change of the factor in a round, to either side."""
 
@@ -47,9 +51,10 @@ def fit_storey_factor(
 ) -> FittedBuilding:
     """Find the factor f with which the first bending mode has a frequency. Collective.
 
-    Each round computes modes Φ with the factor at hand, then finds the factor that gives the
-    frequency in their space, (Φᵀ K_fixed Φ + f Φᵀ K_storeys Φ) a = λ a. As its error is of the
-    second order in that of Φ, a round or two are enough.
+    A factor is found in a small space V, (Vᵀ K_fixed V + f Vᵀ K_storeys V) a = λ a: first in one
+    that costs little, of Krylov vectors of the ground motion and of how the bending mode φ changes
+    with f, the response to K_storeys φ; then, should the frequency of the modes that follow not be
+    near enough, in the space of these modes. Its error is of the second order in that of V.
 
     Args:
         model: The building.
@@ -62,7 +67,9 @@ def fit_storey_factor(
         SolutionError: There is no such mode among them, or no factor gives the frequency, as when
             the slabs alone are too soft.
     """
-    factor = start
+    factor = _reduced_fit(
+        model, _ground_space(model, direction, start), frequency, direction, start
+    )
     for rounds in range(1, MOST_ROUNDS + 1):
         K = model.stiffness(factor)
         found = modes(K, model.mass, count)
@@ -71,7 +78,7 @@ def fit_storey_factor(
         LOGGER.debug("storey factor %.6g: first bending mode at %.8g Hz", factor, reached)
         if abs(reached / frequency - 1.0) < TOLERANCE:
             return FittedBuilding(factor, found, rounds)
-        factor = _reduced_fit(model, found, frequency, direction, factor)
+        factor = _reduced_fit(model, found.shapes, frequency, direction, factor)
     raise SolutionError(
         f"no storey factor gives the first bending mode {frequency:g} Hz: after {MOST_ROUNDS} "
         f"modal analyses it is {reached:.6g} Hz"
@@ -89,13 +96,33 @@ def _first_bending(model: BuildingModel, found: Modes, direction: int, factor: f
     return int(bending[0])
 
 
+def _ground_space(model: BuildingModel, direction: int, factor: float) -> Array:
+    """Columns V, Vᵀ M V = I, with the bending mode at a factor and its change with the factor."""
+    K = model.stiffness(factor)
+    with KrylovBasis(K, model.mass, 0.0) as basis:
+        basis.add(model.ground[:, [direction]])
+        basis.grow(KRYLOV_STEPS)
+        V = basis.V
+        gamma = model.comm.allreduce(V.T @ model.ground[:, direction])
+        coordinates = reduced_model(basis).coordinates
+        bending = bending_modes(
+            (coordinates.T @ gamma) ** 2, float(model.total[direction, direction])
+        )
+        if bending.size:
+            phi = V @ coordinates[:, bending[:1]]
+            basis.add(product(model.storeys, phi))
+            basis.grow(CHANGE_STEPS)
+        V = np.array(basis.V)
+    K.destroy()
+    return V
+
+
 def _reduced_fit(
-    model: BuildingModel, found: Modes, frequency: float, direction: int, factor: float
+    model: BuildingModel, V: Array, frequency: float, direction: int, factor: float
 ) -> float:
-    """The factor that gives the frequency in the space of the modes at hand."""
-    fixed = _projected(model.fixed, found.shapes)
-    storeys = _projected(model.storeys, found.shapes)
-    gamma = model.comm.allreduce(found.shapes.T @ model.ground[:, direction])
+    """The factor that gives the frequency in the space of V, shape (n_local, k), Vᵀ M V = I."""
+    fixed, storeys = _projected(model.fixed, V), _projected(model.storeys, V)
+    gamma = model.comm.allreduce(V.T @ model.ground[:, direction])
     total = float(model.total[direction, direction])
     asked = (2.0 * math.pi * frequency) ** 2
 
@@ -114,6 +141,6 @@ def _reduced_fit(
     return math.exp(float(scipy.optimize.brentq(excess, low, high, xtol=1e-12)))
 
 
-def _projected(matrix: Any, shapes: Array) -> Array:
-    reduced = inner(matrix, shapes, product(matrix, shapes))
+def _projected(matrix: Any, V: Array) -> Array:
+    reduced = inner(matrix, V, product(matrix, V))
     return 0.5 * (reduced + reduced.T)

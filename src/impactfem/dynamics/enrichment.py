@@ -47,26 +47,26 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
     M, vectors = free.M, free.vectors
     comm = M.getComm().tompi4py()
     low = reduced_model(free).coordinates[:, :starts]
-    # By blocks, each of which is given up when it has come into the basis.
-    H = [free.solve(G[:, part]) for part in _parts(G.shape[1])]
-    flexibility = np.hstack([np.empty((G.shape[1], 0)), *(np.asarray(G.T @ block) for block in H)])
-    pressed = scipy.linalg.cho_factor(comm.allreduce(flexibility))
-    X = sum(
-        (V @ part for V, part in zip(*_split(vectors, low), strict=True)),
-        np.zeros((M.getLocalSize()[0], starts)),
+    X = free.solve(product(M, vectors.combination(low)))
+    # H is kept as its coordinates in the basis, where it is now: as vectors it may be too much.
+    coordinates, flexibility = [], [np.empty((G.shape[1], 0))]
+    for part in _parts(G.shape[1]):
+        H = free.solve(G[:, part])
+        flexibility.append(np.asarray(G.T @ H))
+        coordinates.append(vectors.append(H)[0])
+    known = np.hstack(
+        [np.zeros((vectors.count, 0))]
+        + [np.pad(one, ((0, vectors.count - len(one)), (0, 0))) for one in coordinates]
     )
-    X = free.solve(product(M, X))
+    pressed = scipy.linalg.cho_factor(comm.allreduce(np.hstack(flexibility)))
     held = Orthonormal(M)
     for _ in range(steps):
         forces = scipy.linalg.cho_solve(pressed, comm.allreduce(np.asarray(G.T @ X)))
-        for block, part in zip(H, _parts(len(forces)), strict=True):
-            X -= block @ forces[part]
+        X -= vectors.combination(known @ forces)
         _, MX = held.append(X)
         if MX.shape[1] == 0:
             break
         X = free.solve(MX)
-    while H:
-        vectors.append(H.pop(0))
     for part in _parts(held.count):
         vectors.append(np.array(held.columns(part.start, part.stop), order="F"))
 
@@ -91,10 +91,3 @@ def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
 def _parts(count: int) -> list[slice]:
     """Columns that are taken at once."""
     return [slice(first, min(first + AT_ONCE, count)) for first in range(0, count, AT_ONCE)]
-
-
-def _split(vectors: Orthonormal, coordinates: Array) -> tuple[list[Array], list[Array]]:
-    """The first vectors as they are stored, and the coordinates that belong to each piece."""
-    pieces = vectors.pieces(0, len(coordinates))
-    ends = np.cumsum([V.shape[1] for V in pieces])[:-1]
-    return pieces, np.split(coordinates, ends)

@@ -52,7 +52,7 @@ def galerkin_modes(basis: KrylovBasis) -> GalerkinModes:
     first = 0
     for V in vectors.pieces(0, n):
         part = slice(first, first + V.shape[1])
-        stiffness[part] = vectors.seen(product(basis.K, V), n)
+        stiffness[part, : part.stop] = vectors.seen(product(basis.K, V), part.stop)
         first = part.stop
-    eigenvalue, coordinates = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
+    eigenvalue, coordinates = np.linalg.eigh(stiffness, UPLO="L")
     return GalerkinModes(eigenvalue, coordinates, vectors)

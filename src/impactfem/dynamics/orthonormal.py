@@ -10,6 +10,7 @@ from petsc4py import PETSc
 from scipy.linalg.blas import dgemm
 
 from impactfem.dynamics.columns import inner, product
+from impactfem.dynamics.room import room
 from impactfem.errors import SolutionError
 
 Array = NDArray[np.float64]
@@ -105,6 +106,19 @@ class Orthonormal:
         total: Array = self.M.getComm().tompi4py().allreduce(local)
         return total
 
+    def combination(self, coordinates: Array) -> Array:
+        """V c of the first columns, shape (n_local, k), Fortran order.
+
+        Args:
+            coordinates: c, shape (number of columns, k).
+        """
+        X = np.zeros((self.M.getLocalSize()[0], coordinates.shape[1]), order="F")
+        first = 0
+        for V in self.pieces(0, len(coordinates)):
+            X += V @ coordinates[first : first + V.shape[1]]
+            first += V.shape[1]
+        return X
+
     def _subtract(self, first: int, X: Array, MX: Array) -> Array:
         """Take V (Vᵀ M X) of the vectors V from the first on off X; gives Vᵀ M X."""
         pieces = self.pieces(first, self.count)
@@ -121,7 +135,7 @@ class Orthonormal:
         for x in X.T:
             at = self.count % CHUNK
             if at == 0:
-                self._chunks.append(np.empty((X.shape[0], CHUNK), order="F"))
+                self._chunks.append(room(X.shape[0], CHUNK, self.M.getComm().getSize()))
             self._chunks[-1][:, at] = x
             self.count += 1
 

@@ -1,0 +1,103 @@
+"""Where the vectors of a large model have room."""
+
+import errno
+import os
+
+import numpy as np
+import pytest
+
+from impactfem.dynamics import orthonormal, room
+from impactfem.dynamics.krylov import KrylovBasis
+from impactfem.errors import SolutionError
+
+
+@pytest.fixture
+def machine(monkeypatch, tmp_path):
+    """Set what the machine has left [kB], and the groups of the job: (name, max, current, stat)."""
+
+    def make(available, *groups, own="/job/step"):
+        (tmp_path / "meminfo").write_text(f"MemTotal: 9 kB\nMemAvailable:   {available} kB\n")
+        (tmp_path / "own").write_text(f"4:memory:/other\n0::{own}\n")
+        for name, most, current, stat in groups:
+            folder = tmp_path / "groups" / name
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / "memory.max").write_text(f"{most}\n")
+            (folder / "memory.current").write_text(f"{current}\n")
+            (folder / "memory.stat").write_text(stat)
+        monkeypatch.setattr(room, "_MEMORY", tmp_path / "meminfo")
+        monkeypatch.setattr(room, "_GROUP", tmp_path / "own")
+        monkeypatch.setattr(room, "_GROUPS", tmp_path / "groups")
+        monkeypatch.setenv("TMPDIR", str(tmp_path))
+
+    return make
+
+
+STAT = "anon 500\ninactive_file 30\nactive_file 20\nslab 7\n"
+
+
+@pytest.mark.parametrize(
+    ("groups", "left"),
+    [
+        ((), 1024_000),
+        ((("job/step", "max", 700, STAT),), 1024_000),
+        ((("job/step", 1000, 700, STAT),), 350),
+        ((("job/step", 1000, 700, STAT), ("job", 900, 700, STAT)), 250),
+        ((("elsewhere", 1, 0, ""),), 1024_000),
+        ((("job/step", 1000, "none", STAT),), 1024_000),
+    ],
+)
+def test_what_is_left(machine, groups, left):
+    machine(1000, *groups)
+    assert room.available_memory() == left
+
+
+def test_a_system_that_does_not_tell(monkeypatch, tmp_path):
+    for name in ("_MEMORY", "_GROUP", "_GROUPS"):
+        monkeypatch.setattr(room, name, tmp_path / "nowhere")
+    assert room.available_memory() == np.inf
+    assert not isinstance(room.room(10, 10), np.memmap)
+
+
+@pytest.mark.parametrize(("processes", "file"), [(1, False), (2, True)])
+def test_memory_first(machine, tmp_path, processes, file):
+    """8 kB, and four times as much to spare: 40 kB for one process, 80 for two."""
+    machine(40)
+    found = room.room(1000, 1, processes)
+    assert isinstance(found, np.memmap) is file
+    assert found.shape == (1000, 1) and found.flags.f_contiguous
+    found[:] = 1.0
+    # No name is left behind, also of a process that is killed.
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["meminfo", "own"]
+
+
+def test_nothing_needs_no_file(machine):
+    machine(0)
+    assert room.room(0, 64).shape == (0, 64)
+
+
+def test_no_room_at_all(machine, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    machine(0)
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(SolutionError, match=r"8e-06 GB beyond the memory.*No space left.*TMPDIR"):
+        room.room(1000, 1)
+    monkeypatch.setenv("TMPDIR", "/nowhere/at/all")
+    with pytest.raises(SolutionError, match=r"/nowhere/at/all \(No such file"):
+        room.room(1000, 1)
+
+
+def test_a_basis_in_files_is_that_in_memory(machine, membrane, petsc, monkeypatch):
+    model, found = membrane(), []
+    monkeypatch.setattr(orthonormal, "CHUNK", 8)
+    for available in (10**9, 0):
+        machine(available)
+        basis = KrylovBasis(petsc(model.K), petsc(model.M), 1e5)
+        basis.add(model.loads)
+        basis.grow(8)
+        pieces = basis.vectors.pieces(0, basis.size)
+        assert len(pieces) > 3
+        assert all(isinstance(one, np.memmap) is (available == 0) for one in pieces)
+        found.append(basis.V)
+    assert np.array_equal(*found)
