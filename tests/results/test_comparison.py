@@ -40,17 +40,23 @@ def test_a_known_difference(store: xr.Dataset) -> None:
     one["psa"][0, 2, 2, above] *= 1.5  # above what is compared
     one["psa"][0, 5] *= 1.5  # at rest
     found = compared(one, store)
-    largest, probe, component, frequency = found.worst
+    largest, probe, component, frequency = found.worst()
     assert largest == pytest.approx(0.03, rel=1e-12)
-    assert (probe, component) == (str(store["probe"].values[2]), "z")
+    assert (found.probes[probe], found.components[component]) == (
+        str(store["probe"].values[2]),
+        "z",
+    )
     assert frequency == pytest.approx(f[below])
+    spectrum = store["psa"].values[0, 2, 2]
+    of_peak = 0.03 * spectrum[below] / spectrum[found.known].max()
+    assert found.worst(of_peak=True) == pytest.approx((of_peak, 2, 2, f[below]), rel=1e-12)
     assert found.counts.sum() == 3 * (len(found.probes) - 1) and not found.counts[5].any()
-    assert compared(one, store, 500.0).worst[0] == pytest.approx(0.5)
+    assert compared(one, store, 500.0).worst()[0] == pytest.approx(0.5)
 
 
 def test_a_run_beside_itself(store: xr.Dataset) -> None:
     found = compared(store, store)
-    assert found.worst[0] == 0.0 and not found.distance.any()
+    assert found.worst()[0] == 0.0 and not found.distance.any()
 
 
 def test_points_are_found_by_name_and_frequencies_by_value(store: xr.Dataset) -> None:
@@ -60,7 +66,7 @@ def test_points_are_found_by_name_and_frequencies_by_value(store: xr.Dataset) ->
     found = compared(store, other)
     assert found.probes == [n for n in map(str, store["probe"].values) if n in other["probe"]]
     assert np.array_equal(found.frequency, other["frequency"].values)
-    assert found.worst[0] == 0.0
+    assert found.worst()[0] == 0.0
     moved = found.probes.index(str(other["probe"].values[0]))
     assert found.distance[moved] == pytest.approx(0.25) and np.count_nonzero(found.distance) == 1
 
@@ -74,7 +80,7 @@ def test_the_damping_that_both_have(transient_folder: Callable[..., Path]) -> No
         whole.attrs |= {"inputs": "a", "title": "t", "case_hash": "b"}
     both[0]["psa"][0] *= 9.0
     found = compared(*both)
-    assert found.damping == 0.05 and found.worst[0] == 0.0
+    assert found.damping == 0.05 and found.worst()[0] == 0.0
 
 
 def test_nothing_in_common(store: xr.Dataset) -> None:
@@ -106,6 +112,7 @@ def test_table_and_figure(store: xr.Dataset, tmp_path: Path) -> None:
     names = [name for name, _ in table.columns]
     row = dict(zip(names, table.rows[0], strict=True))
     assert row["largest difference"] == pytest.approx(0.02)
+    assert row["largest over the peak"] == pytest.approx(0.02)
     assert float(str(row["peak"])) == pytest.approx(1.02 * float(str(row["peak of the other"])))
     assert "a fine mesh" in table.title
     comparison_figure(tmp_path / "a.png", found)

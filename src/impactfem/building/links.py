@@ -75,13 +75,22 @@ def linked(
             model,
             nodes=kept,
             coordinates=coordinates[kept],
-            fixed=model.fixed.ptap(T),
-            storeys=model.storeys.ptap(T),
-            mass=model.mass.ptap(T),
+            fixed=_reduced(model.fixed, T),
+            storeys=_reduced(model.storeys, T),
+            mass=_reduced(model.mass, T),
             ground=ground,
         ),
         T,
     )
+
+
+def _reduced(A: Any, T: Any) -> Any:
+    """Tᵀ A T, a new matrix. Collective."""
+    product = A.ptap(T)
+    # PETSc keeps what it made on the way with the product, as large again.
+    found = product.copy()
+    product.destroy()
+    return found
 
 
 def _masters(model: BuildingModel, links: list[RigidLink]) -> Index:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from petsc4py import PETSc
 from scipy.linalg.blas import dgemm
 
 from impactfem.dynamics.columns import inner, product
-from impactfem.dynamics.room import room
+from impactfem.dynamics.room import Room, room
 from impactfem.errors import SolutionError
 
 Array = NDArray[np.float64]
@@ -42,7 +43,7 @@ class Orthonormal:
     def __init__(self, M: PETSc.Mat) -> None:
         self.M = M
         self.count = 0
-        self._chunks: list[Array] = []
+        self._chunks: list[Room] = []
 
     def append(self, X: Array, near: int = 0) -> tuple[Array, Array]:
         """Take in what X has outside the columns there are. X is overwritten.
@@ -121,35 +122,36 @@ class Orthonormal:
 
     def _subtract(self, first: int, X: Array, MX: Array) -> Array:
         """Take V (Vᵀ M X) of the vectors V from the first on off X; gives Vᵀ M X."""
-        pieces = self.pieces(first, self.count)
-        local = np.concatenate([np.empty((0, MX.shape[1])), *(V.T @ MX for V in pieces)])
-        known: Array = self.M.getComm().tompi4py().allreduce(local)
-        ends = np.cumsum([V.shape[1] for V in pieces])[:-1]
-        for V, part in zip(pieces, np.split(known, ends), strict=False):
-            if X.size and part.size:
+        comm = self.M.getComm().tompi4py()
+        known = [np.empty((0, MX.shape[1]))]
+        for V in self.pieces(first, self.count):
+            known.append(comm.allreduce(np.asarray(V.T @ MX)))
+            if X.size and V.size:
                 # In place: a product of its own would be as large as X, and be added slowly.
-                dgemm(-1.0, V, part, beta=1.0, c=X, overwrite_c=True)
-        return known
+                dgemm(-1.0, V, known[-1], beta=1.0, c=X, overwrite_c=True)
+        return np.concatenate(known)
 
     def _store(self, X: Array) -> None:
         for x in X.T:
             at = self.count % CHUNK
             if at == 0:
                 self._chunks.append(room(X.shape[0], CHUNK, self.M.getComm().getSize()))
-            self._chunks[-1][:, at] = x
+            self._chunks[-1].array[:, at] = x
             self.count += 1
 
-    def pieces(self, first: int, last: int) -> list[Array]:
-        """The columns of a range, as they are stored: blocks of memory side by side."""
-        bounds = [
-            (chunk, max(first - start, 0), min(last - start, CHUNK))
-            for start, chunk in zip(range(0, last, CHUNK), self._chunks, strict=False)
-        ]
-        return [chunk[:, begin:end] for chunk, begin, end in bounds if begin < end]
+    def pieces(self, first: int, last: int) -> Iterator[Array]:
+        """The columns of a range, as they are stored: blocks of memory side by side.
+
+        One after the other: those in files may be too large to have all of them at hand.
+        """
+        for start, chunk in zip(range(0, last, CHUNK), self._chunks, strict=False):
+            begin, end = max(first - start, 0), min(last - start, CHUNK)
+            if begin < end:
+                yield chunk.fetch()[:, begin:end]
 
     def columns(self, first: int, last: int) -> Array:
         """The columns of a range, shape (n_local, last - first): a copy, unless they are few."""
-        pieces = self.pieces(first, last)
+        pieces = list(self.pieces(first, last))
         if len(pieces) == 1:
             return pieces[0]
         return np.hstack([np.empty((self.M.getLocalSize()[0], 0), order="F"), *pieces])

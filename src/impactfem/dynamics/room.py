@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +25,26 @@ _MEMORY = Path("/proc/meminfo")
 _GROUP, _GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
 
 
-def room(rows: int, columns: int, processes: int = 1) -> Array:
+@dataclass(frozen=True, eq=False)
+class Room:
+    """An array in memory, or in a file.
+
+    Args:
+        array: Shape (rows, columns), Fortran order.
+        pages: The file's, None in memory.
+    """
+
+    array: Array
+    pages: mmap.mmap | None
+
+    def fetch(self) -> Array:
+        """The array; that of a file is read as a whole, and not page by page when it is used."""
+        if self.pages is not None:
+            self.pages.madvise(mmap.MADV_WILLNEED)
+        return self.array
+
+
+def room(rows: int, columns: int, processes: int = 1) -> Room:
     """An array for columns, not yet filled: in memory, or in a file where memory runs short.
 
     The file is in the folder of the environment variable TMPDIR, else in /var/tmp; it has no name
@@ -34,21 +55,18 @@ def room(rows: int, columns: int, processes: int = 1) -> Array:
         columns: Number of columns.
         processes: Number of processes that set up as much on this machine at the same time.
 
-    Returns:
-        Shape (rows, columns), Fortran order.
-
     Raises:
         SolutionError: There is room neither in memory nor in the folder.
     """
     size = 8 * rows * columns
     if not size or (1 + LEFT) * size * processes <= available_memory():
-        return np.empty((rows, columns), order="F")
+        return Room(np.empty((rows, columns), order="F"), None)
     folder = os.environ.get("TMPDIR", DISK)
     try:
         with tempfile.TemporaryFile(dir=folder) as file:
             # A full disk would end the process when the pages are written.
             os.posix_fallocate(file.fileno(), 0, size)
-            found: Array = np.memmap(file, np.float64, "r+", shape=(rows, columns), order="F")
+            pages = mmap.mmap(file.fileno(), size)
     except OSError as error:
         raise SolutionError(
             f"the vectors of the reduced model need {1e-9 * size:.2g} GB beyond the memory, and no "
@@ -60,7 +78,7 @@ def room(rows: int, columns: int, processes: int = 1) -> Array:
         1e-9 * size,
         folder,
     )
-    return found
+    return Room(np.frombuffer(pages).reshape((rows, columns), order="F"), pages)
 
 
 def available_memory() -> float:

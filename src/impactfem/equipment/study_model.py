@@ -20,6 +20,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import SHIFT
 from impactfem.dynamics.enrichment import append_contacts, append_responses
+from impactfem.dynamics.factorisation import give_back
 from impactfem.dynamics.galerkin import GalerkinModes, galerkin_modes
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.dynamics.reduced import ReducedModel
@@ -173,6 +174,7 @@ def study_model(
     model, T = linked(building, [one.link for one in rosettes], mesh.nodes)
     for matrix in (building.fixed, building.storeys, building.mass):
         matrix.destroy()
+    give_back()
     K = model.take_stiffness(storey_factor)
     edges = {
         floor: carried(T, load[:, None])[:, 0]

@@ -23,7 +23,10 @@ at rest along it: its spectrum is that of the mesh."""
 class Comparison:
     """Spectra of one run beside those of another one, the reference, and their difference.
 
-        δ(f) = |PSa(f) − PSa_other(f)| / PSa_other(f).
+        δ(f)      = |PSa(f) − PSa_other(f)| / PSa_other(f)
+        δ_peak(f) = |PSa(f) − PSa_other(f)| / max PSa_other
+
+    The first is large, too, where a spectrum is small; the second tells what matters to a design.
 
     Args:
         store: What `compare` makes, or the open `comparison.nc`.
@@ -45,11 +48,17 @@ class Comparison:
         name = "psa_other" if other else "psa"
         return np.asarray(self.store[name].values[probe, component], dtype=np.float64)
 
-    @property
-    def differences(self) -> Array:
-        """δ of the spectra that count, shape (n_counts, n_f) [-]."""
+    def differences(self, *, of_peak: bool = False) -> Array:
+        """δ, or δ_peak, of the spectra that count, shape (n_counts, n_f) [-].
+
+        Args:
+            of_peak: Over the peak of the spectrum up to the highest frequency.
+        """
         found, reference = (self.store[n].values[self.counts] for n in ("psa", "psa_other"))
-        return np.asarray(np.abs(found / reference - 1.0), dtype=np.float64)
+        over = reference
+        if of_peak:
+            over = reference[:, self.known].max(axis=1, keepdims=True)
+        return np.asarray(np.abs(found - reference) / over, dtype=np.float64)
 
     @property
     def names(self) -> list[tuple[int, int]]:
@@ -61,14 +70,16 @@ class Comparison:
         """Frequencies up to the highest one that is compared."""
         return np.asarray(self.frequency <= self.highest * (1.0 + 1e-9))
 
-    @property
-    def worst(self) -> tuple[float, str, str, float]:
-        """Largest δ up to the highest frequency, with its point, axis and frequency [Hz]."""
-        apart = self.differences[:, self.known]
+    def worst(self, *, of_peak: bool = False) -> tuple[float, int, int, float]:
+        """Largest δ, or δ_peak, up to the highest frequency; its point, axis and frequency [Hz].
+
+        Args:
+            of_peak: As of `differences`.
+        """
+        apart = self.differences(of_peak=of_peak)[:, self.known]
         spectrum, at = np.unravel_index(int(apart.argmax()), apart.shape)
         k, c = self.names[int(spectrum)]
-        largest = float(apart[spectrum, at])
-        return largest, self.probes[k], self.components[c], float(self.frequency[self.known][at])
+        return float(apart[spectrum, at]), k, c, float(self.frequency[self.known][at])
 
 
 def compare(

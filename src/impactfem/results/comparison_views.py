@@ -15,30 +15,27 @@ TABLE = "comparison_spectra"
 
 
 def comparison_table(found: Comparison) -> Table:
-    """The largest difference of each spectrum, at which frequency, and the peaks of both.
+    """The largest differences of each spectrum, at which frequency, and the peaks of both.
 
     Args:
         found: The comparison.
     """
     f = found.frequency[found.known]
     rows = []
-    for (k, c), apart in zip(found.names, found.differences[:, found.known], strict=True):
-        at = int(apart.argmax())
+    both = (found.differences(of_peak=over)[:, found.known] for over in (False, True))
+    for (k, c), apart, of_peak in zip(found.names, *both, strict=True):
+        at, at_peak = int(apart.argmax()), int(of_peak.argmax())
         ours = found.spectrum(k, c)[found.known]
         theirs = found.spectrum(k, c, other=True)[found.known]
         peaks = float(ours.max()), float(theirs.max())
-        distance = float(found.distance[k])
-        rows.append(
-            (found.probes[k], found.components[c], distance, float(apart[at]), float(f[at]), *peaks)
-        )
+        differences = (apart[at], f[at], of_peak[at_peak], f[at_peak])
+        place = (found.probes[k], found.components[c], float(found.distance[k]))
+        rows.append((*place, *map(float, differences), *peaks))
     columns = (
         *(("point", ""), ("direction", ""), ("distance of both points", "m")),
-        *(
-            ("largest difference", "-"),
-            ("at", "Hz"),
-            ("peak", "m/s2"),
-            ("peak of the other", "m/s2"),
-        ),
+        *(("largest difference", "-"), ("at", "Hz")),
+        *(("largest over the peak", "-"), ("at", "Hz")),
+        *(("peak", "m/s2"), ("peak of the other", "m/s2")),
     )
     title = (
         f"floor response spectra ({100.0 * found.damping:g} %) beside '{found.title}', up to "
@@ -48,20 +45,20 @@ def comparison_table(found: Comparison) -> Table:
 
 
 def comparison_figure(path: Path, found: Comparison) -> None:
-    """The spectrum with the largest difference in both runs, and δ of all over the frequency.
+    """The spectrum with the largest difference over its peak in both runs, and δ of all spectra.
 
     Args:
         path: The PNG file.
         found: The comparison.
     """
-    largest, probe, component, at = found.worst
-    k, c = found.probes.index(probe), found.components.index(component)
-    f, apart = found.frequency, 100.0 * found.differences
+    largest, k, c, at = found.worst(of_peak=True)
+    f, apart = found.frequency, 100.0 * found.differences()
     caption = (
         f"Floor response spectra ({100.0 * found.damping:g} % damping) of this run and of "
-        f"'{found.title}'. (a) where they differ most up to {found.highest:g} Hz: {probe} along "
-        f"$e_{component}$, {100.0 * largest:.2g} % at {at:.3g} Hz. (b) difference over the other "
-        f"one, of the {len(apart)} spectra of points that move; dotted: {found.highest:g} Hz."
+        f"'{found.title}'. (a) where they differ most up to {found.highest:g} Hz, over the peak: "
+        f"{found.probes[k].replace('_', ' ')} along $e_{found.components[c]}$, "
+        f"{100.0 * largest:.2g} % at {at:.3g} Hz. (b) difference over the other one at the same "
+        f"frequency, of the {len(apart)} spectra of points that move; dotted: {found.highest:g} Hz."
     )
     with figure(path, (1, 2), (9.0, 3.8), caption) as (_, axes):
         axes[0].semilogx(f, found.spectrum(k, c), color=BLUE, label="this run")
@@ -78,6 +75,6 @@ def comparison_figure(path: Path, found: Comparison) -> None:
         for panel in axes:
             panel.axvline(found.highest, color="0.4", ls=":")
             panel.set_xlabel("frequency [Hz]")
-            panel.legend(loc="upper left")
+            panel.legend(loc="best")
             span(panel, f)
         letter(axes)
