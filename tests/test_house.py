@@ -14,8 +14,8 @@ FINITE_ELEMENTS = {"basix", "dolfinx", "ffcx", "petsc4py", "slepc4py", "ufl"}
 
 # Below every room, and open to it: what knows nothing of the subject.
 GROUND = {
-    *("", "archive", "cache", "errors", "file_errors", "files", "log", "own_process", "parallel"),
-    *("scalar", "stop"),
+    *("", "archive", "cache", "errors", "file_errors", "files", "log", "memory", "own_process"),
+    *("parallel", "scalar", "stop"),
 }
 
 # What each room may import besides; a room comes after those that it may import.

@@ -6,6 +6,7 @@ import os
 import numpy as np
 import pytest
 
+from impactfem import memory
 from impactfem.dynamics import orthonormal, room
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.errors import SolutionError
@@ -13,49 +14,15 @@ from impactfem.errors import SolutionError
 
 @pytest.fixture
 def machine(monkeypatch, tmp_path):
-    """Set what the machine has left [kB], and the groups of the job: (name, max, current, stat)."""
+    """Set what the machine has left [kB], and a folder for files."""
 
-    def make(available, *groups, own="/job/step"):
-        (tmp_path / "meminfo").write_text(f"MemTotal: 9 kB\nMemAvailable:   {available} kB\n")
-        (tmp_path / "own").write_text(f"4:memory:/other\n0::{own}\n")
-        for name, most, current, stat in groups:
-            folder = tmp_path / "groups" / name
-            folder.mkdir(parents=True, exist_ok=True)
-            (folder / "memory.max").write_text(f"{most}\n")
-            (folder / "memory.current").write_text(f"{current}\n")
-            (folder / "memory.stat").write_text(stat)
-        monkeypatch.setattr(room, "_MEMORY", tmp_path / "meminfo")
-        monkeypatch.setattr(room, "_GROUP", tmp_path / "own")
-        monkeypatch.setattr(room, "_GROUPS", tmp_path / "groups")
+    def make(available):
+        (tmp_path / "meminfo").write_text(f"MemAvailable:   {available} kB\n")
+        monkeypatch.setattr(memory, "MACHINE", tmp_path / "meminfo")
+        monkeypatch.setattr(memory, "GROUP", tmp_path / "nowhere")
         monkeypatch.setenv("TMPDIR", str(tmp_path))
 
     return make
-
-
-STAT = "anon 500\ninactive_file 30\nactive_file 20\nslab 7\n"
-
-
-@pytest.mark.parametrize(
-    ("groups", "left"),
-    [
-        ((), 1024_000),
-        ((("job/step", "max", 700, STAT),), 1024_000),
-        ((("job/step", 1000, 700, STAT),), 350),
-        ((("job/step", 1000, 700, STAT), ("job", 900, 700, STAT)), 250),
-        ((("elsewhere", 1, 0, ""),), 1024_000),
-        ((("job/step", 1000, "none", STAT),), 1024_000),
-    ],
-)
-def test_what_is_left(machine, groups, left):
-    machine(1000, *groups)
-    assert room.available_memory() == left
-
-
-def test_a_system_that_does_not_tell(monkeypatch, tmp_path):
-    for name in ("_MEMORY", "_GROUP", "_GROUPS"):
-        monkeypatch.setattr(room, name, tmp_path / "nowhere")
-    assert room.available_memory() == np.inf
-    assert room.room(10, 10).pages is None
 
 
 @pytest.mark.parametrize(("processes", "file"), [(1, False), (2, True)])
@@ -68,7 +35,7 @@ def test_memory_first(machine, tmp_path, processes, file):
     found.array[:] = 1.0
     assert found.fetch().sum() == 1000.0
     # No name is left behind, also of a process that is killed.
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["meminfo", "own"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["meminfo"]
 
 
 def test_nothing_needs_no_file(machine):

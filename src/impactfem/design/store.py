@@ -104,7 +104,7 @@ def write_design(
 
 def _moving(own: CaseSpectra) -> list[int]:
     largest = own.floor_psa.max(axis=(0, 1, 3))
-    known = set(own.vertices.component.tolist())
+    known = {int(c) for c in own.vertices.component}
     return [c for c in range(3) if largest[c] > STILL * largest.max() or c in known]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from petsc4py import PETSc
 from impactfem.dynamics.columns import random_column, row_of_largest, wrapped
 from impactfem.dynamics.held import Held
 from impactfem.errors import SolutionError
+from impactfem.memory import give_back
 
 Array = NDArray[np.float64]
 
@@ -185,16 +185,6 @@ class Factorisation(Held):
         # MUMPS goes on after a negative pivot; ScaLAPACK, on several ranks, does not.
         negative_pivots = self._F.getMumpsInfog(12)
         return negative_pivots == 0 and _weakest(A, self)[0] <= CONDITION
-
-
-def give_back() -> None:
-    """Return freed memory to the system: Open MPI tells the allocator to keep all of it.
-
-    Elsewhere a second factor, a little larger, would not fit where the first one was.
-    """
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(0)
 
 
 def _factor(A: PETSc.Mat, kind: dict[str, int]) -> PETSc.Mat:

@@ -6,13 +6,13 @@ import mmap
 import os
 import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.errors import SolutionError
 from impactfem.log import LOGGER
+from impactfem.memory import available_memory
 
 Array = NDArray[np.float64]
 
@@ -21,8 +21,6 @@ LEFT = 4
 with a matrix."""
 DISK = "/var/tmp"
 """Where files go without TMPDIR: /tmp is memory on many systems."""
-_MEMORY = Path("/proc/meminfo")
-_GROUP, _GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,44 +77,3 @@ def room(rows: int, columns: int, processes: int = 1) -> Room:
         folder,
     )
     return Room(np.frombuffer(pages).reshape((rows, columns), order="F"), pages)
-
-
-def available_memory() -> float:
-    """Memory that this process and others of its job may still take [byte]; infinite if unknown."""
-    return min(_of_machine(), _of_job())
-
-
-def _of_machine() -> float:
-    try:
-        lines = _MEMORY.read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return float("inf")
-    found = [line.split()[1] for line in lines if line.startswith("MemAvailable:")]
-    return 1024.0 * float(found[0]) if found else float("inf")
-
-
-def _of_job() -> float:
-    """What control groups (version 2) leave, as those of a batch system: the tightest of them."""
-    left = float("inf")
-    try:
-        lines = _GROUP.read_text(encoding="utf-8").splitlines()
-        own = next((line[3:] for line in lines if line.startswith("0::/")), "/").strip("/")
-    except OSError:
-        return left
-    group = _GROUPS / own
-    while group != _GROUPS.parent:
-        try:
-            most = (group / "memory.max").read_text(encoding="utf-8").strip()
-            if most != "max":
-                used = float((group / "memory.current").read_text(encoding="utf-8"))
-                stat = (group / "memory.stat").read_text(encoding="utf-8").splitlines()
-                cached = sum(float(line.split()[1]) for line in stat if _is_file_cache(line))
-                left = min(left, float(most) - used + cached)
-        except (OSError, ValueError, IndexError):
-            pass  # a group without such a limit, or not for us to read
-        group = group.parent
-    return left
-
-
-def _is_file_cache(line: str) -> bool:
-    return line.startswith(("inactive_file ", "active_file "))

@@ -120,7 +120,7 @@ class Analyst:
         found = []
         for plan, history, rows in zip(self.plans, mounted.devices, places, strict=True):
             motions = [_shaken(model.anchors[i], alone.acceleration, loads) for i in rows]
-            apart = np.zeros(6 * len(rows))
+            apart: Array = np.zeros(6 * len(rows))
             if len(rows) > 1:
                 moved = np.concatenate(model.anchors[rows]) @ alone.displacement
                 apart = largest_apart(plan.device, self.positions[rows], moved)

@@ -20,12 +20,12 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import SHIFT
 from impactfem.dynamics.enrichment import append_contacts, append_responses
-from impactfem.dynamics.factorisation import give_back
 from impactfem.dynamics.galerkin import GalerkinModes, galerkin_modes
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.dynamics.reduced import ReducedModel
 from impactfem.equipment.covered_points import moving_node, point_rows
 from impactfem.equipment.rosette import Rosette
+from impactfem.memory import give_back
 from impactfem.transient.loads import Loads
 from impactfem.transient.reduced_basis import grow_until_accurate
 from impactfem.wall.building_model import (

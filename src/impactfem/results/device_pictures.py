@@ -191,7 +191,8 @@ def _cut(lines: Array, point: Array, half: float, z: float) -> Array:
     first exit out of them.
     """
     a, along = lines[:, 0] - point[:2], lines[:, 1] - lines[:, 0]
-    first, last = np.zeros(len(lines)), np.ones(len(lines))
+    first: Array = np.zeros(len(lines))
+    last: Array = np.ones(len(lines))
     for axis in (0, 1):
         for sign in (1.0, -1.0):
             # Inside where there + s · rate <= 0.

@@ -45,9 +45,9 @@ def stick_checks(
         notes = {s.name: s.note for s in from_json(store.attrs["scalars"])}
         targets = _targets(store)
         apart = distance_check(
-            store["pair"].values.tolist(),
-            store["pair_rest_gap"].values.tolist(),
-            store["pair_distance"].values.tolist(),
+            [str(name) for name in store["pair"].values],
+            [float(gap) for gap in store["pair_rest_gap"].values],
+            [float(distance) for distance in store["pair_distance"].values],
         )
         defect = store["impact_defect"].values
         taken = store["impact_dissipated"].values - defect

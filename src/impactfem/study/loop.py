@@ -18,6 +18,7 @@ from impactfem.errors import Fault, InputError
 from impactfem.file_errors import file_errors
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
+from impactfem.memory import forget_peak, give_back, peak_memory
 from impactfem.motion.from_case import checked_durations
 from impactfem.parallel import on_root, rank, size, total
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
@@ -31,7 +32,6 @@ from impactfem.sticks.force_history import check_forces
 from impactfem.study.finished import is_finished, mark_finished, memory_of, seconds_of
 from impactfem.study.folder import LOG, check_same_case, log_case, open_folder
 from impactfem.study.inputs import program_key, published_values
-from impactfem.study.memory import forget_peak, peak_memory
 from impactfem.study.report import REPORT, write_findings, write_page
 from impactfem.study.stage import Stage
 from impactfem.study.stages import STAGES, asked_stages, check_stage_name
@@ -196,6 +196,7 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
         LOGGER.info("stage %s: finished before with the same inputs, reused", stage.name)
         result.reused.append(stage.name)
     else:
+        give_back()  # what the stage before had
         forget_peak()
         with Steps(stage.steps, quiet=rank() != 0 or not bar) as steps:
             if stage.collective:

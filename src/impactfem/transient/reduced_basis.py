@@ -21,12 +21,12 @@ from impactfem.dynamics.error_band import (
     transfer_band,
     transfer_bound,
 )
-from impactfem.dynamics.factorisation import give_back
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.dynamics.larger_models import larger_models
 from impactfem.dynamics.reduced import ReducedModel, Residual, residual_norms
 from impactfem.errors import SolutionError
 from impactfem.log import LOGGER
+from impactfem.memory import give_back
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
