@@ -56,10 +56,11 @@ def test_a_system_that_does_not_tell(monkeypatch, tmp_path):
 
 
 def test_the_peak_since_it_was_forgotten():
+    memory.give_back()  # an array may take what tests before have left
     memory.forget_peak()
     before = memory.peak_memory()
     taken = np.ones(20_000_000)
-    assert memory.peak_memory() > before + 0.9 * taken.nbytes
+    assert memory.peak_memory() > before + 0.8 * taken.nbytes
     size = taken.nbytes
     del taken
     memory.give_back()

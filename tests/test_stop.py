@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from impactfem.study.folder import open_folder
+
 SETTING = """
 import os, signal, sys, time
 from impactfem import cli
@@ -94,6 +96,10 @@ def test_a_signal_ends_all_ranks(under_mpirun, tmp_path, stopped):
     assert ended.returncode == 128 + signal.SIGTERM
     assert ended.stderr.count("terminated; run again with --resume to go on\n") == 1
     assert "Traceback" not in ended.stderr and "ignored" not in ended.stderr
+    # Rank 0 takes its lock with it, unless a busy machine has `mpirun` kill it first.
+    assert {path.name for path in out.iterdir()} <= {"run.log", ".lock"}
+    with open_folder(out, True):
+        pass
     assert [path.name for path in out.iterdir()] == ["run.log"]
     begun, end = (out / "run.log").read_text(encoding="utf-8").splitlines()
     assert begun.endswith(" begun") and end.endswith(" WARNING terminated by SIGTERM")
