@@ -3,7 +3,7 @@
 #SBATCH --job-name=impactfem
 #SBATCH --ntasks=4
 #SBATCH --cpus-per-task=1
-#SBATCH --mem=16G
+#SBATCH --mem=32G
 #SBATCH --time=02:00:00
 #SBATCH --output=%x-%j.log
 set -euo pipefail
