@@ -140,7 +140,7 @@ def test_csv_with_a_byte_order_mark(tmp_path):
     assert path.read_bytes().startswith(b"\xef\xbb\xbf")
     assert read_forces(path).pairs == ("a",)
     path.write_text("\ufeff\ufefftime [s],a [N]\n0,1\n0.5,2\n", encoding="utf-8")
-    with pytest.raises(InputError, match="the first column"):
+    with pytest.raises(InputError, match="expected the first column"):
         read_forces(path)
 
 
@@ -198,15 +198,15 @@ def test_ends_of_another_program(minimal, tmp_path):
         ("floor_a", "pair", [1.5, 2.0], r"floor_a = \[1\.5, 2\.0\]: whole numbers"),
         ("floor_b", "pair", [np.nan, 2.0], r"floor_b = \[nan, 2\.0\]: whole numbers"),
         ("floor_b", "pair", ["one", "two"], r"a readable force history.*one"),
-        ("floor_a", "time", [1, 2, 3], r"floor_a = \('time',\): along pair"),
-        ("building_a", (), "house", r"building_a = \(\): along pair"),
+        ("floor_a", "time", [1, 2, 3], r"floor_a = \('time',\): expected the dimensions \(pair\)"),
+        ("building_a", (), "house", r"building_a = \(\): expected the dimensions \(pair\)"),
         ("relative_height_a", "pair", [0.5, 1.5], "relative_height_a = .*: 0 to 1, or nan"),
         ("relative_height_b", "pair", [-0.1, np.nan], "relative_height_b = .*: 0 to 1, or nan"),
         ("normal", ("pair", "axis"), [[0, 1, 0], [0, 2, 0]], "normal = .*: a unit vector"),
         ("normal", ("pair", "axis"), [[0, 1, 0], [0, np.nan, 0]], "normal = .*: a unit vector"),
         ("normal", ("pair", "axis"), [[0, 1], [1, 0]], r"normal = .*\(pair, axis\), of x, y, z"),
         ("normal", ("axis", "pair"), [[0, 0], [1, 1], [0, 0]], r"normal = \('axis', 'pair'\)"),
-        ("normal", "pair", [1.0, 1.0], r"normal = \('pair',\): the dimensions"),
+        ("normal", "pair", [1.0, 1.0], r"normal = \('pair',\): expected the dimensions"),
         ("axis", "axis", ["y", "x", "z"], r"axis = \['y', 'x', 'z'\]: x, y, z"),
     ],
 )
@@ -267,11 +267,11 @@ def broken(minimal, fault):
     [
         ("no force", r"forces\.nc: force: expected a variable of this name in N"),
         ("no time", r"forces\.nc: time: expected a variable of this name in s"),
-        ("no pair", r"pair: the names of the contact pairs"),
-        ("wrong unit", r"force\.units = 'kN': the unit 'N'"),
-        ("no unit", r"time\.units: the unit 's'"),
-        ("milliseconds", r"time\.units = 'ms': the unit 's'"),
-        ("transposed", r"force = \('pair', 'time'\): the dimensions \(time, pair\)"),
+        ("no pair", r"pair: expected the names of the contact pairs"),
+        ("wrong unit", r"force\.units = 'kN': expected the unit 'N'"),
+        ("no unit", r"time\.units: expected the unit 's'"),
+        ("milliseconds", r"time\.units = 'ms': expected the unit 's'"),
+        ("transposed", r"force = \('pair', 'time'\): expected the dimensions \(time, pair\)"),
         ("nan", r"force = 'nan': expected finite values only"),
         ("infinite", r"finite values only"),
         ("words", r"a readable force history \(NetCDF or CSV\): .*much"),
@@ -300,9 +300,9 @@ def test_several_faults_at_once(minimal, tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"line 1: the first column 'time \[s\]'"),
-        ("t,a [N]\n0,1\n1,2\n", r"line 1 = 't': the first column 'time \[s\]'"),
-        ("time [ms],a [N]\n0,1\n1,2\n", r"line 1 = 'time \[ms\]': the first column"),
+        ("", r"line 1: expected the first column 'time \[s\]'"),
+        ("t,a [N]\n0,1\n1,2\n", r"line 1 = 't': expected the first column 'time \[s\]'"),
+        ("time [ms],a [N]\n0,1\n1,2\n", r"line 1 = 'time \[ms\]': expected the first column"),
         (
             "time [s],a [kN]\n0,1\n1,2\n",
             r"line 1 = \['a \[kN\]'\]: expected a column '<pair name> \[N\]'",

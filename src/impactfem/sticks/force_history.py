@@ -199,12 +199,12 @@ def _read_netcdf(path: Path) -> ForceHistory:
                 )
             elif dataset[name].attrs.get("units") != unit:
                 found = dataset[name].attrs.get("units")
-                faults.append(Fault(path, f"{name}.units", found, f"the unit {unit!r}"))
+                faults.append(Fault(path, f"{name}.units", found, f"expected the unit {unit!r}"))
         if "pair" not in dataset.variables:
-            faults.append(Fault(path, "pair", None, "the names of the contact pairs"))
+            faults.append(Fault(path, "pair", None, "expected the names of the contact pairs"))
         elif not faults and dataset["force"].dims != ("time", "pair"):
             found = dataset["force"].dims
-            faults.append(Fault(path, "force", found, "the dimensions (time, pair)"))
+            faults.append(Fault(path, "force", found, "expected the dimensions (time, pair)"))
         ends = PairEnds() if faults else read_ends(path, dataset, faults)
         if faults:
             raise InputError(faults)
@@ -223,7 +223,7 @@ def _read_csv(path: Path) -> ForceHistory:
         header = next(csv.reader(stream), [])
         if not header or header[0].strip() != "time [s]":
             found = header[0] if header else None
-            raise InputError([Fault(path, "line 1", found, "the first column 'time [s]'")])
+            raise InputError([Fault(path, "line 1", found, "expected the first column 'time [s]'")])
         wrong = [cell for cell in header[1:] if not cell.strip().endswith(" [N]")]
         if wrong or len(header) < 2:
             raise InputError(

@@ -111,8 +111,8 @@ def _of_pairs(path: Path, dataset: xr.Dataset, name: str, faults: list[Fault]) -
     found = dataset[name].dims
     wanted = ("pair", "axis") if name == "normal" else ("pair",)
     if found != wanted or (name == "normal" and dataset.sizes["axis"] != len(AXES)):
-        words = "the dimensions (pair, axis), of x, y, z" if name == "normal" else "along pair"
-        faults.append(Fault(path, name, found, words))
+        words = "(pair, axis), of x, y, z" if name == "normal" else "(pair)"
+        faults.append(Fault(path, name, found, f"expected the dimensions {words}"))
         return None
     return dataset[name].values
 
