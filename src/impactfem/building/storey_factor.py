@@ -21,6 +21,7 @@ from impactfem.errors import SolutionError
 from impactfem.log import LOGGER
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 MOST_ROUNDS = 8
 TOLERANCE = 1e-6
@@ -86,8 +87,7 @@ def fit_storey_factor(
 
 
 def _first_bending(model: BuildingModel, found: Modes, direction: int, factor: float) -> int:
-    gamma = model.comm.allreduce(found.shapes.T @ model.ground[:, direction])
-    bending = bending_modes(gamma**2, float(model.total[direction, direction]))
+    bending = _bending(model, found.shapes, direction)
     if bending.size == 0:
         raise SolutionError(
             f"none of the {found.frequency.size} lowest modes bends along {'xy'[direction]}: they "
@@ -96,21 +96,22 @@ def _first_bending(model: BuildingModel, found: Modes, direction: int, factor: f
     return int(bending[0])
 
 
+def _bending(model: BuildingModel, shapes: Array, direction: int) -> Index:
+    """Numbers of the shapes Φ, Φᵀ M Φ = I, that bend along a direction, from the lowest."""
+    gamma = model.comm.allreduce(shapes.T @ model.ground[:, direction])
+    return bending_modes(gamma**2, float(model.total[direction, direction]))
+
+
 def _ground_space(model: BuildingModel, direction: int, factor: float) -> Array:
     """Columns V, Vᵀ M V = I, with the bending mode at a factor and its change with the factor."""
     K = model.stiffness(factor)
     with KrylovBasis(K, model.mass, 0.0) as basis:
         basis.add(model.ground[:, [direction]])
         basis.grow(KRYLOV_STEPS)
-        V = basis.V
-        gamma = model.comm.allreduce(V.T @ model.ground[:, direction])
-        coordinates = reduced_model(basis).coordinates
-        bending = bending_modes(
-            (coordinates.T @ gamma) ** 2, float(model.total[direction, direction])
-        )
+        shapes = basis.V @ reduced_model(basis).coordinates
+        bending = _bending(model, shapes, direction)
         if bending.size:
-            phi = V @ coordinates[:, bending[:1]]
-            basis.add(product(model.storeys, phi))
+            basis.add(product(model.storeys, shapes[:, bending[:1]]))
             basis.grow(CHANGE_STEPS)
         V = np.array(basis.V)
     K.destroy()
