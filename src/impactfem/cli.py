@@ -171,8 +171,9 @@ def compare(
     """Put the 3D floor spectra of two runs beside each other, into the report of the first."""
     from impactfem import study
 
-    table, page = study.compare_runs(folder, other, highest)
-    typer.echo(table.as_text(PIPE_WIDTH))
+    tables, page = study.compare_runs(folder, other, highest)
+    for table in tables:
+        typer.echo(table.as_text(PIPE_WIDTH))
     typer.echo(f"report: {page}")
 
 

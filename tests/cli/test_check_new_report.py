@@ -1,5 +1,7 @@
-"""`impactfem check`, `new` and `report`."""
+"""`impactfem check`, `new`, `report` and `compare`."""
 
+import re
+import shutil
 from pathlib import Path
 
 
@@ -29,6 +31,16 @@ class TestCheckAndNew:
             assert ended.code == 2 and ended.err.count("\n") == 1
             assert "the folder holds no run to report on: case.json, " in ended.err
         assert names(tmp_path) == []
+
+    def test_runs_that_cannot_be_compared(self, program, finished, tmp_path):
+        """Each fault has a line: no 3D stage, in one folder and the other."""
+        shutil.copytree(finished.folder, tmp_path / "other")
+        ended = program("compare", finished.folder, tmp_path / "other")
+        lines = ended.err.splitlines()
+        assert ended.code == 2 and ended.out == "" and len(lines) == 2
+        assert all(re.match("error: .*expected a run with the stage transient", x) for x in lines)
+        ended = program("compare", finished.folder, tmp_path / "other", "--to", "-1")
+        assert ended.code == 2 and ended.err.startswith("error: command line: --to = -1.0: ")
 
     def test_nothing_is_overwritten(self, program, tmp_path, monkeypatch, names):
         monkeypatch.chdir(tmp_path)

@@ -11,7 +11,11 @@ import xarray as xr
 
 from impactfem.errors import InputError
 from impactfem.results.comparison import Comparison, compare
-from impactfem.results.comparison_views import comparison_figure, comparison_table
+from impactfem.results.comparison_views import (
+    comparison_figure,
+    comparison_table,
+    directions_table,
+)
 from impactfem.results.transient_view import TransientView
 
 FILES = Path("one.nc"), Path("other.nc")
@@ -101,6 +105,25 @@ def test_nothing_moves(store: xr.Dataset) -> None:
     still["pfa"][:] = 0.0
     with pytest.raises(InputError, match=r"expected a point that moves in other\.nc"):
         compared(store, still)
+
+
+def test_directions(store: xr.Dataset) -> None:
+    """Of 10 spectra along z one is 4 % higher, and at one frequency 8 %."""
+    one = store.copy(deep=True)
+    one["psa"][0, 2, 2] *= 1.04
+    one["psa"][0, 2, 2, 3] *= 1.08 / 1.04
+    found = compared(one, store)
+    spectra, ordinates = len(found.probes) - 1, int(found.known.sum())
+    rows = {row[0]: row[1:] for row in directions_table(found).rows}
+    assert rows["x"] == rows["y"] == (spectra, 0.0, 0.0, 0.0, 0.0, 1.0, spectra)
+    psa = store["psa"].values[0, 2, 2]
+    of_peak = max(0.04, 0.08 * psa[3] / psa[found.known].max())
+    apart = np.zeros(spectra * ordinates)
+    apart[:ordinates] = 0.04
+    apart[0] = 0.08
+    near = 1.0 - 1.0 / apart.size
+    expected = (spectra, 0.04, of_peak, 0.08, np.percentile(apart, 95), near, spectra - 1)
+    assert rows["z"] == pytest.approx(expected, rel=1e-9)
 
 
 def test_table_and_figure(store: xr.Dataset, tmp_path: Path) -> None:

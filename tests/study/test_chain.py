@@ -124,8 +124,9 @@ def test_beside_another_run(
     """The report shows the comparison until it is damaged, or of other results."""
     folder, title = tmp_path / "run", "Beside another run"
     shutil.copytree(done.folder, folder)
-    table, page = study.compare_runs(folder, done.folder, 100.0)
-    assert table.rows and {row[3] for row in table.rows} == {0.0}
+    (points, directions), page = study.compare_runs(folder, done.folder, 100.0)
+    assert points.rows and {row[3] for row in points.rows} == {0.0}
+    assert directions.rows and {row[2:6] for row in directions.rows} == {(0.0,) * 4}
     assert title in page.read_text(encoding="utf-8")
     assert title not in (done.folder / "report.html").read_text(encoding="utf-8")
     assert title in study.make_report(folder).read_text(encoding="utf-8") and not caplog.messages

@@ -21,7 +21,7 @@ def test_runs_without_a_3d_stage(finished, tmp_path):
 
 @pytest.mark.parametrize("highest", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_frequency_that_is_none(finished, highest):
-    with pytest.raises(InputError, match=r"--to = .*expected a positive frequency"):
+    with pytest.raises(InputError, match=r"command line: --to = .*expected a positive frequency"):
         study.compare_runs(finished.folder, finished.folder, highest)
 
 

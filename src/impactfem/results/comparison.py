@@ -48,6 +48,12 @@ class Comparison:
         name = "psa_other" if other else "psa"
         return np.asarray(self.store[name].values[probe, component], dtype=np.float64)
 
+    def peaks(self, probe: int, component: int) -> tuple[float, float]:
+        """Largest PSa up to the highest frequency, of the run and of the other [m/s2]."""
+        both = (self.spectrum(probe, component, other=other) for other in (False, True))
+        ours, theirs = (float(psa[self.known].max()) for psa in both)
+        return ours, theirs
+
     def differences(self, *, of_peak: bool = False) -> Array:
         """δ, or δ_peak, of the spectra that count, shape (n_counts, n_f) [-].
 

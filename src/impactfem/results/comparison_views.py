@@ -1,4 +1,4 @@
-"""Figure and table of two runs beside each other."""
+"""Figure and tables of two runs beside each other."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ import numpy as np
 
 from impactfem.results.comparison import Comparison
 from impactfem.results.style import BLUE, RED, figure, letter, span
-from impactfem.results.table import Table
+from impactfem.results.table import Cell, Table
 
 FIGURE = "comparison_spectra.png"
 TABLE = "comparison_spectra"
+DIRECTIONS = "comparison_directions"
+NEAR = 0.05
+"""Difference of which the table of the directions counts the ordinates that are within it."""
 
 
 def comparison_table(found: Comparison) -> Table:
@@ -25,12 +28,9 @@ def comparison_table(found: Comparison) -> Table:
     both = (found.differences(of_peak=over)[:, found.known] for over in (False, True))
     for (k, c), apart, of_peak in zip(found.names, *both, strict=True):
         at, at_peak = int(apart.argmax()), int(of_peak.argmax())
-        ours = found.spectrum(k, c)[found.known]
-        theirs = found.spectrum(k, c, other=True)[found.known]
-        peaks = float(ours.max()), float(theirs.max())
         differences = (apart[at], f[at], of_peak[at_peak], f[at_peak])
         place = (found.probes[k], found.components[c], float(found.distance[k]))
-        rows.append((*place, *map(float, differences), *peaks))
+        rows.append((*place, *map(float, differences), *found.peaks(k, c)))
     columns = (
         *(("point", ""), ("direction", ""), ("distance of both points", "m")),
         *(("largest difference", "-"), ("at", "Hz")),
@@ -42,6 +42,43 @@ def comparison_table(found: Comparison) -> Table:
         f"{found.highest:g} Hz"
     )
     return Table(TABLE, title, columns, tuple(rows))
+
+
+def directions_table(found: Comparison) -> Table:
+    """For each direction the largest differences of its spectra, and how many ordinates are near.
+
+    Args:
+        found: The comparison.
+    """
+    apart, of_peak = (found.differences(of_peak=over)[:, found.known] for over in (False, True))
+    axes = np.array([c for _, c in found.names])
+    rows: list[tuple[Cell, ...]] = []
+    for c, name in enumerate(found.components):
+        mine = axes == c
+        if mine.any():
+            peaks = np.array([found.peaks(k, axis) for k, axis in found.names if axis == c])
+            one = apart[mine]
+            figures = (
+                np.abs(peaks[:, 0] / peaks[:, 1] - 1.0).max(),
+                of_peak[mine].max(),
+                one.max(),
+                np.percentile(one, 95.0),
+                (one <= NEAR).mean(),
+            )
+            whole = int((one.max(axis=1) <= NEAR).sum())
+            rows.append((name, len(one), *map(float, figures), whole))
+    columns = (
+        *(
+            ("direction", ""),
+            ("spectra", ""),
+            ("largest of peaks", "-"),
+            ("largest over the peak", "-"),
+        ),
+        *(("largest difference", "-"), ("95 % of ordinates", "-")),
+        *((f"ordinates within {NEAR:g}", "-"), (f"spectra within {NEAR:g}", "")),
+    )
+    title = f"differences from '{found.title}' by direction, up to {found.highest:g} Hz"
+    return Table(DIRECTIONS, title, columns, tuple(rows))
 
 
 def comparison_figure(path: Path, found: Comparison) -> None:

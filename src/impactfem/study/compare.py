@@ -14,6 +14,7 @@ from impactfem.results.comparison_views import (
     FIGURE,
     comparison_figure,
     comparison_table,
+    directions_table,
 )
 from impactfem.results.open_store import open_stores
 from impactfem.results.table import Table
@@ -25,23 +26,25 @@ from impactfem.study.report import write_page
 TRANSIENT = "transient.nc"
 
 
-def compare_runs(folder: Path, other: Path, highest: float) -> tuple[Table, Path]:
+def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table, ...], Path]:
     """Put the floor response spectra of two runs beside each other, and the result into a report.
 
     Args:
-        folder: The folder of a run; it gets `comparison.nc`, a table, a figure and a new report.
+        folder: The folder of a run; it gets `comparison.nc`, tables, a figure and a new report.
         other: The folder of the run that it is compared with; nothing is written there.
         highest: Highest frequency that is compared [Hz].
 
     Returns:
-        The table, and the report.
+        The tables, by point and by direction, and the report.
 
     Raises:
         InputError: A folder holds no finished run of a 3D building, or both have nothing in common.
         ImpactfemError: A file cannot be read or written.
     """
     if not (math.isfinite(highest) and highest > 0.0):
-        raise InputError([Fault(folder, "--to", highest, "expected a positive frequency [Hz]")])
+        raise InputError(
+            [Fault("command line", "--to", highest, "expected a positive frequency [Hz]")]
+        )
     faults = []
     for path in (folder, other):
         run = RunFiles(path)
@@ -59,9 +62,10 @@ def compare_runs(folder: Path, other: Path, highest: float) -> tuple[Table, Path
             store = compare(*views, files, highest)
         write_netcdf(folder / STORE, store)
         found = Comparison(store)
-        table = comparison_table(found)
+        tables = comparison_table(found), directions_table(found)
         figure = folder / "figures" / FIGURE
         comparison_figure(figure, found)
-        written = [folder / STORE, table.write_csv(folder / "tables"), figure]
+        listed = [table.write_csv(folder / "tables") for table in tables]
+        written = [folder / STORE, *listed, figure]
         mark_finished(folder, COMPARISON, str(store.attrs["inputs"]), written, {})
-        return table, write_page(folder)
+        return tables, write_page(folder)
