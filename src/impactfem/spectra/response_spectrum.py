@@ -12,6 +12,7 @@ from impactfem.errors import ImpactfemError
 from impactfem.spectra.in_step import in_step_peak_responses
 from impactfem.spectra.peaks import displacement_peaks, peak_responses
 from impactfem.spectra.recurrence import FloatArray, StepCoefficients, step_coefficients
+from impactfem.spectra.sampling import sampling_loss
 from impactfem.spectra.upsampling import upsample, upsampling_factor
 
 Method = Literal["upsampled", "in-step"]
@@ -38,9 +39,11 @@ class ResponseSpectra:
         method: "upsampled" or "in-step".
         upsampling_factor: How many new steps an old one was cut into; 1 when none was needed [-].
         points_per_cycle: Samples in one cycle of the highest frequency, after upsampling [-].
-        peak_error_bound: Bound of the relative loss of a sinusoidal peak between two samples at
-            the highest frequency, 1 - cos(π / points_per_cycle) and at most 1; 0 for "in-step",
-            where the maximum is exact [-].
+        peak_error_bound: Bound of the relative loss of ``sd``, ``psv`` and ``psa`` by the samples,
+            :func:`impactfem.spectra.sampling.sampling_loss` at ``points_per_cycle``: straight lines
+            between the samples and peaks at the samples, both. For what the records hold up to the
+            highest frequency; what they hold above it loses more. 0 for "in-step", exact where the
+            records are straight lines [-].
         interpolation_factor: sinc²(1 / points_per_cycle): the amplitude that the straight lines
             between the samples leave of input at the highest frequency [-].
         nyquist_frequency: Of the records as given [Hz]. Above it the records hold nothing; an
@@ -102,7 +105,7 @@ def response_spectra(
         absolute: Whether ``sa`` is wanted; nan without, in about half the time ("upsampled" only).
 
     Returns:
-        The spectra, with the points per cycle reached and the bound of the loss between samples.
+        The spectra, with the points per cycle reached and the bound of the loss by the samples.
 
     Raises:
         ImpactfemError: A record is too short or not finite, a parameter is out of range, or the
@@ -147,7 +150,7 @@ def response_spectra(
         method=method,
         upsampling_factor=factor,
         points_per_cycle=points,
-        peak_error_bound=float(1.0 - np.cos(np.pi / max(points, 2.0))) if sampled else 0.0,
+        peak_error_bound=float(sampling_loss(points)) if sampled else 0.0,
         interpolation_factor=float(np.sinc(1.0 / points) ** 2),
         nyquist_frequency=0.5 / h,
     )

@@ -1,4 +1,4 @@
-"""What the peak of an oscillator loses between the samples of its base's motion."""
+"""What the peak of an oscillator loses by the samples of its base's motion."""
 
 from __future__ import annotations
 
@@ -7,15 +7,22 @@ import numpy.typing as npt
 
 
 def sampling_loss(points_per_cycle: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Bound of the relative loss of a resonant peak that is read at samples.
+    """Bound of the relative loss of a peak that is read at samples.
 
-    An oscillator swings with its natural frequency f, of which n = 1 / (f Δt) samples make a
-    cycle. The straight lines between the samples leave sinc²(1/n) of the motion that drives it,
-    and the largest sample of its own motion is at least cos(π/n) of the peak:
+    Let the base's motion hold nothing above a frequency f, of which n = 1 / (f Δt) samples make a
+    cycle. Neither does the relative displacement x of any oscillator on it, and about its peak
+    x_max at the time t it stays above a cosine (Duffin and Schaeffer 1938),
 
-        loss ≤ 1 − sinc²(1/n) cos(π/n),   sinc(x) = sin(πx) / (πx).
+        x(t + τ) ≥ x_max cos(2πfτ),   |τ| ≤ 1 / 2f.
 
-    At the Nyquist frequency, n = 2, nothing is sure: the bound is 1.
+    The straight lines between the samples average x over ±Δt with the weights of a hat, which
+    leaves sinc²(1/n) of that cosine at least; the sample that is nearest to the peak is within
+    Δt/2 of it, which leaves cos(π/n):
+
+        loss ≤ 1 − sinc²(1/n) cos(π/n),   sinc(x) = sin(πx) / (πx),   n ≥ 3.
+
+    An oscillator in resonance with a sine at f reaches it. Below three samples nothing is proved;
+    at the Nyquist frequency, n = 2, nothing is left: the bound is 1.
 
     Args:
         points_per_cycle: n, any shape [-]; at 2 or less the bound is 1.

@@ -275,5 +275,5 @@ def _spectra(study: StickStudy) -> list[Scalar]:
             "-",
             f"at the highest frequency, {s.method}, records made {s.upsampling_factor} times finer",
         ),
-        Scalar("frs.peak_error_bound", s.peak_error_bound, "-", "loss of a peak between samples"),
+        Scalar("frs.peak_error_bound", s.peak_error_bound, "-", "loss of a peak by the samples"),
     ]
