@@ -168,7 +168,7 @@ def compare(
         float, typer.Option("--to", metavar="HZ", help="Highest frequency that is compared.")
     ] = 100.0,
 ) -> None:
-    """Put the 3D floor spectra of two runs beside each other, into the report of the first."""
+    """Compare the 3D floor spectra of two runs of one building, into the report of the first."""
     from impactfem import study
 
     tables, page = study.compare_runs(folder, other, highest)

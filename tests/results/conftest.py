@@ -135,6 +135,7 @@ def _building(asked: Wanted, slab: Slab) -> xr.Dataset:
                 np.concatenate([slab.edge + n * k for k in range(levels)]),
             ),
             "edge_floor": ("edge", np.repeat(asked.floors, len(slab.edge))),
+            "centre": ("floor", slab.centre + n * np.arange(levels)),
         }
     )
 

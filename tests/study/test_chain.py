@@ -122,9 +122,17 @@ def test_beside_another_run(
     case: Path, done: study.Run, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """The report shows the comparison until it is damaged, or of other results."""
-    folder, title = tmp_path / "run", "Beside another run"
+    folder, title = tmp_path / "run", "Comparison with another run"
     shutil.copytree(done.folder, folder)
-    (points, directions), page = study.compare_runs(folder, done.folder, 100.0)
+    before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
+    with pytest.raises(InputError, match=r"frequencies up to 0\.1 Hz"):
+        study.compare_runs(folder, done.folder, 0.1)
+    assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
+    (cases, points, directions), page = study.compare_runs(folder, done.folder, 100.0)
+    assert ("case file", case.name, case.name) in cases.rows
+    assert ("folder", str(folder), str(done.folder)) in cases.rows
+    for name in (str(folder), str(done.folder)):
+        assert name in page.read_text(encoding="utf-8")
     assert points.rows and {row[3] for row in points.rows} == {0.0}
     assert directions.rows and {row[2:6] for row in directions.rows} == {(0.0,) * 4}
     assert title in page.read_text(encoding="utf-8")

@@ -50,7 +50,10 @@ TITLES = {
         "Forces on the anchors in the 3D model and by response spectrum analysis.",
     ),
     "design": ("Design spectra", "Spectra enveloped over each floor and broadened."),
-    COMPARISON: ("Beside another run", "Floor spectra of both, where each point moves."),
+    COMPARISON: (
+        "Comparison with another run",
+        "Floor spectra of both runs, which the first table names, at the points that move.",
+    ),
 }
 STATUSES = (REPRODUCED, DIFFERS, UNPUBLISHED, SHOWN, ABSENT)
 GOVERNING = ("plot_structure_spectra", "plot_stick_spectra")

@@ -1,4 +1,4 @@
-"""Figure and tables of two runs beside each other."""
+"""Figure and tables of the comparison of two runs."""
 
 from __future__ import annotations
 
@@ -11,10 +11,50 @@ from impactfem.results.style import BLUE, RED, figure, letter, span
 from impactfem.results.table import Cell, Table
 
 FIGURE = "comparison_spectra.png"
+CASES = "comparison_cases"
 TABLE = "comparison_spectra"
 DIRECTIONS = "comparison_directions"
 NEAR = 0.05
 """Difference of which the table of the directions counts the ordinates that are within it."""
+
+
+def cases_table(found: Comparison) -> Table:
+    """Which runs are compared, at which points and frequencies, and what is left out.
+
+    Args:
+        found: The comparison.
+    """
+
+    def row(words: str, name: str) -> tuple[Cell, ...]:
+        values = (found.store.attrs[f"{kind}{name}"] for kind in ("", "other_"))
+        return (words, *(v if isinstance(v, str) else f"{v:.4g}" for v in values))
+
+    told = found.store.attrs
+    upto = f"up to {found.highest:g} Hz"
+    low = 100.0 * float(told["interpolated_low"])
+    points = f"{len(found.probes)}, within {float(told['farthest']):.3g} m"
+    rows = (
+        row("title", "title"),
+        row("case file", "case_file"),
+        row("folder", "folder"),
+        row("building", "building"),
+        row("its floors and plan", "shape"),
+        row("mean side of its triangles [m]", "element"),
+        row(f"frequencies {upto}", "frequencies"),
+        *_both("frequencies compared", found.range),
+        *_both("interpolated: sharp peaks may be low by", f"{low:.2g} %" if low else "not"),
+        row("points", "points"),
+        *_both("points compared", points),
+        *_both("points left out: too far apart", str(told["moved"])),
+        row("points left out: only here", "alone"),
+    )
+    title = f"floor response spectra ({100.0 * found.damping:g} %) of two runs, {upto}"
+    return Table(CASES, title, (("", ""), ("this run", ""), ("the other", "")), rows)
+
+
+def _both(words: str, value: str) -> list[tuple[Cell, ...]]:
+    """A row with the same in both columns; none without a value."""
+    return [(words, value, value)] if value else []
 
 
 def comparison_table(found: Comparison) -> Table:
@@ -37,10 +77,7 @@ def comparison_table(found: Comparison) -> Table:
         *(("largest over the peak", "-"), ("at", "Hz")),
         *(("peak", "m/s2"), ("peak of the other", "m/s2")),
     )
-    title = (
-        f"floor response spectra ({100.0 * found.damping:g} %) beside '{found.title}', up to "
-        f"{found.highest:g} Hz"
-    )
+    title = f"floor response spectra ({100.0 * found.damping:g} %) of {_cases(found)}"
     return Table(TABLE, title, columns, tuple(rows))
 
 
@@ -77,8 +114,16 @@ def directions_table(found: Comparison) -> Table:
         *(("largest difference", "-"), ("95 % of ordinates", "-")),
         *((f"ordinates within {NEAR:g}", "-"), (f"spectra within {NEAR:g}", "")),
     )
-    title = f"differences from '{found.title}' by direction, up to {found.highest:g} Hz"
+    title = f"differences by direction, of {_cases(found)}"
     return Table(DIRECTIONS, title, columns, tuple(rows))
+
+
+def _cases(found: Comparison) -> str:
+    """Both runs and what was compared, as the end of a title."""
+    return (
+        f"{found.words()} and of {found.words(other=True)}, at {found.range} and "
+        f"{len(found.probes)} points"
+    )
 
 
 def comparison_figure(path: Path, found: Comparison) -> None:
@@ -91,8 +136,9 @@ def comparison_figure(path: Path, found: Comparison) -> None:
     largest, k, c, at = found.worst(of_peak=True)
     f, apart = found.frequency, 100.0 * found.differences()
     caption = (
-        f"Floor response spectra ({100.0 * found.damping:g} % damping) of this run and of "
-        f"'{found.title}'. (a) where they differ most up to {found.highest:g} Hz, over the peak: "
+        f"Floor response spectra ({100.0 * found.damping:g} % damping) of this run, "
+        f"{found.words()}, and of the other, {found.words(other=True)}, at {found.range} and "
+        f"{len(found.probes)} points. (a) where they differ most, over the peak: "
         f"{found.probes[k].replace('_', ' ')} along $e_{found.components[c]}$, "
         f"{100.0 * largest:.2g} % at {at:.3g} Hz. (b) difference over the other one at the same "
         f"frequency, of the {len(apart)} spectra of points that move; dotted: {found.highest:g} Hz."

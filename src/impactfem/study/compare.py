@@ -1,4 +1,4 @@
-"""Two finished runs of a 3D building beside each other: another mesh, solver, law or motion."""
+"""Comparison of two finished runs of one 3D building: another mesh, solver, law or motion."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from impactfem.errors import Fault, InputError
 from impactfem.file_errors import file_errors
 from impactfem.files import write_netcdf
 from impactfem.report.run_files import COMPARISON, RunFiles
-from impactfem.results.comparison import STORE, Comparison, compare
+from impactfem.results.comparison import STORE, Comparison, Side, compare
 from impactfem.results.comparison_views import (
     FIGURE,
+    cases_table,
     comparison_figure,
     comparison_table,
     directions_table,
@@ -27,7 +28,7 @@ TRANSIENT = "transient.nc"
 
 
 def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table, ...], Path]:
-    """Put the floor response spectra of two runs beside each other, and the result into a report.
+    """Compare the floor response spectra of two runs of one building, and put it into a report.
 
     Args:
         folder: The folder of a run; it gets `comparison.nc`, tables, a figure and a new report.
@@ -35,10 +36,11 @@ def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table
         highest: Highest frequency that is compared [Hz].
 
     Returns:
-        The tables, by point and by direction, and the report.
+        The tables, of the cases, by point and by direction, and the report.
 
     Raises:
-        InputError: A folder holds no finished run of a 3D building, or both have nothing in common.
+        InputError: A folder holds no finished run of a 3D building, they are of different
+            buildings, or points, dampings or frequencies do not go together. Nothing is written.
         ImpactfemError: A file cannot be read or written.
     """
     if not (math.isfinite(highest) and highest > 0.0):
@@ -46,8 +48,8 @@ def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table
             [Fault("command line", "--to", highest, "expected a positive frequency [Hz]")]
         )
     faults = []
-    for path in (folder, other):
-        run = RunFiles(path)
+    runs = [RunFiles(path) for path in (folder, other)]
+    for path, run in zip((folder, other), runs, strict=True):
         if "transient" not in run.stages:
             expected = "expected a run with the stage transient, whose spectra are compared"
             faults.append(Fault(path, "", None, expected))
@@ -55,14 +57,21 @@ def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table
         faults.append(Fault(other, "", None, "expected the folder of another run"))
     if faults:
         raise InputError(faults)
-    files = folder / TRANSIENT, other / TRANSIENT
     with locked(folder), file_errors():
         with open_stores(folder) as opened, open_stores(other) as opened_other:
-            views = TransientView(opened(TRANSIENT)), TransientView(opened_other(TRANSIENT))
-            store = compare(*views, files, highest)
+            one, another = (
+                Side(
+                    view=TransientView(stores(TRANSIENT)),
+                    building=stores("building.nc"),
+                    case_file=str(run.provenance["case"]),
+                    folder=run.folder,
+                )
+                for run, stores in zip(runs, (opened, opened_other), strict=True)
+            )
+            store = compare(one, another, highest)
         write_netcdf(folder / STORE, store)
         found = Comparison(store)
-        tables = comparison_table(found), directions_table(found)
+        tables = cases_table(found), comparison_table(found), directions_table(found)
         figure = folder / "figures" / FIGURE
         comparison_figure(figure, found)
         listed = [table.write_csv(folder / "tables") for table in tables]
