@@ -213,6 +213,7 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
         ),
         "pfa": (("probe", "component"), np.abs(acceleration).max(axis=0)),
         "pfa_band": (("probe", "component"), np.zeros((len(nodes), 3))),
+        "pfa_interpolated": (("probe", "component"), np.abs(acceleration).max(axis=0)),
         "ground_acceleration": (("time", "component"), np.zeros((STEPS, 3))),
         "edge": ("edge", edges, {}),
         "edge_force": (("time", "edge"), force),

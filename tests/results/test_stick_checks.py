@@ -128,6 +128,7 @@ def checked(tmp_path):
         distance=np.nan,
         defect=(-10.0, 12.0),
         taken=(500.0, 500.0),
+        end=1.05,
         **more,
     ):
         scalars = [Scalar(name, x, "-") for name, x in (scalars | more).items()]
@@ -146,7 +147,15 @@ def checked(tmp_path):
                 "calibrated_frequency": ("target", np.array([1.75 * 1.01, 5.19 * 0.988])),
                 "target_effective_mass": ("target", np.array([1e7, np.nan])),
                 "calibrated_effective_mass": ("target", np.array([0.909e7, 2e6])),
+                "station_building": ("station", np.array(["one", "two"], dtype=object)),
+                "station_floor": ("station", np.array([1, 1])),
+                "psa": (
+                    ("damping", "station", "direction", "frequency"),
+                    np.array([[[[9.0, 5.0]], [[9.0, 5.0 * end]]]]),
+                ),
+                "pfa": (("station", "direction"), np.full((2, 1), 5.0)),
             },
+            coords={"direction": ["y"], "frequency": [10.0, 500.0]},
             attrs={"scalars": to_json(scalars)},
         )
         write_netcdf(tmp_path / "sticks.nc", store)
@@ -219,6 +228,16 @@ def test_targets_against_the_tolerances_of_the_reference(checked):
 def test_targets_without_a_tolerance_are_told(checked, lacking):
     fewer = {name: value for name, value in ASKED.items() if name != lacking}
     assert one(checked(fewer), "target frequency")[0] is None
+
+
+@pytest.mark.parametrize(("end", "good"), [(1.05, True), (1.18, False), (0.85, False)])
+def test_whether_spectra_end(checked, end, good):
+    found, text = one(checked(end=end), "spectra at 500 Hz")
+    assert found is good and text.startswith(
+        f"sticks: spectra at 500 Hz are {end:g} times the peak acceleration where they are "
+        "farthest from it (two.floor_1, y), 1.1 asked"
+    )
+    assert ("at 1 of 2 points they have not ended" in text) is not good
 
 
 @pytest.mark.parametrize(

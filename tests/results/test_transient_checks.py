@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from impactfem.files import write_netcdf
-from impactfem.results.check import log_checks
+from impactfem.results.check import end_check, log_checks
 from impactfem.results.transient_checks import log_samples, transient_checks
 from impactfem.scalar import Scalar, to_json
 from impactfem.spectra import response_spectra
@@ -25,6 +25,8 @@ GOOD = {
 }
 LINES = [
     "transient: 10.0 points in a cycle of 100 Hz at the step of 1 ms, 10 asked",
+    "transient: spectra at 88.91 Hz are 1.02 times the peak acceleration where they are farthest "
+    "from it (centre_3, y), 1.1 asked",
     "transient: impulses kept to 1.0e-14, 1e-09 asked",
     "transient: error band of the spectra at most 0.4 %, 5 % asked",
     "transient: energy identity to 1.0e-13, 1e-09 asked",
@@ -36,14 +38,22 @@ Logged = Callable[..., list[tuple[str, str]]]
 
 @pytest.fixture
 def logged(transient_folder: Callable[..., Path], caplog: pytest.LogCaptureFixture) -> Logged:
-    """What is logged for a store with other scalars, or another highest frequency [Hz]."""
+    """What is logged for a store with other scalars, highest frequency [Hz] or ratios of peaks."""
 
-    def log(highest: float = 100.0, **changes: float | None) -> list[tuple[str, str]]:
+    def log(
+        highest: float = 100.0, end: float = 1.02, between: float = 1.0, **changes: float | None
+    ) -> list[tuple[str, str]]:
         path = transient_folder() / "transient.nc"
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             store = dataset.load()
         scalars = [Scalar(f"transient.{name}", x, "-") for name, x in {**GOOD, **changes}.items()]
         store.attrs |= {"scalars": to_json(scalars), "maximum_frequency": highest}
+        # At one point the spectrum ends elsewhere, or a peak is between the samples.
+        last = store["psa"].values[0][..., store["frequency"].values <= highest][..., -1]
+        store["pfa_interpolated"][:] = last
+        store["pfa_interpolated"][2, 1] /= end
+        store["pfa"][:] = store["pfa_interpolated"].values
+        store["pfa"][2, 1] /= between
         path.unlink()
         write_netcdf(path, store)
         with caplog.at_level(logging.INFO, "impactfem"):
@@ -59,7 +69,7 @@ def test_all_is_well(logged: Logged) -> None:
 
 def test_one_solver_alone(logged: Logged) -> None:
     nothing = dict.fromkeys(("energy_residual", "reduced_against_full"))
-    assert [line for _, line in logged(**nothing)] == LINES[:3]
+    assert [line for _, line in logged(**nothing)] == LINES[:4]
 
 
 @pytest.mark.parametrize(
@@ -73,9 +83,9 @@ def test_one_solver_alone(logged: Logged) -> None:
             "spectra of reduced and full differ by 1 %, 0.5 % asked",
         ),
         (
-            {"highest": 450.0},
+            {"highest": 450.0, "between": 1.25},
             "2.2 points in a cycle of 450 Hz at the step of 1 ms, 10 asked, which there are up to "
-            "100 Hz; above, peak accelerations may be more than 4.9 % low between the samples, and "
+            "100 Hz; peak accelerations are up to 20 % low between the samples (centre_3, y), and "
             "the spectra at the probes are those of histories made 10 times finer by band-limited "
             "interpolation",
         ),
@@ -84,6 +94,15 @@ def test_one_solver_alone(logged: Logged) -> None:
             {"highest": 450.0, "points_per_cycle": 2.0},
             "2.2 points in a cycle of 450 Hz at the step of 1 ms, 10 asked, which there are up to "
             "100 Hz; above, peak accelerations may be more than 4.9 % low between the samples",
+        ),
+        *(
+            (
+                {"end": end},
+                f"spectra at 88.91 Hz are {end:g} times the peak acceleration where they are "
+                "farthest from it (centre_3, y), 1.1 asked; at 1 of 12 points they have not ended "
+                "there, and what the motion has above may depend on the time step",
+            )
+            for end in (1.12, 0.89, 2.3)
         ),
     ],
 )
@@ -109,6 +128,21 @@ def test_a_peak_between_ten_samples(phase: float) -> None:
 
     assert lost(10.0) <= 0.049
     assert (lost(9.0) > 0.049) == (phase == 0.5)
+
+
+@pytest.mark.parametrize(("content", "ended"), [(25.0, True), (35.0, False)])
+def test_where_a_spectrum_ends(content: float, ended: bool) -> None:
+    """A sine that rises slowly, below and above 0.3 of the last frequency of 100 Hz."""
+    time = np.arange(0.0, 4.0, 1e-4)
+    record = np.sin(2.0 * np.pi * content * time) * np.sin(np.pi * time / 4.0) ** 2
+    found = response_spectra(record, 1e-4, [100.0], [0.0])
+    ratio = found.psa[0, :, -1:] / found.zpa_interpolated[:, None]
+    assert ratio[0, 0] == pytest.approx(1.0 / (1.0 - (content / 100.0) ** 2), rel=0.01)
+    assert end_check("any", ["p"], ["y"], ratio, 100.0)[0] is ended
+
+
+def test_the_end_of_nothing() -> None:
+    assert end_check("any", ["p"], ["y"], np.array([[np.nan]]), 100.0)[0] is None
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.quality import side_lengths
 from impactfem.errors import Fault, InputError
-from impactfem.results.transient_view import TransientView
+from impactfem.results.transient_view import QUIET, TransientView
 from impactfem.spectra.frequency_list import SAME, merged_frequencies
 from impactfem.spectra.interpolation import interpolate_frequency
 
@@ -19,9 +19,6 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 STORE = "comparison.nc"
-QUIET = 0.01
-"""Peak acceleration over the largest one along the same axis, of both runs, up to which a point is
-at rest along it: its spectrum is that of the mesh."""
 ALIKE = 0.05
 """Part of the height, length and width of a building by which another one may differ from it."""
 LEAST = 20
@@ -166,7 +163,8 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
 
     Returns:
         PSa of both by point, axis and frequency, at the first damping that both have; what counts:
-        where the peak acceleration of both is more than `QUIET` of the largest one along the axis.
+        where the peak acceleration of both is more than `QUIET` of the largest one along the axis;
+        elsewhere the spectrum is that of the mesh.
 
     Raises:
         InputError: They are of different buildings, share no point or damping, or too few

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.results.check import Check
+from impactfem.results.check import Check, end_check
 from impactfem.results.open_store import open_store
 from impactfem.results.pair_distance import distance_check
 from impactfem.scalar import from_json
@@ -51,6 +51,7 @@ def stick_checks(
         )
         defect = store["impact_defect"].values
         taken = store["impact_dissipated"].values - defect
+        ended = _ended(store)
     known = restitution[np.isfinite(restitution)].tolist()
     # With fewer steps an impact the speeds before and after say nothing.
     fine = values.get("pounding.steps_per_impact_min", 0.0) >= points_per_impact and bool(known)
@@ -62,6 +63,7 @@ def stick_checks(
         *_accuracy(values, points_per_impact),
         *_stepping(values, defect, taken),
         *_sampling(values),
+        ended,
         *_linearity(values),
     ]
 
@@ -213,6 +215,17 @@ def _sampling(values: Mapping[str, float]) -> list[Check]:
         f"{100 * bound:.2g} % low, {100 * BETWEEN:g} % asked"
     )
     return [(bound <= BETWEEN, text)]
+
+
+def _ended(store: xr.Dataset) -> Check:
+    """Whether the spectra of the floors end at the peak acceleration."""
+    psa = store["psa"].values[0]
+    pfa = store["pfa"].values
+    buildings, floors = (store[f"station_{n}"].values[: len(pfa)] for n in ("building", "floor"))
+    names = [f"{b}.floor_{int(f)}" for b, f in zip(buildings, floors, strict=True)]
+    ratio = np.where(pfa > 0.0, psa[..., -1] / np.where(pfa > 0.0, pfa, 1.0), np.nan)
+    axes = [str(direction) for direction in store["direction"].values]
+    return end_check("sticks", names, axes, ratio, float(store["frequency"].values[-1]))
 
 
 def _linearity(values: Mapping[str, float]) -> list[Check]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from impactfem.results.check import Check, log_checks
+import numpy as np
+
+from impactfem.results.check import Check, end_check, log_checks
 from impactfem.results.open_store import open_store
-from impactfem.results.transient_view import TransientView
+from impactfem.results.transient_view import XYZ, TransientView
 
 IMPULSE = 1e-9
 ENERGY = 1e-9
@@ -38,7 +40,9 @@ def transient_checks(folder: Path) -> list[Check]:
     """
     with open_store(folder / "transient.nc") as store:
         view = TransientView(store)
-        return [_read_samples(view), *_numbers(view.values)]
+        last = float(view.frequency[view.known][-1])
+        ended = end_check("transient", view.names, XYZ, view.ends, last)
+        return [_read_samples(view), ended, *_numbers(view.values)]
 
 
 def _samples(step: float, highest: float) -> Check:
@@ -57,18 +61,23 @@ def _read_samples(view: TransientView) -> Check:
     met, text = _samples(view.time_step, view.maximum_frequency)
     if met:
         return met, text
-    lost = 100.0 * (1.0 - math.cos(math.pi / POINTS))
-    text += f"; above, peak accelerations may be more than {lost:.2g} % low between the samples"
     # The samples that the spectra had in a cycle, over those of the histories.
     finer = round(
         view.values["transient.points_per_cycle"] * view.time_step * float(view.frequency.max())
     )
-    if finer > 1:
-        text += (
-            ", and the spectra at the probes are those of histories made "
-            f"{finer} times finer by band-limited interpolation"
+    if finer <= 1 or not np.isfinite(view.between).any():
+        lost = 100.0 * (1.0 - math.cos(math.pi / POINTS))
+        return met, (
+            f"{text}; above, peak accelerations may be more than {lost:.2g} % low between the "
+            "samples"
         )
-    return met, text
+    k, c = np.unravel_index(int(np.nanargmax(view.between)), view.between.shape)
+    low = 100.0 * (1.0 - 1.0 / view.between[k, c])
+    return met, (
+        f"{text}; peak accelerations are up to {low:.2g} % low between the samples "
+        f"({view.names[k]}, {XYZ[c]}), and the spectra at the probes are those of histories made "
+        f"{finer} times finer by band-limited interpolation"
+    )
 
 
 def _numbers(values: dict[str, float]) -> list[Check]:

@@ -21,7 +21,8 @@ from impactfem.results.style import (
     ordered_looks,
     span,
 )
-from impactfem.results.transient_view import TransientView, stick_psa, stick_station
+from impactfem.results.transient_view import XYZ, TransientView, stick_psa, stick_station
+from impactfem.spectra.zero_period import ENDED
 
 Array = NDArray[np.float64]
 
@@ -132,9 +133,9 @@ def mark_unknown(panel: Axes, view: TransientView, highest: float) -> None:
 
 
 def _note(view: TransientView, probes: Sequence[int]) -> str:
-    """What the band and the hatching are."""
+    """What the band and the hatching are, and whether the spectra end."""
     if not view.reduced:
-        return ""
+        return _end_note(view, probes)
     largest = 0.0
     for probe in probes:
         psa = view.psa(probe)[view.known]
@@ -145,4 +146,15 @@ def _note(view: TransientView, probes: Sequence[int]) -> str:
     note = f" Shaded: {band}, at most {100 * largest:.2g} %"
     if view.maximum_frequency < view.frequency[-1]:
         note += f"; hatched: above {view.maximum_frequency:g} Hz, for which it is not made"
-    return f"{note}."
+    return f"{note}.{_end_note(view, probes)}"
+
+
+def _end_note(view: TransientView, probes: Sequence[int]) -> str:
+    """Where the spectra have not come to the peak acceleration at the highest known frequency."""
+    ratio = view.ends[list(probes), XYZ.index(view.direction)]
+    off = np.nan_to_num(np.abs(np.log(ratio)))
+    if not (off > np.log(ENDED)).any():
+        return ""
+    worst = int(off.argmax())
+    last = view.frequency[view.known][-1]
+    return f" Not ended at {last:.3g} Hz: there {ratio[worst]:.2g} times the peak acceleration."

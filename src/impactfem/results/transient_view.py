@@ -17,6 +17,8 @@ Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 XYZ = "xyz"
+QUIET = 0.01
+"""Peak acceleration over the largest one along the same axis up to which a point is at rest."""
 
 
 class TransientView(StoreView):
@@ -157,6 +159,29 @@ class TransientView(StoreView):
     def pfa_band(self, probe: int) -> float:
         """Half width of its error band [m/s2]."""
         return float(self.store["pfa_band"].values[probe, self._component])
+
+    @cached_property
+    def between(self) -> Array:
+        """Peak acceleration between the samples, of the histories as the oscillators saw them.
+
+        Over that at the samples, shape (n_probes, 3) [-]; nan where a point is at rest.
+        """
+        return self._where_moving(self._values("pfa_interpolated"), self._values("pfa"))
+
+    @cached_property
+    def ends(self) -> Array:
+        """PSa at the highest known frequency, over the peak acceleration that it tends to.
+
+        Shape (n_probes, 3) [-]; nan where a point is at rest, as in `between`.
+        """
+        last = int(np.flatnonzero(self.known)[-1])
+        psa = np.asarray(self.store["psa"].values[0, :, :, last], dtype=np.float64)
+        return self._where_moving(psa, self._values("pfa_interpolated"))
+
+    def _where_moving(self, values: Array, over: Array) -> Array:
+        pfa = self._values("pfa")
+        moves = pfa > QUIET * pfa.max(axis=0)
+        return np.divide(values, over, out=np.full(over.shape, np.nan), where=moves)
 
     @cached_property
     def transfer_loads(self) -> dict[int, int]:

@@ -156,6 +156,11 @@ def _spectra(study: TransientStudy) -> Variables:
         "sd": (dims, sd, {"units": "m"}),
         "pfa": (("probe", "component"), study.pfa, {"units": "m/s2"}),
         "pfa_band": (("probe", "component"), study.pfa_band, told),
+        "pfa_interpolated": (
+            ("probe", "component"),
+            study.spectra.zpa_interpolated.reshape(study.pfa.shape),
+            {"units": "m/s2", "note": "of the histories as the oscillators saw them"},
+        ),
     }
 
 
