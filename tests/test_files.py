@@ -1,15 +1,18 @@
 import errno
+import io
 import json
 import os
 import signal
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from impactfem import files
 from impactfem.errors import ImpactfemError
 from impactfem.files import atomic, remove_parts, write_json, write_netcdf
 
@@ -168,6 +171,28 @@ def test_netcdf(tmp_path):
         assert found["long"].encoding["zlib"] and not found["short"].encoding["zlib"]
     assert only(path)
     assert path.stat().st_size < 8 * 5000
+
+
+def test_a_write_that_fails_holds_no_memory(tmp_path, monkeypatch):
+    """Whoever keeps the error keeps its frames: no view in them may hold the file made in memory.
+
+    Python 3.13 reports the `BufferError` of a buffer that goes while a view of it is there.
+    """
+    made = []
+
+    class Kept(io.BytesIO):
+        def __init__(self) -> None:
+            super().__init__()
+            made.append(self)
+
+    monkeypatch.setattr(io, "BytesIO", Kept)
+    monkeypatch.setattr(files, "atomic", lambda _: nullcontext(Path("/dev/full")))
+    with pytest.raises(OSError, match="No space left on device") as raised:
+        write_netcdf(tmp_path / "a.nc", xr.Dataset({"a": ("t", np.zeros(5000))}))
+    assert raised.tb is not None
+    (whole,) = made
+    whole.close()  # a BufferError where the view lives on in a frame
+    assert whole.closed
 
 
 def limited(path: Path, what: str, size: int) -> subprocess.CompletedProcess[str]:

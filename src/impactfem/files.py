@@ -78,8 +78,10 @@ def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
     # Made in memory first: HDF5 aborts the process when its own writing hits a full disk.
     whole = io.BytesIO()
     dataset.to_netcdf(whole, engine="h5netcdf", encoding=encoding)
-    with atomic(path) as temporary:
-        temporary.write_bytes(whole.getbuffer())
+    # The view is released here: left to the traceback of a failed write, it would outlive `whole`,
+    # which cannot be closed under a view.
+    with atomic(path) as temporary, temporary.open("wb") as stream, whole.getbuffer() as view:
+        stream.write(view)
 
 
 def write_json(path: Path, value: object) -> None:
