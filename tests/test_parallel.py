@@ -37,6 +37,84 @@ def test_threads(monkeypatch):
     assert parallel.threads() == len(os.sched_getaffinity(0))
 
 
+SETTLED = """
+import json, os, sys
+{first}
+import impactfem
+early = "numpy" in sys.modules
+import scipy.linalg
+from impactfem.parallel import all_blas_threads, one_blas_thread, openblas
+
+def counts():
+    copies = sorted(openblas(), key=lambda copy: "numpy.libs" not in copy.filepath)
+    return [copy.num_threads for copy in copies]
+
+found = [counts()]
+with all_blas_threads():
+    found.append(counts())
+with one_blas_thread():
+    found.append(counts())
+    with all_blas_threads(), one_blas_thread():
+        found.append(counts())
+    found.append(counts())
+found.append(counts())
+names = ("OPENBLAS_THREAD_TIMEOUT", "OMP_NUM_THREADS")
+print(json.dumps([early, [os.environ.get(name) for name in names], found]))
+"""
+
+
+def settled(first="", **environment):
+    """What a process finds that imports the package: see `SETTLED`."""
+    taken = ("OMP_", "OPENBLAS_", "GOTO_", "OMPI_COMM", "PMI", "SLURM_")
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(taken)}
+    ended = subprocess.run(
+        [sys.executable, "-c", SETTLED.format(first=first)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**kept, **environment},
+    )
+    assert ended.returncode == 0, ended.stderr
+    return json.loads(ended.stdout)
+
+
+def test_idle_threads_sleep():
+    """OpenBLAS reads it when it is loaded, and the package loads none. The user's value stays."""
+    assert settled()[:2] == [False, ["4", None]]
+    assert settled(OPENBLAS_THREAD_TIMEOUT="20")[1] == ["20", None]
+
+
+@pytest.mark.parametrize(
+    ("environment", "expected"),
+    [
+        ({"OMPI_COMM_WORLD_SIZE": "2"}, "1"),
+        ({"PMI_SIZE": "4"}, "1"),
+        ({"SLURM_NTASKS": "2", "PMIX_RANK": "0"}, "1"),
+        ({"SLURM_NTASKS": "2"}, None),
+        ({"OMPI_COMM_WORLD_SIZE": "1"}, None),
+        ({"OMPI_COMM_WORLD_SIZE": "2", "OMP_NUM_THREADS": "3"}, "3"),
+        ({"OMPI_COMM_WORLD_SIZE": "2", "OPENBLAS_NUM_THREADS": "3"}, None),
+    ],
+)
+def test_a_rank_of_several_has_one_thread(monkeypatch, environment, expected):
+    for name in (*parallel.LAUNCHERS, *parallel.OPENBLAS_THREADS, "PMIX_RANK"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    parallel.settle_threads()
+    assert os.environ.get("OMP_NUM_THREADS") == expected
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: one thread everywhere")
+@pytest.mark.parametrize("late", [False, True], ids=["NumPy later", "NumPy first"])
+def test_threads_of_both_copies(late):
+    """NumPy's wheel brings one copy, Debian another. What is loaded too early has one thread."""
+    found = settled("import numpy" if late else "", OMP_NUM_THREADS="2")[2]
+    gained = [1, 2] if late else [2, 2]
+    assert found == [[2, 2], [2, 2], [1, 1], gained, [1, 1], [2, 2]]
+    assert settled("import numpy", OPENBLAS_THREAD_TIMEOUT="4", OMP_NUM_THREADS="2")[2][3] == [2, 2]
+
+
 def test_one_process(monkeypatch):
     for name in parallel.LAUNCHERS:
         monkeypatch.delenv(name, raising=False)

@@ -3,7 +3,9 @@
 from importlib.metadata import version
 
 from impactfem.cache import place_caches
+from impactfem.parallel import settle_threads
 
 __version__ = version("impactfem")
 
 place_caches()  # before anything imports numba or matplotlib
+settle_threads()  # before anything imports NumPy, SciPy or PETSc

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 import sys
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -16,6 +17,9 @@ from impactfem.errors import ImpactfemError
 from impactfem.stop import recorded
 
 LOGGER = logging.getLogger("impactfem")
+PROGRESS = LOGGER.getChild("progress")
+EVERY = 10.0
+"""Time between two lines that tell how far a stage is [s]."""
 
 
 def set_up(verbose: bool, rank: int = 0) -> None:
@@ -115,7 +119,7 @@ class _Distinct(logging.Handler):
 
 @contextmanager
 def in_file_only() -> Iterator[set[str]]:
-    """Reports go to files only while the block runs; the details that `-v` asks for still come.
+    """Reports go to files only while the block runs, but for lines of progress and for `-v`.
 
     Yields:
         The warnings of the block, each once.
@@ -128,26 +132,51 @@ def in_file_only() -> Iterator[set[str]]:
     ]
     LOGGER.addHandler(kept)
     for handler in handlers:
-        handler.setLevel(logging.CRITICAL)
+        handler.addFilter(_is_progress)
     try:
         yield kept.messages
     finally:
         LOGGER.removeHandler(kept)
         for handler in handlers:
-            handler.setLevel(logging.INFO)
+            handler.removeFilter(_is_progress)
+
+
+def _is_progress(record: logging.LogRecord) -> bool:
+    return record.name == PROGRESS.name
 
 
 class Steps:
-    """The named steps of a run, with a bar and the remaining time on a terminal.
+    """The named steps of a stage, and how far it is.
+
+    A terminal shows a bar with the remaining time; elsewhere a line comes every ten seconds, also
+    where a step does not say how far it is. The log file has the lines in any case.
 
     Args:
         names: The steps in order, with their expected share of the time.
+        title: What they are the steps of, for the lines.
         quiet: Whether nothing is shown, as on all ranks but the first.
+        bar: Whether a bar is shown on a terminal.
+        every: Time between two lines [s].
+        clock: Gives the time [s].
     """
 
-    def __init__(self, names: dict[str, float], *, quiet: bool = False) -> None:
+    def __init__(
+        self,
+        names: dict[str, float],
+        title: str = "",
+        *,
+        quiet: bool = False,
+        bar: bool = True,
+        every: float = EVERY,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
         self._shares = names
+        self._title = title
+        self._quiet = quiet
+        self._every = every
+        self._clock = clock
         self._console = Console(stderr=True)
+        self._bar = bar and not quiet and self._console.is_terminal
         self._progress = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -156,30 +185,98 @@ class Steps:
             TimeRemainingColumn(),
             console=self._console,
             transient=True,
-            disable=quiet or not self._console.is_terminal,
+            disable=not self._bar,
         )
-        self._task = self._progress.add_task("", total=sum(names.values()))
+        self._task = self._progress.add_task(title, total=sum(names.values()))
         self._before = 0.0
+        self._now = _Now("", clock())
+        self._ended = threading.Event()
+        self._teller = threading.Thread(target=self._tell_on, daemon=True)
         self.times: dict[str, float] = {}
 
     def __enter__(self) -> Steps:
+        self._now = _Now("", self._clock())
         self._progress.start()
+        if not self._quiet:
+            self._teller.start()
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        if not self._quiet:
+            self._teller.join()
         self._progress.stop()
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
         """One step: shown while it runs, its wall time [s] kept in `times`."""
-        self._progress.update(self._task, description=name)
-        start = time.perf_counter()
-        yield
-        self.times[name] = time.perf_counter() - start
+        self._progress.update(self._task, description=f"{self._title}: {name}")
+        before, start = self._now, self._clock()
+        self._now = _Now(name, start)
+        try:
+            yield
+        finally:
+            self._now = before
+        self.times[name] = self._clock() - start
         LOGGER.debug("%s: %.2f s", name, self.times[name])
         self._before += self._shares[name]
         self._progress.update(self._task, completed=self._before)
 
     def within(self, name: str, part: float) -> None:
         """Show how far the current step is, as a part from 0 to 1."""
+        self._now.report(part, self._clock())
         self._progress.update(self._task, completed=self._before + part * self._shares[name])
+
+    def tell(self) -> None:
+        """Log how far the current step is; to files only where a bar is shown."""
+        now, names = self._now, list(self._shares)
+        which = f": {now.name} ({names.index(now.name) + 1} of {len(names)})" if now.name else ""
+        level = logging.DEBUG if self._bar else logging.INFO
+        PROGRESS.log(level, "%s%s, %s", self._title, which, now.told(self._clock()))
+
+    def _tell_on(self) -> None:
+        while not self._ended.wait(self._every):
+            try:
+                self.tell()
+            except ImpactfemError:
+                return  # the log cannot be written: what the stage logs next says so
+
+
+class _Now:
+    """How far a step is.
+
+    Args:
+        name: Its name; "" between two steps.
+        start: When it began [s].
+    """
+
+    def __init__(self, name: str, start: float) -> None:
+        self.name = name
+        self._start = start
+        # A step that goes on with work of an earlier run begins with a part that took no time.
+        self._first: tuple[float, float] | None = None
+        self._last: tuple[float, float] | None = None
+
+    def report(self, part: float, time: float) -> None:
+        """Take note that a part from 0 to 1 is done at a time [s]."""
+        self._last = (part, time)
+        self._first = self._first or self._last
+
+    def told(self, time: float) -> str:
+        """In words: elapsed time, and the part that is done and the time left where known."""
+        words = f"at work for {_duration(time - self._start)}"
+        if self._first is None or self._last is None:
+            return words
+        (part0, time0), (part, reported) = self._first, self._last
+        words += f", {100.0 * part:.0f} %"
+        if part <= part0 or part >= 1.0:
+            return words
+        left = (1.0 - part) * (reported - time0) / (part - part0) - (time - reported)
+        return f"{words}, {_duration(max(left, 0.0))} left"
+
+
+def _duration(seconds: float) -> str:
+    """A time for people: in seconds up to two minutes, then in minutes, then in hours."""
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"

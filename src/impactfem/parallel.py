@@ -17,6 +17,8 @@ from impactfem.errors import ImpactfemError
 
 T = TypeVar("T")
 THREADS = "OMP_NUM_THREADS"
+OPENBLAS_THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", THREADS)  # in its order
+IDLE = "OPENBLAS_THREAD_TIMEOUT"
 PATIENCE = 5.0
 """How long a rank that failed waits for the others to fail, too [s]."""
 # Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
@@ -48,6 +50,97 @@ class OtherRankError(ImpactfemError):
     def __init__(self, exit_code: int) -> None:
         super().__init__("")
         self.exit_code = exit_code
+
+
+def settle_threads() -> None:
+    """Set how the threads of OpenBLAS wait, and how many a rank has, unless the user has set it.
+
+    OpenBLAS reads both when it is loaded, and it is loaded twice: by NumPy's wheel, and by PETSc
+    and SciPy from Debian. An idle thread polls for 2^26 cycles, 26 ms; those of the two copies
+    share a core then and hand it to each other, a million times a minute. After 2^4 cycles, the
+    least that OpenBLAS takes, an idle thread sleeps. A rank of several computes with one thread.
+
+    To be called before NumPy is imported; `one_blas_thread` knows what is loaded already.
+    """
+    if IDLE not in os.environ:
+        os.environ[IDLE] = "4"
+        if "numpy" in sys.modules:
+            _polling.update(copy.filepath for copy in openblas())
+    if _launched() > 1 and not any(name in os.environ for name in OPENBLAS_THREADS):
+        os.environ[THREADS] = "1"
+
+
+_polling: set[str] = set()  # files of the OpenBLAS that were loaded before IDLE was set
+
+
+def _launched() -> int:
+    """Number of ranks by the launcher's environment; MPI is not started for it.
+
+    Slurm tells the number of tasks to a script of one process, too: only with a rank it counts.
+    """
+    slurm = "PMIX_RANK" in os.environ
+    sizes = [os.environ.get(name, "") for name in (LAUNCHERS if slurm else LAUNCHERS[:2])]
+    return max([int(size) for size in sizes if size.isdigit()], default=1)
+
+
+def openblas() -> list[Any]:
+    """The copies of OpenBLAS in this process: NumPy's, and that of SciPy and PETSc."""
+    from threadpoolctl import ThreadpoolController
+
+    found: list[Any] = ThreadpoolController().select(internal_api="openblas").lib_controllers
+    return found
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """OpenBLAS computes with one thread while the block runs, but for what gains from more.
+
+    Most of a run is many small products: a second thread takes little or nothing off the first, or
+    makes it slower where another program keeps its core busy. What gains has `all_blas_threads`.
+    """
+    if _held:
+        yield
+        return
+    import scipy.linalg.blas  # noqa: F401 - loads both copies; PETSc may come later
+
+    copies = openblas()
+    before = [copy.get_num_threads() for copy in copies]
+    # A copy that was loaded before `settle_threads`, as NumPy's in a notebook, would poll.
+    _held.extend(
+        (copy, 1 if copy.filepath in _polling else count)
+        for copy, count in zip(copies, before, strict=True)
+    )
+    try:
+        with _blas_threads([(copy, 1) for copy in copies]):
+            yield
+    finally:
+        _held.clear()
+
+
+@contextmanager
+def all_blas_threads() -> Iterator[None]:
+    """What a block of `one_blas_thread` takes away is there while this block runs.
+
+    For what gains from it with a second core: a factorisation a seventh of its time, the
+    orthogonalisation of a block of vectors a quarter, the product of large full matrices a half.
+    """
+    with _blas_threads(_held):
+        yield
+
+
+_held: list[tuple[Any, int]] = []  # copies that `one_blas_thread` holds, and their full number
+
+
+@contextmanager
+def _blas_threads(counts: list[tuple[Any, int]]) -> Iterator[None]:
+    before = [(copy, copy.get_num_threads()) for copy, _ in counts]
+    try:
+        for copy, count in counts:
+            copy.set_num_threads(count)
+        yield
+    finally:
+        for copy, count in before:
+            copy.set_num_threads(count)
 
 
 def threads() -> int:

@@ -11,6 +11,8 @@ from impactfem.bench.spectra import spectrum_figures
 from impactfem.bench.sticks import stick_figures
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
+from impactfem.log import Steps
+from impactfem.parallel import one_blas_thread
 
 
 def _building() -> list[Figure]:
@@ -65,7 +67,13 @@ def measure(groups: Sequence[str] = (), json_file: Path | None = None) -> list[F
     faults = [Fault("command line", "GROUP", g, expected) for g in groups if g not in GROUPS]
     if faults:
         raise InputError(faults)
-    figures = [figure for group in groups or QUICK for figure in GROUPS[group]()]
+    figures = []
+    # No bar: it would be drawn ten times a second while something is measured.
+    steps = Steps(dict.fromkeys(groups or QUICK, 1.0), "bench", bar=False)
+    with one_blas_thread(), steps:
+        for group in groups or QUICK:
+            with steps.step(group):
+                figures += GROUPS[group]()
     if json_file is not None:
         write_json(json_file, [{**asdict(figure), "met": figure.met} for figure in figures])
     return figures

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from impactfem.dynamics.columns import random_column, row_of_largest, wrapped
 from impactfem.dynamics.held import Held
 from impactfem.errors import SolutionError
 from impactfem.memory import give_back
+from impactfem.parallel import all_blas_threads
 
 Array = NDArray[np.float64]
 
@@ -24,6 +26,7 @@ CONDITION = 1e13
 """Condition number of the matrix scaled to a diagonal of ones above which it counts as singular.
 A mechanism leaves rounding, some 1e-16 to 1e-14, where its pivot should be zero."""
 
+_PETSC = ctypes.CDLL(PETSc.__file__)  # with the PETSc that petsc4py is linked to
 _PREFIX = "impactfem_"
 # The ordering stays MUMPS's own choice: PORD for a large matrix, whose factor on buildings has no
 # more entries, and up to 30 % fewer, than that of minimum degree (AMD, AMF, QAMD) or of nested
@@ -212,12 +215,23 @@ def _factor_within(A: PETSc.Mat, wanted: dict[str, int]) -> PETSc.Mat:
         pc.setFactorSolverType("mumps")
         pc.setOperators(A)
         pc.setFromOptions()
-        pc.setUp()
+        _set_up(pc)
         return pc.getFactorMatrix()
     finally:
         for key in mine:
             options.delValue(key)
         pc.destroy()
+
+
+@all_blas_threads()
+def _set_up(pc: PETSc.PC) -> None:
+    """`pc.setUp()` without Python's lock, as it may take a minute.
+
+    petsc4py keeps the lock: no other thread would tell how far the run is, or answer Ctrl-C.
+    """
+    failed = _PETSC.PCSetUp(ctypes.c_void_p(pc.handle))
+    if failed:
+        raise PETSc.Error(failed)
 
 
 def _root_of_diagonal(A: PETSc.Mat) -> Array:

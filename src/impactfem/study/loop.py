@@ -20,7 +20,7 @@ from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
 from impactfem.memory import forget_peak, give_back, peak_memory
 from impactfem.motion.from_case import checked_durations
-from impactfem.parallel import on_root, rank, size, total
+from impactfem.parallel import on_root, one_blas_thread, rank, size, total
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.results.check import Check, log_checks
 from impactfem.results.manifest import file_digest
@@ -150,7 +150,7 @@ def run(
         stage: The last stage to run; all stages when None.
         resume: Go on with the run in the folder; it must hold one, of the same case.
         fresh: Compute everything again.
-        bar: Whether a bar shows on a terminal how far the run is.
+        bar: Whether a bar shows on a terminal how far the run is; lines do where there is none.
 
     Raises:
         InputError: The case is not usable, or the folder is not, as when another run works in it;
@@ -159,6 +159,7 @@ def run(
     """
     folder = out if out is not None else Path("runs") / path.stem
     with ExitStack() as opened:
+        opened.enter_context(one_blas_thread())
 
         def prepare() -> Case:
             check_stage_name(stage)
@@ -184,21 +185,23 @@ def run(
             _run_stage(one, case, result, fresh, bar)
         on_root(lambda: _write_results(case, result, stages, started))
         if stage in (None, REPORT):
-            on_root(lambda: write_page(folder))
+            on_root(lambda: write_page(folder, bar=bar))
     return result
 
 
 def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) -> None:
     folder = result.folder
     key = on_root(lambda: stage.key(case))
+    reused = on_root(lambda: not fresh and is_finished(folder, stage.name, key))
+    words = "finished before with the same inputs, reused" if reused else "starts"
+    LOGGER.info("stage %s: %s", stage.name, words)
     on_root(lambda: stage.announces(case))
-    if on_root(lambda: not fresh and is_finished(folder, stage.name, key)):
-        LOGGER.info("stage %s: finished before with the same inputs, reused", stage.name)
+    if reused:
         result.reused.append(stage.name)
     else:
         give_back()  # what the stage before had
         forget_peak()
-        with Steps(stage.steps, quiet=rank() != 0 or not bar) as steps:
+        with Steps(stage.steps, f"stage {stage.name}", quiet=rank() != 0, bar=bar) as steps:
             if stage.collective:
                 files = stage.run(case, folder, key, steps)
             else:
@@ -206,7 +209,6 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
             times = {f"{stage.name}: {name}": round(t, 3) for name, t in steps.times.items()}
             memory = total(peak_memory())
             on_root(lambda: mark_finished(folder, stage.name, key, files, times, memory))
-        LOGGER.info("stage %s: done in %.1f s", stage.name, sum(steps.times.values()))
 
     def finish() -> tuple[list[Scalar], dict[str, float]]:
         checks = stage.checks(case, folder)
@@ -221,6 +223,8 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
     scalars, seconds = on_root(finish)
     result.scalars += scalars
     result.times |= seconds
+    if not reused:
+        LOGGER.info("stage %s: done in %.1f s", stage.name, sum(steps.times.values()))
 
 
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:

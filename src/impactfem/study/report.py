@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.file_errors import file_errors
 from impactfem.files import write_json
-from impactfem.log import LOGGER
+from impactfem.log import LOGGER, Steps
 from impactfem.report.page import write_report
 from impactfem.report.run_files import CASE, CHECKS, RunFiles
 from impactfem.results.check import Check
@@ -16,6 +15,7 @@ from impactfem.results.overview import overview_pictures
 from impactfem.study.folder import locked
 
 REPORT = "report"
+STEPS = {"overview": 2.0, "page": 8.0}
 
 
 def write_findings(folder: Path, case: Case, checks: dict[str, list[Check]]) -> None:
@@ -60,11 +60,12 @@ def make_report(folder: Path) -> Path:
         return write_page(folder)
 
 
-def write_page(folder: Path) -> Path:
+def write_page(folder: Path, *, bar: bool = True) -> Path:
     """Make the page and the overview in a folder that this process has opened.
 
     Args:
         folder: The run's folder.
+        bar: Whether a bar shows on a terminal how far it is.
 
     Returns:
         The page.
@@ -72,9 +73,12 @@ def write_page(folder: Path) -> Path:
     Raises:
         ImpactfemError: A file cannot be read or written.
     """
-    start = time.perf_counter()
-    overview_pictures(folder)
-    page = write_report(folder)
-    size, seconds = page.stat().st_size / 1e6, time.perf_counter() - start
-    LOGGER.info("stage report: %s, %.1f MB, in %.1f s", page, size, seconds)
+    LOGGER.info("stage %s: starts", REPORT)
+    with Steps(STEPS, f"stage {REPORT}", bar=bar) as steps:
+        with steps.step("overview"):
+            overview_pictures(folder)
+        with steps.step("page"):
+            page = write_report(folder)
+    LOGGER.info("stage %s: %s, %.1f MB", REPORT, page, page.stat().st_size / 1e6)
+    LOGGER.info("stage %s: done in %.1f s", REPORT, sum(steps.times.values()))
     return page

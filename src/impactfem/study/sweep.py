@@ -20,7 +20,7 @@ from impactfem.case.model import CaseFile
 from impactfem.case.source import read_source
 from impactfem.errors import ImpactfemError, InputError
 from impactfem.file_errors import file_errors
-from impactfem.log import LOGGER, in_file_only, mirrored
+from impactfem.log import LOGGER, Steps, in_file_only, mirrored
 from impactfem.parallel import alone, on_root, rank, start_solvers, workers, world
 from impactfem.results.sweep import SHOWN, SweepResults, SweepRow, write_sweep
 from impactfem.results.table import Table
@@ -33,6 +33,7 @@ from impactfem.study.loop import check, run
 from impactfem.study.stages import asked_stages, check_stage_name
 from impactfem.study.variant import Variant, check_variants, variants_of, write_case
 
+VARIANTS = "variants"
 LOG = "sweep.log"  # tells the folder of a sweep from any other
 
 
@@ -194,14 +195,17 @@ def _outcomes(jobs: list[Job], processes: int) -> list[Outcome]:
     LOGGER.info("%d variants", len(jobs))
     found: dict[int, Outcome] = {}
     with ExitStack() as stack:
+        steps = None  # of one process: each variant shows its own
         if world() is None and processes == 1:
-            ended: Iterator[tuple[int, Outcome]] = ((k, run_job(job)) for k, job in enumerate(jobs))
+            ended = _run_here(jobs)
         else:
             start_solvers()
             executor = stack.enter_context(workers(min(processes, len(jobs))))
             if executor is None:
                 return []
             ended = _run_elsewhere(jobs, executor)
+            steps = stack.enter_context(Steps({VARIANTS: 1.0}, "sweep"))
+            stack.enter_context(steps.step(VARIANTS))
         for k, outcome in ended:
             found[k] = outcome
             count, name = f"{len(found)} of {len(jobs)}", jobs[k].name
@@ -210,7 +214,15 @@ def _outcomes(jobs: list[Job], processes: int) -> list[Outcome]:
             else:
                 told = f", warnings in its log: {outcome.warnings}" if outcome.warnings else ""
                 LOGGER.info("variant %s, %s: done in %.1f s%s", count, name, outcome.seconds, told)
+            if steps is not None:
+                steps.within(VARIANTS, len(found) / len(jobs))
     return [found[k] for k in range(len(jobs))]
+
+
+def _run_here(jobs: list[Job]) -> Iterator[tuple[int, Outcome]]:
+    for k, job in enumerate(jobs):
+        LOGGER.info("variant %d of %d, %s: starts", k + 1, len(jobs), job.name)
+        yield k, run_job(job)
 
 
 def _run_elsewhere(jobs: list[Job], executor: Executor) -> Iterator[tuple[int, Outcome]]:

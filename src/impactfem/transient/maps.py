@@ -12,7 +12,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Spectra
 from impactfem.dynamics.modal_response import ModalHistory
-from impactfem.parallel import threads
+from impactfem.parallel import all_blas_threads, threads
 from impactfem.spectra import logarithmic_frequencies, response_spectra, sampling_loss
 from impactfem.transient.loads import Loads
 from impactfem.transient.reduced_basis import ReducedBasis
@@ -170,6 +170,7 @@ def floor_maps(
     )
 
 
+@all_blas_threads()
 def _records(basis: ReducedBasis, modal: Array, nodes: Index) -> Array:
     """Histories of nodes, shape (3 n, n_t); x y z of each node."""
     shapes = basis.of(basis.model, nodes)

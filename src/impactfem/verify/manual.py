@@ -9,7 +9,8 @@ from rich.table import Table
 
 from impactfem.errors import Fault, InputError
 from impactfem.files import write_json
-from impactfem.log import LOGGER
+from impactfem.log import Steps
+from impactfem.parallel import one_blas_thread, rank
 from impactfem.verify import (
     bar_impact,
     beams,
@@ -141,9 +142,11 @@ def verify(only: str | None = None, json_file: Path | None = None, full: bool = 
             expected += f"; or with --full of {', '.join(FULL)}"
         raise InputError([Fault("command line", "--only", only, expected)])
     found: list[tuple[str, Row]] = []
-    for name, run in chosen.items():
-        LOGGER.debug("benchmark %s", name)
-        found += [(name, row) for row in run()]
+    steps = Steps(dict.fromkeys(chosen, 1.0), "verify", quiet=rank() != 0)
+    with one_blas_thread(), steps:
+        for name, run in chosen.items():
+            with steps.step(name):
+                found += [(name, row) for row in run()]
     if json_file is not None:
         write_json(json_file, [{"benchmark": name, **row.as_dict()} for name, row in found])
     return [row for _, row in found]
