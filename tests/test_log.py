@@ -1,5 +1,6 @@
 import io
 import logging
+import threading
 from pathlib import Path
 
 import pytest
@@ -105,14 +106,150 @@ def test_a_step_that_fails_is_not_timed():
     assert steps.times == {}
 
 
-def test_a_bar_on_a_terminal(monkeypatch):
+@pytest.fixture
+def terminal(monkeypatch):
     stream = io.StringIO()
     monkeypatch.setattr(
         log, "Console", lambda stderr: Console(file=stream, force_terminal=True, width=80)
     )
-    with Steps({"pounding": 1.0}) as steps, steps.step("pounding"):
+    return stream
+
+
+def test_a_bar_on_a_terminal(terminal):
+    with Steps({"pounding": 1.0}, "stage sticks") as steps, steps.step("pounding"):
         pass
-    assert "pounding" in stream.getvalue() and "remaining" in stream.getvalue()
+    assert "stage sticks: pounding" in terminal.getvalue() and "remaining" in terminal.getvalue()
+
+
+class Clock:
+    """A time that passes when it is set."""
+
+    time = 100.0
+
+    def __call__(self):
+        return self.time
+
+
+NEVER = 1e6
+"""Time between two lines, so long that the test ends before the first."""
+
+
+@pytest.fixture
+def stage():
+    """A stage of two steps with a clock of its own, whose lines come when `tell` is called."""
+    clock = Clock()
+    with Steps({"mesh": 1.0, "basis": 3.0}, "stage a", every=NEVER, clock=clock) as steps:
+        yield steps, clock
+
+
+def test_lines_where_no_terminal_is(capsys, stage):
+    """A step that says nothing is at work; one that says its part has a time left."""
+    set_up(False)
+    steps, clock = stage
+    steps.tell()
+    with steps.step("mesh"):
+        clock.time += 119.0
+        steps.tell()
+        clock.time += 61.0
+        steps.tell()
+    with steps.step("basis"):
+        steps.within("basis", 0.0)
+        clock.time += 30.0
+        steps.within("basis", 0.25)
+        steps.tell()
+        clock.time += 10.0
+        steps.tell()
+        clock.time += 2.0 * 3600.0
+        steps.tell()
+        steps.within("basis", 1.0)
+        steps.tell()
+    assert capsys.readouterr().err.splitlines() == [
+        "stage a, at work for 0 s",
+        "stage a: mesh (1 of 2), at work for 119 s",
+        "stage a: mesh (1 of 2), at work for 3 min",
+        "stage a: basis (2 of 2), at work for 30 s, 25 %, 90 s left",
+        "stage a: basis (2 of 2), at work for 40 s, 25 %, 80 s left",
+        "stage a: basis (2 of 2), at work for 2.0 h, 25 %, 0 s left",
+        "stage a: basis (2 of 2), at work for 2.0 h, 100 %",
+    ]
+    assert steps.times == {"mesh": 180.0, "basis": 7240.0}
+
+
+def test_work_of_an_earlier_run_took_no_time(capsys, stage):
+    """80 % are there at once, 10 % more take 20 s: so do the last 10 %."""
+    set_up(False)
+    steps, clock = stage
+    with steps.step("basis"):
+        clock.time += 1.0
+        steps.within("basis", 0.8)
+        steps.tell()
+        clock.time += 20.0
+        steps.within("basis", 0.9)
+        steps.tell()
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.endswith("at work for 1 s, 80 %")
+    assert second.endswith("at work for 21 s, 90 %, 20 s left")
+
+
+def test_a_terminal_with_a_bar_has_no_lines_and_the_file_has(capsys, terminal, tmp_path):
+    set_up(False)
+    with (
+        mirrored(tmp_path / "run.log"),
+        Steps({"mesh": 1.0}, "stage a", every=NEVER) as steps,
+        steps.step("mesh"),
+    ):
+        steps.tell()
+    assert capsys.readouterr().err == "" and "mesh" in terminal.getvalue()
+    text = (tmp_path / "run.log").read_text()
+    assert "stage a: mesh (1 of 1), at work for" in text and "remaining" not in text
+    # Without the bar it is as elsewhere.
+    with Steps({"mesh": 1.0}, "stage a", bar=False, every=NEVER) as steps:
+        steps.tell()
+    assert capsys.readouterr().err.startswith("stage a, at work for")
+
+
+def test_lines_come_by_themselves_until_the_stage_ends():
+    """By a thread of rank 0; it ends with the block, also by an error."""
+    told = threading.Event()
+
+    class Told(logging.Handler):
+        def emit(self, record):
+            told.set()
+
+    set_up(False)
+    handler = Told()
+    LOGGER.addHandler(handler)
+    before = threading.active_count()
+    with pytest.raises(ValueError), Steps({"mesh": 1.0}, "stage a", every=0.0):
+        assert threading.active_count() == before + 1
+        assert told.wait(600.0)
+        raise ValueError
+    assert threading.active_count() == before
+    with Steps({"mesh": 1.0}, "stage a", every=0.0, quiet=True):  # another rank
+        assert threading.active_count() == before
+
+
+def test_lines_that_cannot_be_written_end_quietly(capsys):
+    """A full disk: what the stage itself logs next is the error, as it is without lines."""
+    set_up(False)
+    with (
+        pytest.raises(ImpactfemError, match="cannot write /dev/full"),
+        mirrored(Path("/dev/full")),
+        Steps({"mesh": 1.0}, "stage a", every=0.0) as steps,
+    ):
+        steps._teller.join(600.0)
+        assert not steps._teller.is_alive()
+        speak()
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_progress_passes_where_reports_go_to_files_only(capsys, stage):
+    set_up(False)
+    steps, _ = stage
+    with in_file_only():
+        speak()
+        steps.tell()
+    assert capsys.readouterr().err.splitlines() == ["stage a, at work for 0 s"]
 
 
 def test_a_full_disk_is_an_error_and_no_traceback(capsys):

@@ -88,8 +88,10 @@ def test_bound_holds(frame: Frame, loads: Loads, basis: ReducedBasis) -> None:
     rounding = 1e-9 * np.abs(truth.value).max()
     assert (error - ours.bound).max() < rounding
     assert error.max() > 0.0 and np.isfinite(ours.bound).all()
-    # A better basis has a smaller one; of other nodes nothing is known.
+    # A better basis has a smaller one, wherever it is more than rounding, as at low frequencies;
+    # of other nodes nothing is known.
     better = transfer_functions(basis, nodes, frame.light, HIGHEST).bound
-    assert np.median(better / ours.bound) < 1.0
+    known = ours.bound > rounding
+    assert known.any() and np.all(better[known] < ours.bound[known])
     other = np.setdiff1d(coarse.nodes, nodes)[:1]
     assert np.isinf(coarse.bound(other, np.array([10.0]), frame.light)).all()
