@@ -87,11 +87,13 @@ def run(
     result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh)
     if rank() != 0:
         return
-    table = Table("result", "value", "published", "unit", title=str(result.folder / "summary.json"))
+    heads = ("result", "value", "published", "unit", "ours is")
+    table = Table(*heads, title=str(result.folder / "summary.json"))
     for scalar in result.scalars:
-        if scalar.name in result.published:
+        if (theirs := result.beside.get(scalar.name)) is not None:
             value = "-" if scalar.value is None else f"{scalar.value:.5g}"
-            table.add_row(scalar.name, value, f"{result.published[scalar.name]:.5g}", scalar.unit)
+            published = f"{theirs.relation.strip('=')}{theirs.value:.5g}"
+            table.add_row(scalar.name, value, published, scalar.unit, theirs.kind)
     if table.row_count:
         _show(table)
     typer.echo(f"results: {result.folder}")

@@ -75,3 +75,63 @@ def test_what_is_wrong_with_it_is_told(with_reference, text, words):
         load_case(with_reference(text))
     lines = [str(fault) for fault in error.value.faults]
     assert any(words in line and ("paper.toml" in line) for line in lines), lines
+
+
+GIVEN = (
+    REFERENCE
+    + """
+[[given]]
+kind = "scaled"
+names = ["motion.p*"]
+reason = "The motion is scaled to it."
+"""
+)
+
+
+@pytest.fixture
+def with_published(with_reference):
+    def write(text, rows="motion.pga,2.3,m/s2,table 1\nfrs.floor_3.pfa,7,m/s2,figure 2\n"):
+        path = with_reference(text)
+        text = path.read_text().replace(
+            '# published = "small_published.csv"', 'published = "p.csv"'
+        )
+        path.write_text(text)
+        (path.parent / "p.csv").write_text("name,value,unit,source\n" + rows)
+        return path
+
+    return write
+
+
+def test_what_is_no_result_is_said_once_for_all_names(with_published):
+    case = load_case(with_published(GIVEN))
+    kinds = {name: one.kind for name, one in case.published.items()}
+    assert kinds == {"motion.pga": "scaled", "frs.floor_3.pfa": "result"}
+    assert case.report.reference.given[0].reason == "The motion is scaled to it."
+
+
+def test_without_a_word_all_are_results(with_published):
+    case = load_case(with_published(REFERENCE))
+    assert {one.kind for one in case.published.values()} == {"result"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ('"scaled"', '"guessed"', "given[0].kind", "'fitted'"),
+        ('"motion.p*"', '"motions.p*"', "given[0].names[0]", "no published value"),
+        ('["motion.p*"]', "[]", "given[0].names", "a list that is not empty"),
+        ('reason = "The motion', 'cause = "The motion', "given[0]", "missing"),
+        ('name = "motion.pga"', 'name = "motion.pgaa"', "values[0].name", "did you mean 'motion.p"),
+    ],
+)
+def test_what_is_wrong_with_the_names(with_published, old, new, key, words):
+    with pytest.raises(InputError) as error:
+        load_case(with_published(GIVEN.replace(old, new)))
+    lines = [str(fault) for fault in error.value.faults]
+    assert any(words in line and key in line and "paper.toml" in line for line in lines), lines
+
+
+def test_a_value_of_two_kinds(with_published):
+    text = GIVEN + GIVEN[GIVEN.index("[[given]]") :].replace("scaled", "fitted", 1)
+    with pytest.raises(InputError, match=r"expected motion\.pga in one of them"):
+        load_case(with_published(text))

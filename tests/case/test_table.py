@@ -286,6 +286,24 @@ def test_published_faults(tmp_path: Path) -> None:
     ]
 
 
+def test_a_published_inequality(tmp_path: Path) -> None:
+    rows = ("a,>110,m/s2,figure 15", "b,< 1.2,mm,figure 8", "c,-3,m,table 1")
+    values = read_published(write(tmp_path, "name,value,unit,source", *rows), [])
+    assert values is not None
+    found = {name: (one.relation, one.value) for name, one in values.items()}
+    assert found == {"a": (">", 110.0), "b": ("<", pytest.approx(1.2e-3)), "c": ("=", -3.0)}
+
+
+@pytest.mark.parametrize("cell", ["many", ">", ">=110", "> many", "1;2"])
+def test_a_published_value_that_is_no_number(tmp_path: Path, cell: str) -> None:
+    faults: list[Fault] = []
+    path = write(tmp_path, "name,value,unit,source", f"a,{cell},m,x")
+    assert read_published(path, faults) is None
+    (fault,) = faults
+    assert (fault.key, fault.value) == ("line 2, column value", cell)
+    assert "expected a finite number" in fault.expected and "'> 110'" in fault.expected
+
+
 def test_row_model_without_leaf_is_a_mistake_of_ours(tmp_path: Path) -> None:
     from impactfem.case.published import Published
 

@@ -2,16 +2,30 @@
 
 import pytest
 
-from impactfem.report.beside import ABSENT, DIFFERS, REPRODUCED, SHOWN, UNPUBLISHED, count, places
+from impactfem.report.beside import (
+    ABSENT,
+    DIFFERS,
+    GIVEN,
+    REPRODUCED,
+    SHOWN,
+    UNPUBLISHED,
+    count,
+    count_values,
+    farthest,
+    places,
+)
+
+NOT_RESULTS = ["input", "fitted", "scaled", "selected", "derived"]
 
 
-def entry(name="a.b", value=1.0, paper=1.0):
-    return {"name": name, "value": value, "unit": "m", "paper": paper, "note": ""}
+def entry(name="a.b", value=1.0, paper=1.0, kind="result", relation="="):
+    about = {"relation": relation, "kind": kind, "note": ""}
+    return {"name": name, "value": value, "unit": "m", "paper": paper, **about}
 
 
-def item(kind="figure", number="1", shows=(), values=()):
+def item(kind="figure", number="1", shows=(), values=(), given=False):
     compared = [{"name": n, "tolerance": t, "reason": r} for n, t, r in values]
-    title = {"kind": kind, "number": number, "title": "it", "tells": None}
+    title = {"kind": kind, "number": number, "title": "it", "tells": None, "given": given}
     return {**title, "shows": list(shows), "values": compared}
 
 
@@ -77,3 +91,58 @@ def test_count():
     reference = {"items": [item(number="1"), item(number="2"), item("table", "1")]}
     found = places(reference, [], [])
     assert count(found, "figure") == {UNPUBLISHED: 2} and count(found, "table") == {UNPUBLISHED: 1}
+
+
+@pytest.mark.parametrize("kind", NOT_RESULTS)
+@pytest.mark.parametrize(("value", "status"), [(1.0, GIVEN), (1.2, DIFFERS)])
+def test_what_is_no_result_reproduces_nothing_and_may_differ(kind, value, status):
+    found = place([entry(value=value, kind=kind)], values=[("a.b", 0.1, "it is so")])
+    assert found.status == found.compared[0].status == status
+    assert found.compared[0].kind == kind
+
+
+def test_a_given_value_beside_a_result_does_not_count():
+    """The place is what its results are: the given one neither helps nor hides."""
+    values = [("a", 0.1, None), ("b", 0.1, None)]
+    for value, status in ((1.0, REPRODUCED), (2.0, DIFFERS), (None, DIFFERS)):
+        summary = [entry("a", kind="fitted"), entry("b", value)]
+        assert place(summary, values=values).status == status
+
+
+@pytest.mark.parametrize(
+    ("relation", "value", "status"),
+    [(">", 1.01, REPRODUCED), (">", 0.99, DIFFERS), ("<", 0.99, REPRODUCED), ("<", 1.0, DIFFERS)],
+)
+def test_an_inequality_holds_or_does_not_whatever_the_tolerance(relation, value, status):
+    found = place([entry(value=value, relation=relation)], values=[("a.b", 0.5, None)])
+    (one,) = found.compared
+    assert (one.status, one.relation) == (status, relation)
+    assert one.difference == pytest.approx(value - 1.0)
+
+
+def test_a_place_of_inputs():
+    assert place([], given=True, kind="table").status == GIVEN
+
+
+def test_a_summary_of_before():
+    old = {"name": "a.b", "value": 1.0, "unit": "m", "paper": 1.0, "note": ""}
+    assert place([old], values=[("a.b", 0.1, None)]).status == REPRODUCED
+
+
+def test_values_are_counted_once():
+    summary = [entry("a"), entry("b", 3.0), entry("c", kind="input")]
+    values = [(name, 0.1, None) for name in "abc"]
+    reference = {"items": [item(values=values), item("table", "1", values=values)]}
+    assert count_values(places(reference, summary, [])) == {REPRODUCED: 1, DIFFERS: 1, GIVEN: 1}
+
+
+def test_what_differs_most_is_first():
+    """By the ratio: a fifth is farther than twice, and what does not happen is farthest."""
+    summary = [
+        *(entry(name, value) for name, value in (("near", 1.05), ("twice", 2.0), ("fifth", 0.2))),
+        *(entry("none", None), entry("input", 9.0, kind="input")),
+    ]
+    values = [(one["name"], 0.1, None) for one in summary]
+    reference = {"items": [item(values=values), item(number="2", values=values)]}
+    found = [one.name for one in farthest(places(reference, summary, []))]
+    assert found == ["none", "fifth", "twice"]

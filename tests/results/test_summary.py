@@ -3,6 +3,7 @@ import math
 
 import pytest
 
+from impactfem.case import Published
 from impactfem.results.summary import write_summary
 from impactfem.scalar import Scalar, from_json, to_json
 
@@ -16,12 +17,21 @@ SCALARS = [
 
 def test_entries(tmp_path):
     path = tmp_path / "summary.json"
-    write_summary(path, SCALARS, {"a.b": 2.0, "elsewhere": 3.0})
+    theirs = Published(value=2.0, unit="N", source="table 1")
+    write_summary(path, SCALARS, {"a.b": theirs, "elsewhere": theirs})
     entries = json.loads(path.read_text(encoding="utf-8"))
-    assert entries[0] == {"name": "a.b", "value": 1.5, "unit": "N", "paper": 2.0, "note": "é"}
+    beside = {"paper": 2.0, "relation": "=", "kind": "result"}
+    assert entries[0] == {"name": "a.b", "value": 1.5, "unit": "N", **beside, "note": "é"}
     assert [entry["name"] for entry in entries] == ["a.b", "none", "nan", "inf"]
     assert [entry["value"] for entry in entries] == [1.5, None, None, None]
     assert [entry["paper"] for entry in entries] == [2.0, None, None, None]
+
+
+def test_what_ours_is_beside_the_published_value(tmp_path):
+    theirs = Published(value=1.0, relation=">", unit="N", source="it", kind="fitted")
+    write_summary(tmp_path / "summary.json", SCALARS[:2], {"a.b": theirs})
+    found = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert [(one["relation"], one["kind"]) for one in found] == [(">", "fitted"), (None, None)]
 
 
 def test_no_results(tmp_path):

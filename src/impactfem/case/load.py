@@ -32,6 +32,7 @@ from impactfem.case.placed_devices import (
     resolve_analysis,
     resolve_device,
 )
+from impactfem.case.published import Published
 from impactfem.case.report import Report
 from impactfem.case.source import Source, read_source
 from impactfem.case.structure import Mesh, Structure, StructureEntry
@@ -155,7 +156,7 @@ def _resolve(source: Source, case_file: CaseFile, files: NamedFiles) -> Case:
         spectra=case_file.spectra,
         ensemble=_ensemble(case_file.ensemble, folder),
         report=_report(case_file, files),
-        published=files.published,
+        published=_published(files),
         digest=_digest(source, files.contents),
     )
 
@@ -337,3 +338,14 @@ def _digest(source: Source, contents: dict[Path, bytes]) -> str:
         sha.update(f"{len(name.encode())} {name} {len(content)} ".encode())
         sha.update(content)
     return sha.hexdigest()
+
+
+def _published(files: NamedFiles) -> dict[str, Published]:
+    """The published values, with what the reference says that ours are beside them."""
+    reference = files.reference
+    if reference is None:
+        return files.published
+    return {
+        name: value.model_copy(update={"kind": reference.kind(name)})
+        for name, value in files.published.items()
+    }

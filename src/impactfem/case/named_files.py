@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -95,14 +96,16 @@ class NamedFiles:
         for index, entry in tables_of(raw, "motions"):
             self._open(("motions", index, "file"), entry.get("file"), "a record")
             self._read_spectrum(("motions", index, "spectrum", "file"), entry.get("spectrum"))
+        published: Mapping[str, Published] | None = None
         file = self._open(("published",), raw.get("published"), "a table (CSV)")
         if file is not None:
-            self.published = read_published(self._path(file), self.faults) or {}
+            published = read_published(self._path(file), self.faults)
+            self.published = dict(published or {})
         report = raw.get("report")
         if isinstance(report, dict):
             file = self._open(("report", "reference"), report.get("reference"), REFERENCE)
             if file is not None:
-                self.reference = read_reference(self._path(file), self.faults)
+                self.reference = read_reference(self._path(file), self.faults, published)
 
     def _path(self, file: Path) -> Path:
         """A file relative to the working folder."""

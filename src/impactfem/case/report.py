@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import fnmatch
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, StrictBool, ValidationError
 
 from impactfem.case.base import Section
 from impactfem.case.explain import explain
 from impactfem.case.known import Known
-from impactfem.case.leaf import File, Text, Weight
+from impactfem.case.leaf import File, Text, Weight, nearest
+from impactfem.case.published import Kind
 from impactfem.case.source import Source, parse
 from impactfem.case.text import read_text
 from impactfem.errors import Fault, InputError
@@ -23,7 +26,8 @@ class ReferenceValue(Section):
 
     name: Text = Field(description="Name of the result, as in summary.json and in 'published'.")
     tolerance: Weight = Field(
-        description="Largest difference from the published value that counts as reproduced."
+        description="Largest difference from the published value that counts as reproduced; an "
+        "inequality has none, it holds or does not."
     )
     reason: Text | None = Field(default=None, description="Why it differs by more, if it does.")
 
@@ -41,7 +45,27 @@ class ReferenceItem(Section):
     tells: Text | None = Field(
         default=None, description="What is to be said of ours: where it differs and why."
     )
+    given: StrictBool = Field(
+        default=False, description="Whether all that it prints is an input of the case."
+    )
     values: tuple[ReferenceValue, ...] = Field(default=(), description="Results compared.")
+
+
+class GivenValues(Section):
+    """Published values that ours did not have to find: they never count as reproduced."""
+
+    kind: Literal["input", "fitted", "scaled", "selected", "derived"] = Field(
+        description="'input': ours is an input, or follows from inputs by a formula alone; "
+        "'fitted': a parameter was fitted to it; 'scaled': ours was scaled to it; 'selected': ours "
+        "is one of many that were tried, chosen because it comes near; 'derived': the publication "
+        "does not print it, it was derived from what it prints."
+    )
+    names: tuple[Text, ...] = Field(
+        min_length=1, description="Names of the table of published values; * for any letters."
+    )
+    reason: Text = Field(
+        description="What was given, fitted, scaled, selected or derived, and how."
+    )
 
 
 class Assumption(Section):
@@ -58,7 +82,15 @@ class Reference(Section):
     assumptions: tuple[Assumption, ...] = Field(
         default=(), description="What it leaves out, and what the case takes in its place."
     )
+    given: tuple[GivenValues, ...] = Field(
+        default=(),
+        description="Published values that are no test of ours; all others are results.",
+    )
     items: tuple[ReferenceItem, ...] = Field(description="Its equations, figures and tables.")
+
+    def kind(self, name: str) -> Kind:
+        """What a result of ours is beside the published value of the same name."""
+        return next((one.kind for one in self.given if _matches(one, name)), "result")
 
 
 class ReportEntry(Section):
@@ -81,12 +113,15 @@ class Report(Section):
     assumptions: tuple[Assumption, ...] = ()
 
 
-def read_reference(path: Path, faults: list[Fault]) -> Reference | None:
+def read_reference(
+    path: Path, faults: list[Fault], published: Collection[str] | None = None
+) -> Reference | None:
     """Read the places of a publication; what is wrong with them is appended to ``faults``.
 
     Args:
         path: A TOML file as ``Reference`` says.
         faults: Every fault of the file is appended here.
+        published: Names of the published values, which the file may name; not checked when None.
 
     Returns:
         The places, or None when there were faults.
@@ -111,4 +146,34 @@ def read_reference(path: Path, faults: list[Fault]) -> Reference | None:
             expected = f"each {item.kind} once"
             faults.append(source.fault(("items", index, "number"), item.number, expected))
         seen.add((item.kind, item.number))
+    if published is not None:
+        faults.extend(_unknown_names(source, reference, published))
     return reference if len(faults) == before else None
+
+
+def _matches(given: GivenValues, name: str) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in given.names)
+
+
+def _unknown_names(
+    source: Source, reference: Reference, published: Collection[str]
+) -> Iterator[Fault]:
+    """Names that no published value has, and values of which two kinds are said."""
+    for i, item in enumerate(reference.items):
+        for k, value in enumerate(item.values):
+            if value.name not in published:
+                expected = nearest(value.name, list(published))
+                place = ("items", i, "values", k, "name")
+                yield source.fault(place, value.name, f"no published value; {expected}")
+    known: dict[str, int] = {}
+    for i, given in enumerate(reference.given):
+        for k, pattern in enumerate(given.names):
+            found = fnmatch.filter(published, pattern)
+            if not found:
+                expected = f"no published value; {nearest(pattern, list(published))}"
+                yield source.fault(("given", i, "names", k), pattern, expected)
+            for name in found:
+                first = known.setdefault(name, i)
+                if first != i:
+                    expected = f"expected {name} in one of them, it is in given[{first}] as well"
+                    yield source.fault(("given", i, "names", k), pattern, expected)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import fnmatch
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-REPRODUCED, DIFFERS, UNPUBLISHED, ABSENT, SHOWN = (
+REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, ABSENT, SHOWN = (
     "reproduced",
     "differs",
+    "given or fitted",
     "no number published",
     "not computed",
     "shown",
@@ -28,7 +30,11 @@ class Compared:
         unit: Their SI unit.
         difference: (ours − published) / |published|; None without one of them, or when it is zero.
         tolerance: Largest |difference| that counts as reproduced.
-        status: `REPRODUCED`, `DIFFERS` or `ABSENT`.
+        relation: What the publication says: "=", or ">" or "<" its value, which holds or does not,
+            whatever the tolerance.
+        kind: What ours is: "result", or "input", "fitted", "scaled", "selected" or "derived", which
+            counts as `GIVEN` where it comes near.
+        status: `REPRODUCED`, `GIVEN`, `DIFFERS` or `ABSENT`.
         reason: Why it differs; "" when it does not.
     """
 
@@ -38,8 +44,17 @@ class Compared:
     unit: str
     difference: float | None
     tolerance: float
+    relation: str
+    kind: str
     status: str
     reason: str
+
+    @property
+    def distance(self) -> float:
+        """|log| of ours over the published value: how far apart they are; inf without a ratio."""
+        if not self.ours or not self.published or self.ours * self.published < 0.0:
+            return math.inf
+        return abs(math.log(self.ours / self.published))
 
 
 @dataclass(frozen=True)
@@ -54,7 +69,8 @@ class Place:
         shows: Files of the run that show ours, relative to its folder.
         lacking: Patterns of files that were asked for and that no stage of the run wrote.
         compared: The results with a published value.
-        status: The worst of its results; for a place without one, whether ours is shown.
+        status: The worst of its results; what is given or fitted makes no place reproduced; for a
+            place without a value, whether ours is shown.
     """
 
     kind: str
@@ -91,6 +107,22 @@ def count(found: Sequence[Place], kind: str) -> Counter[str]:
     return Counter(place.status for place in found if place.kind == kind)
 
 
+def count_values(found: Sequence[Place]) -> Counter[str]:
+    """How many compared values have each status, each once."""
+    return Counter({one.name: one.status for place in found for one in place.compared}.values())
+
+
+def farthest(found: Sequence[Place]) -> list[Compared]:
+    """The results that differ, each once, those that are farthest from the published ones first."""
+    differing = {
+        one.name: one
+        for place in found
+        for one in place.compared
+        if one.status == DIFFERS and one.kind == "result"
+    }
+    return sorted(differing.values(), key=lambda one: -one.distance)
+
+
 def _place(
     item: Mapping[str, Any], results: Mapping[str, Mapping[str, Any]], written: Sequence[str]
 ) -> Place:
@@ -106,6 +138,8 @@ def _place(
         status = DIFFERS
     elif REPRODUCED in states:
         status = REPRODUCED
+    elif GIVEN in states or item.get("given"):
+        status = GIVEN
     elif ABSENT in states or (lacking and not shows):
         status = ABSENT
     else:
@@ -125,17 +159,22 @@ def _place(
 def _compared(value: Mapping[str, Any], results: Mapping[str, Mapping[str, Any]]) -> Compared:
     entry = results.get(value["name"], {"value": None, "paper": None, "unit": ""})
     ours, published = entry["value"], entry["paper"]
+    # Runs of before 0.2 have neither.
+    relation, kind = entry.get("relation") or "=", entry.get("kind") or "result"
     difference = None
+    near = REPRODUCED if kind == "result" else GIVEN
     if published is None or value["name"] not in results:
         status = ABSENT
     elif ours is None:
         # The stage ran and has no such result, as a second impact that does not happen.
         status = DIFFERS
-    elif published == 0.0:
-        status = REPRODUCED if ours == 0.0 else DIFFERS
     else:
-        difference = (ours - published) / abs(published)
-        status = REPRODUCED if abs(difference) <= value["tolerance"] else DIFFERS
+        difference = (ours - published) / abs(published) if published != 0.0 else None
+        if relation != "=":
+            good = ours > published if relation == ">" else ours < published
+        else:
+            good = ours == 0.0 if difference is None else abs(difference) <= value["tolerance"]
+        status = near if good else DIFFERS
     return Compared(
         name=value["name"],
         ours=ours,
@@ -143,6 +182,8 @@ def _compared(value: Mapping[str, Any], results: Mapping[str, Mapping[str, Any]]
         unit=entry["unit"],
         difference=difference,
         tolerance=value["tolerance"],
+        relation=relation,
+        kind=kind,
         status=status,
         reason=(value["reason"] or "no reason is given") if status == DIFFERS else "",
     )

@@ -15,15 +15,20 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from impactfem.files import atomic
+from impactfem.log import LOGGER
 from impactfem.report.assumptions import assumptions, wall_is_used
 from impactfem.report.beside import (
     ABSENT,
     DIFFERS,
+    GIVEN,
     REPRODUCED,
     SHOWN,
     UNPUBLISHED,
+    Compared,
     Place,
     count,
+    count_values,
+    farthest,
     places,
 )
 from impactfem.report.embed import csv_table, data_address, frame_document
@@ -55,7 +60,9 @@ TITLES = {
         "Floor spectra of both runs, which the first table names, at the points that move.",
     ),
 }
-STATUSES = (REPRODUCED, DIFFERS, UNPUBLISHED, SHOWN, ABSENT)
+STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
+FARTHEST = 8
+"""So many results that differ stand on the first page."""
 GOVERNING = ("plot_structure_spectra", "plot_stick_spectra")
 UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
 PREFIXED = {"N": "newton", "N s": "newton * second", "Pa": "pascal", "s": "second", "m": "metre"}
@@ -96,6 +103,11 @@ def _render(run: RunFiles) -> str:
         if reference is None
         else places(reference, run.summary, [name for stage in stages for name in stage["files"]])
     )
+    tally = [(f"{kind}s", count(compared, kind)) for kind in ("equation", "figure", "table")]
+    tally.append(("values", count_values(compared)))
+    for what, counts in tally if compared else []:
+        found = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
+        LOGGER.info("report: beside the publication, %s: %s", what, found)
     drawing = run.folder / "figures" / "figure_02_case.png"
     return template.render(
         version=run.provenance["impactfem"],
@@ -125,10 +137,17 @@ def _render(run: RunFiles) -> str:
             if any(place.kind == kind for place in compared)
         ],
         statuses=STATUSES,
-        tally=[(kind, count(compared, kind)) for kind in ("equation", "figure", "table")],
+        given=[] if reference is None else reference.get("given", []),
+        tally=tally,
+        differing=[_numbers(one) for one in farthest(compared)[:FARTHEST]],
         times=_times(run),
         summary=[
-            {**entry, "value_text": number(entry["value"]), "paper_text": number(entry["paper"])}
+            {
+                **entry,
+                "value_text": number(entry["value"]),
+                "paper_text": f"{(entry.get('relation') or '').strip('=')}{number(entry['paper'])}",
+                "kind_text": entry.get("kind") or "",
+            }
             for entry in run.summary
         ],
     )
@@ -195,27 +214,28 @@ def _shown(place: Place, stages: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             for name in place.shows
             if name in known
         ],
-        "compared": [
-            {
-                "name": one.name,
-                "reason": one.reason,
-                "status": one.status,
-                "ours_text": quantity(one.ours, one.unit),
-                "published_text": quantity(one.published, one.unit),
-                "difference_text": (
-                    "" if one.difference is None else f"{100.0 * one.difference:+.1f} %"
-                ),
-                "tolerance_text": f"{100.0 * one.tolerance:g} %",
-            }
-            for one in place.compared
-        ],
+        "compared": [_numbers(one) for one in place.compared],
+    }
+
+
+def _numbers(one: Compared) -> dict[str, str]:
+    """A compared value as texts."""
+    return {
+        "name": one.name,
+        "reason": one.reason,
+        "status": one.kind if one.status == GIVEN else one.status,
+        "ours_text": quantity(one.ours, one.unit),
+        "published_text": f"{one.relation} {quantity(one.published, one.unit)}".removeprefix("= "),
+        "difference_text": "" if one.difference is None else f"{100.0 * one.difference:+.1f} %",
+        "tolerance_text": f"{100.0 * one.tolerance:g} %" if one.relation == "=" else "",
     }
 
 
 def _standing(place: Place) -> str:
-    """How many of its results come near enough, where some do not."""
-    near = sum(one.status == REPRODUCED for one in place.compared)
-    return f"{near} of {len(place.compared)} reproduced" if place.status == DIFFERS else ""
+    """How many of its results come near enough, where some do not; what is given is no result."""
+    results = [one for one in place.compared if one.kind == "result"]
+    near = sum(one.status == REPRODUCED for one in results)
+    return f"{near} of {len(results)} reproduced" if place.status == DIFFERS and results else ""
 
 
 def _tiles(run: RunFiles) -> list[tuple[str, str]]:

@@ -53,6 +53,9 @@ class Entry:
         unit: SI unit; "-" when it has none.
         paper: The published value; None where there is none.
         note: What to know when reading it.
+        relation: What the publication says of its own: "=", or ">" or "<" the value; None without.
+        kind: What ours is beside it: "result", or "input", "fitted", "scaled", "selected" or
+            "derived", which is no test of ours; None without.
     """
 
     name: str
@@ -60,6 +63,8 @@ class Entry:
     unit: str
     paper: float | None
     note: str
+    relation: str | None = None
+    kind: str | None = None
 
 
 def open_run(folder: str | os.PathLike[str]) -> RunFolder:

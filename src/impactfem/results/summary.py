@@ -6,30 +6,36 @@ import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from impactfem.case import Published
 from impactfem.files import write_json
 from impactfem.scalar import Scalar
 
 
-def write_summary(path: Path, scalars: Iterable[Scalar], published: Mapping[str, float]) -> None:
-    """Write the list of {name, value, unit, paper, note}.
+def write_summary(
+    path: Path, scalars: Iterable[Scalar], published: Mapping[str, Published]
+) -> None:
+    """Write the list of {name, value, unit, paper, relation, kind, note}.
 
     Args:
         path: The file.
         scalars: The results.
-        published: Published values in SI units by name; null where there is none.
+        published: Published values in SI units by name; where there is none, `paper`, `relation`
+            and `kind` are null.
 
     Raises:
         ImpactfemError: The file cannot be written.
     """
     entries = []
     for scalar in scalars:
-        value = scalar.value
+        value, theirs = scalar.value, published.get(scalar.name)
         entries.append(
             {
                 "name": scalar.name,
                 "value": value if value is not None and math.isfinite(value) else None,
                 "unit": scalar.unit,
-                "paper": published.get(scalar.name),
+                "paper": None if theirs is None else theirs.value,
+                "relation": None if theirs is None else theirs.relation,
+                "kind": None if theirs is None else theirs.kind,
                 "note": scalar.note,
             }
         )

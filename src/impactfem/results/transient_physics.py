@@ -250,6 +250,12 @@ def _along_line(view: TransientView) -> list[Scalar]:
             "-",
             f"floor {top}: the lower of both ends of the line over the highest between them",
         ),
+        Scalar(
+            "transient.pfa.far_over_near",
+            float(pfa[-1] / pfa[0]),
+            "-",
+            f"line on floor {top}: the end far from the impact over the one that is hit",
+        ),
     ]
 
 

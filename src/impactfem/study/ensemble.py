@@ -24,6 +24,12 @@ def _key(case: Case) -> str:
     return stick_inputs_key(case, (*STICK_INPUTS, "ensemble", "published"), files)
 
 
+def _published(case: Case) -> dict[str, float]:
+    """Published values that other motions may miss: not what all of them are scaled or given to."""
+    same = ("input", "fitted", "scaled")
+    return {n: v for n, v in published_values(case).items() if case.published[n].kind not in same}
+
+
 def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
     with steps.step("sticks"):
@@ -47,7 +53,7 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         write_ensemble(folder / "ensemble.nc", case, result, key)
         return [
             folder / "ensemble.nc",
-            *ensemble_results(folder, published_values(case)),
+            *ensemble_results(folder, _published(case)),
             *write_floor_products(
                 folder / "ensemble",
                 folder / "ensemble.nc",
@@ -65,7 +71,7 @@ ENSEMBLE = Stage(
     key=_key,
     store="ensemble.nc",
     run=_run,
-    checks=lambda case, folder: ensemble_checks(folder, published_values(case)),
+    checks=lambda case, folder: ensemble_checks(folder, _published(case)),
     lacks=lambda case: "ensemble" if case.ensemble is None else None,
     needs=lambda case: ("sticks",),
     collective=True,

@@ -10,7 +10,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.building.read_parts import read_parts
-from impactfem.case import Case, SyntheticMotion, load_case
+from impactfem.case import Case, Published, SyntheticMotion, load_case
 from impactfem.case.file_mesh import FileMesh
 from impactfem.case.pair_distance import pair_distance
 from impactfem.device.from_case import checked_devices
@@ -46,6 +46,7 @@ class Run:
         folder: Its folder.
         scalars: All scalar results, in the order of the stages.
         published: Published values in SI by the name of the result.
+        beside: The same with what the publication says of them and what ours are beside them.
         checks: The checks of each stage: whether it is met, and what it says.
         reused: Names of the stages whose stores were reused.
         times: Wall time of each step when it ran, by stage and step [s].
@@ -55,6 +56,7 @@ class Run:
     folder: Path
     scalars: list[Scalar]
     published: dict[str, float]
+    beside: dict[str, Published] = field(default_factory=dict)
     checks: dict[str, list[Check]] = field(default_factory=dict)
     reused: list[str] = field(default_factory=list)
     times: dict[str, float] = field(default_factory=dict)
@@ -176,7 +178,7 @@ def run(
         case = on_root(prepare)
         opened.enter_context(mirrored(folder / LOG, rank()))
         opened.enter_context(file_errors())
-        result = Run(folder, [], published_values(case))
+        result = Run(folder, [], published_values(case), dict(case.published))
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
         log_case(case)
@@ -228,8 +230,8 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
 
 
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:
-    published = dict(result.published)
-    published |= {f"ensemble.median.{name}": v for name, v in result.published.items()}
+    published = dict(case.published)
+    published |= {f"ensemble.median.{name}": value for name, value in case.published.items()}
     write_findings(result.folder, case, result.checks)
     write_summary(result.folder / SUMMARY, result.scalars, published)
     write_json(
