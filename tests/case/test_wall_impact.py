@@ -27,6 +27,7 @@ time_step = "0.34 ms"
 """
 FULL = f"""{SHORT}floors = [7, 4]
 displaced_floor = 5
+pull = "even_load"
 theta = 0.55
 separation = "4 ms"
 """
@@ -81,6 +82,7 @@ def test_defaults(with_wall: With) -> None:
         displaced_floor=8,
         gap=0.01,
         displacement=-0.02,
+        pull="whole_floor",
         duration=1.3,
         time_step=0.34e-3,
         theta=0.5,
@@ -93,7 +95,7 @@ def test_every_key(with_wall: With) -> None:
     setup = case.wall_impact
     assert setup is not None
     assert (setup.floors, setup.displaced_floor) == ((4, 7), 5)  # bottom to top
-    assert (setup.theta, setup.separation) == (0.55, 4e-3)
+    assert (setup.pull, setup.theta, setup.separation) == ("even_load", 0.55, 4e-3)
     assert pickle.loads(pickle.dumps(case)) == case
     assert json.loads(case.model_dump_json(include={"wall_impact"}))["wall_impact"]["theta"] == 0.55
 
@@ -123,6 +125,7 @@ REFUSED = [
     ('"-2 cm"', '"0 m"', "displacement", "0 m expected a displacement that is not zero"),
     ('"-2 cm"', '"1 cm"', "displacement", "1 cm the wall would start inside the building"),
     ('"-2 cm"', '"2 cm"', "displacement", "expected less than the gap, 0.01 m"),
+    ('"-2 cm"', '"-2 cm"\npull = "gables"', "pull", "expected 'whole_floor' or 'even_load' or 'mass"),
     ('"1.3 s"', '"0 s"', "duration", "0 s expected a time above 0"),
     ('"0.34 ms"', '"0.66 s"', "time_step", "0.66 s expected at most half of the duration, 1.3 s"),
     ('"0.34 ms"', '"0.34 ms"\ntheta = 0.49', "theta", "0.49 expected a number of at least 0.5"),

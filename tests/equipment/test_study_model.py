@@ -25,7 +25,7 @@ def reduced(frame, rosette) -> StudyModel:
         directions=[1],
         hit=[2],
         eccentricity=0.0,
-        wall=((1, 2), 2),
+        wall=((1, 2), 2, "whole_floor"),
         accuracies=[Accuracy(case.building("F").damping.coefficients, 300.0, 0.002)],
         largest=600,
     )
@@ -76,6 +76,8 @@ def test_wall_of_the_study(reduced, frame):
     assert wall is not None and wall.contact.shape == (len(reduced.eigenvalue), 18)
     z = wall.start(-0.01)
     assert z @ wall.seen[:, -1] == pytest.approx(-0.01)
+    # The device's rigid plate lies in the floor that is held, and moves with it.
+    assert wall.uneven < 1e-9
 
 
 def test_archive(reduced, tmp_path):

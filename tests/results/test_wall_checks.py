@@ -8,6 +8,7 @@ from impactfem.results.check import log_checks
 from impactfem.results.wall_checks import wall_checks
 
 LINES = [
+    "calibrate: floor 8 starts at -20 mm, all of its slab within 2.0e-11 (limit 1e-06)",
     "calibrate: ε = 0.667, ξ_c = 0.128, K_Ceq = 1.2e+11 N/m from the impact of floor 8 at 0.2003 s:"
     " 16 ms, 800.3 kN s, 0.16 m/s before it",
     "calibrate: the stick hits 5.1 ms later, with 0.975 of the impulse and 1.03 of the duration",
@@ -45,12 +46,27 @@ def test_all_is_well(wall_folder, caplog):
 
 
 def test_what_has_no_limit_is_neither_met_nor_missed(wall_folder):
-    assert told(wall_folder()) == LINES[:4]
+    assert told(wall_folder()) == LINES[1:5]
+
+
+def test_a_floor_that_does_not_start_as_requested(wall_folder):
+    [(met, text)] = [
+        line
+        for line in wall_checks(wall_folder(scalars={"start_unevenness": 0.2}))
+        if "starts at" in line[1]
+    ]
+    assert met is False and text.endswith("all of its slab within 2.0e-01 (limit 1e-06)")
+
+
+def test_a_floor_that_a_load_draws_aside(wall_folder):
+    folder = wall_folder(pull="even_load", scalars={"start_unevenness": 0.2})
+    text = "calibrate: floor 8 starts at -20 mm at its mass centre, its slab within 0.2 of it "
+    assert wall_checks(folder)[0] == (None, text + "(pull = even_load)")
 
 
 def test_a_store_without_the_error_of_the_basis(wall_folder, caplog):
     found = logged(wall_folder(scalars={"basis_error": None}), caplog)
-    assert [text for _, text in found] == [*LINES[:7], *LINES[8:]]
+    assert [text for _, text in found] == [*LINES[:8], *LINES[9:]]
 
 
 @pytest.mark.parametrize(
@@ -102,4 +118,4 @@ def test_an_impact_at_the_end_of_the_window(wall_folder, caplog):
 
 def test_a_stick_that_is_before_the_3d_model(wall_folder, caplog):
     found = logged(wall_folder(scalars={"stick_delay": -2e-3}), caplog)
-    assert found[1][1].startswith("calibrate: the stick hits 2 ms before,")
+    assert found[2][1].startswith("calibrate: the stick hits 2 ms before,")

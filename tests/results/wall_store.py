@@ -38,6 +38,7 @@ WALL_SCALARS: dict[str, float | None] = {
     "energy_gained": 0.0,
     "penetration": 8e-5,
     "basis_error": 0.003,
+    "start_unevenness": 2e-11,
 }
 
 
@@ -53,6 +54,7 @@ class WantedWall:
         dampings: Number of damping cases.
         durations: Durations of the first impact of the damping cases [s].
         numerical: What the time stepping takes of the energy [J].
+        pull: How the floor was drawn aside.
         scalars: Scalars that differ from `WALL_SCALARS`; None for one that does not exist.
     """
 
@@ -64,6 +66,7 @@ class WantedWall:
     durations: tuple[float, ...] = (0.016, 0.015, 0.017)
     numerical: float = 0.0
     scalars: dict[str, float | None] = field(default_factory=dict)
+    pull: str = "whole_floor"
 
 
 def calibrate_store(asked: WantedWall) -> xr.Dataset:
@@ -123,6 +126,9 @@ def calibrate_store(asked: WantedWall) -> xr.Dataset:
             "gap": GAP,
             "separation": asked.separation,
             "stick_contact_update": "implicit",
+            "displaced_floor": 8,
+            "displacement_at_start": -0.02,
+            "pull": asked.pull,
             "scalars": to_json(scalars),
         },
     )

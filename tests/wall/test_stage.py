@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, DampingCase, load_case
 from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
+from impactfem.errors import InputError
+from impactfem.wall import stage
 from impactfem.wall.stage import OWN, prepare
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -33,3 +38,17 @@ def test_dampings(case: Case, cases: tuple[DampingCase, ...]) -> None:
     assert prepared.dampings[OWN] == case.building("F").damping.coefficients
     for one in asking:
         assert prepared.dampings[one.name] == one.coefficients
+
+
+def test_a_clamped_floor_cannot_be_held_as_a_whole(case: Case, monkeypatch) -> None:
+    """A mesh whose floor 2 is clamped at one node: a load can draw it aside, holding it cannot."""
+    parts, masses, report = read_parts(case, GEOMETRY / "frame.msh")
+    slab = parts.mesh.triangles[parts.mesh.slab(2)]
+    mesh = replace(parts.mesh, base=np.union1d(parts.mesh.base, slab[0, :1]))
+    clamped = replace(parts, mesh=mesh)
+    monkeypatch.setattr(stage, "read_parts", lambda *_: (clamped, masses, report))
+    with pytest.raises(InputError, match=r"wall_impact.pull.*1 of the \d+ nodes of the slab of f"):
+        prepare(case, GEOMETRY / "frame.msh", 0.5)
+    loaded = case.wall_impact.model_copy(update={"pull": "even_load"})
+    prepared = prepare(case.model_copy(update={"wall_impact": loaded}), GEOMETRY / "frame.msh", 0.5)
+    assert prepared.experiment.pull == "even_load"

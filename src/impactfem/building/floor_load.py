@@ -22,8 +22,7 @@ def floor_load(mesh: BuildingMesh, floor: int) -> NodalLoad:
     Raises:
         KeyError: The floor has no slab.
     """
-    cells = mesh.triangles[mesh.triangles_of("floor", floor)]
-    flat = cells[np.ptp(mesh.nodes[cells[:, :3], 2], axis=1) < 1e-6]
+    flat = mesh.triangles[mesh.slab(floor)]
     if not len(flat):
         raise KeyError(f"floor {floor} has no slab")
     area = areas(mesh.nodes, flat)

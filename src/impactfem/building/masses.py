@@ -15,9 +15,6 @@ from impactfem.errors import SolutionError
 
 Array = NDArray[np.float64]
 
-FLAT = 1e-6
-"""A slab is flat: the part of a triangle's height in its size that counts as none."""
-
 
 @dataclass(frozen=True, eq=False)
 class FloorMasses:
@@ -73,7 +70,7 @@ def floor_masses(
         return FloorMasses(parts, np.zeros_like(parts), float(shares[0]), on_triangles)
     added = np.asarray(asked, dtype=np.float64) - parts
     for k, missing in zip(mesh.floors, added, strict=True):
-        slab = _slab(mesh, k)
+        slab = mesh.slab(k)
         if slab.size == 0:
             raise SolutionError(f"floor {k} has no flat slab that could carry an added mass")
         if missing < 0.0:
@@ -91,13 +88,31 @@ def line_lengths(mesh: BuildingMesh) -> Array:
     return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), dtype=np.float64)
 
 
-def _slab(mesh: BuildingMesh, floor: int) -> NDArray[np.int64]:
-    """The flat triangles of a floor; an acroterion is none."""
-    chosen = mesh.triangles_of("floor", floor)
-    corners = mesh.nodes[mesh.triangles[chosen, :3]]
-    size = np.ptp(corners, axis=1)
-    flat: NDArray[np.bool_] = size[:, 2] < FLAT * size.max(axis=1)
-    return chosen[flat]
+def lever_rule(
+    mesh: BuildingMesh,
+    parts: tuple[Part, ...],
+    part: NDArray[np.int32],
+    corners: NDArray[np.int64],
+) -> tuple[NDArray[np.int64], Array]:
+    """The floor of each cell, and the share of its mass that belongs to it.
+
+    The rest of a wall or a column belongs to the floor below, or to the base.
+
+    Args:
+        mesh: The mesh.
+        parts: Parts that the cells are of.
+        part: Index into them of each cell, shape (m,).
+        corners: Vertices of the cells, shape (m, 2) or (m, 3).
+
+    Returns:
+        Numbers of floors and shares, each of shape (m,).
+    """
+    level = np.array([p.level for p in parts], dtype=np.int64)[part]
+    standing = np.array([p.scaled for p in parts], dtype=bool)[part]
+    elevation = np.array([mesh.nodes[mesh.base, 2].min(), *mesh.elevations.values()])
+    z = mesh.nodes[corners, 2].mean(axis=1)
+    below, above = elevation[level - 1], elevation[level]
+    return level, np.where(standing, np.clip((z - below) / (above - below), 0.0, 1.0), 1.0)
 
 
 def _shares(
@@ -108,11 +123,7 @@ def _shares(
     mass: Array,
 ) -> Array:
     """Mass of cells by level: the base, then the floors."""
-    level = np.array([p.level for p in parts], dtype=np.int64)[part]
-    standing = np.array([p.scaled for p in parts], dtype=bool)[part]
-    elevation = np.array([mesh.nodes[mesh.base, 2].min(), *mesh.elevations.values()])
-    z = mesh.nodes[corners, 2].mean(axis=1)
-    below, above = elevation[level - 1], elevation[level]
-    upper = np.where(standing, np.clip((z - below) / (above - below), 0.0, 1.0), 1.0)
-    lower = np.bincount(level - 1, mass * (1.0 - upper), len(elevation))
-    return np.asarray(np.bincount(level, mass * upper, len(elevation)) + lower)
+    level, upper = lever_rule(mesh, parts, part, corners)
+    count = 1 + len(mesh.floors)
+    lower = np.bincount(level - 1, mass * (1.0 - upper), count)
+    return np.asarray(np.bincount(level, mass * upper, count) + lower)

@@ -12,6 +12,9 @@ from impactfem.building.part import Part
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+FLAT = 1e-6
+"""A slab is flat: the part of a triangle's height in its size that counts as none."""
+
 
 @dataclass(frozen=True, eq=False)
 class BuildingMesh:
@@ -66,6 +69,13 @@ class BuildingMesh:
     def triangles_of(self, family: str, level: int | None = None) -> Ints:
         """Indices of the triangles of a family of parts, of one level or of all."""
         return np.flatnonzero(_chosen(self.shell_parts, family, level)[self.triangle_part])
+
+    def slab(self, floor: int) -> Ints:
+        """Indices of the flat triangles of a floor: its slab, without what stands upright on it."""
+        chosen = self.triangles_of("floor", floor)
+        size = np.ptp(self.nodes[self.triangles[chosen, :3]], axis=1)
+        flat: Ints = chosen[size[:, 2] < FLAT * size.max(axis=1)]
+        return flat
 
     def lines_of(self, family: str, level: int | None = None) -> Ints:
         """Indices of the lines of a family of parts, of one level or of all."""

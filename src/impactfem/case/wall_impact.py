@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -17,6 +17,8 @@ from impactfem.errors import Fault
 
 TOP_FLOORS = 3
 """Number of floors that may hit the wall when the case file names none (paper, section 3.2.2)."""
+Pull = Literal["whole_floor", "even_load", "mass_centre"]
+"""How the displaced floor is drawn aside before its release."""
 
 
 class _WallImpact(Section):
@@ -29,8 +31,15 @@ class _WallImpact(Section):
     displaced_floor: int | None
     gap: Depth = Field(description="Distance of the wall from the building at rest.")
     displacement: Length = Field(
-        description="Displacement of the mass centre of displaced_floor before the release, "
-        "towards the wall: negative away from it."
+        description="Displacement of displaced_floor before the release, towards the wall: "
+        "negative away from it; with loads, see pull, that of its mass centre."
+    )
+    pull: Pull = Field(
+        default="whole_floor",
+        description="How displaced_floor is drawn aside: 'whole_floor' holds every node of its "
+        "slab at the displacement; 'even_load' pulls with an even load over the slab, under which "
+        "it arrives bowed; 'mass_centre' with one force at its mass centre. The floor of the "
+        "stick is rigid: for it the three are the same.",
     )
     duration: PositiveTime = Field(description="Time that is computed.")
     time_step: PositiveTime = Field(description="Time step.")
@@ -70,8 +79,8 @@ class _WallImpact(Section):
 class WallImpactEntry(_WallImpact):
     """The impact of the building of [structure] on a rigid wall, which calibrates contact laws.
 
-    One floor is displaced by a horizontal force and let go; there is no ground motion. The wall
-    stands on the side of the impact edges of the mesh.
+    One floor is drawn aside and let go; there is no ground motion. The wall stands on the side of
+    the impact edges of the mesh.
     """
 
     floors: FloorNumbers | None = Field(

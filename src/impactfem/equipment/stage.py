@@ -141,7 +141,11 @@ def _reduced(case: Case, prepared: Prepared, comm: Any, step: Step, within: Prog
             eccentricity=transient.eccentricity,
             wall=None
             if wall is None
-            else (wall.experiment.floors, wall.experiment.displaced_floor),
+            else (
+                wall.experiment.floors,
+                wall.experiment.displaced_floor,
+                wall.experiment.pull,
+            ),
             accuracies=accuracies,
             largest=transient.largest_basis,
             progress=lambda part: within("basis", part),

@@ -19,6 +19,7 @@ from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import SHIFT
+from impactfem.case.wall_impact import Pull
 from impactfem.dynamics.enrichment import append_contacts, append_responses
 from impactfem.dynamics.galerkin import GalerkinModes, galerkin_modes
 from impactfem.dynamics.krylov import KrylovBasis
@@ -30,7 +31,6 @@ from impactfem.transient.loads import Loads
 from impactfem.transient.reduced_basis import grow_until_accurate
 from impactfem.wall.building_model import (
     WallModel,
-    WallPatterns,
     wall_model,
     wall_patterns,
 )
@@ -142,7 +142,7 @@ def study_model(
     directions: Sequence[int],
     hit: Sequence[int],
     eccentricity: float,
-    wall: tuple[tuple[int, ...], int] | None,
+    wall: tuple[tuple[int, ...], int, Pull] | None,
     accuracies: Sequence[Accuracy],
     largest: int,
     progress: Callable[[float], None] = lambda part: None,
@@ -150,7 +150,7 @@ def study_model(
     """Reduce a building with its devices' rosettes. Collective.
 
     The basis of the free building grows under the ground motion, even loads on the edges that are
-    hit and the push of the wall experiment, until it is as accurate as asked. Then come the
+    hit and the forces that hold the displaced floor of the wall experiment, until it is as accurate as asked. Then come the
     vectors of the contacts with the wall, and the responses to forces and moments on the anchors.
 
     Args:
@@ -163,7 +163,8 @@ def study_model(
         hit: Numbers of the floors that are hit; forces on other edges are in the model, too, and
             less accurate.
         eccentricity: Of the loads on edges, along them [m].
-        wall: Floors that may hit the wall and the displaced one; None without a wall.
+        wall: Floors that may hit the wall, the displaced one and how it is drawn aside; None
+            without a wall.
         accuracies: How good it has to be, one damping after the other.
         largest: Most vectors of the free building.
         progress: Called with the part of the work that is done.
@@ -185,8 +186,9 @@ def study_model(
     T.destroy()
     loads = [-model.ground[:, c] for c in directions]
     loads += [edges[floor] for floor in hit]
-    if patterns is not None:
-        loads.append(patterns.push)
+    state, push = (None, None) if patterns is None else patterns.held(K)
+    if push is not None:
+        loads.append(push)
     moving = [moving_node(node, rosettes) for node in points]
     probes = np.unique(
         [one.master for one in rosettes]
@@ -212,9 +214,14 @@ def study_model(
         if patterns is not None:
             append_contacts(basis, patterns.contact)
         append_responses(basis, anchors)
+        if state is not None:
+            basis.vectors.append(np.asfortranarray(state[:, None]))
         modes = galerkin_modes(basis)
+    of_wall = None
+    if patterns is not None and push is not None:
+        of_wall = wall_model(modes, patterns, push, difference)
     seen = point_rows(model, mesh, points, rosettes)
-    return _rows(modes, model, edges, anchors, seen, patterns, difference)
+    return _rows(modes, model, edges, anchors, seen, of_wall, difference)
 
 
 def _edges(model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> dict[int, Array]:
@@ -241,7 +248,7 @@ def _rows(
     edges: dict[int, Array],
     anchors: Array,
     points: scipy.sparse.csr_matrix,
-    patterns: WallPatterns | None,
+    wall: WallModel | None,
     difference: float,
 ) -> StudyModel:
     r = len(modes.eigenvalue)
@@ -254,5 +261,5 @@ def _rows(
         anchors=np.ascontiguousarray(at_anchors),
         points=np.ascontiguousarray(at_points),
         difference=difference,
-        wall=None if patterns is None else wall_model(modes, patterns, difference),
+        wall=wall,
     )

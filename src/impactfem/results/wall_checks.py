@@ -16,6 +16,8 @@ BASIS = 0.005
 """Largest error of the reduced basis under even loads on the edges."""
 STEPS = 16.0
 """Least number of steps in an impact (paper, equation 7)."""
+EVEN = 1e-6
+"""Largest departure of a floor that is held as a whole from its displacement, over it."""
 RIGID, PENALTY = 0.05, 0.5
 """Largest penetration in parts of the gap: of a rigid wall, and of the stick's penalty law."""
 
@@ -29,12 +31,25 @@ def wall_checks(folder: Path) -> list[Check]:
     with open_store(folder / "calibrate.nc") as store:
         view = WallView(store)
         return [
+            *_start(view),
             *_found(view),
             *_floors(view),
             *_contact(view),
             *_steps(view),
             *_penetration(view),
         ]
+
+
+def _start(view: WallView) -> list[Check]:
+    """Whether the building starts from the state that was requested."""
+    pull, uneven = view.store.attrs["pull"], view.values["calibration.start_unevenness"]
+    floor, d = view.store.attrs["displaced_floor"], 1e3 * view.store.attrs["displacement_at_start"]
+    text = f"calibrate: floor {floor} starts at {d:.4g} mm"
+    if pull == "whole_floor":
+        return [(uneven <= EVEN, f"{text}, all of its slab within {uneven:.1e} (limit {EVEN:g})")]
+    return [
+        (None, f"{text} at its mass centre, its slab within {uneven:.2g} of it (pull = {pull})")
+    ]
 
 
 def _found(view: WallView) -> list[Check]:

@@ -43,7 +43,7 @@ def _model_key(case: Case) -> str:
     asked = case.wall_impact
     if asked is None:
         return ""
-    own = asked.model_dump_json(include={"floors", "displaced_floor"})
+    own = asked.model_dump_json(include={"floors", "displaced_floor", "pull"})
     return matrices_key(case, CALIBRATE_ROOMS, own, DAMPINGS)
 
 

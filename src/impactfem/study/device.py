@@ -51,7 +51,9 @@ def model_key(case: Case) -> str:
     if transient is None:
         return ""
     own = transient.model_dump_json(include={"maximum_frequency", "tolerance", "eccentricity"})
-    own += "" if wall is None else wall.model_dump_json(include={"floors", "displaced_floor"})
+    own += (
+        "" if wall is None else wall.model_dump_json(include={"floors", "displaced_floor", "pull"})
+    )
     placed = {"point", "radius", "supports", "envelope"}
     own += "".join(device.model_dump_json(include=placed) for device in case.devices)
     if any(anchor.envelope for device in case.devices for anchor in device.anchors):

@@ -78,9 +78,7 @@ def floor_vertices(mesh: BuildingMesh) -> Index:
 
 def wave_slab(mesh: BuildingMesh, floor: int | None = None) -> tuple[Index, Index]:
     """Triangles of a floor's slab, and all of its nodes; of the top floor when None."""
-    chosen = mesh.triangles_of("floor", mesh.floors[-1] if floor is None else floor)
-    z = mesh.nodes[mesh.triangles[chosen, :3], 2]
-    flat = chosen[np.ptp(z, axis=1) < 1e-6]
+    flat = mesh.slab(mesh.floors[-1] if floor is None else floor)
     return flat, np.unique(mesh.triangles[flat])
 
 

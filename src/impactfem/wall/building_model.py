@@ -16,16 +16,18 @@ from impactfem.archive import read_archive, write_archive
 from impactfem.building.contact_edge import contact_edge
 from impactfem.building.edge_load import edge_load
 from impactfem.building.edge_normal import outward_normal
-from impactfem.building.floor_load import floor_load
 from impactfem.building.links import carried
 from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import SHIFT
+from impactfem.case.wall_impact import Pull
+from impactfem.dynamics.columns import product
 from impactfem.dynamics.enrichment import append_contacts
 from impactfem.dynamics.galerkin import GalerkinModes, galerkin_modes
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.transient.reduced_basis import grow_until_accurate
+from impactfem.wall.pull import FloorPull, floor_pull
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -41,7 +43,7 @@ class WallPatterns:
         floor_of: Index into `floors` of each constraint, shape (m,).
         contact: G: Gᵀ u is the displacement towards the wall of each constraint, shape
             (n_local, m), sparse.
-        push: The load with the resultant 1 N over the displaced floor, along n, shape (n_local,).
+        pull: What displaces the floor.
         edges: Even loads on the edges of the floors, shape (n_local, n_floors).
         seen: Rows of n · u at the mass centre of each floor, then of the displaced one, shape
             (n_local, n_floors + 1), sparse.
@@ -51,9 +53,27 @@ class WallPatterns:
     normal: Array
     floor_of: Index
     contact: scipy.sparse.csr_matrix
-    push: Array
+    pull: FloorPull
     edges: Array
     seen: scipy.sparse.csr_matrix
+
+    def held(self, K: Any) -> tuple[Array, Array]:
+        """The state at rest for 1 m of the displaced floor, and the forces that hold it. Collective.
+
+        Args:
+            K: Stiffness (AIJ), positive definite.
+
+        Returns:
+            u with n · u = 1 at the floor's mass centre, and K u, each of shape (n_local,).
+
+        Raises:
+            SolutionError: The stiffness is not positive definite.
+        """
+        state = self.pull.state(K, self.seen[:, -1])
+        push = product(K, state[:, None])[:, 0]
+        if self.pull.kind == "whole_floor":
+            push[~self.pull.slab] = 0.0  # there K u is the rounding of the solution
+        return state, push
 
     def carried(self, T: Any) -> WallPatterns:
         """The columns of the building with rigid links, forces on followers on their masters.
@@ -64,7 +84,7 @@ class WallPatterns:
         return replace(
             self,
             contact=_carried(T, self.contact),
-            push=carried(T, self.push[:, None])[:, 0],
+            pull=self.pull.carried(T),
             edges=carried(T, self.edges),
             seen=_carried(T, self.seen),
         )
@@ -80,7 +100,11 @@ def _carried(T: Any, columns: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matri
 
 
 def wall_patterns(
-    model: BuildingModel, mesh: BuildingMesh, floors: tuple[int, ...], displaced: int
+    model: BuildingModel,
+    mesh: BuildingMesh,
+    floors: tuple[int, ...],
+    displaced: int,
+    pull: Pull,
 ) -> WallPatterns:
     """Make the columns of an experiment.
 
@@ -89,13 +113,13 @@ def wall_patterns(
         mesh: Its mesh.
         floors: Floors that may hit the wall; their edges lie in one plane (see `wall_side`).
         displaced: The floor that is displaced.
+        pull: How it is drawn aside.
 
     Raises:
-        KeyError: A floor has no edge or no mass centre.
+        KeyError: A floor has no edge, no slab or no mass centre.
     """
     normal = outward_normal(mesh, floors[-1])
-    direction = (float(normal[0]), float(normal[1]), float(normal[2]))
-    opposite = (-direction[0], -direction[1], -direction[2])
+    opposite = (-float(normal[0]), -float(normal[1]), -float(normal[2]))
     contacts = [contact_edge(mesh, floor).columns(model, normal) for floor in floors]
     loads = [edge_load(mesh, floor).vector(model, opposite) for floor in floors]
     watched = np.array([*(mesh.centres[floor] for floor in floors), mesh.centres[displaced]])
@@ -112,7 +136,7 @@ def wall_patterns(
         normal=normal,
         floor_of=np.repeat(np.arange(len(floors), dtype=np.int64), counts),
         contact=scipy.sparse.csr_matrix(scipy.sparse.hstack(contacts)),
-        push=floor_load(mesh, displaced).vector(model, direction),
+        pull=floor_pull(model, mesh, displaced, normal, pull),
         edges=np.column_stack(loads),
         seen=scipy.sparse.csr_matrix(seen),
     )
@@ -125,11 +149,13 @@ class WallModel:
     Args:
         eigenvalue: λ, shape (r,) [1/s2].
         contact: Γ = Φᵀ G, shape (r, m).
-        push: Φᵀ f of the load that displaces the floor, shape (r,).
+        push: Φᵀ f of the forces that hold the floor at 1 m, shape (r,).
         seen: Φᵀ L of the mass centres, then of the displaced floor's, shape (r, n_floors + 1).
         floors: Floors that may hit, shape (n_floors,).
         floor_of: Index into `floors` of each constraint, shape (m,).
         difference: Estimated error of the basis under even loads on the edges.
+        uneven: Largest departure of the displaced floor's slab from its displacement along n, over
+            it, before the release.
     """
 
     eigenvalue: Array
@@ -139,12 +165,15 @@ class WallModel:
     floors: Index
     floor_of: Index
     difference: float
+    uneven: float
 
     def start(self, displacement: float) -> Array:
-        """z₀ = λ⁻¹ b F, F the force that gives the displaced floor its displacement, shape (r,).
+        """z₀ = λ⁻¹ b d, b of the forces that hold the floor at 1 m, shape (r,).
+
+        The state that they hold is in the basis: z₀ is that state, not an approximation of it.
 
         Args:
-            displacement: Of its mass centre, towards the wall [m].
+            displacement: d of the floor's mass centre, towards the wall [m].
         """
         z = self.push / self.eigenvalue
         return np.asarray(displacement * z / (self.seen[:, -1] @ z), dtype=np.float64)
@@ -158,7 +187,7 @@ class WallModel:
     def of_content(cls, content: Mapping[str, Any]) -> WallModel:
         """The model with these fields, as read from an archive."""
         values = {field.name: content[field.name] for field in fields(cls)}
-        return cls(**values | {"difference": float(values["difference"])})
+        return cls(**values | {name: float(values[name]) for name in ("difference", "uneven")})
 
     def write(self, path: Path, key: str) -> None:
         """Write it as NumPy's archive, in one piece.
@@ -189,8 +218,8 @@ def reduced_wall_model(
 ) -> WallModel:
     """Reduce a building with its contacts. Collective.
 
-    The basis of the free building grows under the even loads on the edges and the push; then it is
-    completed for the contacts.
+    The basis of the free building grows under the even loads on the edges and the forces that hold
+    the displaced floor; then it is completed for the contacts, and by the state that is held.
 
     Args:
         model: The building.
@@ -206,8 +235,10 @@ def reduced_wall_model(
     Raises:
         SolutionError: The tolerance is not met with the most vectors.
     """
+    # Before the basis: the memory of its factorisation is free again then.
+    state, push = patterns.held(K)
     with KrylovBasis(K, model.mass, (2.0 * math.pi * SHIFT) ** 2) as basis:
-        basis.add(np.column_stack([patterns.push, patterns.edges]))
+        basis.add(np.column_stack([push, patterns.edges]))
         _, difference = grow_until_accurate(
             basis,
             model,
@@ -219,24 +250,35 @@ def reduced_wall_model(
             progress=progress,
         )
         append_contacts(basis, patterns.contact)
+        basis.vectors.append(np.asfortranarray(state[:, None]))
         modes = galerkin_modes(basis)
-    return wall_model(modes, patterns, difference)
+    return wall_model(modes, patterns, push, difference)
 
 
-def wall_model(modes: GalerkinModes, patterns: WallPatterns, difference: float) -> WallModel:
+def wall_model(
+    modes: GalerkinModes, patterns: WallPatterns, push: Array, difference: float
+) -> WallModel:
     """The modal equations of a wall experiment. Collective.
 
     Args:
-        modes: Modes on a basis that is complete for the contacts.
+        modes: Modes on a basis that is complete for the contacts and has the state before the
+            release.
         patterns: The columns of the experiment.
+        push: The forces that hold the floor at 1 m, shape (n_local,).
         difference: Estimated error of the basis.
     """
+    b = modes.rows(push[:, None])[:, 0]
+    z = b / modes.eigenvalue
+    slab = np.flatnonzero(patterns.pull.slab)
+    moved = modes.vectors.rows(slab, modes.vectors.count) @ (modes.coordinates @ z)
+    away = np.abs(moved - patterns.pull.unit[slab]).max(initial=0.0)
     return WallModel(
         eigenvalue=modes.eigenvalue,
         contact=modes.rows(patterns.contact),
-        push=modes.rows(patterns.push[:, None])[:, 0],
+        push=b,
         seen=modes.rows(patterns.seen),
         floors=np.array(patterns.floors, dtype=np.int64),
         floor_of=patterns.floor_of,
         difference=difference,
+        uneven=max(modes.vectors.M.getComm().tompi4py().allgather(float(away))),
     )

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from impactfem.building.model import BuildingModel
 from impactfem.dynamics.contact_history import ContactHistory
-from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.unilateral import unilateral_response
 from impactfem.dynamics.unilateral_full import FullMotion
 from impactfem.dynamics.unilateral_modal import ModalMotion
@@ -103,10 +102,8 @@ def run_full(
         SolutionError: The response is not finite.
     """
     alpha, beta = damping
-    with Factorisation(K, name="the stiffness matrix") as factor:
-        u = factor.solve_block(patterns.push[:, None])[:, 0]
-    moved = model.comm.allreduce(patterns.seen.T @ u)
-    u0 = np.ascontiguousarray(experiment.displacement * u / moved[-1])
+    state, _ = patterns.held(K)
+    u0 = np.ascontiguousarray(experiment.displacement * state)
     _check_start(experiment, patterns.floor_of, model.comm.allreduce(patterns.contact.T @ u0))
     with FullMotion(
         K,

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.case.wall_impact import Pull
 from impactfem.errors import ImpactfemError
 
 Array = NDArray[np.float64]
@@ -18,18 +19,20 @@ Side = Literal["x-", "x+", "y-", "y+"]
 class WallExperiment:
     """A building in front of a rigid wall, without ground motion (paper, section 3.2.2).
 
-    One floor is displaced by a horizontal force at its mass centre; at t = 0 the force is gone and
-    the building, at rest, is free. The wall is a plane at the gap g from the undeformed building,
+    One floor is drawn aside, see `impactfem.wall.pull`; at t = 0 what held it is gone and the
+    building, at rest, is free. The wall is a plane at the gap g from the undeformed building,
     n the unit vector towards it: a point with displacement u touches where n · u = g.
 
     Args:
         floors: Numbers of the floors that may hit the wall, each once.
         displaced_floor: Number of the floor that is displaced.
-        displacement: Displacement of its mass centre along n, negative away from the wall [m].
+        displacement: Its displacement along n, negative away from the wall; under a load that of
+            its mass centre [m].
         gap: Gap g at rest [m].
         duration: Length of the window in time [s].
         time_step: Time step [s].
         side: Side of the building on which the wall stands: "x-", "x+", "y-" or "y+".
+        pull: How the floor is drawn aside.
 
     Raises:
         ImpactfemError: A value makes no experiment: the wall stands inside the displaced building,
@@ -43,6 +46,7 @@ class WallExperiment:
     duration: float
     time_step: float
     side: Side = "y+"
+    pull: Pull = "whole_floor"
 
     def __post_init__(self) -> None:
         if not self.floors or len(set(self.floors)) < len(self.floors):
@@ -81,7 +85,7 @@ class WallExperiment:
     def check_start(self, displacement: Array) -> None:
         """See that the wall stands outside the displaced building.
 
-        The force on one floor displaces the others, too, and those above it more.
+        What draws one floor aside displaces the others, too, and those above it more.
 
         Args:
             displacement: Displacements along n of the points that may hit, the largest of each

@@ -112,10 +112,17 @@ def _stick(study: CalibrationStudy) -> list[Scalar]:
 
 
 def _solver(study: CalibrationStudy) -> list[Scalar]:
-    contact = study.main.run.contact
+    contact, experiment = study.main.run.contact, study.prepared.experiment
     return [
         Scalar("calibration.basis_vectors", float(len(study.model.eigenvalue)), "-"),
         Scalar("calibration.basis_error", study.model.difference, "-", "transfer functions"),
+        Scalar(
+            "calibration.start_unevenness",
+            study.model.uneven,
+            "-",
+            f"largest departure of the slab of floor {experiment.displaced_floor} from its "
+            f"displacement before the release, over it; pull = {experiment.pull}",
+        ),
         Scalar("calibration.constraints", float(len(study.model.floor_of)), "-"),
         Scalar("calibration.complementarity", float(contact.residual.max()), "-", "residual"),
         Scalar("calibration.penetration", float(contact.penetration.max()), "m"),

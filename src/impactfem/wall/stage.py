@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.building.contact_edge import contact_edge
-from impactfem.building.mesh import BuildingMesh
+from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.building.read_parts import read_parts
@@ -20,6 +20,7 @@ from impactfem.case import Case
 from impactfem.case.calibrated import CALIBRATED
 from impactfem.case.damping_cases import OWN
 from impactfem.case.wall_impact import WallImpactSetup
+from impactfem.errors import Fault, InputError
 from impactfem.log import LOGGER
 from impactfem.parallel import on_root
 from impactfem.sticks.from_case import calibration_of, system_of
@@ -147,7 +148,9 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
         duration=asked.duration,
         time_step=asked.time_step,
         side=wall_side(parts.mesh, asked.floors, mesh_file),
+        pull=asked.pull,
     )
+    _check_pull(case, parts.mesh, asked)
     edges = [contact_edge(parts.mesh, floor) for floor in asked.floors]
     order = {floor: k for k, floor in enumerate(parts.mesh.floors)}
     own = case.building(structure.building).damping.coefficients
@@ -167,6 +170,23 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
         theta=asked.theta,
         separation=asked.separation,
     )
+
+
+def _check_pull(case: Case, mesh: BuildingMesh, asked: WallImpactSetup) -> None:
+    """See that the displaced floor can be held at a displacement as a whole.
+
+    Raises:
+        InputError: A node of its slab is clamped.
+    """
+    slab = np.unique(mesh.triangles[mesh.slab(asked.displaced_floor)])
+    clamped = np.isin(slab, mesh.base)
+    if asked.pull == "whole_floor" and clamped.any():
+        expected = (
+            f"{clamped.sum()} of the {len(slab)} nodes of the slab of floor "
+            f"{asked.displaced_floor} are clamped, at {place(mesh.nodes[slab[clamped][0]])} for "
+            "example; expected a floor that is free to move, or 'even_load' or 'mass_centre'"
+        )
+        raise InputError([Fault(case.path, "wall_impact.pull", asked.pull, expected)])
 
 
 def run_calibrate(
@@ -231,7 +251,9 @@ def _reduced(prepared: Prepared, comm: Any, step: Step, within: Progress) -> Wal
     with step("matrices"):
         model = assemble_building(comm, prepared.parts)
         K = model.take_stiffness(prepared.storey_factor)
-        patterns = wall_patterns(model, mesh, experiment.floors, experiment.displaced_floor)
+        patterns = wall_patterns(
+            model, mesh, experiment.floors, experiment.displaced_floor, experiment.pull
+        )
     with step("basis"):
         found = reduced_wall_model(
             model,

@@ -16,7 +16,11 @@ Array = NDArray[np.float64]
 
 
 def static_state(stick: Stick, experiment: WallExperiment) -> Array:
-    """Displacements of the stick under the force that displaces the floor.
+    """Displacements of the stick whose floor is drawn aside.
+
+    The floor is rigid and keeps the rotation that its storeys give it, as a slab does that is held
+    along n alone. A force along n at the stick's axis does not turn it about the axis, so holding
+    the whole floor, an even load on it and a force at its mass centre are the same.
 
     With j the row that takes n · u of the floor's mass centre, K u = λ jᵀ and j u = d:
     u = d K⁻¹ jᵀ / (j K⁻¹ jᵀ).

@@ -70,6 +70,7 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
             "separation": study.prepared.separation,
             "displaced_floor": experiment.displaced_floor,
             "displacement_at_start": experiment.displacement,
+            "pull": experiment.pull,
             "stick_contact_update": study.case.pounding.update,
         },
     )
