@@ -231,7 +231,9 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
         }
     scalars = [
         Scalar("transient.wave_speed", SPEED / 1.6, "m/s"),
-        Scalar("transient.plate_wave_speed", SPEED, "m/s"),
+        Scalar("transient.plate_wave_speed", 1.6 * SPEED, "m/s"),
+        Scalar("transient.loaded_wave_speed", SPEED, "m/s"),
+        Scalar("transient.loaded_wave_crossing", 6.0 / SPEED, "s"),
     ]
     return xr.Dataset(
         fields,

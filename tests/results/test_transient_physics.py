@@ -67,27 +67,69 @@ def travelling(speed, distance, time, lasts=0.012, before=0.0):
     return before - 40.0 * np.where((phase > 0) & (phase < 1), np.sin(np.pi * phase) ** 2, 0.0)
 
 
-@pytest.mark.parametrize("speed", [2394.0, 3785.0])
+@pytest.mark.parametrize("speed", [1972.0, 3785.0])
 def test_crossing_of_a_travelling_pulse(speed):
     time, distance = 1e-3 * np.arange(2000), np.linspace(0.0, 15.6, 9)
-    found = arrivals(time, travelling(speed, distance, time, before=3.0), -1.0, (0.5, 0.512))
-    assert crossing_time(distance, found) == pytest.approx(15.6 / speed, rel=0.02)
+    impact = (0.5, 0.512)
+    found = arrivals(time, travelling(speed, distance, time, before=3.0), -1.0, impact)
     finer = 1e-5 * np.arange(100_000)
-    exact = arrivals(finer, travelling(speed, distance, finer, before=3.0), -1.0, (0.5, 0.512))
-    assert crossing_time(distance, exact) == pytest.approx(15.6 / speed, rel=1e-4)
-    # sin² reaches a tenth at asin(√0.1) / π of its length.
-    first = 0.5 + 0.012 * math.asin(math.sqrt(0.1)) / math.pi
-    assert exact[0] == pytest.approx(first, abs=1e-6)
+    exact = arrivals(finer, travelling(speed, distance, finer, before=3.0), -1.0, impact)
+    for name in ("peak", "half"):
+        sampled, known = getattr(found, name), getattr(exact, name)
+        assert crossing_time(distance, sampled) == pytest.approx(15.6 / speed, rel=0.005)
+        assert crossing_time(distance, known) == pytest.approx(15.6 / speed, rel=1e-4)
+    # sin² has its peak in the middle, and half of it at a quarter.
+    assert exact.peak[0] == pytest.approx(0.506, abs=1e-6)
+    assert exact.half[0] == pytest.approx(0.503, abs=1e-6)
+
+
+def foot(time, acceleration, sense, part=0.1):
+    """The measure that was in use before: when a part of the peak is reached."""
+    pushed = sense * (acceleration - acceleration[:, :1])
+    reached = pushed >= part * pushed.max(axis=1, keepdims=True)
+    return time[np.argmax(reached, axis=1)]
+
+
+def test_a_precursor_is_not_the_wave():
+    """A tenth of the wave runs ahead twice as fast: the foot takes its speed for the wave's."""
+    time, distance, c = 1e-3 * np.arange(2000), np.linspace(0.0, 15.6, 9), 1972.0
+    both = travelling(c, distance, time) + 0.2 * travelling(3.0 * c, distance, time)
+    found = arrivals(time, both, -1.0, (0.5, 0.512))
+    assert crossing_time(distance, found.peak) == pytest.approx(15.6 / c, rel=0.05)
+    fast = crossing_time(distance, foot(time, both, -1.0))
+    assert fast is not None and fast < 0.8 * 15.6 / c
+
+
+def test_a_reflection_is_not_the_wave():
+    """What comes back from the far edge, a little larger, is later than the first peak."""
+    time, distance, c = 1e-4 * np.arange(20_000), np.linspace(0.0, 15.6, 9), 1972.0
+    both = travelling(c, distance, time, 0.004)
+    both += 1.2 * travelling(c, 15.6 + 15.6 - distance, time, 0.004)
+    found = arrivals(time, both, -1.0, (0.5, 0.53))
+    near = distance < 10.0  # beyond, the wave and its reflection are one
+    assert crossing_time(distance[near], found.peak[near]) == pytest.approx(9.75 / c, rel=0.01)
+    largest = time[np.argmax(-both, axis=1)]
+    assert crossing_time(distance[near], largest[near]) is None
+
+
+def test_a_slab_that_takes_longer_to_cross_than_the_impact():
+    time, distance = 1e-3 * np.arange(2000), np.linspace(0.0, 60.0, 9)
+    histories = travelling(1000.0, distance, time, 0.006)
+    short = arrivals(time, histories, -1.0, (0.5, 0.506))
+    assert np.isnan(short.peak[-1])
+    whole = arrivals(time, histories, -1.0, (0.5, 0.506), until=0.6)
+    assert crossing_time(distance, whole.peak) == pytest.approx(0.06, rel=0.005)
 
 
 def test_no_crossing():
     time, distance = 1e-3 * np.arange(2000), np.linspace(0.0, 15.6, 9)
     impact = (0.5, 0.512)
-    pulled = arrivals(time, travelling(2000.0, distance, time), 1.0, impact)
-    assert np.isnan(pulled).all() and crossing_time(distance, pulled) is None
-    together = arrivals(time, travelling(1e9, distance, time), -1.0, impact)
+    still = arrivals(time, np.full((9, 2000), 3.0), -1.0, impact)
+    assert np.isnan(still.peak).all() and np.isnan(still.half).all()
+    assert crossing_time(distance, still.peak) is None
+    together = arrivals(time, travelling(1e9, distance, time), -1.0, impact).peak
     assert crossing_time(distance, np.full(9, together[0])) is None
-    backwards = arrivals(time, travelling(2000.0, distance[::-1], time), -1.0, impact)
+    backwards = arrivals(time, travelling(2000.0, distance[::-1], time), -1.0, impact).peak
     assert crossing_time(distance, backwards) is None
     one = np.where(np.arange(9) == 4, 0.5, math.nan)
     assert crossing_time(distance, one) is None
@@ -105,6 +147,9 @@ def test_of_a_store(numbers):
     found = numbers()
     assert found["transient.wave_crossing"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
     assert found["transient.measured_wave_speed"].value == pytest.approx(2000.0, rel=0.03)
+    assert found["transient.wave_crossing_half"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
+    assert found["transient.wave_far_edge"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
+    assert found["transient.wave_reversal"].value is None  # a half sine that is not reflected
     assert found["transient.psd_ratio"].value == pytest.approx(4.0, rel=1e-6)
     # The store's spectra grow from one probe to the next, and peak near 60 Hz.
     assert found["transient.frs.far_highest_below"].value == pytest.approx(422.0, rel=0.02)

@@ -38,6 +38,7 @@ def test_tables(transient_folder):
     # Of the stage's own scalars those that are published.
     assert float(numbers["transient.wave_speed"]["over published"]) == 1.0
     assert "transient.plate_wave_speed" not in numbers
+    assert "transient.loaded_wave_speed" not in numbers
     assert numbers["transient.psd_ratio"]["published"] == ""
 
 

@@ -69,6 +69,30 @@ def test_the_caption_says_why_the_floor_moves_before_it_is_hit(drawn, name, maps
     assert drawn(name, maps=maps)[1].endswith(NOTE)
 
 
+def test_speeds_beside_the_arrivals(drawn, monkeypatch):
+    """The line of the slab with its masses lies on the peaks; the bare plate's does not."""
+    lines = []
+    plot = Axes.plot
+
+    def kept(self, *values, **options):
+        lines.append((values, options))
+        return plot(self, *values, **options)
+
+    monkeypatch.setattr(Axes, "plot", kept)
+    drawn("wave_map", maps=False)
+    peaks = next(v for v, options in lines if options.get("color") == "black" and v[2:] == ("o",))
+    by_name = {options["label"]: v for v, options in lines if "label" in options}
+    assert list(by_name) == [
+        "slab with its masses, 2000 m/s",
+        "shear waves, 1250 m/s",
+        "bare plate, 3200 m/s",
+    ]
+    for name, near in (("slab with its masses, 2000 m/s", 0.1), ("bare plate, 3200 m/s", 1.0)):
+        times, distances = by_name[name]
+        away = np.abs(np.interp(peaks[1], distances, times) - peaks[0]).max()
+        assert (away < 0.1) == (near == 0.1)
+
+
 def test_without_an_impact_there_is_nothing_to_say(transient_folder):
     path = transient_folder(loads=(), maps=False) / "transient.nc"
     with xr.open_dataset(path, engine="h5netcdf") as store:

@@ -66,6 +66,10 @@ def test_waves_of_the_material(values: dict[str, float]) -> None:
     rod = np.sqrt(33e9 / 2500.0)
     assert values["transient.wave_speed"] == pytest.approx(rod / np.sqrt(2.4))
     assert values["transient.plate_wave_speed"] == pytest.approx(rod / np.sqrt(0.96))
+    # What the slab carries, and that beams do not fill it: slower than the bare plate.
+    loaded = values["transient.loaded_wave_speed"]
+    assert 0.2 * rod < loaded < rod
+    assert values["transient.loaded_wave_crossing"] * loaded == pytest.approx(4.0)
 
 
 def loads(*histories: list[float]) -> Loads:

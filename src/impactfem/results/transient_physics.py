@@ -7,6 +7,7 @@ not exist in a run, such as the crossing time of a wave where nothing touches.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -15,13 +16,20 @@ from numpy.typing import NDArray
 from impactfem.results.power import force_spectra
 from impactfem.results.transient_view import TransientView, stick_psa, stick_station
 from impactfem.scalar import Scalar
+from impactfem.spectra.upsampling import upsample
 
 Array = NDArray[np.float64]
 
 IMPACT_CONTENT = 100.0
 """Up to where the main impacts have most of their content, section 4.3.2 of the paper [Hz]."""
-ARRIVED = 0.1
-"""Part of its first peak at which a wave counts as arrived."""
+HALF = 0.5
+"""Part of its peak at which a wave's arrival is read, in addition to the peak itself."""
+FIRST = 0.75
+"""Part of the largest value in the window that the first peak of a wave reaches at least."""
+NOTHING = 0.01
+"""Part of the largest acceleration of all that counts as none."""
+FINER = 20
+"""Steps of the interpolated histories in one of the response."""
 QUIET_STEPS = 6
 """Steps before the impact where resampled forces are zero to 0.04 %."""
 
@@ -89,39 +97,62 @@ def displacement_spread(sd: Array) -> float:
     return float(np.ptp(sd, axis=0).max() / sd.max())
 
 
-def arrivals(time: Array, acceleration: Array, sense: float, impact: tuple[float, float]) -> Array:
-    """When the wave of an impact arrives at points [s].
+@dataclass(frozen=True, eq=False)
+class Arrivals:
+    """When the wave of an impact arrives at points, nan where nothing does.
 
-    The time at which the acceleration along the push, from its value shortly before the impact, has
-    reached a tenth of its largest value until the impact has been over for as long as it lasted;
-    linear between two samples.
+    Args:
+        peak: Of its peak, shape (n_points,) [s].
+        half: Of half of its peak, before it, shape (n_points,) [s].
+    """
+
+    peak: Array
+    half: Array
+
+
+def arrivals(
+    time: Array,
+    acceleration: Array,
+    sense: float,
+    impact: tuple[float, float],
+    until: float | None = None,
+) -> Arrivals:
+    """When the wave of an impact arrives at points, by its peak and by half of it.
+
+    Read from histories that are made finer by band-limited interpolation, as the acceleration along
+    the push beyond its value shortly before the impact. The peak is the first one that comes near
+    the largest in the window: a later one is that of a reflection. The foot of the wave says
+    nothing of its speed: damping that grows with the frequency has no front, and resampled forces
+    push before an impact.
 
     Args:
         time: Equidistant, shape (n_t,) [s].
         acceleration: Shape (n_points, n_t) [m/s2].
         sense: 1 or −1, the sense in which the impact pushes.
         impact: Its start and end [s].
-
-    Returns:
-        Shape (n_points,) [s]; nan where nothing arrives.
+        until: End of the window [s]; None for the impact's end and as long again as it lasts.
     """
     step = float(time[1] - time[0])
     start = int(np.searchsorted(time, impact[0] - 1e-9 * step))
-    first = max(0, start - QUIET_STEPS)
-    lasts = max(impact[1] - impact[0], step)
-    shown = slice(first, int(np.searchsorted(time, impact[1] + lasts, side="right")))
-    found = np.full(len(acceleration), math.nan)
-    for k, values in enumerate(acceleration):
-        pushed = sense * (values[shown] - values[first])
-        level = ARRIVED * pushed.max()
-        if not level > 0.0:
+    quiet = max(0, start - QUIET_STEPS)
+    end = impact[1] + max(impact[1] - impact[0], step) if until is None else until
+    peak, half = (np.full(len(acceleration), math.nan) for _ in range(2))
+    pushed = upsample(sense * (acceleration - acceleration[:, quiet : quiet + 1]), FINER)
+    first, last = FINER * quiet, FINER * (int(np.searchsorted(time, end, side="right")) - 1)
+    for k, values in enumerate(pushed[:, first : last + 1]):
+        largest = float(values.max(initial=0.0))
+        inner = values[1:-1]
+        tops = 1 + np.flatnonzero(
+            (inner > values[:-2]) & (inner >= values[2:]) & (inner >= FIRST * largest)
+        )
+        # What interpolation makes of a wave that comes after the window is no arrival.
+        if not tops.size or not largest > NOTHING * float(np.abs(acceleration).max()):
             continue
-        after = int(np.argmax(pushed >= level))
-        if after == 0:
-            continue
-        below, above = pushed[after - 1], pushed[after]
-        found[k] = time[first + after - 1] + step * (level - below) / (above - below)
-    return found
+        top = int(tops[0])
+        after = int(np.argmax(values >= HALF * values[top]))
+        peak[k] = time[0] + step * (first + top) / FINER
+        half[k] = time[0] + step * (first + after) / FINER
+    return Arrivals(peak, half)
 
 
 def crossing_time(distance: Array, arrival: Array) -> float | None:
@@ -146,12 +177,16 @@ def crossing_time(distance: Array, arrival: Array) -> float | None:
     return slope * float(distance[-1] - distance[0]) if slope > 0.0 else None
 
 
-def line_arrivals(view: TransientView) -> Array | None:
-    """Arrivals of the main impact's wave along the line; None where there is no such wave [s]."""
+def line_arrivals(view: TransientView) -> Arrivals | None:
+    """Arrivals of the main impact's wave along the line; None where there is no such wave."""
     if view.main_impact is None or view.inward == 0.0:
         return None
     histories = np.array([view.acceleration(probe) for probe in view.line])
-    return arrivals(view.time, histories, view.inward, view.main_impact)
+    start, end = view.main_impact
+    crossing = view.values.get("transient.loaded_wave_crossing") or 0.0
+    # Long enough for a slab that a wave takes longer to cross than the impact lasts.
+    until = end + max(end - start, view.time_step, 2.0 * crossing)
+    return arrivals(view.time, histories, view.inward, view.main_impact, until)
 
 
 def force_ratio(upper: Array, lower: Array, time_step: float) -> float | None:
@@ -321,13 +356,47 @@ def _impacts(view: TransientView) -> list[Scalar]:
 
 
 def _wave(view: TransientView) -> list[Scalar]:
-    arrival = line_arrivals(view)
-    if arrival is None:
+    found = line_arrivals(view)
+    if found is None:
         return []
-    crossing = crossing_time(view.distance, arrival)
-    speed = None if crossing is None else float(view.distance[-1]) / crossing
-    note = f"main impact, arrival at {100 * ARRIVED:g} % of the first peak along the line"
+    scalars = []
+    for name, arrival, what in (
+        ("", found.peak, "the peak"),
+        ("_half", found.half, f"{100 * HALF:g} % of the peak"),
+    ):
+        crossing = crossing_time(view.distance, arrival)
+        speed = None if crossing is None else float(view.distance[-1]) / crossing
+        note = f"main impact, slope of the arrival of {what} along the line"
+        scalars += [
+            Scalar(f"transient.wave_crossing{name}", crossing, "s", note),
+            Scalar(f"transient.measured_wave_speed{name}", speed, "m/s", note),
+        ]
+    return [*scalars, *_edge_instants(view, found)]
+
+
+def _edge_instants(view: TransientView, found: Arrivals) -> list[Scalar]:
+    """What happens at both ends of the line after the peak at the impact edge."""
+    first, last = found.peak[[0, -1]]
+    across = float(last - first) if last > first else None
+    turned = None
+    if math.isfinite(first) and view.main_impact is not None:
+        start, end = view.main_impact
+        shown = (view.time > first) & (view.time <= end + max(end - start, view.time_step))
+        pushed = view.inward * view.acceleration(view.line[0])[shown]
+        if pushed.min(initial=0.0) < 0.0:
+            turned = float(view.time[shown][np.argmin(pushed)] - first)
     return [
-        Scalar("transient.wave_crossing", crossing, "s", note),
-        Scalar("transient.measured_wave_speed", speed, "m/s", note),
+        Scalar(
+            "transient.wave_far_edge",
+            across,
+            "s",
+            "main impact, from the peak at the impact edge to that at the opposite edge",
+        ),
+        Scalar(
+            "transient.wave_reversal",
+            turned,
+            "s",
+            "main impact, from the peak at the impact edge to the largest acceleration there in "
+            "the opposite sense",
+        ),
     ]

@@ -21,7 +21,7 @@ from impactfem.results.floor_field import (
     signed_limits,
 )
 from impactfem.results.style import BLUE, GREEN, HANDLE, ORANGE, RED, figure, letter
-from impactfem.results.transient_physics import ARRIVED, line_arrivals
+from impactfem.results.transient_physics import HALF, line_arrivals
 from impactfem.results.transient_view import TransientView
 
 Array = NDArray[np.float64]
@@ -114,7 +114,10 @@ def _over_distance(
 
 
 def wave_map(path: Path, view: TransientView) -> None:
-    """The acceleration over distance and time, with the waves that equation 8 and a plate give."""
+    """The acceleration over distance and time, with the arrivals of the wave and its speeds by hand.
+
+    The thick lines pass through the middle of the peaks, so that slopes can be compared.
+    """
     if view.main_impact is None:
         raise ValueError("there is no impact to look at")
     start, end = view.main_impact
@@ -125,9 +128,10 @@ def wave_map(path: Path, view: TransientView) -> None:
     caption = (
         f"Figure 17 (e): acceleration along $e_{view.direction}$ of floor {view.top} over the "
         f"distance d from the impact edge and the time since the first sample of the main impact's "
-        f"force, at {start:.4g} s. White: zero, with the thin line. Thick lines: waves with the "
-        "speeds of shear waves and of waves normal to the edge in a plate; dots: "
-        f"{100 * ARRIVED:g} % of the first peak.{view.forces_note}"
+        f"force, at {start:.4g} s. White: zero, with the thin line. Dots: peak of the wave; "
+        f"circles: {100 * HALF:g} % of it. Lines: speed of the slab with beams and added mass "
+        "(solid), shear waves of the material by equation 8 (dashed), the bare plate (dotted)."
+        f"{view.forces_note}"
     )
     limits = signed_limits(float(values.min()), float(values.max()))
     halo = [withStroke(linewidth=3.0, foreground="white")]
@@ -146,22 +150,25 @@ def wave_map(path: Path, view: TransientView) -> None:
             panel.contour(time, view.distance, values, [0.0], colors="black", linewidths=0.5)
         arrival = line_arrivals(view)
         first, middle = 0.0, 0.0
-        if arrival is not None and np.isfinite(arrival).any():
-            known = np.isfinite(arrival)
-            panel.plot(
-                1e3 * (arrival - start),
-                view.distance,
-                "o",
-                color="black",
-                mec="white",
-                clip_on=False,
-                zorder=4,
-            )
-            # Through the middle of the dots, so that the slopes can be compared.
-            first, middle = 1e3 * (arrival[known].mean() - start), view.distance[known].mean()
+        if arrival is not None and np.isfinite(arrival.peak).any():
+            for times, face in ((arrival.half, "white"), (arrival.peak, "black")):
+                panel.plot(
+                    1e3 * (times - start),
+                    view.distance,
+                    "o",
+                    color=face,
+                    mec="white" if face == "black" else "black",
+                    ms=6.0 if face == "black" else 4.5,
+                    clip_on=False,
+                    zorder=4,
+                )
+            known = np.isfinite(arrival.peak)
+            first = 1e3 * (arrival.peak[known].mean() - start)
+            middle = view.distance[known].mean()
         speeds = (
-            ("transient.plate_wave_speed", "plate", "-"),
-            ("transient.wave_speed", "shear", "--"),
+            ("transient.loaded_wave_speed", "slab with its masses", "-"),
+            ("transient.wave_speed", "shear waves", "--"),
+            ("transient.plate_wave_speed", "bare plate", ":"),
         )
         for name, kind, dashes in speeds:
             c = view.values.get(name)
@@ -173,7 +180,7 @@ def wave_map(path: Path, view: TransientView) -> None:
                     ls=dashes,
                     lw=1.6,
                     path_effects=halo,
-                    label=f"{kind} waves, {c:.0f} m/s",
+                    label=f"{kind}, {c:.0f} m/s",
                 )
         panel.set_xlim(time[0], time[-1])
         panel.set_ylim(0.0, view.distance[-1])

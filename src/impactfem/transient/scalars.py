@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.floor_bar import bar_axis, floor_bar
 from impactfem.scalar import Scalar
 from impactfem.transient.stage import TransientStudy
 
@@ -17,7 +18,7 @@ DIFFERENCE = "error of the transfer functions at the probes, by nested models"
 
 def transient_scalars(study: TransientStudy) -> list[Scalar]:
     """All scalars of the stage; spectra at the first damping, along the shown direction."""
-    return [*_solver(study), *_floors(study), *_edges(study), *_material(study)]
+    return [*_solver(study), *_floors(study), *_edges(study), *_waves(study)]
 
 
 def shown_direction(study: TransientStudy) -> int:
@@ -103,18 +104,29 @@ def _edges(study: TransientStudy) -> list[Scalar]:
     return scalars
 
 
-def _material(study: TransientStudy) -> list[Scalar]:
-    """Wave speeds of the slabs' material, equation 8 of the paper and what it should be."""
-    E, nu, rho = study.parts.young_modulus, study.parts.poisson_ratio, study.parts.density
-    shear = math.sqrt(E / (2.0 * rho * (1.0 + nu)))
-    plate = math.sqrt(E / (rho * (1.0 - nu**2)))
-    note = "waves normal to the edge; a load normal to the edge makes these"
-    return [
+def _waves(study: TransientStudy) -> list[Scalar]:
+    """What the model gives for waves by hand: the floor as a bar, and its bare material."""
+    parts, floor = study.parts, study.case.wave_floor
+    E, nu, rho = parts.young_modulus, parts.poisson_ratio, parts.density
+    scalars = [
         Scalar(
             "transient.wave_speed",
-            shear,
+            math.sqrt(E / (2.0 * rho * (1.0 + nu))),
             "m/s",
-            "of shear waves in the plane (equation 8 of Bodnar et al. 2022)",
+            "of the material, from the inputs: shear waves (equation 8 of Bodnar et al. 2022)",
         ),
-        Scalar("transient.plate_wave_speed", plate, "m/s", note),
+        Scalar(
+            "transient.plate_wave_speed",
+            math.sqrt(E / (rho * (1.0 - nu**2))),
+            "m/s",
+            "of the material, from the inputs: waves normal to the edge of a bare plate",
+        ),
     ]
+    if floor in parts.mesh.edges:
+        bar = floor_bar(parts, floor, bar_axis(parts.mesh, floor))
+        note = f"√(EA'/m') of floor {floor} across: slab and beams, with the added mass"
+        scalars += [
+            Scalar("transient.loaded_wave_speed", bar.speed, "m/s", note),
+            Scalar("transient.loaded_wave_crossing", bar.crossing, "s", f"by {note}"),
+        ]
+    return scalars
