@@ -85,3 +85,19 @@ def test_checks(folder):
             (None, "ensemble: 1 of 2 published values within 5 to 95 %; outside: c.d"),
         ]
     assert len(ensemble_checks(folder, {})) == 1
+
+
+@pytest.mark.parametrize(("shift", "count"), [(0.0, 0), (-2.5, 3)])
+def test_floors_in_no_pair(folder, shift, count):
+    """The scalar of their closest approach: below zero they overlap."""
+    with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
+        members = store.load()
+    members["scalar"] = np.array(["pounding.facing_distance_min", "c.d", "e"], dtype=object)
+    members["value"][:, 0] += shift
+    members.attrs["scalars"] = to_json(
+        [Scalar("ensemble.members", 40.0, "-"), Scalar("ensemble.failed", 0.0, "-")]
+    )
+    write_netcdf(folder / "ensemble.nc", members)
+    (found,) = (one for one in ensemble_checks(folder, {}) if "contact pair" in one[1])
+    text = f"ensemble: in {count} of 40 motions floors overlap that are in no contact pair"
+    assert found == (count == 0, text)

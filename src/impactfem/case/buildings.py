@@ -17,6 +17,7 @@ from impactfem.case.leaf import (
     MaterialName,
     Name,
     PositiveFactor,
+    PositiveLength,
     refuse,
 )
 from impactfem.case.materials import Material
@@ -35,6 +36,20 @@ class _Stick(Section):
         default=(0.0, 0.0), description="Position (x, y) of the stick's vertical axis in plan."
     )
     base: Length = Field(default=0.0, description="Elevation of the clamped base.")
+    length: PositiveLength | None = Field(
+        default=None,
+        description="Length of the floors along x, with the axis in the middle. Only the search "
+        "for facing floors that are in no pair uses it; left out, offsets of [[contacts]] and a "
+        "generated mesh say how far the edges are.",
+    )
+    width: PositiveLength | None = Field(
+        default=None, description="Width of the floors along y, as length."
+    )
+    setback: Depth = Field(
+        default=0.0,
+        description="How far columns and walls stand behind the edges of the floors: so much "
+        "later a neighbour's floor meets a storey. Only the search for facing floors uses it.",
+    )
     rigid_below: Depth = Field(
         description="Rigid zone from a floor's mass centre down to the lower edge of its beams."
     )

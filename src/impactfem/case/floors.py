@@ -16,11 +16,13 @@ from impactfem.case.leaf import (
     Mass,
     PositiveFactor,
     PositiveLength,
+    Quantity,
     SecondMoment,
     Whole,
     refuse,
 )
 from impactfem.case.table import Table, column_key, read_table
+from impactfem.case.unit import LENGTH
 from impactfem.errors import Fault
 
 
@@ -57,6 +59,12 @@ class Floor(Section):
     storey_stiffness_factor: PositiveFactor = Field(
         default=1.0,
         description="Factor on all stiffnesses of this storey, besides the building's.",
+    )
+    length: Annotated[float | None, Quantity(LENGTH, above=0)] = Field(
+        default=None, description="Length of this floor along x; default that of the building."
+    )
+    width: Annotated[float | None, Quantity(LENGTH, above=0)] = Field(
+        default=None, description="Width of this floor along y; default that of the building."
     )
 
     @model_validator(mode="before")

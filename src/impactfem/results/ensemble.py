@@ -14,6 +14,9 @@ from impactfem.results.style import BLUE, ORANGE, RED, figure, letter, span
 from impactfem.results.table import Cell, Table
 from impactfem.scalar import from_json
 
+FACING = "pounding.facing_distance_min"
+"""Scalar of the closest approach of floors that face each other and are in no contact pair."""
+
 
 def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]:
     """Write the table and figures of an ensemble.
@@ -43,10 +46,15 @@ def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]
     with open_store(folder / "ensemble.nc") as store:
         rows = [row for row in bands(store, published).rows if row[-1] is not None]
         values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
+        nearest = store["value"].values[:, store["scalar"].values == FACING]
     failed = values["ensemble.failed"]
     checks: list[Check] = [
         (failed == 0.0, f"ensemble: {values['ensemble.members']:.0f} motions, {failed:.0f} failed")
     ]
+    if nearest.size:
+        count = int((nearest < 0.0).sum())
+        text = f"in {count} of {nearest.size} motions floors overlap that are in no contact pair"
+        checks.append((not count, f"ensemble: {text}"))
     if rows:
         outside = [str(row[0]) for row in rows if row[-1] == "no"]
         which = f"; outside: {', '.join(outside)}" if outside else ""

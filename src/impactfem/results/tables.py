@@ -25,6 +25,8 @@ def stick_tables(folder: Path) -> list[Path]:
         tables = [_modes(store), _contact(store), _impacts(store), _checks(store), _gaps(store)]
         if "target" in store.dims:
             tables.append(_calibration(store))
+        if "facing" in store.dims:
+            tables.append(_facing(store))
     target = folder / "tables"
     target.mkdir(exist_ok=True)
     for table in tables:
@@ -183,6 +185,26 @@ def _gaps(store: xr.Dataset) -> Table:
             _cells(store["pair_required_separation"], 1e3),
             _cells(store["pair_margin"], 1e3),
             ["yes" if value else "no" for value in store["pair_touched"].values],
+        ),
+    )
+
+
+def _facing(store: xr.Dataset) -> Table:
+    return Table(
+        "facing_floors",
+        "Floors that face each other and are in no contact pair: closest approach",
+        (
+            *(("floor", ""), ("faces", ""), ("level", "m"), ("distance at rest", "mm")),
+            *(("smallest distance", "mm"), ("at", "s"), ("overlap", "")),
+        ),
+        _columns(
+            _cells(store["facing_a"]),
+            _cells(store["facing_b"]),
+            _cells(store["facing_level"]),
+            _cells(store["facing_rest_gap"], 1e3),
+            _cells(store["facing_distance_min"], 1e3),
+            _cells(store["facing_time"]),
+            ["yes" if value < 0.0 else "no" for value in store["facing_distance_min"].values],
         ),
     )
 

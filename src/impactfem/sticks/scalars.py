@@ -210,6 +210,10 @@ def _checks(study: StickStudy) -> list[Scalar]:
             "largest approach of a pair without contact: the gap that would have prevented it",
         ),
     ]
+    if study.facing:
+        nearest = min(study.facing, key=lambda approach: approach.distance)
+        note = f"{nearest.facing.name}, in no contact pair; negative: one inside the other"
+        scalars.append(Scalar("pounding.facing_distance_min", nearest.distance, "m", note))
     if found:
         stored = float(np.max(study.energy.kinetic))
         defect = sum(impact.defect for impact in found) / stored

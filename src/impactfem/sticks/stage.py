@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Case
+from impactfem.case.facing import facing_floors
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.parallel import threads
 from impactfem.spectra import ResponseSpectra, response_spectra
 from impactfem.sticks.calibration import Calibration
 from impactfem.sticks.checks import ImpactCheck, Separation, impact_checks, separations
 from impactfem.sticks.energy import EnergyBalance, energy_balance
+from impactfem.sticks.facing import Approach, approaches
 from impactfem.sticks.from_case import calibration_of, system_of
 from impactfem.sticks.impacts import Impact, impacts
 from impactfem.sticks.modes import Modes, modes
@@ -64,6 +66,7 @@ class StickStudy:
         impacts: All impacts in order of time.
         checks: What each impact asks of the buildings.
         separations: Required separation of each pair.
+        facing: Closest approach of floors that face each other and are in no pair.
         floors: Floor spectra with contact.
         floors_free: Floor spectra without contact.
     """
@@ -79,6 +82,7 @@ class StickStudy:
     impacts: tuple[Impact, ...]
     checks: tuple[ImpactCheck, ...]
     separations: tuple[Separation, ...]
+    facing: tuple[Approach, ...]
     floors: FloorSpectra
     floors_free: FloorSpectra
 
@@ -138,6 +142,7 @@ def run_sticks(
         strength = {b.name: b.material.compressive_strength for b in case.buildings}
         checks = tuple(impact_checks(response, found, strength))
         apart = tuple(separations(free, response))
+        facing = tuple(approaches(response, facing_floors(case).pairs))
     with step("spectra"):
         floors = floor_spectra(case, response, buildings=buildings)
         floors_free = floor_spectra(case, free, floors.directions, buildings=buildings)
@@ -153,6 +158,7 @@ def run_sticks(
         found,
         checks,
         apart,
+        facing,
         floors,
         floors_free,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -120,6 +121,42 @@ class Stick:
         """
         B = np.zeros((3, self.n))
         B[:, 6 * master : 6 * master + 6] = rigid_link(np.asarray(offset, dtype=float))[:3]
+        return B
+
+    def storey_motion(self, number: int, relative_height: float) -> Array:
+        """Operator from the displacements to the motion of the axis inside a storey.
+
+        The storey carries no load between its nodes, and its damping is proportional to its
+        stiffness: a massless node at the point, of which the two elements beside it are in
+        equilibrium, moves as the Timoshenko beam does between its ends.
+
+        Args:
+            number: Number of the floor above the storey.
+            relative_height: Height s in its flexible part, 0 < s < 1.
+
+        Returns:
+            Matrix of shape (6, n).
+        """
+        index = self.floor_master(number)
+        floor = self.floors[index]
+        nodes = [s for storey, s in self.storey_points if storey == number]
+        heights = [0.0, *sorted(nodes), 1.0]
+        k = bisect(heights, relative_height) - 1
+        element = [element for element in self.elements if element.storey == index][k]
+        rigid = floor.below + (self.floors[index - 1].above if index else 0.0)
+        lower, upper = (
+            abs(relative_height - end) * (floor.height - rigid) for end in heights[k : k + 2]
+        )
+        # N: from the ends of the element to the node.
+        if lower == 0.0:
+            N = np.eye(6, 12)
+        else:
+            below, above = (storey_stiffness(L, floor.section) for L in (lower, upper))
+            coupling = np.hstack([below[6:, :6], above[:6, 6:]])
+            N = -np.linalg.solve(below[6:, 6:] + above[:6, :6], coupling)
+        free = element.dofs >= 0
+        B = np.zeros((6, self.n))
+        B[:, element.dofs[free]] = (N @ element.T)[:, free]
         return B
 
     def rigid_body(self) -> Array:

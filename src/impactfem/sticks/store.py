@@ -6,9 +6,9 @@ a synthetic one, `target_k`, the design spectrum.
 
 `sticks.nc` has the dimensions `time`, `station` (a floor of a building), `component` (those of
 ux .. rz in which anything moves), `direction`, `damping`, `frequency`, `pair`, `impact`,
-`building`, `mode` and `target`. All values are SI; each variable carries its unit. Names that end
-in `_free` belong to the run without contact. Displacements and velocities are relative to the
-ground, accelerations absolute.
+`building`, `mode`, `facing` (floors that face each other and are in no pair) and `target`. All
+values are SI; each variable carries its unit. Names that end in `_free` belong to the run without
+contact. Displacements and velocities are relative to the ground, accelerations absolute.
 """
 
 from __future__ import annotations
@@ -68,6 +68,7 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
         **_modes(study),
         **_impacts(study),
         **_pairs(study),
+        **_facing(study),
         **_targets(study),
     }
     dataset = xr.Dataset(
@@ -287,6 +288,25 @@ def _pairs(study: StickStudy) -> Variables:
     }
     for name, (values, unit) in numbers.items():
         variables[f"pair_{name}"] = ("pair", np.array(values, dtype=float), {"units": unit})
+    return variables
+
+
+def _facing(study: StickStudy) -> Variables:
+    found = study.facing
+    if not found:
+        return {}
+    variables: Variables = {
+        "facing": ("facing", _words(one.facing.name for one in found)),
+        "facing_a": ("facing", _words(one.facing.a.label for one in found)),
+        "facing_b": ("facing", _words(one.facing.b.label for one in found)),
+    }
+    for name, values, unit in (
+        ("level", [one.facing.level for one in found], "m"),
+        ("rest_gap", [one.facing.gap for one in found], "m"),
+        ("distance_min", [one.distance for one in found], "m"),
+        ("time", [one.time for one in found], "s"),
+    ):
+        variables[f"facing_{name}"] = ("facing", np.array(values, dtype=float), {"units": unit})
     return variables
 
 

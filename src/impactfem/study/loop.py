@@ -11,6 +11,7 @@ import xarray as xr
 
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, Published, SyntheticMotion, load_case
+from impactfem.case.facing import facing_floors, facing_lines, unknown_lines
 from impactfem.case.file_mesh import FileMesh
 from impactfem.case.pair_distance import pair_distance
 from impactfem.device.from_case import checked_devices
@@ -68,8 +69,9 @@ def check(path: Path, *, mesh: bool = False) -> Case:
 
     Args:
         path: The case file.
-        mesh: Whether a mesh file of the case is read, too, which takes a second or two, and gaps
-            are compared with axes and offsets, as a run does itself.
+        mesh: Whether a mesh file of the case is read, too, which takes a second or two, gaps are
+            compared with axes and offsets, and floors that face each other are looked for that are
+            in no pair, as a run does itself.
 
     Raises:
         InputError: With every fault found.
@@ -85,6 +87,7 @@ def check(path: Path, *, mesh: bool = False) -> Case:
         check_forces(case.transient.forces)
     if mesh:
         _warn_of_gaps(case)
+        _warn_of_facing_floors(case)
     if mesh and case.structure is not None and isinstance(case.structure.mesh, FileMesh):
         file = case.structure.mesh.file
         parts, _, _ = read_parts(case, file)
@@ -116,6 +119,14 @@ def _warn_of_gaps(case: Case) -> None:
         [pair_distance(pair, case) for pair in pairs],
     )
     log_checks(one for one in found if one[0] is False)
+
+
+def _warn_of_facing_floors(case: Case) -> None:
+    found = facing_floors(case)
+    for line in facing_lines(found):
+        LOGGER.warning("warning: %s: %s", case.path, line)
+    for line in unknown_lines(found):
+        LOGGER.info("%s: %s", case.path, line)
 
 
 def _seeds(case: Case) -> dict[str, int]:

@@ -6,7 +6,9 @@ import hashlib
 from pathlib import Path
 
 from impactfem.case import Case
+from impactfem.case.facing import facing_floors
 from impactfem.log import Steps
+from impactfem.results.facing import facing_checks
 from impactfem.results.figures import stick_figures
 from impactfem.results.floor_products import write_floor_products
 from impactfem.results.stick_checks import stick_checks
@@ -48,6 +50,8 @@ def stick_inputs_key(case: Case, sections: tuple[str, ...], files: tuple[Path, .
         keys.append(building_key(case))
     if asks_calibration(case):
         keys.append(calibrate_key(case))
+    if facing := facing_floors(case).pairs:
+        keys.append(repr(facing))  # plan sizes of the mesh count here only
     return keys[0] if len(keys) == 1 else hashlib.sha256("".join(keys).encode()).hexdigest()
 
 
@@ -86,7 +90,8 @@ STICKS = Stage(
     store="sticks.nc",
     run=_run,
     needs=_needs,
-    checks=lambda case, folder: stick_checks(
-        folder, case.pounding.points_per_impact, tolerances(case)
-    ),
+    checks=lambda case, folder: [
+        *stick_checks(folder, case.pounding.points_per_impact, tolerances(case)),
+        *facing_checks(folder, case),
+    ],
 )

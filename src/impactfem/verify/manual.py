@@ -56,6 +56,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "eccentric_pair": pairs.eccentric,
     "storey_pair": pairs.inside_a_storey,
     "three_buildings": pairs.three_in_a_row,
+    "missing_pair": pairs.missing_pair,
     "newmark_order": integrator.order,
     "energy_identity": integrator.energy_identity,
     "record_formats": motion.record_formats,

@@ -1,0 +1,482 @@
+"""Floors of neighbouring buildings that face each other and are in no contact pair.
+
+Sticks have axes and levels but no outlines. How far the edge of a floor is from the axis, on each
+of the four sides x-, x+, y-, y+, is taken from the first of these that says it:
+
+1. the offset of a contact of this floor on that side, where offset, axes and gap agree;
+2. `length` and `width` of the floor (floor table) or of its building, half to either side, then
+   those of a generated mesh of the building;
+3. the offsets of contacts of the building's other floors on that side, the largest;
+4. the offsets on the opposite side, the largest: the axis is in the middle.
+
+Faces of storeys stand `setback` behind the edge of the floor above, unless a contact inside that
+storey says where they are. Plans are rectangles along x and y.
+
+Two floors face each other where their levels, from the lower edge of the beams to the upper edge of
+the rigid zone, overlap; a floor that is level with no floor of its neighbour faces its storey. A
+floor is in a pair with a neighbour when a contact joins it to a point of that neighbour at about
+its level.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+from impactfem.case.buildings import Building
+from impactfem.case.contacts import Contact, ContactPoint
+from impactfem.case.generated_mesh import GeneratedMesh
+from impactfem.case.model import Case
+from impactfem.case.pair_distance import allowed, pair_distance
+
+HALF_SLAB = 0.15
+"""Half of the least height of a floor's edge [m], where its rigid zones are thinner."""
+LEVEL = 1.0
+"""A contact joins points of about the same level when they are at most so far apart in height [m].
+
+Also how far apart the floors of a pair may be without a warning."""
+DRIFT = 0.025
+"""Largest drift that counts as possible before anything is computed: ASCE 7-22, table 12.12-1."""
+ROUNDING = 1e-6  # of a length or a component of a unit vector
+
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Facing:
+    """A floor and what it faces, which are in no contact pair.
+
+    Args:
+        a: The floor; the offset goes to the middle of the facing edges, at the floor's level.
+        b: What it faces, at the same place: a floor, or a point inside a storey.
+        normal: Unit vector from a to b, along x or y.
+        gap: Distance at rest [m]; negative where the plans overlap.
+        level: Elevation [m].
+        half: Half of the length over which the edges face each other [m].
+        reach: How far both may move towards each other by a drift of `DRIFT` [m].
+    """
+
+    a: ContactPoint
+    b: ContactPoint
+    normal: tuple[float, float, float]
+    gap: float
+    level: float
+    half: float
+    reach: float
+
+    @property
+    def name(self) -> str:
+        """Both ends, as the name of a pair: ``B.floor_4-C.floor_3``."""
+        return f"{self.a.label}-{self.b.label}"
+
+    @property
+    def words(self) -> str:
+        """Both ends and their distance in words."""
+        apart = f"{1e3 * self.gap:.3g} mm apart" if self.gap >= 0.0 else "one inside the other"
+        return f"{self.a.label} and {self.b.label} ({apart} at {self.level:.4g} m)"
+
+
+@dataclass(frozen=True)
+class FacingFloors:
+    """What was found in a case.
+
+    Args:
+        pairs: Floors and what they face outside, in no pair.
+        overlapping: The same of plans that overlap: buildings one inside the other.
+        unknown: Names of two buildings that have floors in no pair at the same level, and of those
+            of them whose plan is not known well enough to tell whether these face each other.
+    """
+
+    pairs: tuple[Facing, ...] = ()
+    overlapping: tuple[Facing, ...] = ()
+    unknown: tuple[tuple[str, str, tuple[str, ...]], ...] = ()
+
+    @property
+    def near(self) -> tuple[Facing, ...]:
+        """Those that come together within a drift of `DRIFT` of both buildings."""
+        return tuple(pair for pair in self.pairs if pair.gap <= pair.reach)
+
+
+def facing_floors(case: Case) -> FacingFloors:
+    """Floors of neighbours that face each other, or a storey of each other, and are in no pair.
+
+    Args:
+        case: The case.
+    """
+    plans = _Plans(case)
+    pairs: list[Facing] = []
+    overlapping: list[Facing] = []
+    unknown = []
+    for a, b in combinations(plans.towers, 2):
+        lacking: set[str] = set()
+        for here, there in _unpaired(case.contacts, a, b):
+            found = _faced(plans, here, there)
+            if isinstance(found, Facing):
+                (pairs if found.gap >= 0.0 else overlapping).append(found)
+            elif found:
+                lacking |= found
+        if lacking:
+            both = (a.building.name, b.building.name)
+            unknown.append((*both, tuple(name for name in both if name in lacking)))
+    return FacingFloors(tuple(pairs), tuple(overlapping), tuple(unknown))
+
+
+def facing_lines(found: FacingFloors, most: int = 6) -> list[str]:
+    """What `check` warns of, one line for each two buildings.
+
+    Args:
+        found: What was found in a case.
+        most: So many are named.
+    """
+    by_buildings: dict[tuple[str, str], list[Facing]] = {}
+    for pair in found.near:
+        names = sorted((pair.a.building, pair.b.building))
+        by_buildings.setdefault((names[0], names[1]), []).append(pair)
+    lines = []
+    for pairs in by_buildings.values():
+        pairs.sort(key=lambda pair: pair.gap)
+        named = ", ".join(pair.words for pair in pairs[:most])
+        more = f" and {len(pairs) - most} more" if len(pairs) > most else ""
+        lines.append(
+            f"contacts: floors that face each other and are in no pair: {named}{more}; list them "
+            "in [[contacts]], or give length, width and setback of [[buildings]] where they "
+            "cannot meet"
+        )
+    return lines
+
+
+def unknown_lines(found: FacingFloors) -> list[str]:
+    """What cannot be told, and which keys would tell it; one line for each two buildings.
+
+    Args:
+        found: What was found in a case.
+    """
+    return [
+        f"facing floors: whether floors of {a} and {b} that are in no pair meet cannot be checked "
+        f"without the plan of {' and '.join(names)}: length and width of [[buildings]] give it"
+        for a, b, names in found.unknown
+    ]
+
+
+class _Tower:
+    """A building with its levels.
+
+    Args:
+        building: The building.
+    """
+
+    def __init__(self, building: Building) -> None:
+        self.building = building
+        self.levels = building.elevations
+        self.index = {floor.floor: index for index, floor in enumerate(building.floors)}
+
+    def band(self, index: int) -> Span:
+        """From where to where the edge of a floor reaches in height [m]."""
+        z, building = self.levels[index], self.building
+        return z - max(building.rigid_below, HALF_SLAB), z + max(building.rigid_above, HALF_SLAB)
+
+    def flexible(self, index: int) -> Span:
+        """Lower and upper end of the flexible part of a storey [m]."""
+        building = self.building
+        low = self.levels[index - 1] + building.rigid_above if index else building.base
+        return low, self.levels[index] - building.rigid_below
+
+    def point_level(self, point: ContactPoint) -> float:
+        """Elevation of a point of a contact [m]."""
+        if point.floor is not None:
+            return self.levels[self.index[point.floor]] + point.offset[2]
+        low, high = self.flexible(self.index[int(point.storey or 0)])
+        return low + (point.relative_height or 0.0) * (high - low) + point.offset[2]
+
+    def at(self, level: float, band: Span) -> _Place | None:
+        """The nearest floor that meets the edge of a floor of a neighbour, or the storey.
+
+        Args:
+            level: Elevation of that floor [m].
+            band: From where to where its edge reaches in height [m].
+        """
+        met = []
+        for index, z in enumerate(self.levels):
+            low, high = self.band(index)
+            if band[0] <= z <= band[1] or low <= level <= high:
+                met.append(index)
+        if met:
+            index = min(met, key=lambda k: abs(self.levels[k] - level))
+            return _Place(self, index, None, self.levels[index])
+        if not self.building.base < level < self.levels[-1]:
+            return None
+        index = bisect(self.levels, level)
+        bottom, top = self.flexible(index)
+        inside = min(max((level - bottom) / (top - bottom), 1e-3), 1.0 - 1e-3)
+        return _Place(self, index, round(inside, 3), level)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A floor, or a point of a storey, with its level.
+
+    Args:
+        tower: Its building.
+        index: Index of the floor, or of the floor above the storey.
+        relative_height: Height in the storey, 0 to 1; None for a floor.
+        level: Elevation [m]: of a floor its mass centre, of a storey that of the point.
+    """
+
+    tower: _Tower
+    index: int
+    relative_height: float | None
+    level: float
+
+    @property
+    def building(self) -> Building:
+        return self.tower.building
+
+    @property
+    def number(self) -> int:
+        return self.building.floors[self.index].floor
+
+    @property
+    def key(self) -> tuple[str, bool, int]:
+        return self.building.name, self.relative_height is not None, self.number
+
+    def point(self, offset: tuple[float, float, float]) -> ContactPoint:
+        of_storey = self.relative_height is not None
+        return ContactPoint(
+            building=self.building.name,
+            floor=None if of_storey else self.number,
+            storey=self.number if of_storey else None,
+            relative_height=self.relative_height,
+            offset=offset,
+        )
+
+
+@dataclass(frozen=True)
+class _Plans:
+    """How far the edges of floors and the faces of storeys are from the axes."""
+
+    case: Case
+
+    @cached_property
+    def towers(self) -> tuple[_Tower, ...]:
+        """The buildings with their levels."""
+        return tuple(_Tower(building) for building in self.case.buildings)
+
+    @cached_property
+    def meshes(self) -> dict[str, GeneratedMesh]:
+        """The generated mesh of a building, by its name."""
+        structure = self.case.structure
+        if structure is None or not isinstance(structure.mesh, GeneratedMesh):
+            return {}
+        return {structure.building: structure.mesh}
+
+    @cached_property
+    def offsets(self) -> dict[tuple[str, bool, int, int, int], float]:
+        """Largest offset of contacts by building, storey or not, floor, axis and sign [m]."""
+        found: dict[tuple[str, bool, int, int, int], float] = {}
+        for contact in self.case.contacts:
+            distance = pair_distance(contact, self.case)
+            axis = max(range(3), key=lambda c: abs(contact.normal[c]))
+            along = abs(contact.normal[axis]) > 1.0 - ROUNDING
+            # The gap counts in a computation: offsets that contradict it are no plan.
+            if not along or not abs(distance - contact.gap) <= allowed(contact.gap):
+                continue
+            for end, outward in ((contact.a, 1.0), (contact.b, -1.0)):
+                sign = 1 if outward * contact.normal[axis] > 0.0 else -1
+                number = end.floor if end.floor is not None else int(end.storey or 0)
+                key = (end.building, end.storey is not None, number, axis, sign)
+                distance = sign * end.offset[axis]
+                if distance > 0.0:
+                    found[key] = max(distance, found.get(key, 0.0))
+        return found
+
+    def edge(self, place: _Place, axis: int, sign: int) -> float | None:
+        """Distance of the edge of a floor, or of the face of a storey, from the axis [m]."""
+        own = self.offsets.get((*place.key, axis, sign))
+        if own is not None:
+            return own
+        building = place.building
+        if place.relative_height is not None:
+            floor = _Place(place.tower, place.index, None, 0.0)
+            edge = self.edge(floor, axis, sign)
+            return None if edge is None else edge - building.setback
+        size = self._size(place, axis)
+        if size is not None:
+            return 0.5 * size
+        for side in (sign, -sign):
+            for of_storey, behind in ((False, 0.0), (True, building.setback)):
+                known = [
+                    distance + behind
+                    for (name, storey, _, c, s), distance in self.offsets.items()
+                    if (name, storey, c, s) == (building.name, of_storey, axis, side)
+                ]
+                if known:
+                    return max(known)
+        return None
+
+    def _size(self, place: _Place, axis: int) -> float | None:
+        """Length (axis 0) or width (1) of a floor as given [m]."""
+        key = ("length", "width")[axis]
+        holders = (
+            place.building.floors[place.index],
+            place.building,
+            self.meshes.get(place.building.name),
+        )
+        given = (getattr(holder, key) for holder in holders if holder is not None)
+        return next((size for size in given if size is not None), None)
+
+    def across(self, place: _Place, axis: int) -> tuple[Span, bool]:
+        """From where to where a place reaches along an axis, in plan [m]; whether that is all.
+
+        Where the edges are not known, the points of contacts say how far it reaches at least.
+        """
+        middle = place.building.axis[axis]
+        low, high = (self.edge(place, axis, sign) for sign in (-1, 1))
+        if low is not None and high is not None:
+            return (middle - low, middle + high), True
+        known = [
+            end.offset[axis]
+            for contact in self.case.contacts
+            for end in (contact.a, contact.b)
+            if end.building == place.building.name
+        ]
+        return (middle + min(known, default=0.0), middle + max(known, default=0.0)), False
+
+
+def _faced(plans: _Plans, here: _Place, there: _Place) -> Facing | set[str]:
+    """How a floor faces a place of another building.
+
+    Returns:
+        How; or the names of the buildings whose plan is not known well enough to tell, none where
+        they do not face each other.
+    """
+    lacking: set[str] = set()
+    found: list[Facing] = []
+    for axis in (0, 1):
+        (low_a, high_a), all_a = plans.across(here, 1 - axis)
+        (low_b, high_b), all_b = plans.across(there, 1 - axis)
+        low, high = max(low_a, low_b), min(high_a, high_b)
+        if all_a and all_b and high - low <= ROUNDING:
+            continue  # side by side along the other axis, or corner to corner
+        if _between(plans, here, there, axis, (min(low, high), max(low, high))):
+            return set()
+        if high < low:
+            lacking |= _names((here, all_a), (there, all_b))
+            continue
+        a, b = here.building.axis, there.building.axis
+        sign = 1 if b[axis] >= a[axis] else -1
+        edge_a, edge_b = plans.edge(here, axis, sign), plans.edge(there, axis, -sign)
+        if edge_a is None or edge_b is None:
+            lacking |= _names((here, edge_a is not None), (there, edge_b is not None))
+            continue
+        gap = sign * (b[axis] - a[axis]) - edge_a - edge_b
+        gap = round(gap, 9)  # what adding coordinates leaves behind the nanometre
+        gap = max(gap, 0.0) if gap > -allowed(0.0) else gap
+        found.append(_facing(here, there, axis, sign, (edge_a, edge_b), gap, (low, high)))
+    # Plans that overlap along both axes are apart along neither.
+    outside = [one for one in found if one.gap >= 0.0]
+    if outside:
+        return min(outside, key=lambda one: one.gap)
+    if len(found) == 2:
+        return max(found, key=lambda one: one.gap)
+    return lacking
+
+
+def _names(*known: tuple[_Place, bool]) -> set[str]:
+    return {place.building.name for place, is_known in known if not is_known}
+
+
+def _facing(
+    here: _Place,
+    there: _Place,
+    axis: int,
+    sign: int,
+    edges: tuple[float, float],
+    gap: float,
+    span: Span,
+) -> Facing:
+    middle = 0.5 * (span[0] + span[1])
+    ends = []
+    for place, edge, side in ((here, edges[0], sign), (there, edges[1], -sign)):
+        offset = [0.0, 0.0, 0.0]
+        offset[axis] = side * edge
+        offset[1 - axis] = middle - place.building.axis[1 - axis]
+        if place.relative_height is None:
+            offset[2] = here.level - place.level
+        ends.append(place.point((offset[0], offset[1], offset[2])))
+    normal = [0.0, 0.0, 0.0]
+    normal[axis] = float(sign)
+    heights = (here.level - place.building.base for place in (here, there))
+    return Facing(
+        a=ends[0],
+        b=ends[1],
+        normal=(normal[0], normal[1], normal[2]),
+        gap=gap,
+        level=here.level,
+        half=0.5 * (span[1] - span[0]),
+        reach=DRIFT * sum(max(height, 0.0) for height in heights),
+    )
+
+
+def _between(plans: _Plans, here: _Place, there: _Place, axis: int, span: Span) -> bool:
+    """Whether a third building stands between two places, at their level."""
+    first, last = sorted((here.building.axis[axis], there.building.axis[axis]))
+    for tower in plans.towers:
+        middle = tower.building.axis[axis]
+        if tower in (here.tower, there.tower) or not first < middle < last:
+            continue
+        place = tower.at(here.level, (here.level, here.level))
+        if place is not None:
+            (low, high), _ = plans.across(place, 1 - axis)
+            if low <= span[1] and high >= span[0]:
+                return True
+    return False
+
+
+def _unpaired(contacts: Sequence[Contact], a: _Tower, b: _Tower) -> Iterator[tuple[_Place, _Place]]:
+    """Floors of either building in no pair with the other one, and what is level with them."""
+    paired = _paired(contacts, a, b)
+    seen: set[tuple[int, int]] = set()
+    for here, there in ((a, b), (b, a)):
+        for index, level in enumerate(here.levels):
+            place = _Place(here, index, None, level)
+            if place.key in paired:
+                continue
+            other = there.at(level, here.band(index))
+            if other is None or other.key in paired:
+                continue
+            if other.relative_height is None:
+                both = (index, other.index) if here is a else (other.index, index)
+                if both in seen:
+                    continue
+                seen.add(both)
+            yield place, other
+
+
+def _paired(contacts: Sequence[Contact], a: _Tower, b: _Tower) -> set[tuple[str, bool, int]]:
+    """Keys of the floors of two buildings that a contact joins to about the same level."""
+    found: set[tuple[str, bool, int]] = set()
+    towers = {tower.building.name: tower for tower in (a, b)}
+    for contact in contacts:
+        ends = (contact.a, contact.b)
+        if {end.building for end in ends} != set(towers):
+            continue
+        first, second = (towers[end.building].point_level(end) for end in ends)
+        if abs(first - second) <= LEVEL:
+            found |= {(end.building, False, end.floor) for end in ends if end.floor is not None}
+    return found
+
+
+def levels_of(contact: Contact, case: Case) -> tuple[float, float]:
+    """Elevations of both points of a contact [m].
+
+    Args:
+        contact: The contact.
+        case: The case, with the buildings.
+    """
+    first, second = (
+        _Tower(case.building(end.building)).point_level(end) for end in (contact.a, contact.b)
+    )
+    return first, second

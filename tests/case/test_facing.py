@@ -1,0 +1,213 @@
+"""Floors that face each other and are in no pair."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from impactfem.case import Building, Case, ContactPoint, load_case
+from impactfem.case.facing import Facing, facing_floors, facing_lines, unknown_lines
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+ROOFS, LOW = "B.floor_4-C.floor_3", "B.floor_1-C.storey_1_at_0.833"
+
+
+@pytest.fixture(scope="module")
+def row() -> Case:
+    """A, B and C in a row along y; each floor in a pair with each neighbour."""
+    return load_case(GEOMETRY / "row_of_three.toml")
+
+
+def without(case: Case, *names: str) -> Case:
+    assert set(names) <= {contact.name for contact in case.contacts}
+    kept = tuple(contact for contact in case.contacts if contact.name not in names)
+    return case.model_copy(update={"contacts": kept})
+
+
+def of_b_and_c(case: Case) -> list[str]:
+    return [c.name for c in case.contacts if {c.a.building, c.b.building} == {"B", "C"}]
+
+
+def changed(case: Case, name: str, **keys: object) -> Case:
+    """One building with other keys."""
+    buildings = tuple(
+        one.model_copy(update=keys) if one.name == name else one for one in case.buildings
+    )
+    return case.model_copy(update={"buildings": buildings})
+
+
+def turned(case: Case) -> Case:
+    """The same row along x: x and y of all that lies in plan are exchanged."""
+
+    def turn(point: ContactPoint) -> ContactPoint:
+        x, y, z = point.offset
+        return point.model_copy(update={"offset": (y, x, z)})
+
+    def plan(one: Building) -> dict[str, object]:
+        return {"axis": one.axis[::-1], "length": one.width, "width": one.length}
+
+    contacts = tuple(
+        c.model_copy(update={"a": turn(c.a), "b": turn(c.b), "normal": (1.0, 0.0, 0.0)})
+        for c in case.contacts
+    )
+    buildings = tuple(one.model_copy(update=plan(one)) for one in case.buildings)
+    return case.model_copy(update={"contacts": contacts, "buildings": buildings})
+
+
+def names(case: Case) -> list[str]:
+    found = facing_floors(case)
+    assert found.overlapping == found.unknown == ()
+    return [one.name for one in found.pairs]
+
+
+@pytest.mark.parametrize("name", ["npp_pair", "two_frames", "frame", "row_of_three"])
+def test_the_shipped_cases_are_silent(name: str) -> None:
+    found = facing_floors(load_case(GEOMETRY / f"{name}.toml"))
+    assert facing_lines(found) == unknown_lines(found) == []
+
+
+def test_columns_behind_the_edge() -> None:
+    """Floors of B reach A's columns nowhere, as these stand back; where they do not, they are."""
+    case = load_case(GEOMETRY / "two_frames.toml")
+    assert [one.gap for one in facing_floors(case).pairs] == pytest.approx([1.54] * 3)
+    flush = changed(case, "A", setback=0.0)
+    assert [(one.a.label, one.b.storey) for one in facing_floors(flush).near] == [
+        ("B.floor_1", 2),
+        ("B.floor_2", 3),
+        ("B.floor_3", 4),
+    ]
+
+
+@pytest.mark.parametrize("make", [lambda case: case, turned])
+def test_a_missing_pair_is_found(row: Case, make: object) -> None:
+    case = make(without(row, ROOFS))  # type: ignore[operator]
+    (found,) = facing_floors(case).pairs
+    assert found.name == ROOFS
+    assert (found.gap, found.level, found.half) == pytest.approx((0.03, 12.0, 6.0))
+    assert found.normal == ((0.0, 1.0, 0.0) if case.contacts[0].normal[1] else (1.0, 0.0, 0.0))
+    (line,) = facing_lines(facing_floors(case))
+    assert line.startswith(
+        "contacts: floors that face each other and are in no pair: B.floor_4 and C.floor_3 (30 mm "
+        "apart at 12 m); list them in [[contacts]]"
+    )
+    assert names(make(row)) == []  # type: ignore[operator]
+
+
+def test_floors_against_storeys(row: Case) -> None:
+    """Both ways, with the heights that the pairs of the case have."""
+    missing = of_b_and_c(row)
+    assert sorted(names(without(row, *missing))) == [
+        LOW,
+        "B.floor_2-C.storey_2_at_0.543",
+        "B.floor_3-C.storey_3_at_0.257",
+        ROOFS,
+        "C.floor_1-B.storey_2_at_0.36",
+        "C.floor_2-B.storey_3_at_0.76",
+    ]
+    (line,) = facing_lines(facing_floors(without(row, *missing)), most=2)
+    assert "and 4 more; list them" in line
+
+
+def test_the_plan_by_offsets_alone(row: Case) -> None:
+    """Without length and width: from the offsets of the pairs that are listed."""
+    case = row
+    for name in "ABC":
+        case = changed(case, name, length=None, width=None)
+    (found,) = facing_floors(without(case, ROOFS)).pairs
+    assert (found.name, found.gap) == (ROOFS, pytest.approx(0.03))
+    # With no pair of C its plan is not known: a line says which keys would give it.
+    silent = facing_floors(without(case, *of_b_and_c(row)))
+    assert (silent.pairs, silent.overlapping) == ((), ())
+    (line,) = unknown_lines(silent)
+    assert "whether floors of B and C that are in no pair meet cannot be checked without" in line
+    assert "the plan of B and C: length and width of [[buildings]] give it" in line
+    # In line with B: how long B is does not matter.
+    (line,) = unknown_lines(
+        facing_floors(
+            changed(case, "C", axis=(7.0, 24.05)).model_copy(
+                update={"contacts": without(case, *of_b_and_c(row)).contacts}
+            )
+        )
+    )
+    assert "the plan of C: length" in line
+    # One width is enough for the gap, as the axes are nearly in line and B's is known.
+    known = changed(without(case, *of_b_and_c(row)), "C", width=12.0, length=12.0)
+    assert ROOFS in {one.name for one in facing_floors(known).pairs}
+
+
+def test_the_plan_of_a_generated_mesh() -> None:
+    case = load_case(GEOMETRY / "npp_pair.toml").model_copy(update={"contacts": ()})
+    (line,) = unknown_lines(facing_floors(case))
+    assert "without the plan of B2:" in line
+    known = changed(case, "B2", length=46.2, width=15.6)
+    gaps = [one.gap for one in facing_floors(known).pairs]
+    assert gaps == pytest.approx([0.01] * 8)
+
+
+def test_a_floor_with_a_size_of_its_own(row: Case) -> None:
+    """A roof that stands back by a metre; the first floor that is wider than the others."""
+    case = without(row, ROOFS)
+    floors = list(case.building("C").floors)
+    floors[2] = floors[2].model_copy(update={"width": 10.0})
+    (found,) = facing_floors(changed(case, "C", floors=tuple(floors))).pairs
+    assert found.gap == pytest.approx(1.03)
+    assert found not in facing_floors(changed(case, "C", floors=tuple(floors))).near
+
+
+def test_buildings_that_overlap_in_projection_in_part_or_not_at_all(row: Case) -> None:
+    case = without(row, *of_b_and_c(row))
+    aside = changed(case, "C", axis=(19.0, 24.05))  # from x = 13 m on, B ends at 14 m
+    found = facing_floors(aside).pairs
+    assert {one.half for one in found} == {0.5}
+    # 13 m - 7 m from the axis of B to 14 m, 12 m / 2 before that of C.
+    assert found[0].a.offset[0] == pytest.approx(6.5)
+    assert found[0].b.offset[0] == pytest.approx(-5.5)
+    assert names(changed(case, "C", axis=(21.0, 24.05))) == []
+
+
+def test_the_building_between_stands_in_the_way(row: Case) -> None:
+    """A and C face each other above B's roof only."""
+    case = without(row, *(contact.name for contact in row.contacts))
+    ends = {(one.a.building, one.b.building) for one in facing_floors(case).pairs}
+    assert ends == {("A", "B"), ("B", "C"), ("C", "B")}
+    low = changed(case, "B", floors=case.building("B").floors[:2])
+    found = [
+        one for one in facing_floors(low).pairs if {one.a.building, one.b.building} == {"A", "C"}
+    ]
+    assert [one.name for one in found] == [
+        "A.floor_3-C.storey_3_at_0.257",
+        "C.floor_2-A.storey_3_at_0.76",
+    ]
+    assert [one.gap for one in found] == pytest.approx([8.05] * 2)
+    assert not set(found) & set(facing_floors(low).near)
+
+
+def test_a_pair_at_another_height_is_no_pair(row: Case) -> None:
+    """Three metres apart: the floor still faces what is at its own level."""
+    contacts = tuple(
+        c.model_copy(update={"a": c.a.model_copy(update={"floor": 3})}) if c.name == ROOFS else c
+        for c in row.contacts
+    )
+    assert names(row.model_copy(update={"contacts": contacts})) == [ROOFS]
+
+
+def test_one_building_in_the_other(row: Case) -> None:
+    case = changed(without(row, *of_b_and_c(row)), "C", axis=(8.0, 20.0))
+    found = facing_floors(case)
+    assert found.pairs == ()
+    assert {round(one.gap, 3) for one in found.overlapping} == {-4.02}
+
+
+def test_nothing_above_the_roof_and_below_the_base(row: Case) -> None:
+    case = without(row, *of_b_and_c(row))
+    assert names(changed(case, "C", base=12.3)) == []
+    # Slabs that overlap by less than their height: the edges meet.
+    assert names(changed(case, "C", base=0.2))[0] != ROOFS
+    assert ROOFS in names(changed(case, "C", base=0.2))
+
+
+def test_reach_is_a_drift_of_both(row: Case) -> None:
+    (one,) = facing_floors(without(row, ROOFS)).pairs
+    assert isinstance(one, Facing)
+    assert one.reach == pytest.approx(0.025 * 24.0)
