@@ -16,6 +16,7 @@ from impactfem.errors import InputError
 from .faults import own_faults
 from .texts import added, replaced
 
+GEOMETRY = Path(__file__).parents[2] / "geometry"
 Structured = Callable[..., Path]
 With = Callable[..., Path]
 
@@ -326,6 +327,107 @@ def test_broken_probe(
     assert expected in fault
     # A key that is not known is missing elsewhere.
     assert set(faults) <= ({"transient.probes[0].to"} if "unknown key" in fault else set())
+
+
+PLACE = 'offset = ["0 m", "7.8 m", "0 m"]'
+NORMAL = "normal = [0, 1, 0]"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "expected"),
+    [
+        (NORMAL, "normal = [1, 0, 0]", "contacts[0].normal",
+         'a 3D building can be struck on one side only (impact_edge = "y+"); this pair strikes x+'),
+        (NORMAL, "normal = [0.1, 1, 0]", "contacts[0].normal",
+         "expected a normal at right angles to the edge, (0, 1, 0) out of the 3D building"),
+        (NORMAL, "normal = [0, 1, 1]", "contacts[0].normal", "expected a horizontal normal"),
+        (PLACE, PLACE.replace('"0 m", "7', '"-15 m", "7'), "contacts[0].a.offset",
+         "this pair is -15 m away from it along the edge; expected at most 0.462 m (1 % of the "
+         "edge of 46.2 m), or [transient] eccentricity = '-15 m' where all pairs are there"),
+        (PLACE, 'offset = ["0 m", "7.8 m", "-0.5 m"]', "contacts[0].a.offset",
+         "this pair is 0.5 m below the floor's mass centre; expected at most 0.1 m"),
+    ],
+)  # fmt: skip
+def test_contacts_that_the_3d_building_cannot_take(
+    with_transient: With, old: str, new: str, key: str, expected: str
+) -> None:
+    faults = own_faults(with_transient(case=(old, new)))
+    assert list(faults) == [key]
+    assert expected in faults[key]
+
+
+def test_the_other_side_of_the_3d_building(with_transient: With) -> None:
+    """By its name, and in one round with what else is wrong in the file."""
+    path = with_transient(case=('impact_edge = "y+"', 'impact_edge = "y-"'))
+    (expected,) = own_faults(path).values()
+    assert 'one side only (impact_edge = "y-"); this pair strikes y+' in expected
+    text = path.read_text(encoding="utf-8")
+    text = replaced(text, (PLACE, PLACE.replace('"0 m", "7', '"-15 m", "7')))
+    text = replaced(text, ("poisson_ratio = 0.2", "poisson_ratio = 0.7"))
+    path.write_text(replaced(text, ('time_step = "1 ms"', "time_step = 1")), encoding="utf-8")
+    assert set(own_faults(path)) == {
+        "materials.concrete.poisson_ratio",
+        "transient.time_step",
+        "contacts[0].normal",
+    }
+
+
+def test_two_sides_of_a_mesh_from_a_file(tmp_path: Path) -> None:
+    """Whatever the mesh is: one edge a floor."""
+    for file in GEOMETRY.glob("two_frames*"):
+        (tmp_path / file.name).symlink_to(file)
+    other = """
+[[buildings]]
+name = "D"
+material = "concrete"
+floors = "two_frames_b_floors.csv"
+axis = ["9 m", "-5.04 m"]
+rigid_below = "0.675 m"
+rigid_above = "0.125 m"
+[[contacts]]
+a = { building = "D", floor = 4, offset = ["0 m", "5 m", "0 m"] }
+b = { building = "A", floor = 5, offset = ["0 m", "-6 m", "0 m"] }
+normal = [0, 1, 0]
+gap = "4 cm"
+law = "column"
+"""
+    path = tmp_path / "three.toml"
+    text = (GEOMETRY / "two_frames.toml").read_text(encoding="utf-8")
+    path.write_text(text + other, encoding="utf-8")
+    (found,) = own_faults(path).items()
+    assert found[0] == "contacts[5].normal"
+    assert (
+        "a 3D building can be struck on one side only: contacts[0] strikes floor 5 on y+, this "
+        "pair on y-" in found[1]
+    )
+    vertical = replaced(text, ("normal = [0, 1, 0]", "normal = [0, 0, 1]"))
+    path.write_text(vertical, encoding="utf-8")
+    faults = own_faults(path)
+    assert set(faults) == {f"contacts[{index}].normal" for index in range(5)}
+    assert all("expected a horizontal normal" in fault for fault in faults.values())
+
+
+@pytest.mark.parametrize(
+    ("offset", "eccentricity", "good"),
+    [
+        ("0.4 m", "0 m", True),
+        ("0.5 m", "0 m", False),
+        ("-3 m", "-3 m", True),
+        ("-3 m", "3 m", False),
+        ("0 m", "3 m", True),  # of the 3D model alone, as a study of it
+    ],
+)
+def test_central_pairs(with_transient: With, offset: str, eccentricity: str, good: bool) -> None:
+    section = f'{SHORT}eccentricity = "{eccentricity}"\n'
+    path = with_transient(section, case=(PLACE, PLACE.replace('"0 m", "7', f'"{offset}", "7')))
+    if good:
+        load_case(path)
+    else:
+        assert list(own_faults(path)) == ["contacts[0].a.offset"]
+
+
+def test_without_the_3d_building_in_time_any_pair_will_do(structured: Structured) -> None:
+    load_case(structured((None, PLACE, PLACE.replace('"0 m", "7', '"-15 m", "7'))))
 
 
 def test_a_contact_inside_a_storey_of_the_3d_building(with_transient: With) -> None:

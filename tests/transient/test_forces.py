@@ -292,9 +292,12 @@ def test_a_point_inside_a_storey(case: Case) -> None:
     ("normal", "expected"),
     [
         ((0.0, 0.8, 0.6), "a horizontal normal"),
-        ((1.0, 0.0, 0.0), "right angles to the edge of floor 2, (0, 1, 0)"),
-        ((0.01, 1.0, 0.0), "right angles to the edge of floor 2, (0, 1, 0)"),
-        ((0.0, -1.0, 0.0), "the opposite side has none"),
+        (
+            (1.0, 0.0, 0.0),
+            "on one side only (the edge of floor 2, group edge_2, faces y+); this pair strikes x+",
+        ),
+        ((0.01, 1.0, 0.0), "right angles to the edge, (0, 1, 0) out of the 3D building"),
+        ((0.0, -1.0, 0.0), "this pair strikes y-"),
     ],
 )
 def test_normals_that_do_not_fit_the_edge(
@@ -306,6 +309,42 @@ def test_normals_that_do_not_fit_the_edge(
     (fault,) = caught.value.faults
     assert expected in fault.expected
     assert fault.key == "pair B1.floor_2-B2.floor_2, normal out of B1"
+
+
+@pytest.mark.parametrize(
+    ("offset", "axis", "away"),
+    [
+        ((0.0, 2.0, 0.0), (23.1, 7.8), None),  # the axis is not within the plan: it is the middle
+        ((0.05, 2.0, 0.0), (23.1, 7.8), None),
+        ((0.5, 2.0, 0.0), (23.1, 7.8), "0.5 m away"),
+        # Within the plan, whose edge goes from x = 0 to 6 m: its middle is 3 m.
+        ((1.0, 2.0, 0.0), (2.0, 2.0), None),
+        ((0.0, 2.0, 0.0), (2.0, 2.0), "-1 m away"),
+        ((0.0, 2.0, 0.3), (3.0, 2.0), "0.3 m above the floor's mass centre"),
+    ],
+)
+def test_pairs_beside_the_middle_of_the_edge(
+    case: Case,
+    offset: tuple[float, float, float],
+    axis: tuple[float, float],
+    away: str | None,
+) -> None:
+    """One line load an edge cannot be eccentric, unless [transient] says so of all."""
+    first = case.buildings[0].model_copy(update={"axis": axis})
+    end = point("B1", 2).model_copy(update={"offset": offset})
+    other = with_contacts(case, contact(end, point("B2", 2))).model_copy(
+        update={"buildings": (first, *case.buildings[1:])}
+    )
+    if away is None:
+        check_contacts(other, slabs(8))
+        checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
+        return
+    with pytest.raises(InputError) as caught:
+        check_contacts(other, slabs(8))
+    (fault,) = caught.value.faults
+    assert fault.key == "pair B1.floor_2-B2.floor_2, offset on B1"
+    assert away in fault.expected
+    assert [key for key, _ in faults_of(forces_of(other), other, slabs(8))] == [fault.key]
 
 
 @pytest.mark.parametrize(

@@ -35,8 +35,9 @@ from impactfem.case.placed_devices import (
 from impactfem.case.published import Published
 from impactfem.case.report import Report
 from impactfem.case.source import Source, read_source
+from impactfem.case.struck_edge import struck_edge_faults
 from impactfem.case.structure import Mesh, Structure, StructureEntry
-from impactfem.case.transient import Transient, inside_faults, transient_faults
+from impactfem.case.transient import Transient, transient_faults
 from impactfem.case.wall_impact import (
     WallImpactSetup,
     calibrated_contact_faults,
@@ -73,6 +74,7 @@ def load_case(path: str | Path) -> Case:
     faults.extend(damping_case_faults(source))
     faults.extend(part_damping_faults(source))
     faults.extend(lacks_of_devices(source))
+    faults.extend(struck_edge_faults(source, files.known))
     faults.extend(files.faults)
     if case_file is not None:
         faults.extend(_spectrum_faults(source, case_file, files))
@@ -91,7 +93,6 @@ def load_case(path: str | Path) -> Case:
                 source, case.transient, case.structure.mesh, levels, _computed_duration(case)
             )
         )
-        faults.extend(inside_faults(source, case_file.contacts, studied.name))
     faults.extend(_loop_faults(source, case))
     faults.extend(distance_faults(source, case_file.contacts, case))
     if faults:

@@ -11,7 +11,6 @@ from typing import Annotated, Literal
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
-from impactfem.case.contacts import ContactEntry
 from impactfem.case.generated_mesh import GeneratedMesh
 from impactfem.case.leaf import (
     File,
@@ -238,26 +237,6 @@ def _outside_faults(
                 place = ("transient", "probes", index, key)
                 expected = f"expected a point of the building, which has {sides}"
                 yield source.fault(place, list(point), expected)
-
-
-def inside_faults(
-    source: Source, contacts: tuple[ContactEntry, ...], building: str
-) -> Iterator[Fault]:
-    """Contacts inside a storey of the 3D building, whose forces it cannot take.
-
-    Args:
-        source: The case file.
-        contacts: Its contacts.
-        building: Name of the building of the 3D model.
-    """
-    for index, contact in enumerate(contacts):
-        for side, end in (("a", contact.a), ("b", contact.b)):
-            if end.building == building and end.storey is not None:
-                expected = (
-                    f"expected floor in place of storey: forces act on the edges of slabs in the "
-                    f"3D model of {building} (section [transient])"
-                )
-                yield source.fault(("contacts", index, side, "storey"), list(end.storey), expected)
 
 
 def _time_faults(source: Source, transient: Transient, computed: float) -> Iterator[Fault]:

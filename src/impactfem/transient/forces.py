@@ -13,16 +13,22 @@ from numpy.typing import NDArray
 from impactfem.building.edge_normal import outward_normal
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Contact
+from impactfem.case.contacts import Vector
 from impactfem.case.leaf import nearest
+from impactfem.case.struck_edge import (
+    ALIGNED,
+    StruckEdge,
+    normal_fault,
+    offset_fault,
+    side_of,
+    words_of,
+)
 from impactfem.errors import Fault, InputError
 from impactfem.log import LOGGER
 from impactfem.sticks.force_history import ForceHistory
 from impactfem.transient.loads import EdgeForce
 
 Array = NDArray[np.float64]
-
-ALIGNED = 1e-3
-"""Largest difference of a pair's normal, a unit vector, from where it has to point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +40,14 @@ class PairEnd:
         floor: Number of the floor, or of the one above for a point inside a storey.
         relative_height: Height in the storey, 0 to 1; None for a point of a floor.
         outward: Unit vector towards the other end, shape (3,).
+        offset: From the stick's axis to it [m]; None where it is not known.
     """
 
     building: str
     floor: int
     relative_height: float | None
     outward: Array
+    offset: Vector | None = None
 
     @property
     def place(self) -> str:
@@ -95,14 +103,14 @@ def checked_forces(
         ends, faults = _ends_by_file(history, path, building)
     faults += _length_faults(history, path, duration)
     mine = {j: end for j, pair in ends.items() for end in pair if end.building == building}
-    outward = {floor: outward_normal(mesh, floor) for floor in mesh.edges}
+    edges = _struck_edges(mesh)
     for j, end in mine.items():
-        faults += _end_faults(path, history.pairs[j], end, outward)
+        faults += _end_faults(path, history.pairs[j], end, edges, case)
     if faults:
         raise InputError(faults)
     _warn_of_other_inputs(history, path, case, inputs)
-    edges = [_edge_force(end.floor, outward[end.floor]) for end in mine.values()]
-    return history.of(list(mine)), edges
+    pushed = [_edge_force(end.floor, edges[end.floor].outward) for end in mine.values()]
+    return history.of(list(mine)), pushed
 
 
 def check_contacts(case: Case, mesh: BuildingMesh) -> None:
@@ -118,21 +126,33 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> None:
     """
     if case.structure is None:
         raise ValueError("a case without a structure has no edges that forces could act on")
-    outward = {floor: outward_normal(mesh, floor) for floor in mesh.edges}
+    edges = _struck_edges(mesh)
     faults = [
         fault
         for contact in case.contacts
         for end in _ends_of_contact(contact)
         if end.building == case.structure.building
-        for fault in _end_faults(case.path, contact.name, end, outward)
+        for fault in _end_faults(case.path, contact.name, end, edges, case)
     ]
     if faults:
         raise InputError(faults)
 
 
-def _edge_force(floor: int, outward: Array) -> EdgeForce:
+def _struck_edges(mesh: BuildingMesh) -> dict[int, StruckEdge]:
+    """The edges of a mesh that can be struck, by floor."""
+    edges = {}
+    for floor in mesh.edges:
+        x, y, z = (float(component) for component in outward_normal(mesh, floor))
+        slab = mesh.nodes[np.unique(mesh.triangles[mesh.triangles_of("floor", floor)]), :2]
+        low, high = (tuple(map(float, bound)) for bound in (slab.min(axis=0), slab.max(axis=0)))
+        words = f"the edge of floor {floor}, group edge_{floor}, faces {side_of((x, y, z))}"
+        edges[floor] = StruckEdge((x, y, z), (low[0], low[1]), (high[0], high[1]), words)
+    return edges
+
+
+def _edge_force(floor: int, outward: Vector) -> EdgeForce:
     # The edge's own normal, not the pair's: all pairs of a floor are one load then.
-    x, y, z = (float(-component) + 0.0 for component in outward)
+    x, y, z = (-component + 0.0 for component in outward)
     return EdgeForce(f"floor {floor}", floor, (x, y, z))
 
 
@@ -166,6 +186,7 @@ def _ends_of_contact(contact: Contact) -> tuple[PairEnd, PairEnd]:
             point.floor if point.floor is not None else int(point.storey or 0),
             point.relative_height,
             outward,
+            point.offset,
         )
         for point, outward in ((contact.a, normal), (contact.b, -normal))
     )
@@ -226,8 +247,8 @@ def _contradictions(
             yield Fault(path, f"{pair}, relative_height_{side}", found, expected)
     normal = history.ends.normal
     if normal is not None and np.abs(normal[j] - ends[0].outward).max() > ALIGNED:
-        expected = f"{_words(ends[0].outward)}, as in the case"
-        yield Fault(path, f"{pair}, normal", _words(normal[j]), expected)
+        words = [words_of((n[0], n[1], n[2])) for n in (ends[0].outward, normal[j])]
+        yield Fault(path, f"{pair}, normal", words[1], f"{words[0]}, as in the case")
 
 
 def _same(a: float | None, b: float | None) -> bool:
@@ -244,39 +265,33 @@ def _length_faults(history: ForceHistory, path: Path, duration: float) -> Iterat
         yield Fault(path, "time", f"up to {history.time[-1]:g} s", expected)
 
 
-def _end_faults(path: Path, pair: str, end: PairEnd, outward: dict[int, Array]) -> Iterator[Fault]:
+def _end_faults(
+    path: Path, pair: str, end: PairEnd, edges: dict[int, StruckEdge], case: Case
+) -> Iterator[Fault]:
     """Why a pair cannot act on the edge of a floor."""
     if end.relative_height is not None:
         expected = "expected a point of a floor: forces act on the edges of slabs in the 3D model"
         yield Fault(path, f"pair {pair}", end.place, expected)
         return
-    if end.floor not in outward:
-        known = ", ".join(map(str, sorted(outward))) or "none"
+    if end.floor not in edges:
+        known = ", ".join(map(str, sorted(edges))) or "none"
         expected = (
             f"expected a floor whose edge (group edge_{end.floor}) is in the mesh, which has "
             f"{known}"
         )
         yield Fault(path, f"pair {pair}", end.place, expected)
         return
-    edge = outward[end.floor]
-    key, found = f"pair {pair}, normal out of {end.building}", _words(end.outward)
-    if abs(end.outward[2]) > ALIGNED:
-        yield Fault(path, key, found, "expected a horizontal normal")
-    elif np.linalg.norm(end.outward - (end.outward @ edge) * edge) > ALIGNED:
-        expected = (
-            f"expected a normal at right angles to the edge of floor {end.floor}, {_words(edge)}"
-        )
-        yield Fault(path, key, found, expected)
-    elif end.outward @ edge < 0.0:
-        expected = (
-            f"the other building on the side of the edge of floor {end.floor}, {_words(edge)}; "
-            "the opposite side has none"
-        )
-        yield Fault(path, key, found, expected)
-
-
-def _words(vector: Array) -> str:
-    return "({})".format(", ".join(f"{float(x) + 0.0:g}" for x in vector))
+    edge = edges[end.floor]
+    x, y, z = (float(component) for component in end.outward)
+    wrong = normal_fault((x, y, z), edge)
+    if wrong is not None:
+        key = f"pair {pair}, normal out of {end.building}"
+        yield Fault(path, key, words_of((x, y, z)), wrong)
+    if end.offset is not None and case.transient is not None:
+        axis = case.building(end.building).axis
+        aside = offset_fault(axis, end.offset, edge, case.transient.eccentricity)
+        if aside is not None:
+            yield Fault(path, f"pair {pair}, offset on {end.building}", end.offset, aside)
 
 
 def _warn_of_other_inputs(history: ForceHistory, path: Path, case: Case, inputs: str) -> None:

@@ -1,0 +1,232 @@
+"""What contacts the 3D stage can carry: the middle of a floor's edge, struck at right angles.
+
+The forces of all pairs of a floor become one line load on the edge of its slab, even along it, at
+right angles to it. A pair that is anything else is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+from pydantic import ValidationError
+
+from impactfem.case.base import Section
+from impactfem.case.buildings import BuildingEntry
+from impactfem.case.contacts import ContactEntry, Vector
+from impactfem.case.generated_mesh import GeneratedMeshEntry
+from impactfem.case.known import Known
+from impactfem.case.named_files import tables_of
+from impactfem.case.place import value_at
+from impactfem.case.source import Source
+from impactfem.case.transient import Transient
+from impactfem.errors import Fault
+
+Entry = TypeVar("Entry", bound=Section)
+
+ALIGNED = 1e-3
+"""Largest difference of a pair's normal, a unit vector, from where it has to point."""
+CENTRAL = 0.01
+"""A pair is central within this part of the edge's length from its middle; EN 1998-1, 4.3.2, has
+five times as much for what nobody knows of where the masses are."""
+HEIGHT = 0.1
+"""How far above or below the floor's mass centre a pair may be [m]: forces act in the slab."""
+
+VERTICAL = "expected a horizontal normal: floors of a 3D building are struck on their edges"
+
+
+@dataclass(frozen=True)
+class StruckEdge:
+    """The edge of a floor that can be struck.
+
+    Args:
+        outward: Horizontal unit vector at right angles to it, out of the building.
+        low: Lowest x and y of the floor [m].
+        high: Highest x and y of the floor [m].
+        words: What says so, for messages.
+    """
+
+    outward: Vector
+    low: tuple[float, float]
+    high: tuple[float, float]
+    words: str
+
+    @property
+    def length(self) -> float:
+        """Extent of the floor along the edge [m]."""
+        x, y, _ = self.outward
+        return abs(y) * (self.high[0] - self.low[0]) + abs(x) * (self.high[1] - self.low[1])
+
+    def eccentricity(self, axis: tuple[float, float], offset: Vector) -> float:
+        """Distance of a point from the middle of the edge, along it [m].
+
+        Along x or y, whichever the edge is closer to, positive in its direction. A stick whose axis
+        is not within the plan has other coordinates than the mesh: its axis counts as the middle.
+
+        Args:
+            axis: Plan position of the stick's axis [m].
+            offset: From the axis to the point [m].
+        """
+        along = 0 if abs(self.outward[1]) > abs(self.outward[0]) else 1
+        inside = all(low < x < high for x, low, high in zip(axis, self.low, self.high, strict=True))
+        middle = 0.5 * (self.low[along] + self.high[along]) if inside else axis[along]
+        return axis[along] + offset[along] - middle
+
+
+def side_of(vector: Vector) -> str:
+    """The side of a building that a horizontal unit vector points to: "y+", or the vector."""
+    for axis, name in enumerate("xy"):
+        if abs(vector[1 - axis]) <= ALIGNED and vector[axis] != 0.0:
+            return f"{name}{'+' if vector[axis] > 0.0 else '-'}"
+    return words_of(vector)
+
+
+def words_of(vector: Vector) -> str:
+    """A vector in words, without signs of zeros."""
+    return "({})".format(", ".join(f"{float(x) + 0.0:g}" for x in vector))
+
+
+def generated_edge(mesh: GeneratedMeshEntry) -> StruckEdge:
+    """The edge of every floor of a generated mesh.
+
+    Args:
+        mesh: The mesh, as written.
+    """
+    sign = 1.0 if mesh.impact_edge[1] == "+" else -1.0
+    outward = (sign, 0.0, 0.0) if mesh.impact_edge[0] == "x" else (0.0, sign, 0.0)
+    words = f'impact_edge = "{mesh.impact_edge}"'
+    return StruckEdge(outward, (0.0, 0.0), (mesh.length, mesh.width), words)
+
+
+def normal_fault(outward: Vector, edge: StruckEdge) -> str | None:
+    """Why a normal is not that of an edge; None where it is.
+
+    Args:
+        outward: Unit vector out of the building, towards the other one.
+        edge: The edge.
+    """
+    if abs(outward[2]) > ALIGNED:
+        return VERTICAL
+    across = sum(a * b for a, b in zip(outward, edge.outward, strict=True))
+    off = math.dist(outward, [across * x for x in edge.outward])
+    side = side_of(outward)
+    if (across < 0.0 and off <= ALIGNED) or off > 1.0 - ALIGNED:
+        return (
+            f"a 3D building can be struck on one side only ({edge.words}); this pair strikes {side}"
+        )
+    if off > ALIGNED:
+        return (
+            f"expected a normal at right angles to the edge, {words_of(edge.outward)} out of the "
+            f"3D building ({edge.words}); this one is {side}"
+        )
+    return None
+
+
+def offset_fault(
+    axis: tuple[float, float], offset: Vector, edge: StruckEdge, eccentricity: float
+) -> str | None:
+    """Why a point is not the middle of an edge; None where it is.
+
+    Args:
+        axis: Plan position of the stick's axis [m].
+        offset: From the axis to the point [m].
+        edge: The edge.
+        eccentricity: Where [transient] puts the forces of all pairs, from the middle [m].
+    """
+    e, allowed = edge.eccentricity(axis, offset), CENTRAL * edge.length
+    if min(abs(e), abs(e - eccentricity)) > allowed:
+        return (
+            "the 3D building takes the forces of a floor in the middle of its edge, and this pair "
+            f"is {e:.4g} m away from it along the edge; expected at most {allowed:.3g} m (1 % of "
+            f"the edge of {edge.length:.4g} m), or [transient] eccentricity = '{e:.4g} m' where "
+            "all pairs are there"
+        )
+    if abs(offset[2]) > HEIGHT:
+        return (
+            "the 3D building takes the forces of a floor in its slab, and this pair is "
+            f"{abs(offset[2]):.4g} m {'above' if offset[2] > 0.0 else 'below'} the floor's mass "
+            f"centre; expected at most {HEIGHT:g} m"
+        )
+    return None
+
+
+def struck_edge_faults(source: Source, known: Known) -> Iterator[Fault]:
+    """Contacts of a case whose forces its 3D building cannot take in [transient].
+
+    From the file as it stands: another table with a fault of its own hides none of these. Of a mesh
+    from a file what holds for every mesh; `check` reads the mesh later.
+
+    Args:
+        source: The case file.
+        known: What is known of the file.
+    """
+    raw, building = source.raw, value_at(("structure", "building"), source.raw)
+    if building is None or "transient" not in raw:
+        return
+    mesh = _valid(GeneratedMeshEntry, value_at(("structure", "mesh"), raw), known)
+    edge = None if mesh is None else generated_edge(mesh)
+    transient = _valid(Transient, raw["transient"], known)
+    axes = [
+        entry.axis
+        for _, one in tables_of(raw, "buildings")
+        if (entry := _valid(BuildingEntry, one, known)) and entry.name == building
+    ]
+    struck: dict[int, tuple[int, Vector]] = {}
+    for index, one in tables_of(raw, "contacts"):
+        contact = _valid(ContactEntry, one, known)
+        if contact is None:
+            continue
+        for side, end, sign in (("a", contact.a, 1.0), ("b", contact.b, -1.0)):
+            if end.building != building:
+                continue
+            place = ("contacts", index)
+            if end.storey is not None:
+                expected = (
+                    "expected floor in place of storey: a 3D building can be struck on the edges "
+                    "of its floors only (section [transient])"
+                )
+                yield source.fault((*place, side, "storey"), list(end.storey), expected)
+            x, y, z = (sign * component for component in contact.normal)
+            if edge is None:
+                wrong = _two_sides(struck, index, end.floor or (), (x, y, z))
+            else:
+                wrong = normal_fault((x, y, z), edge)
+            if wrong is not None:
+                yield source.fault((*place, "normal"), list(contact.normal), wrong)
+            if edge is not None and transient is not None and axes:
+                aside = offset_fault(axes[0], end.offset, edge, transient.eccentricity)
+                if aside is not None:
+                    yield source.fault((*place, side, "offset"), list(end.offset), aside)
+
+
+def _valid(model: type[Entry], raw: object, known: Known) -> Entry | None:
+    """A table of the case file; None where it is at fault, which is told elsewhere."""
+    try:
+        return model.model_validate(raw, context=known)
+    except ValidationError:
+        return None
+
+
+def _two_sides(
+    struck: dict[int, tuple[int, Vector]], index: int, floors: tuple[int, ...], outward: Vector
+) -> str | None:
+    """Why a normal is that of no edge of any mesh: vertical, or two sides of one floor.
+
+    Args:
+        struck: The first contact of each floor and where it strikes; it is kept here.
+        index: Index of the contact.
+        floors: Its floors.
+        outward: Unit vector out of the building, towards the other one.
+    """
+    if abs(outward[2]) > ALIGNED:
+        return VERTICAL
+    for floor in floors:
+        first, other = struck.setdefault(floor, (index, outward))
+        if math.dist(outward, other) > ALIGNED:
+            return (
+                f"a 3D building can be struck on one side only: contacts[{first}] strikes floor "
+                f"{floor} on {side_of(other)}, this pair on {side_of(outward)}"
+            )
+    return None
