@@ -3,6 +3,7 @@
 import errno
 import os
 
+import numpy as np
 import pytest
 
 from impactfem.errors import ImpactfemError
@@ -33,3 +34,26 @@ def test_other_errors_stay(error):
     with pytest.raises(type(error)) as raised, file_errors():
         raise error
     assert raised.value is error
+
+
+class PetscError(RuntimeError):
+    ierr = 55
+
+
+@pytest.mark.parametrize(
+    "take",
+    [
+        lambda: np.zeros(10**16),
+        lambda: np.arange(0.0, 1.0, 1e-30),
+        lambda: np.zeros(2**62),
+        lambda: bytearray(2**62),
+        lambda: (_ for _ in ()).throw(PetscError("error code 55\n[0] ...")),
+    ],
+    ids=["_ArrayMemoryError", "size", "dimension", "bytes", "PETSc"],
+)
+def test_memory_that_there_is_not(take):
+    expected = "^not enough memory.*'impactfem check'"
+    with pytest.raises(ImpactfemError, match=expected), file_errors():
+        take()
+    with pytest.raises((MemoryError, ValueError, RuntimeError)):  # without the block
+        take()

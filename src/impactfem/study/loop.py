@@ -172,6 +172,7 @@ def run(
     """
     folder = out if out is not None else Path("runs") / path.stem
     with ExitStack() as opened:
+        opened.enter_context(file_errors())
         opened.enter_context(one_blas_thread())
 
         def prepare() -> Case:
@@ -188,7 +189,6 @@ def run(
 
         case = on_root(prepare)
         opened.enter_context(mirrored(folder / LOG, rank()))
-        opened.enter_context(file_errors())
         result = Run(folder, [], published_values(case), dict(case.published))
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)

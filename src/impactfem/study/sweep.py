@@ -145,6 +145,7 @@ def sweep(
     """
     folder = out if out is not None else Path("runs") / f"{path.stem}_sweep"
     with ExitStack() as opened:
+        opened.enter_context(file_errors())
         plan = on_root(lambda: _prepared(path, settings, zipped, stage, folder, opened))
         jobs = [
             Job(
@@ -156,7 +157,6 @@ def sweep(
             for variant in plan.variants
         ]
         opened.enter_context(mirrored(folder / LOG, rank()))
-        opened.enter_context(file_errors())
         outcomes = _outcomes(jobs, processes)
         return on_root(lambda: _written(plan, outcomes, folder, show))
 
