@@ -3,7 +3,14 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.errors import Fault, ImpactfemError, InputError, SolutionError
+from impactfem.errors import (
+    MOST_FAULTS,
+    Fault,
+    ImpactfemError,
+    InputError,
+    SolutionError,
+    printable,
+)
 
 
 @pytest.mark.parametrize(
@@ -49,3 +56,29 @@ def test_an_input_error_comes_whole_from_another_process():
     error = InputError([Fault("a.csv", "line 2", "nan", "a number"), Fault("b", "", None, "text")])
     again = pickle.loads(pickle.dumps(error))
     assert again.faults == error.faults and str(again) == str(error)
+
+
+@pytest.mark.parametrize("sign", ["\n", "\r", "\x1b[31m", "\x85", "\u2028", "\u202e", "\udc80"])
+def test_a_fault_is_one_line_that_commands_no_terminal(sign):
+    for fault in (
+        Fault(f"a{sign}.toml", "gap", None, "missing"),
+        Fault("a.toml", f"ga{sign}p", None, "missing"),
+        Fault("a.toml", "gap", f"1{sign}", "missing"),
+        Fault("a.toml", "gap", None, f"missing{sign}"),
+    ):
+        text = str(fault)
+        assert len(text.splitlines()) == 1 and text.isprintable() and "\\" in text
+
+
+def test_letters_of_any_language_stay():
+    text = "Bâtiment α, 梁 \u200c"
+    assert printable(text) == text
+
+
+def test_more_faults_than_anyone_reads():
+    error = InputError(Fault("a.toml", f"key_{k}", None, "unknown") for k in range(1000))
+    assert len(error.faults) == MOST_FAULTS
+    assert error.faults[-1].expected == "801 further faults, here and before"
+    assert pickle.loads(pickle.dumps(error)).faults == error.faults
+    whole = InputError(Fault("a.toml", f"key_{k}", None, "unknown") for k in range(MOST_FAULTS))
+    assert whole.faults[-1].key == f"key_{MOST_FAULTS - 1}"

@@ -44,6 +44,17 @@ def test_in_file_only(capsys, tmp_path, verbose, heard):
     assert (tmp_path / "run.log").read_text().count("a detail") == 3
 
 
+def test_control_characters_are_escaped(capsys, tmp_path):
+    """Names of files and values of others come into messages."""
+    set_up(False)
+    with mirrored(tmp_path / "run.log"):
+        LOGGER.warning("%s", "a\x1b[31m\u2028b\rc\nd")
+    heard = ["a\\x1b[31m\\u2028b\\rc", "d"]
+    assert capsys.readouterr().err.splitlines() == heard
+    lines = (tmp_path / "run.log").read_text().splitlines()
+    assert [line.rpartition(" ")[2] for line in lines] == heard
+
+
 def test_setting_up_twice_says_nothing_twice(capsys):
     set_up(True)
     set_up(False)

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from impactfem import __version__, log
-from impactfem.errors import ImpactfemError, InputError
+from impactfem.errors import ImpactfemError, InputError, printable
 from impactfem.file_errors import file_errors
 from impactfem.parallel import OtherRankError, abort, all_stop, exit_code, rank, size
 from impactfem.stop import advise, signals_answered
@@ -270,7 +270,7 @@ def _main() -> None:
         together = all_stop()
         if rank() == 0 or not together:
             for line in error.faults if isinstance(error, InputError) else [error]:
-                print(f"error: {line}", file=sys.stderr)
+                print(f"error: {printable(str(line))}", file=sys.stderr)
         if not together:
             abort(exit_code(error))
         raise SystemExit(exit_code(error)) from None

@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+
+CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Characters that end a line, command a terminal, turn the direction of writing, or are none."""
+MOST_FAULTS = 200
+"""Largest number of faults that are listed; so many have one cause."""
+
+
+def printable(text: str) -> str:
+    """The text on one line: what is in `CONTROL` stands there as its escape sequence."""
+    return CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 class ImpactfemError(Exception):
@@ -31,14 +42,19 @@ class Fault:
     def __str__(self) -> str:
         where = f"{self.file}: {_cut(self.key, 160)}" if self.key else f"{self.file}"
         found = "" if self.value is None else f" = {_short(self.value)}"
-        return f"{where}{found}: {self.expected}"
+        return printable(f"{where}{found}: {self.expected}")
 
 
 class InputError(ImpactfemError):
-    """The input is not usable; carries every fault that was found, not only the first."""
+    """The input is not usable; carries every fault that was found, up to `MOST_FAULTS` of them."""
 
     def __init__(self, faults: Iterable[Fault]) -> None:
-        self.faults = tuple(faults)
+        found = tuple(faults)
+        if len(found) > MOST_FAULTS:
+            rest = len(found) - MOST_FAULTS + 1
+            last = Fault(found[-1].file, "", None, f"{rest} further faults, here and before")
+            found = (*found[: MOST_FAULTS - 1], last)
+        self.faults = found
         super().__init__("\n".join(str(fault) for fault in self.faults))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[tuple[Fault, ...]]]:

@@ -13,13 +13,21 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from impactfem.errors import ImpactfemError
+from impactfem.errors import ImpactfemError, printable
 from impactfem.stop import recorded
 
 LOGGER = logging.getLogger("impactfem")
 PROGRESS = LOGGER.getChild("progress")
 EVERY = 10.0
 """Time between two lines that tell how far a stage is [s]."""
+
+
+class _Visible(logging.Formatter):
+    """Lines without control characters, which names of files and values of others may hold."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The record, its own line ends kept."""
+        return "\n".join(map(printable, super().format(record).split("\n")))
 
 
 def set_up(verbose: bool, rank: int = 0) -> None:
@@ -37,7 +45,7 @@ def set_up(verbose: bool, rank: int = 0) -> None:
         LOGGER.addHandler(logging.NullHandler())
         return
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("%(message)s"))
+    handler.setFormatter(_Visible("%(message)s"))
     handler.setLevel(logging.DEBUG if verbose else logging.INFO)
     LOGGER.addHandler(handler)
 
@@ -78,7 +86,7 @@ def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
         handler = _File(path, encoding="utf-8")
     except OSError as error:
         raise ImpactfemError(f"cannot write {path}: {error.strerror or error}") from error
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
+    handler.setFormatter(_Visible("%(asctime)s %(levelname)-7s %(message)s"))
     level = LOGGER.level
     LOGGER.setLevel(logging.DEBUG)
     LOGGER.addHandler(handler)

@@ -95,7 +95,7 @@ def test_combinations_are_those_of_the_analysis() -> None:
         ("rotations = false", 'rotations = "no"', "rotations", "true or false"),
         ("broadening = 0", "broadening = 1", "broadening", "below 1"),
         ('"0.2 ms"', '"1.1 ms"', "time_step", "at most the time step of [transient], 0.001 s"),
-        ('"0.2 ms"', '"0 ms"', "time_step", "a time above 0"),
+        ('"0.2 ms"', '"0 ms"', "time_step", "a time of at least 1e-09 s"),
     ],
 )
 def test_analysis_refused(analysed: With, old: str, new: str, key: str, expected: str) -> None:

@@ -128,6 +128,12 @@ def test_whole_refused(value: Any) -> None:
     )
 
 
+def test_whole_with_a_largest() -> None:
+    kind = Annotated[int, leaf.Whole(1, 1000)]
+    assert read(kind, 1000) == 1000
+    assert refusal(kind, 1001) == "expected a whole number of at least 1 and at most 1000"
+
+
 def test_whole_fits_a_machine_word() -> None:
     assert "at most 2147483647" in refusal(Annotated[int, leaf.Whole(0)], 2**31)
 
@@ -145,6 +151,45 @@ def test_wholes_refused(value: Any) -> None:
 @pytest.mark.parametrize("value", ["", "8th", "a b", "a/b", 3, None])
 def test_name_refused(value: Any) -> None:
     assert "expected a name of letters" in refusal(leaf.Name, value)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ("B" * 65, "expected at most 64 characters, not 65"),
+        ("CON", "Windows reserves it"),
+        ("lpt1", "Windows reserves it"),
+        ("B1\n", "a name of letters"),
+    ],
+)
+def test_name_that_no_file_can_have(value: str, message: str) -> None:
+    assert message in refusal(leaf.Name, value)
+    assert read(leaf.Name, "B" * 64) and read(leaf.Name, "CONSOLE") and read(leaf.Name, "lpt")
+
+
+@pytest.mark.parametrize("sign", ["\n", "\t", "\x1b", "\x7f", "\x85", "\u2028", "\u202e"])
+def test_text_without_control_characters(sign: str) -> None:
+    assert "one line without control characters" in refusal(leaf.Text, f"a{sign}b")
+    assert "a name of visible characters" in refusal(leaf.Key, f"a{sign}b")
+    assert "file name" in refusal(leaf.File, f"a{sign}b")
+    if sign in "\n\t":
+        assert read(leaf.Prose, f"a{sign}b") == f"a{sign}b"
+    else:
+        assert "without control characters" in refusal(leaf.Prose, f"a{sign}b")
+
+
+@pytest.mark.parametrize(
+    ("kind", "good", "bad", "message"),
+    [
+        (leaf.Duration, "1e5 s", "1e9 s", "expected a time above 0 and at most 100000 s"),
+        (leaf.TimeStep, "1e-9 s", "1e-12 s", "expected a time of at least 1e-09 s"),
+        (leaf.ElementSize, "1 cm", "1 um", "expected a length of at least 0.01 m"),
+        (leaf.Extent, "2000 m", "46200 m", "expected a length above 0 and at most 2000 m"),
+    ],
+)
+def test_bounds_on_both_sides(kind: Any, good: str, bad: str, message: str) -> None:
+    assert read(kind, good) > 0.0
+    assert message in refusal(kind, bad)
 
 
 @pytest.mark.parametrize("value", ["", "  ", "a\0b", 3])

@@ -96,6 +96,8 @@ BROKEN = [
     ('{ building = "B1"', '{ building = "B3"', "contacts[0].a.building", "unknown building"),
     ('name = "B2"', 'name = "B1"', "buildings[1].name",
      "duplicate name, the first is buildings[0].name"),
+    ('name = "B2"', 'name = "b1"', "buildings[1].name",
+     "duplicate name, upper and lower case alike, the first is buildings[0].name"),
     (FLOORS_A, '{ building = "B1", floor = [1, 2, 3, 4, 5, 6, 7, 9]', "contacts[0].a.floor",
      "B1 has no floor 9; its floors are 1, 2, 3, 4, 5, 6, 7, 8"),
     (FLOORS_A, '{ building = "B1", storey = 9, relative_height = 0.5', "contacts[0].a.storey",

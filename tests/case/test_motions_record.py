@@ -89,7 +89,7 @@ def test_treatment_with_units(with_record: Callable[[str], Path]) -> None:
         ('baseline = "spline"', "baseline", "expected 'none' or 'mean' or 'linear' or 'rest'"),
         ("baseline = true", "baseline", "expected 'none' or 'mean'"),
         ("resample = 0.002", "resample", "the unit is missing; expected a time"),
-        ('resample = "0 s"', "resample", "expected a time above 0"),
+        ('resample = "0 s"', "resample", "expected a time of at least 1e-09 s"),
         ('resample = "2 Hz"', "resample", "'Hz' is a frequency; expected a time"),
         ('taper = "-1 s"', "taper", "expected a time above 0"),
         ('filter = ["40 Hz", "0.1 Hz"]', "filter", "the low corner frequency before the high"),

@@ -9,7 +9,7 @@ import pytest
 
 from impactfem.case import Case, SyntheticMotion, load_case
 from impactfem.case.model import CaseFile
-from impactfem.case.source import read_source
+from impactfem.case.source import MOST_FILES, read_source
 from impactfem.errors import Fault, InputError
 
 DATA = Path(__file__).parent / "data"
@@ -269,6 +269,19 @@ def test_cycles(write: Write, tmp_path: Path) -> None:
     name, key, value, expected = the_fault(path)
     assert (name, key, value) == ("last.toml", "extends", "middle.toml")
     assert expected.endswith("top.toml > middle.toml > last.toml > middle.toml")
+
+
+def test_a_chain_that_is_too_long(write: Write) -> None:
+    write(**{f"c{k}": f'extends = "c{k + 1}.toml"\n' for k in range(MOST_FILES - 2)})
+    assert load_case(write(**{f"c{MOST_FILES - 2}": BASE}).with_name("c0.toml"))  # 50 files
+    _, key, _, expected = the_fault(write(top='extends = "c0.toml"\n'))
+    assert key == "extends" and "at most 50 files that extend one another" in expected
+
+
+def test_too_many_keys(write: Write) -> None:
+    text = "[unknown]\n" + "".join(f"k{k} = {{ a = [{{ b = 1 }}] }}\n" for k in range(2000))
+    assert the_fault(write(top=text))[3] == "6001 keys; expected at most 5000"
+    assert "MB; expected at most 1 MB" in the_fault(write(top="#" * 1_000_001))[3]
 
 
 def test_a_link_to_itself(write: Write, tmp_path: Path) -> None:

@@ -65,6 +65,21 @@ def test_columns_in_any_order_and_unit(tmp_path: Path) -> None:
     )
 
 
+def test_more_rows_than_a_table_has(tmp_path: Path) -> None:
+    (fault,) = faults_of(write(tmp_path, HEADER, *[ROW] * 201))
+    assert fault.expected == "201 rows below the header; expected at most 200"
+    (fault,) = faults_of(write(tmp_path, HEADER, "#" * 20_000_000, ROW))
+    assert fault.expected.startswith("20 MB; expected at most 20 MB: a table (CSV)")
+
+
+@pytest.mark.parametrize("line", [0, 1])
+def test_a_cell_that_no_csv_file_has(tmp_path: Path, line: int) -> None:
+    lines = [HEADER, ROW]
+    lines[line] = "x" * 200_000 + lines[line]
+    (fault,) = faults_of(write(tmp_path, *lines))
+    assert fault.key == f"line {line + 1}" and "field larger than field limit" in fault.expected
+
+
 def test_byte_order_mark_of_a_spreadsheet(tmp_path: Path) -> None:
     path = tmp_path / "floors.csv"
     path.write_bytes(b"\xef\xbb\xbf" + "\n".join([HEADER, ROW]).encode())

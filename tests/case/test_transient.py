@@ -177,7 +177,7 @@ def test_with_a_structure_at_fault(with_transient: With) -> None:
         ('"1 ms"', '"1 mm"', "time_step", "'mm' is a length"),
         ('"1 ms"', "nan", "time_step", "the unit is missing"),
         ('"1 ms"', '"1e999 s"', "time_step", "expected a finite value"),
-        ('"1 ms"', '"-1 ms"', "time_step", "expected a time above 0"),
+        ('"1 ms"', '"-1 ms"', "time_step", "expected a time of at least 1e-09 s"),
         ('"1 ms"', '"5.001 s"', "time_step", "expected at most half of the duration, 10 s"),
         ('"300 Hz"', '"0 Hz"', "maximum_frequency", "expected a frequency above 0"),
         ('"300 Hz"', '"300 rad/s"', "maximum_frequency", "no unit for a frequency"),

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, StrictBool, Tag, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
-from impactfem.case.leaf import DampingRatio, Frequency, PositiveTime, Ratio, Whole, refuse
+from impactfem.case.leaf import DampingRatio, Duration, Frequency, Ratio, TimeStep, Whole, refuse
 from impactfem.case.unit import FREQUENCY
 
 RG_1_122_END = 34.0  # Hz
@@ -19,16 +19,16 @@ MOST_FREQUENCIES = 100_000
 class Pounding(Section):
     """Time integration of the sticks with contact: Newmark, average acceleration."""
 
-    duration: PositiveTime | None = Field(
+    duration: Duration | None = Field(
         default=None, description="Time that is computed; default that of the longest motion."
     )
-    time_step: PositiveTime = Field(description="Time step.")
+    time_step: TimeStep = Field(description="Time step.")
     update: Literal["implicit", "lagged"] = Field(
         default="implicit",
         description="'implicit' takes the contact force at the new time; 'lagged' at the old one, "
         "as equation 2 of the paper is printed, which raises the restitution.",
     )
-    points_per_impact: Annotated[int, Whole(1)] = Field(
+    points_per_impact: Annotated[int, Whole(1, 100_000)] = Field(
         default=16, description="Least number of steps in an impact; fewer are reported."
     )
 
@@ -137,7 +137,7 @@ class Spectra(Section):
         | Annotated[tuple[Frequency, ...], Field(min_length=1), Tag("list")],
         Discriminator(_form),
     ] = Field(description="Frequencies of the oscillators: a list by rule, or the frequencies.")
-    points_per_cycle: Annotated[int, Whole(2)] = Field(
+    points_per_cycle: Annotated[int, Whole(2, 1000)] = Field(
         default=20, description="Least number of samples in a cycle of the highest frequency."
     )
     method: Literal["upsampled", "in-step"] = Field(

@@ -43,7 +43,7 @@ class _Calibration(Section):
         description="Whether the bending modes of the 3D model take the place of the frequencies "
         "and masses in the target table's rows of its building; their weights stay.",
     )
-    starts: Annotated[int, Whole(1)] = Field(
+    starts: Annotated[int, Whole(1, 1000)] = Field(
         default=8, description="Number of starting points of the least-squares fit."
     )
     seed: Annotated[int, Whole(0)] = Field(

@@ -22,7 +22,7 @@ from impactfem.case.leaf import (
     Ratio,
     refuse,
 )
-from impactfem.case.table import column_key, read_table
+from impactfem.case.table import MOST_POINTS, column_key, read_table
 from impactfem.errors import Fault
 
 Ground = Literal["A", "B", "C", "D", "E"]
@@ -210,7 +210,7 @@ def read_spectrum(path: Path, faults: list[Fault]) -> SpectrumTable | None:
     Returns:
         The table, or None when there were faults.
     """
-    table = read_table(path, SpectrumPoint, faults)
+    table = read_table(path, SpectrumPoint, faults, MOST_POINTS)
     if table is None:
         return None
     columns = [name for name in ("frequency", "period") if name in table.headers]

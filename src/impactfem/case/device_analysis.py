@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
-from impactfem.case.leaf import Frequency, PositiveTime, Ratio, refuse
+from impactfem.case.leaf import Duration, Frequency, Ratio, TimeStep, refuse
 
 Combination = Literal["abs", "srss", "cqc", "dsc", "dsc-abs", "ten-percent", "grouping"]
 
@@ -61,7 +61,7 @@ class DeviceAnalysis(Section):
         "sum of squares, complete quadratic, double sum with signs ('dsc') and without, 10 %, "
         "grouping.",
     )
-    duration: PositiveTime | None = Field(
+    duration: Duration | None = Field(
         default=None,
         validate_default=True,
         description="Duration of the strong motion, for 'dsc' and 'dsc-abs'.",
@@ -104,7 +104,7 @@ class DeviceAnalysis(Section):
         description="How far the peaks of the spectra are broadened, of their frequency to either "
         "side, for a result beside that of the spectra as computed; 0 for none.",
     )
-    time_step: PositiveTime | None = Field(
+    time_step: TimeStep | None = Field(
         default=None,
         description="Time step of the 3D model with the devices; default an eighth of that of "
         "[transient].",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,8 @@ from impactfem.errors import Fault
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 _ANCHORED = re.compile(r"([1-9][0-9]*)\.(r?[xyz])")
+MOST = 1000
+"""Largest number of degrees of freedom of a matrix in a file."""
 SYMMETRIC = 1e-6
 """How far two entries that are to be the same may differ, of the largest entry."""
 
@@ -112,14 +115,22 @@ def read_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None:
     if isinstance(text, Fault):
         faults.append(text)
         return None
-    lines = [
-        (number, [cell.strip() for cell in next(csv.reader([line]))])
-        for number, line in enumerate(text.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    try:
+        lines = [
+            (number, [cell.strip() for cell in next(csv.reader([line]))])
+            for number, line in enumerate(text.splitlines(), 1)
+            if line.strip() and not line.lstrip().startswith("#")
+        ]
+    except csv.Error as error:
+        faults.append(Fault(path, "", None, f"no matrix (CSV): {error}"))
+        return None
+    if max(len(lines) - 1, *(len(cells) for _, cells in lines[:1]), 0) > MOST:
+        expected = f"expected at most {MOST} degrees of freedom"
+        faults.append(Fault(path, "", None, expected))
+        return None
     names = tuple(lines[0][1]) if lines else ()
     first = f"line {lines[0][0]}" if lines else ""
-    twice = sorted({name for name in names if names.count(name) > 1})
+    twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice or not all(names):
         found = f"found {', '.join(twice)} twice" if twice else "one is empty"
         faults.append(Fault(path, first, None, f"expected names that are all different; {found}"))

@@ -71,4 +71,4 @@ class DeviceBeam(Section):
     mass: Annotated[float, Quantity(units.MASS, at_least=0)] = Field(
         default=0.0, description="Mass of the whole beam, evenly distributed."
     )
-    elements: Annotated[int, Whole(1)] = Field(default=4, description="Number of elements.")
+    elements: Annotated[int, Whole(1, 1000)] = Field(default=4, description="Number of elements.")

@@ -21,7 +21,7 @@ Folder = Annotated[Path, FileName()]
 class Ensemble(Section):
     """Many motions through the sticks: other seeds of the synthetic motions, or other records."""
 
-    motions: Annotated[int, Whole(2)] | None = Field(
+    motions: Annotated[int, Whole(2, 100_000)] | None = Field(
         default=None,
         description="Number of members with synthetic motions; member i takes the seed "
         "first_seed + i, and a further component a seed of its own.",
@@ -34,7 +34,7 @@ class Ensemble(Section):
         "case's one motion, with the same scale, component and treatment.",
     )
 
-    structure_motions: Annotated[int, Whole(0)] = Field(
+    structure_motions: Annotated[int, Whole(0, 100_000)] = Field(
         default=0,
         description="Number of members, from the first, that are carried through the 3D model of "
         "[transient] and the devices, with their impact forces: statistics of design spectra and "

@@ -25,6 +25,8 @@ from impactfem.case.table import Table, column_key, read_table
 from impactfem.case.unit import LENGTH
 from impactfem.errors import Fault
 
+MOST_FLOORS = 200
+
 
 class Floor(Section):
     """A floor and the storey below it: one row of the floor table, bottom to top.
@@ -99,7 +101,7 @@ def read_floors(path: Path, faults: list[Fault]) -> Table[Floor] | None:
     Returns:
         The floors with the lines they stand on, or None when there were faults.
     """
-    table = read_table(path, Floor, faults)
+    table = read_table(path, Floor, faults, MOST_FLOORS)
     if table is None:
         return None
     broken = list(_order_faults(path, table))

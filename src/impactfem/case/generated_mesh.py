@@ -11,7 +11,7 @@ from impactfem.case.base import Section
 from impactfem.case.bays import Bay
 from impactfem.case.beams import Beam
 from impactfem.case.columns import Column
-from impactfem.case.leaf import File, PositiveLength
+from impactfem.case.leaf import ElementSize, Extent, File, PositiveLength
 from impactfem.case.walls import Wall
 
 
@@ -29,8 +29,8 @@ class _Generated(Section):
     """
 
     type: Literal["generated"] = Field(description="Made by the generator from tables.")
-    length: PositiveLength = Field(description="Length of the rectangular plan, along x.")
-    width: PositiveLength = Field(description="Width of the plan, along y.")
+    length: Extent = Field(description="Length of the rectangular plan, along x.")
+    width: Extent = Field(description="Width of the plan, along y.")
     slab_thickness: PositiveLength = Field(description="Thickness of all slabs.")
     walls: Path | tuple[Wall, ...]
     bays: Path | tuple[Bay, ...] | None
@@ -42,17 +42,17 @@ class _Generated(Section):
     impact_edge: Literal["x-", "x+", "y-", "y+"] = Field(
         description="Side of the plan that faces the other building."
     )
-    size: PositiveLength = Field(description="Target size of the elements.")
-    floor_size: PositiveLength | None = Field(
+    size: ElementSize = Field(description="Target size of the elements.")
+    floor_size: ElementSize | None = Field(
         default=None, description="Target size in the slabs, in place of size."
     )
-    storey_size: PositiveLength | None = Field(
+    storey_size: ElementSize | None = Field(
         default=None, description="Target size in the walls, in place of size."
     )
-    beam_size: PositiveLength | None = Field(
+    beam_size: ElementSize | None = Field(
         default=None, description="Target size along the beams, in place of size."
     )
-    column_size: PositiveLength | None = Field(
+    column_size: ElementSize | None = Field(
         default=None, description="Target size along the columns, in place of size."
     )
 

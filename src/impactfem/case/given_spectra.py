@@ -15,7 +15,7 @@ from pydantic import Field
 
 from impactfem.case.base import Section
 from impactfem.case.leaf import Acceleration, Frequency, Ratio, Whole, Words, read_number
-from impactfem.case.table import column_key, read_table
+from impactfem.case.table import MOST_POINTS, column_key, read_table
 from impactfem.case.text import read_text
 from impactfem.errors import Fault
 
@@ -140,7 +140,10 @@ def read_given_spectra(path: Path, faults: list[Fault]) -> GivenSpectra | None:
         return None
     header = next((line for line in text.splitlines() if line.strip()), "")
     product = {"building", "floor"} <= {cell.strip() for cell in header.split(",")}
-    rows = _product_rows(path, text, faults) if product else _table_rows(path, faults)
+    try:
+        rows = _product_rows(path, text, faults) if product else _table_rows(path, faults)
+    except csv.Error as error:
+        faults.append(Fault(path, "", None, f"no table (CSV) of floor spectra: {error}"))
     if len(faults) > before:
         return None
     curves = []
@@ -169,7 +172,7 @@ _Rows = dict[tuple[int, str, str, str, float], list[tuple[int, float, float]]]
 
 
 def _table_rows(path: Path, faults: list[Fault]) -> _Rows:
-    table = read_table(path, GivenPoint, faults)
+    table = read_table(path, GivenPoint, faults, MOST_POINTS)
     rows: _Rows = {}
     for line, row in zip(table.lines, table.rows, strict=True) if table is not None else ():
         place = (row.support, "", "", row.direction, row.damping)
@@ -179,6 +182,11 @@ def _table_rows(path: Path, faults: list[Fault]) -> _Rows:
 
 def _product_rows(path: Path, text: str, faults: list[Fault]) -> _Rows:
     """The broadened spectra of the products of a run."""
+    count = text.count("\n")
+    if count > MOST_POINTS + 1:
+        expected = f"{count} lines; expected at most {MOST_POINTS} points of spectra"
+        faults.append(Fault(path, "", None, expected))
+        return {}
     table = csv.DictReader(io.StringIO(text))
     missing = [name for name in PRODUCT if name not in (table.fieldnames or ())]
     if missing:

@@ -24,11 +24,14 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from impactfem.case import unit as units
 from impactfem.case.unit import Kind, UnitError
+from impactfem.errors import CONTROL
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _LARGEST = 2**31 - 1  # what every library that counts steps or takes a seed can hold
 _BEYOND = 1e60  # no physical quantity in SI reaches it; a product of five of them is finite
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
+LONGEST_NAME = 64  # letters; file names are made of names, two at a time
+_RESERVED = re.compile("con|prn|aux|nul|com[0-9]|lpt[0-9]", re.IGNORECASE)  # by Windows, for files
 _PERCENT = re.compile(rf"\s*({_NUMBER})\s*%\s*")
 
 
@@ -91,18 +94,33 @@ class Quantity(Leaf):
         kind: The kind of quantity.
         above: Open lower bound in SI, or None.
         at_least: Closed lower bound in SI, or None.
+        at_most: Closed upper bound in SI, or None.
     """
 
     kind: Kind
     above: float | None = None
     at_least: float | None = None
+    at_most: float | None = None
 
     @property
     def bound(self) -> str:
-        """The bound in words, empty when there is none."""
-        if self.above is not None:
-            return f"above {self.above:g}"
-        return "" if self.at_least is None else f"of at least {self.at_least:g}"
+        """The bounds in words, empty when there are none."""
+        words = (
+            ("above", self.above, ""),
+            ("of at least", self.at_least, self._unit),
+            ("at most" if self.bounded_below else "of at most", self.at_most, self._unit),
+        )
+        return " and ".join(f"{word} {x:g}{unit}" for word, x, unit in words if x is not None)
+
+    @property
+    def bounded_below(self) -> bool:
+        """Whether it has a lower bound."""
+        return self.above is not None or self.at_least is not None
+
+    @property
+    def _unit(self) -> str:
+        """The unit of a bound, which zero needs none for."""
+        return f" {self.kind.unit}" if self.at_most is not None or self.at_least else ""
 
     @property
     def phrase(self) -> str:
@@ -125,8 +143,12 @@ class Quantity(Leaf):
             raise refuse(f"expected a finite value: {self.phrase}")
         if abs(number) > _BEYOND:
             raise refuse(f"expected a value below {_BEYOND:g} in SI units: {self.phrase}")
-        low = self.above is not None and number <= self.above
-        if low or (self.at_least is not None and number < self.at_least):
+        outside = (
+            (self.above is not None and number <= self.above)
+            or (self.at_least is not None and number < self.at_least)
+            or (self.at_most is not None and number > self.at_most)
+        )
+        if outside:
             example = f"for example '{self.kind.example}'"
             raise refuse(f"expected {self.kind.name} {self.bound}, {example}")
         return number
@@ -227,23 +249,26 @@ class Ratio(Leaf):
 
 @dataclass(frozen=True)
 class Whole(Leaf):
-    """A whole number, at least ``at_least``."""
+    """A whole number, from ``at_least`` to ``at_most``."""
 
     at_least: int
+    at_most: int = _LARGEST
 
     @property
     def phrase(self) -> str:
-        return f"a whole number of at least {self.at_least}"
+        words = f"a whole number of at least {self.at_least}"
+        return words if self.at_most == _LARGEST else f"{words} and at most {self.at_most}"
 
     def check(self, value: Any, info: ValidationInfo) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or value < self.at_least:
             raise refuse(f"expected {self.phrase}")
-        if value > _LARGEST:
-            raise refuse(f"expected {self.phrase} and at most {_LARGEST}")
+        if value > self.at_most:
+            also = "" if self.at_most < _LARGEST else f" and at most {_LARGEST}"
+            raise refuse(f"expected {self.phrase}{also}")
         return value
 
     def schema(self) -> dict[str, Any]:
-        bounds = {"minimum": self.at_least, "maximum": _LARGEST}
+        bounds = {"minimum": self.at_least, "maximum": self.at_most}
         return {"type": "integer", "x-accepts": self.phrase} | bounds
 
 
@@ -272,10 +297,21 @@ class Wholes(Leaf):
 
 @dataclass(frozen=True)
 class Words(Leaf):
-    """A text that is not empty; with ``pattern`` it must match."""
+    """A text that is not empty and shows as it is; with ``pattern`` it must match.
+
+    Args:
+        words: What is expected, in words.
+        pattern: A regular expression for all of it, or None.
+        longest: Largest number of characters.
+        lines: Whether it may have several lines.
+        file: Whether files are named by it: what some systems reserve is refused.
+    """
 
     words: str = "a text in quotes"
     pattern: str | None = None
+    longest: int = 1000
+    lines: bool = False
+    file: bool = False
 
     @property
     def phrase(self) -> str:
@@ -285,11 +321,18 @@ class Words(Leaf):
         matches = isinstance(value, str) and value.strip() != ""
         if not matches or (self.pattern and re.fullmatch(self.pattern, value) is None):
             raise refuse(f"expected {self.phrase}")
+        if len(value) > self.longest:
+            raise refuse(f"expected at most {self.longest} characters, not {len(value)}")
+        if CONTROL.search(re.sub(r"[\r\n\t]", "", value) if self.lines else value):
+            one = "" if self.lines else "one line "
+            raise refuse(f"expected {one}without control characters: {self.phrase}")
+        if self.file and _RESERVED.fullmatch(value):
+            raise refuse("expected another name: files are named by it, and Windows reserves it")
         return str(value)
 
     def schema(self) -> dict[str, Any]:
         pattern = {"pattern": f"^(?:{self.pattern})$"} if self.pattern else {"minLength": 1}
-        return {"type": "string", "x-accepts": self.phrase} | pattern
+        return {"type": "string", "x-accepts": self.phrase, "maxLength": self.longest} | pattern
 
 
 @dataclass(frozen=True)
@@ -331,7 +374,7 @@ class FileName(Leaf):
     def check(self, value: Any, info: ValidationInfo) -> Path:
         if isinstance(value, Path):
             return value
-        if not isinstance(value, str) or not value.strip() or "\0" in value:
+        if not isinstance(value, str) or not value.strip() or CONTROL.search(value):
             raise refuse(f"expected {self.phrase}")
         return Path(value)
 
@@ -365,6 +408,10 @@ Inertia = Annotated[float, Quantity(units.INERTIA, above=0)]
 Density = Annotated[float, Quantity(units.DENSITY, above=0)]
 Time = Annotated[float, Quantity(units.TIME, at_least=0)]
 PositiveTime = Annotated[float, Quantity(units.TIME, above=0)]
+Duration = Annotated[float, Quantity(units.TIME, above=0, at_most=1e5)]
+TimeStep = Annotated[float, Quantity(units.TIME, at_least=1e-9)]
+Extent = Annotated[float, Quantity(units.LENGTH, above=0, at_most=2000)]
+ElementSize = Annotated[float, Quantity(units.LENGTH, at_least=1e-2)]
 Frequency = Annotated[float, Quantity(units.FREQUENCY, above=0)]
 Rate = Annotated[float, Quantity(units.RATE, at_least=0)]
 Acceleration = Annotated[float, Quantity(units.ACCELERATION, above=0)]
@@ -377,11 +424,15 @@ Weight = Annotated[float, Ratio(at_least=0)]
 DampingRatio = Annotated[float, Ratio(at_least=0, below=1)]
 Number = Annotated[float, Ratio(percent=False)]
 Text = Annotated[str, Words()]
+Prose = Annotated[str, Words(longest=10_000, lines=True)]
+Key = Annotated[str, Words("a name of visible characters", longest=LONGEST_NAME)]
 Name = Annotated[
     str,
     Words(
         "a name of letters, digits, '_' and '-' that begins with a letter, for example 'B1'",
         "[A-Za-z][A-Za-z0-9_-]*",
+        longest=LONGEST_NAME,
+        file=True,
     ),
 ]
 MaterialName = Annotated[str, Reference("materials", "material")]

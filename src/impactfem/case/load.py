@@ -108,13 +108,17 @@ def _duplicates(source: Source) -> Iterator[Fault]:
     )
     for group, key in groups:
         seen: dict[str, int] = {}
-        for index, entry in tables_of(source.raw, group):
+        tables = dict(tables_of(source.raw, group))
+        for index, entry in tables.items():
             value = entry.get(key)
             if not isinstance(value, str):
                 continue
-            first = seen.setdefault(value, index)
+            # Files are named by these names: on some systems X and x are one file.
+            first = seen.setdefault(value.lower(), index)
             if first != index:
-                expected = f"duplicate {key}, the first is {group}[{first}].{key}"
+                alike = value == tables[first].get(key)
+                of_case = "" if alike else ", upper and lower case alike"
+                expected = f"duplicate {key}{of_case}, the first is {group}[{first}].{key}"
                 yield source.fault((group, index, key), value, expected)
 
 

@@ -13,16 +13,20 @@ from typing import Annotated, ClassVar, TypeVar
 from pydantic import ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
-from impactfem.case.leaf import Words, refuse
+from impactfem.case.leaf import LONGEST_NAME, Words, refuse
 from impactfem.case.table import Table, column_key, read_table
 from impactfem.errors import Fault
 
 TOUCH = 1e-6  # m: what is closer than this touches
 
+MOST_MEMBERS = 2000
+
 MemberName = Annotated[
     str,
     Words(
-        "a name of a-z, 0-9 and single '_', for example 'gable_west'", "[a-z0-9]+(?:_[a-z0-9]+)*"
+        "a name of a-z, 0-9 and single '_', for example 'gable_west'",
+        "[a-z0-9]+(?:_[a-z0-9]+)*",
+        longest=LONGEST_NAME,
     ),
 ]
 
@@ -127,7 +131,7 @@ def read_members(
     Returns:
         The rows with the lines they stand on, or None when there were faults.
     """
-    table = read_table(path, model, faults)
+    table = read_table(path, model, faults, MOST_MEMBERS)
     if table is None:
         return None
     broken = [

@@ -16,7 +16,7 @@ from impactfem.case.damping_cases import DampingCase
 from impactfem.case.device_analysis import DeviceAnalysis
 from impactfem.case.devices import DeviceEntry, DeviceSetup
 from impactfem.case.ensemble import Ensemble
-from impactfem.case.leaf import File, Text, refuse
+from impactfem.case.leaf import File, Key, Text, refuse
 from impactfem.case.materials import Material
 from impactfem.case.motions import Motion, MotionEntry
 from impactfem.case.published import Published
@@ -38,7 +38,7 @@ class CaseFile(Section):
         default=None,
         description="Table of published values (CSV), put beside the results in summary.json.",
     )
-    materials: dict[str, Material] = Field(description="Materials by name.")
+    materials: dict[Key, Material] = Field(description="Materials by name.")
     damping: Damping = Field(description="Rayleigh damping of all buildings without their own.")
     damping_cases: tuple[DampingCase, ...] = Field(
         default=(), description="Further dampings of all buildings; none: the study is done once."
@@ -70,7 +70,7 @@ class CaseFile(Section):
     motions: tuple[MotionEntry, ...] = Field(
         min_length=1, description="The ground motions, one a direction."
     )
-    contact_laws: dict[str, ContactLawEntry] = Field(
+    contact_laws: dict[Key, ContactLawEntry] = Field(
         default={}, description="Laws of the contact force by name."
     )
     contacts: tuple[ContactEntry, ...] = Field(

@@ -12,12 +12,14 @@ from impactfem.case.base import Section, present
 from impactfem.case.design_spectrum import SpectrumEntry, TableSpectrum
 from impactfem.case.leaf import (
     Acceleration,
+    Duration,
     File,
     Frequency,
     Leaf,
     PositiveTime,
     Ratio,
     Time,
+    TimeStep,
     Whole,
     refuse,
 )
@@ -62,12 +64,12 @@ class SyntheticMotion(_Motion):
     type: Literal["synthetic"] = Field(description="Synthesised to a design spectrum.")
     seed: Annotated[int, Whole(0)] = Field(description="Seed of the random phases.")
     pga: Acceleration = Field(description="Peak ground acceleration of the motion.")
-    duration: PositiveTime = Field(description="Duration of the motion.")
-    time_step: PositiveTime = Field(description="Time step of the motion.")
+    duration: Duration = Field(description="Duration of the motion.")
+    time_step: TimeStep = Field(description="Time step of the motion.")
     strong_phase: tuple[Time, Time] = Field(
         description="Begin and end of the strong phase, in which the envelope is constant."
     )
-    iterations: Annotated[int, Whole(1)] = Field(
+    iterations: Annotated[int, Whole(1, 10_000)] = Field(
         default=30, description="Number of iterations that match the motion to the spectrum."
     )
     damping: Annotated[float, Ratio(above=0, below=1)] = Field(
@@ -137,7 +139,7 @@ class RecordMotion(_Motion):
         description="Low and high corner of a Butterworth band-pass of order 4, run forward and "
         "backward.",
     )
-    resample: PositiveTime | None = Field(
+    resample: TimeStep | None = Field(
         default=None, description="Time step that the record is brought to, band-limited."
     )
     scale: Annotated[float, Ratio(above=0)] = Field(

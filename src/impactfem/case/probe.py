@@ -46,7 +46,7 @@ class Probe(Section):
     end: _Point | None = Field(
         default=None, alias="to", validate_default=True, description="Last of these points."
     )
-    count: Annotated[int, Whole(2)] | None = Field(
+    count: Annotated[int, Whole(2, 10_000)] | None = Field(
         default=None,
         validate_default=True,
         description="Number of these points, equally far apart, both ends included.",
@@ -129,27 +129,25 @@ def name_fault(probes: Sequence[Probe]) -> str | None:
     Args:
         probes: The probes of the user, beside those that are always there.
     """
-    for index, probe in enumerate(probes):
+    names: dict[str, Probe] = {}
+    points: dict[str, list[Probe]] = {}  # by what is before the number at the end of their name
+    for probe in probes:
         first = probe.numbered(1) if probe.point is None else probe.name
         if re.fullmatch(_STANDARD, first) is not None:
             return (
                 f"expected another name than {probe.name}: centre_1, edge_1, line_1 and so on are "
                 "always there"
             )
-        for other in probes[:index]:
-            if probe.name == other.name or _meet(probe, other):
-                return f"expected unique names, found {other.name} and {probe.name}"
+        other = names.setdefault(probe.name.lower(), probe)
+        if other is not probe:
+            return f"expected unique names, found {other.name} and {probe.name}"
+        if probe.point is not None:
+            points.setdefault(probe.name.rpartition("_")[0], []).append(probe)
+    for several in probes:
+        for one in points.get(several.name, ()) if several.point is None else ():
+            if several.claims(one.name):
+                return f"expected unique names, found {several.name} and {one.name}"
     return None
-
-
-def _meet(one: Probe, other: Probe) -> bool:
-    """Whether two probes have a name in common."""
-    if one.point is not None:
-        return other.claims(one.name)
-    if other.point is not None:
-        return one.claims(other.name)
-    # Numbers are counted from 1: two that share their first part share the first name.
-    return one.name == other.name
 
 
 def _between(a: Point, b: Point, share: float) -> Point:

@@ -12,10 +12,10 @@ from pydantic import Field, StrictBool, ValidationError
 from impactfem.case.base import Section
 from impactfem.case.explain import explain
 from impactfem.case.known import Known
-from impactfem.case.leaf import File, Text, Weight, nearest
+from impactfem.case.leaf import File, Prose, Text, Weight, nearest
 from impactfem.case.published import Kind
 from impactfem.case.source import Source, parse
-from impactfem.case.text import read_text
+from impactfem.case.text import LARGEST_TOML, read_text
 from impactfem.errors import Fault, InputError
 
 REFERENCE = "what the study stands beside (TOML)"
@@ -29,7 +29,7 @@ class ReferenceValue(Section):
         description="Largest difference from the published value that counts as reproduced; an "
         "inequality has none, it holds or does not."
     )
-    reason: Text | None = Field(default=None, description="Why it differs by more, if it does.")
+    reason: Prose | None = Field(default=None, description="Why it differs by more, if it does.")
 
 
 class ReferenceItem(Section):
@@ -42,7 +42,7 @@ class ReferenceItem(Section):
         default=(),
         description="Files of the run that show ours, relative to its folder; * for any letters.",
     )
-    tells: Text | None = Field(
+    tells: Prose | None = Field(
         default=None, description="What is to be said of ours: where it differs and why."
     )
     given: StrictBool = Field(
@@ -63,7 +63,7 @@ class GivenValues(Section):
     names: tuple[Text, ...] = Field(
         min_length=1, description="Names of the table of published values; * for any letters."
     )
-    reason: Text = Field(
+    reason: Prose = Field(
         description="What was given, fitted, scaled, selected or derived, and how."
     )
 
@@ -71,8 +71,8 @@ class GivenValues(Section):
 class Assumption(Section):
     """Something that is assumed, and why."""
 
-    text: Text = Field(description="What is assumed.")
-    reason: Text = Field(description="Why, and what it does to the results as far as it is known.")
+    text: Prose = Field(description="What is assumed.")
+    reason: Prose = Field(description="Why, and what it does to the results as far as it is known.")
 
 
 class Reference(Section):
@@ -126,7 +126,7 @@ def read_reference(
     Returns:
         The places, or None when there were faults.
     """
-    text = read_text(path, REFERENCE)
+    text = read_text(path, REFERENCE, LARGEST_TOML)
     if isinstance(text, Fault):
         faults.append(text)
         return None

@@ -13,10 +13,14 @@ from pydantic import BaseModel
 
 from impactfem.case.leaf import FileName
 from impactfem.case.place import Place, dotted, field_at, value_at
-from impactfem.case.text import read_text
-from impactfem.errors import Fault, InputError
+from impactfem.case.text import LARGEST_TOML, read_text
+from impactfem.errors import CONTROL, Fault, InputError
 
 EXTENDS = "extends"
+MOST_FILES = 50
+"""Largest number of files that extend one another."""
+MOST_KEYS = 5000
+"""Largest number of keys of a file; the paper's case has 300."""
 
 _CASE_FILE = "a case file (TOML)"
 
@@ -99,7 +103,8 @@ def _chain(
         folders: The folder of each file relative to the first one's is put here.
     """
     file, name, seen = path, Path(), [path]
-    text = read_text(path, f"{_CASE_FILE}; 'impactfem new NAME' writes one to start from")
+    what = f"{_CASE_FILE}; 'impactfem new NAME' writes one to start from"
+    text = read_text(path, what, LARGEST_TOML)
     if isinstance(text, Fault):
         raise InputError([text])
     while True:
@@ -110,13 +115,16 @@ def _chain(
         yield file, content
         if extended is None:
             return
-        if not isinstance(extended, str) or not extended.strip() or "\0" in extended:
+        if not isinstance(extended, str) or not extended.strip() or CONTROL.search(extended):
             raise InputError([Fault(file, EXTENDS, extended, f"expected {FileName().phrase}")])
         below = file.parent / extended
-        text = read_text(below, _CASE_FILE)
+        text = read_text(below, _CASE_FILE, LARGEST_TOML)
         if isinstance(text, Fault):
             raise InputError([Fault(file, EXTENDS, extended, text.expected)])
         seen.append(below)
+        if len(seen) > MOST_FILES:
+            expected = f"expected at most {MOST_FILES} files that extend one another"
+            raise InputError([Fault(file, EXTENDS, extended, expected)])
         if any(below.samefile(one) for one in seen[:-1]):
             names = " > ".join(one.name for one in seen)
             expected = f"expected a file that does not extend this one in turn: {names}"
@@ -132,10 +140,15 @@ def parse(path: Path, text: str) -> dict[str, Any]:
         text: Its text.
 
     Raises:
-        InputError: It is not TOML.
+        InputError: It is not TOML, or too much of it.
     """
     try:
-        return tomllib.loads(text)
+        content = tomllib.loads(text)
+        count = _keys(content)
+        if count > MOST_KEYS:
+            expected = f"{count} keys; expected at most {MOST_KEYS}"
+            raise InputError([Fault(path, "", None, expected)])
+        return content
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         reason = re.sub(r"\s*\(at .*\)$", "", str(error))
@@ -145,6 +158,13 @@ def parse(path: Path, text: str) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         reason = "tables nested too deeply" if isinstance(error, RecursionError) else str(error)
         raise InputError([Fault(path, "", None, f"not valid TOML: {reason}")]) from error
+
+
+def _keys(content: Any) -> int:
+    """Number of keys in a content, those of its tables included."""
+    if isinstance(content, dict):
+        return len(content) + sum(map(_keys, content.values()))
+    return sum(map(_keys, content)) if isinstance(content, list) else 0
 
 
 def _lay_over(
@@ -168,8 +188,9 @@ def _lay_over(
         if isinstance(value, dict) and isinstance(below, dict) and _same_type(below, value):
             _lay_over(below, value, place, file, speakers)
         else:
-            for old in [one for one in speakers if one[: len(place)] == place]:
-                del speakers[old]
+            if key in under:
+                for old in [one for one in speakers if one[: len(place)] == place]:
+                    del speakers[old]
             under[key] = {} if isinstance(value, dict) else value
             if isinstance(value, dict):
                 _lay_over(under[key], value, place, file, speakers)

@@ -47,7 +47,7 @@ class _Structure(Section):
         default=True,
         description="Whether mass is added until each floor has that of the floor table.",
     )
-    modes: Annotated[int, Whole(1)] = Field(default=20, description="Number of modes.")
+    modes: Annotated[int, Whole(1, 10_000)] = Field(default=20, description="Number of modes.")
     drilling: PositiveFactor = Field(
         default=1.0,
         description="Factor on the drilling stiffness of the shells, shear modulus by thickness.",

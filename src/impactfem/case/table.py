@@ -21,6 +21,11 @@ from impactfem.errors import Fault
 Row = TypeVar("Row", bound=Section)
 CellLeaf = Quantity | Ratio | Whole | Words | Levels
 
+MOST_ROWS = 10_000
+"""Largest number of rows, where a table has no other."""
+MOST_POINTS = 50_000
+"""Largest number of points of spectra in a table."""
+
 _NEWLINE = re.compile(r"\r\n|\r|\n")
 _HEADER = re.compile(r"\s*([^\[\]]*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
 
@@ -53,7 +58,9 @@ def column_key(line: int, header: str) -> str:
     return f"line {line}, column {header}"
 
 
-def read_table(path: Path, row_model: type[Row], faults: list[Fault]) -> Table[Row] | None:
+def read_table(
+    path: Path, row_model: type[Row], faults: list[Fault], most: int = MOST_ROWS
+) -> Table[Row] | None:
     """Read a CSV file into models.
 
     Lines that begin with ``#`` and empty lines are skipped. The first line left is the header:
@@ -63,6 +70,7 @@ def read_table(path: Path, row_model: type[Row], faults: list[Fault]) -> Table[R
         path: The file.
         row_model: The model of a row; its fields carry a leaf each.
         faults: Every fault of the table is appended here.
+        most: Largest number of rows.
 
     Returns:
         The table, or None when there were faults.
@@ -86,7 +94,15 @@ def read_table(path: Path, row_model: type[Row], faults: list[Fault]) -> Table[R
         expected = f"the columns are separated by {separators}; expected commas: {example}"
         faults.append(Fault(path, f"line {lines[0][0]}", None, expected))
         return None
-    columns = _columns(path, *lines[0], row_model, faults)
+    if len(lines) - 1 > most:
+        expected = f"{len(lines) - 1} rows below the header; expected at most {most}"
+        faults.append(Fault(path, "", None, expected))
+        return None
+    try:
+        columns = _columns(path, *lines[0], row_model, faults)
+    except csv.Error as error:
+        faults.append(Fault(path, f"line {lines[0][0]}", None, f"no header of a table ({error})"))
+        return None
     if len(lines) == 1:
         faults.append(Fault(path, "", None, "the table has no row below its header"))
     rows = []

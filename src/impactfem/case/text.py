@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 from impactfem.errors import Fault
+
+LARGEST = 20_000_000
+"""Size of the largest table [byte]."""
+LARGEST_TOML = 1_000_000
+"""Size of the largest case file [byte]; the paper's has 10,000."""
 
 
 def read_bytes(path: Path, what: str) -> bytes | Fault:
@@ -30,11 +36,21 @@ def read_bytes(path: Path, what: str) -> bytes | Fault:
     return content
 
 
-def read_text(path: Path, what: str) -> str | Fault:
+def read_text(path: Path, what: str, largest: int = LARGEST) -> str | Fault:
     """The text of a UTF-8 file, or the fault that says why there is none.
 
     A byte order mark at the beginning is dropped: spreadsheets write one.
+
+    Args:
+        path: The file.
+        what: As for `read_bytes`.
+        largest: Largest size of the file [byte].
     """
+    with suppress(OSError, ValueError):  # which `read_bytes` explains
+        size = path.stat().st_size
+        if path.is_file() and size > largest:
+            expected = f"{1e-6 * size:.3g} MB; expected at most {1e-6 * largest:g} MB: {what}"
+            return Fault(path, "", None, expected)
     content = read_bytes(path, what)
     if isinstance(content, Fault):
         return content

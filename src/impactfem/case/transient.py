@@ -13,12 +13,14 @@ from pydantic import Field, StrictBool, ValidationInfo, field_validator
 from impactfem.case.base import Section, present
 from impactfem.case.generated_mesh import GeneratedMesh
 from impactfem.case.leaf import (
+    Duration,
     File,
     Frequency,
     Length,
     PositiveTime,
     Ratio,
     Time,
+    TimeStep,
     Whole,
     refuse,
 )
@@ -46,12 +48,12 @@ class Transient(Section):
         "takes much longer, and records the probes only, without maps, waves and export; 'both' "
         "holds the reduced one against the full one.",
     )
-    duration: PositiveTime | None = Field(
+    duration: Duration | None = Field(
         default=None,
         description="Time that is computed; default what is computed of the sticks, or as long as "
         "the forces of another program last.",
     )
-    time_step: PositiveTime = Field(description="Time step of the 3D model.")
+    time_step: TimeStep = Field(description="Time step of the 3D model.")
     maximum_frequency: Frequency = Field(
         default=450.0,
         description="Frequency up to which the reduced basis is good; spectra above are marked.",
@@ -70,7 +72,7 @@ class Transient(Section):
     shift: Frequency = Field(
         default=SHIFT, description="Frequency that the reduced basis is expanded about."
     )
-    largest_basis: Annotated[int, Whole(1)] = Field(
+    largest_basis: Annotated[int, Whole(1, 100_000)] = Field(
         default=1200, description="Largest number of vectors of the reduced basis."
     )
     band: Literal["larger", "smaller"] = Field(

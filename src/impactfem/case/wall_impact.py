@@ -10,7 +10,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from impactfem.case.base import Section
 from impactfem.case.calibrated import CALIBRATED
 from impactfem.case.contacts import ContactEntry, ContactLaw, FloorNumbers, KelvinVoigtLaw
-from impactfem.case.leaf import Depth, Length, PositiveTime, Ratio, Time, Whole, refuse
+from impactfem.case.leaf import Depth, Duration, Length, Ratio, Time, TimeStep, Whole, refuse
 from impactfem.case.source import Source
 from impactfem.case.time_step import half_of_duration
 from impactfem.errors import Fault
@@ -41,8 +41,8 @@ class _WallImpact(Section):
         "it arrives bowed; 'mass_centre' with one force at its mass centre. The floor of the "
         "stick is rigid: for it the three are the same.",
     )
-    duration: PositiveTime = Field(description="Time that is computed.")
-    time_step: PositiveTime = Field(description="Time step.")
+    duration: Duration = Field(description="Time that is computed.")
+    time_step: TimeStep = Field(description="Time step.")
     theta: Annotated[float, Ratio(at_least=0.5, at_most=1, percent=False)] = Field(
         default=0.5,
         description="θ of the θ-scheme: 0.5 keeps the energy of free motion, 1 is implicit Euler, "
