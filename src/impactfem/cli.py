@@ -181,10 +181,10 @@ def compare(
 
 @app.command()
 def check(case: CaseFile) -> None:
-    """Check a case file and all files it names; nothing is computed."""
-    from impactfem import study
+    """Check a case file and all files it names, and estimate what a run takes."""
+    from impactfem.study.loop import checked
 
-    found = study.check(case, mesh=True)
+    found, estimate = checked(case, mesh=True)
     counts = (
         (len(found.buildings), "building"),
         (len(found.contacts), "contact pair"),
@@ -192,6 +192,8 @@ def check(case: CaseFile) -> None:
     )
     told = ", ".join(f"{n} {name}{'' if n == 1 else 's'}" for n, name in counts)
     typer.echo(f"{case}: good. {told}")
+    for line in estimate.lines():
+        typer.echo(f"  {line}")
 
 
 @app.command()

@@ -42,17 +42,26 @@ def available_memory() -> float:
     return min(_of_machine(), _of_job())
 
 
-def _of_machine() -> float:
+def total_memory() -> float:
+    """Memory that this process could take if nothing else ran [byte]; infinite if unknown."""
+    return min(_of_machine("MemTotal:"), _of_job(whole=True))
+
+
+def _of_machine(entry: str = "MemAvailable:") -> float:
     try:
         lines = MACHINE.read_text(encoding="utf-8").splitlines()
     except OSError:
         return float("inf")
-    found = [line.split()[1] for line in lines if line.startswith("MemAvailable:")]
+    found = [line.split()[1] for line in lines if line.startswith(entry)]
     return 1024.0 * float(found[0]) if found else float("inf")
 
 
-def _of_job() -> float:
-    """What control groups (version 2) leave, as those of a batch system: the tightest of them."""
+def _of_job(*, whole: bool = False) -> float:
+    """What control groups (version 2) leave, as those of a batch system: the tightest of them.
+
+    Args:
+        whole: Whether what they have is asked for, used or not.
+    """
     left = float("inf")
     try:
         lines = GROUP.read_text(encoding="utf-8").splitlines()
@@ -63,7 +72,9 @@ def _of_job() -> float:
     while group != GROUPS.parent:
         try:
             most = (group / "memory.max").read_text(encoding="utf-8").strip()
-            if most != "max":
+            if most != "max" and whole:
+                left = min(left, float(most))
+            elif most != "max":
                 used = float((group / "memory.current").read_text(encoding="utf-8"))
                 stat = (group / "memory.stat").read_text(encoding="utf-8").splitlines()
                 cached = sum(float(line.split()[1]) for line in stat if _is_file_cache(line))

@@ -16,6 +16,7 @@ from impactfem.building.parts import BuildingParts
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Case
 from impactfem.case.buildings import Building
+from impactfem.case.generated_mesh import GeneratedMesh
 from impactfem.errors import Fault, InputError, SolutionError
 
 HEIGHT = 0.1
@@ -33,8 +34,24 @@ def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mesh
         path: The mesh file.
 
     Raises:
-        InputError: The mesh is not usable, or does not go with the case.
+        InputError: The mesh is not usable, or does not go with the case. Of a generated mesh, whose
+            file is none of the user's, the case file is named.
     """
+    try:
+        return _read_parts(case, path)
+    except InputError as error:
+        if case.structure is None or not isinstance(case.structure.mesh, GeneratedMesh):
+            raise
+        faults = [
+            Fault(case.path, f"structure.mesh, {one.key}", one.value, one.expected)
+            if one.file == path
+            else one
+            for one in error.faults
+        ]
+        raise InputError(faults) from error
+
+
+def _read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, MeshReport]:
     structure = case.structure
     if structure is None:
         raise ValueError("the case has no structure")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -60,14 +61,29 @@ def load_case(path: str | Path) -> Case:
     Raises:
         InputError: With every fault of the case file and of the files it names.
     """
+    case, faults, _ = read_case(path)
+    if faults or case is None:
+        raise InputError(faults)
+    return case
+
+
+def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
+    """Read a case as far as it can be read, so that further checks can tell its other faults.
+
+    Args:
+        path: As in `load_case`.
+
+    Returns:
+        The case, without the sections that cannot be read, or None where all need one of these;
+        the faults; the names of the sections that are left out.
+
+    Raises:
+        InputError: A file is no case file at all.
+    """
     source = read_source(Path(path), CaseFile)
     files = NamedFiles(source)
-    faults: list[Fault] = []
-    case_file: CaseFile | None = None
-    try:
-        case_file = CaseFile.model_validate(source.raw, context=files.known)
-    except ValidationError as error:
-        faults.extend(explain(error, source, CaseFile))
+    case_file, faults = _validated(source.raw, source, files)
+    left_out = {fault.key.partition(".")[0].partition("[")[0] for fault in faults}
     faults.extend(_duplicates(source))
     faults.extend(_lacks_structure(source))
     faults.extend(lacks_wall_impact(source))
@@ -76,28 +92,83 @@ def load_case(path: str | Path) -> Case:
     faults.extend(lacks_of_devices(source))
     faults.extend(struck_edge_faults(source, files.known))
     faults.extend(files.faults)
+    left_out |= files.sections_at_fault
+    rest = case_file
+    if left_out:
+        content = _without(source.raw, left_out)
+        rest = None if content is None else _validated(content, source, files)[0]
+    # These go on where a table is missing.
+    case_file = case_file or rest
     if case_file is not None:
         faults.extend(_spectrum_faults(source, case_file, files))
         faults.extend(_wall_faults(source, case_file, files))
         faults.extend(_device_faults(source, case_file, files))
-    if faults or case_file is None:
-        raise InputError(faults)
+        if "structure" not in left_out:
+            faults.extend(_storey_faults(source, case_file, files))
+    if rest is None:
+        return None, faults, left_out
+    case_file = rest
+    if any(fault.key.startswith("wall_impact") for fault in faults):
+        left_out.add("wall_impact")
+        case_file = case_file.model_copy(update={"wall_impact": None})
     case = _resolve(source, case_file, files)
     if case.ensemble is not None:
         faults.extend(ensemble_faults(source, case.ensemble, case.motions, case.transient))
     if case.transient is not None and case.structure is not None:
         studied = case.building(case.structure.building)
         levels = (studied.base, *studied.elevations)
+        computed = None if "pounding" in left_out else _computed_duration(case)
         faults.extend(
-            transient_faults(
-                source, case.transient, case.structure.mesh, levels, _computed_duration(case)
-            )
+            transient_faults(source, case.transient, case.structure.mesh, levels, computed)
         )
-    faults.extend(_loop_faults(source, case))
+    if "structure" not in left_out:
+        faults.extend(_loop_faults(source, case))
     faults.extend(distance_faults(source, case_file.contacts, case))
-    if faults:
-        raise InputError(faults)
-    return case
+    return case, faults, left_out
+
+
+def _validated(
+    raw: dict[str, Any], source: Source, files: NamedFiles
+) -> tuple[CaseFile | None, list[Fault]]:
+    """The model of a content, or its faults."""
+    try:
+        return CaseFile.model_validate(raw, context=files.known), []
+    except ValidationError as error:
+        return None, explain(error, source, CaseFile)
+
+
+# What takes the place of a section that is at fault and that every case has.
+_PLACEHOLDERS: dict[str, Any] = {
+    "title": "case",
+    "pounding": {"time_step": "1 us"},
+    "spectra": {"damping": ["5 %"], "frequencies": ["1 Hz"]},
+}
+_NEEDED = {"materials", "damping", "buildings", "motions"}
+# Sections that are of no use without another one.
+_NEED_OTHERS = {
+    "structure": ("wall_impact", "transient", "devices", "device_analysis", "calibration"),
+    "transient": ("devices", "device_analysis"),
+    "contact_laws": ("contacts",),
+    "wall_impact": (),
+}
+
+
+def _without(raw: dict[str, Any], sections: set[str]) -> dict[str, Any] | None:
+    """The content of a case file without some sections and those that need them.
+
+    Args:
+        raw: The content.
+        sections: Names of the sections; those that are left out for want of them are added.
+
+    Returns:
+        The rest; None where every case needs one of the sections.
+    """
+    for name in list(sections):
+        sections.update(_NEED_OTHERS.get(name, ()))
+    if sections & _NEEDED:
+        return None
+    rest = {name: section for name, section in raw.items() if name not in sections}
+    return rest | {name: _PLACEHOLDERS[name] for name in sections & _PLACEHOLDERS.keys()}
 
 
 def _duplicates(source: Source) -> Iterator[Fault]:
@@ -326,6 +397,22 @@ def _device_faults(source: Source, case_file: CaseFile, files: NamedFiles) -> It
     if case_file.transient is not None:
         step = case_file.transient.time_step
         yield from analysis_faults(source, case_file.device_analysis, step)
+
+
+def _storey_faults(source: Source, case_file: CaseFile, files: NamedFiles) -> Iterator[Fault]:
+    """Storeys of a generated building in which nothing stands."""
+    structure = case_file.structure
+    if structure is None or not isinstance(structure.mesh, GeneratedMeshEntry):
+        return
+    stood_in = {k for row in (*files.walls, *files.columns) for k in row.levels}
+    bare = [str(k) for k in _floor_numbers(files, structure) if k not in stood_in]
+    if bare:
+        tables = [str(structure.mesh.walls), str(structure.mesh.columns or "")]
+        expected = (
+            f"no wall and no column stands in storey {', '.join(bare)}; expected one or more in "
+            f"each storey, in {' or '.join(filter(None, tables))}"
+        )
+        yield source.fault(("structure", "mesh", "walls"), str(structure.mesh.walls), expected)
 
 
 def _ensemble(ensemble: Ensemble | None, folder: Path) -> Ensemble | None:

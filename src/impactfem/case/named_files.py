@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,8 @@ class NamedFiles:
 
     Args:
         source: The case file, whose content may have any faults.
+        faults: Of the files.
+        sections_at_fault: Names of the sections with such files.
     """
 
     source: Source
@@ -58,6 +61,7 @@ class NamedFiles:
     device_matrices: dict[tuple[Path, Path], DeviceMatrices] = field(default_factory=dict)
     floors_read: set[Path] = field(default_factory=set)
     device_files_read: set[Path] = field(default_factory=set)
+    sections_at_fault: set[str] = field(default_factory=set)
     known: Known = field(init=False)
 
     def __post_init__(self) -> None:
@@ -76,26 +80,32 @@ class NamedFiles:
             material_of=_texts(raw, "material"),
             without_density=_without_density(raw),
         )
-        for index, entry in buildings:
-            self._read_floors(("buildings", index, "floors"), entry.get("floors"))
+        with self._section("buildings"):
+            for index, entry in buildings:
+                self._read_floors(("buildings", index, "floors"), entry.get("floors"))
         calibration = raw.get("calibration")
         if isinstance(calibration, dict):
             place = ("calibration", "targets")
-            self._read_targets(place, calibration.get("targets"), names)
+            with self._section("calibration"):
+                self._read_targets(place, calibration.get("targets"), names)
         structure = raw.get("structure")
         if isinstance(structure, dict) and isinstance(structure.get("mesh"), dict):
-            self._read_structure(structure.get("building"), structure["mesh"])
+            with self._section("structure"):
+                self._read_structure(structure.get("building"), structure["mesh"])
         transient = raw.get("transient")
         if isinstance(transient, dict):
             what = "a force history (NetCDF or CSV)"
-            self._open(("transient", "forces"), transient.get("forces"), what)
-        for index, entry in tables_of(raw, "devices"):
-            self._read_device_modes(("devices", index, "modes"), entry.get("modes"))
-            self._read_given_spectra(("devices", index, "spectra"), entry.get("spectra"))
-            self._read_matrices(("devices", index, "matrices"), entry.get("matrices"))
-        for index, entry in tables_of(raw, "motions"):
-            self._open(("motions", index, "file"), entry.get("file"), "a record")
-            self._read_spectrum(("motions", index, "spectrum", "file"), entry.get("spectrum"))
+            with self._section("transient"):
+                self._open(("transient", "forces"), transient.get("forces"), what)
+        with self._section("devices"):
+            for index, entry in tables_of(raw, "devices"):
+                self._read_device_modes(("devices", index, "modes"), entry.get("modes"))
+                self._read_given_spectra(("devices", index, "spectra"), entry.get("spectra"))
+                self._read_matrices(("devices", index, "matrices"), entry.get("matrices"))
+        with self._section("motions"):
+            for index, entry in tables_of(raw, "motions"):
+                self._open(("motions", index, "file"), entry.get("file"), "a record")
+                self._read_spectrum(("motions", index, "spectrum", "file"), entry.get("spectrum"))
         published: Mapping[str, Published] | None = None
         file = self._open(("published",), raw.get("published"), "a table (CSV)")
         if file is not None:
@@ -106,6 +116,14 @@ class NamedFiles:
             file = self._open(("report", "reference"), report.get("reference"), REFERENCE)
             if file is not None:
                 self.reference = read_reference(self._path(file), self.faults, published)
+
+    @contextmanager
+    def _section(self, name: str) -> Iterator[None]:
+        """Files of a section of the case are read in the block; whether one is at fault is kept."""
+        before = len(self.faults)
+        yield
+        if len(self.faults) > before:
+            self.sections_at_fault.add(name)
 
     def _path(self, file: Path) -> Path:
         """A file relative to the working folder."""

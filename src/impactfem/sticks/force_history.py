@@ -143,8 +143,8 @@ def write_forces_csv(path: Path, history: ForceHistory) -> None:
         np.savetxt(lines, values, delimiter=",", fmt=formats)
 
 
-def check_forces(path: Path) -> None:
-    """See that a force history that is given can be read, by `read_forces` as well. Not collective.
+def check_forces(path: Path) -> ForceHistory:
+    """Read a force history that is given, and see that `read_forces` can. Not collective.
 
     HDF5 may crash on a damaged file of NetCDF: it is tried in a process of its own.
 
@@ -152,9 +152,8 @@ def check_forces(path: Path) -> None:
         InputError: As `read_forces`; or HDF5 crashed.
     """
     if path.suffix.lower() == ".csv":
-        read_forces(path)
-    else:
-        read_in_own_process(read_forces, path, FORCES)
+        return read_forces(path)
+    return read_in_own_process(read_forces, path, FORCES)
 
 
 def read_forces(path: Path) -> ForceHistory:

@@ -9,18 +9,15 @@ from pathlib import Path
 
 import xarray as xr
 
-from impactfem.building.read_parts import read_parts
-from impactfem.case import Case, Published, SyntheticMotion, load_case
+from impactfem.case import Case, Published, SyntheticMotion
 from impactfem.case.facing import facing_floors, facing_lines, unknown_lines
-from impactfem.case.file_mesh import FileMesh
+from impactfem.case.load import read_case
 from impactfem.case.pair_distance import pair_distance
-from impactfem.device.from_case import checked_devices
 from impactfem.errors import Fault, InputError
 from impactfem.file_errors import file_errors
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
 from impactfem.memory import forget_peak, give_back, peak_memory
-from impactfem.motion.from_case import checked_durations
 from impactfem.parallel import on_root, one_blas_thread, rank, size, total
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.results.check import Check, log_checks
@@ -29,14 +26,15 @@ from impactfem.results.pair_distance import distance_check
 from impactfem.results.provenance import provenance
 from impactfem.results.summary import write_summary
 from impactfem.scalar import Scalar, from_json
-from impactfem.sticks.force_history import check_forces
+from impactfem.study.building import BUILDING
+from impactfem.study.estimate import DAY, Estimate, duration
 from impactfem.study.finished import is_finished, mark_finished, memory_of, seconds_of
 from impactfem.study.folder import LOG, check_same_case, log_case, open_folder
+from impactfem.study.further_checks import further_checks, mesh_faults
 from impactfem.study.inputs import program_key, published_values
 from impactfem.study.report import REPORT, write_findings, write_page
 from impactfem.study.stage import Stage
 from impactfem.study.stages import STAGES, asked_stages, check_stage_name
-from impactfem.wall.side import wall_side
 
 
 @dataclass
@@ -69,46 +67,39 @@ def check(path: Path, *, mesh: bool = False) -> Case:
 
     Args:
         path: The case file.
-        mesh: Whether a mesh file of the case is read, too, which takes a second or two, gaps are
+        mesh: Whether the mesh of the case is read, or made, too, which takes some seconds, gaps are
             compared with axes and offsets, and floors that face each other are looked for that are
             in no pair, as a run does itself.
 
     Raises:
-        InputError: With every fault found.
+        InputError: With every fault found; also where the run would not fit this machine.
+        ImpactfemError: A file cannot be read.
     """
-    case = load_case(path)
-    checked_devices(case)
-    durations = checked_durations(case.motions)
-    longest = case.pounding.duration or max(durations)
-    if case.pounding.time_step > longest / 2.0:
-        expected = f"expected at most half of what is computed, {longest:g} s"
-        raise InputError([Fault(path, "pounding.time_step", case.pounding.time_step, expected)])
-    if case.transient is not None and case.transient.forces is not None:
-        check_forces(case.transient.forces)
-    if mesh:
-        _warn_of_gaps(case)
-        _warn_of_facing_floors(case)
-    if mesh and case.structure is not None and isinstance(case.structure.mesh, FileMesh):
-        file = case.structure.mesh.file
-        parts, _, _ = read_parts(case, file)
-        if case.wall_impact is not None:
-            wall_side(parts.mesh, case.wall_impact.floors, file)
-        # PETSc is loaded where it is needed.
-        if case.transient is not None:
-            from impactfem.transient.forces import check_contacts
-            from impactfem.transient.probes import checked_probes
+    return checked(path, mesh=mesh)[0]
 
-            checked_probes(case, parts.mesh)
-            check_contacts(case, parts.mesh)
-        if case.devices:
-            from impactfem.equipment.covered_points import covered_points
-            from impactfem.equipment.rosette import find_rosettes
 
-            find_rosettes(case, parts.mesh)
-            covered_points(case, parts.mesh)
-    for stage in STAGES:
-        program_key(stage.rooms)
-    return case
+def checked(path: Path, *, mesh: bool = False) -> tuple[Case, Estimate]:
+    """As `check`; gives what a run will take, too."""
+    with file_errors():
+        case, faults, left_out = read_case(path)
+        further = None
+        if case is not None:
+            further = further_checks(case, left_out, mesh=mesh)
+            faults += further.faults
+        if faults or case is None or further is None or further.estimate is None:
+            raise InputError(faults)
+        if mesh:
+            _warn_of_gaps(case)
+            _warn_of_facing_floors(case)
+        if further.estimate.seconds > DAY:
+            LOGGER.warning(
+                "warning: a run of this case takes about %s: see the numbers of time steps, vectors"
+                " and members",
+                duration(further.estimate.seconds),
+            )
+        for stage in STAGES:
+            program_key(stage.rooms)
+    return case, further.estimate
 
 
 def _warn_of_gaps(case: Case) -> None:
@@ -174,13 +165,15 @@ def run(
     with ExitStack() as opened:
         opened.enter_context(file_errors())
         opened.enter_context(one_blas_thread())
+        estimates: list[Estimate] = []
 
         def prepare() -> Case:
             check_stage_name(stage)
             if resume and fresh:
                 expected = "expected without --fresh, which computes everything again"
                 raise InputError([Fault("command line", "--resume", None, expected)])
-            case = check(path)
+            case, found = checked(path)
+            estimates.append(found)
             asked_stages(case, stage)
             opened.enter_context(open_folder(folder, resume))
             if resume:
@@ -193,13 +186,27 @@ def run(
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
         log_case(case)
+        for found in estimates:  # on rank 0
+            for line in found.lines():
+                LOGGER.debug("estimate: %s", line)
         stages = asked_stages(case, stage)
         for one in stages:
             _run_stage(one, case, result, fresh, bar)
+            if one.name == BUILDING.name and one.name not in result.reused:
+                on_root(lambda: _check_mesh(case, folder))
         on_root(lambda: _write_results(case, result, stages, started))
         if stage in (None, REPORT):
             on_root(lambda: write_page(folder, bar=bar))
     return result
+
+
+def _check_mesh(case: Case, folder: Path) -> None:
+    """Refuse what the stages after `building` would refuse of its mesh, minutes later."""
+    from impactfem.building.stage import mesh_of_run
+
+    faults = mesh_faults(case, mesh_of_run(case, folder))
+    if faults:
+        raise InputError(faults)
 
 
 def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) -> None:

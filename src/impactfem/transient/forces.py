@@ -92,16 +92,7 @@ def checked_forces(
         InputError: With every fault of the forces.
         ValueError: The case has no structure.
     """
-    if case.structure is None:
-        raise ValueError("a case without a structure has no edges that forces could act on")
-    building = case.structure.building
-    ends: Ends = {}
-    faults: list[Fault] = []
-    if case.contacts:
-        ends, faults = _ends_by_case(history, path, case, building)
-    elif history.pairs:
-        ends, faults = _ends_by_file(history, path, building)
-    faults += _length_faults(history, path, duration)
+    ends, faults, building = _ends(history, path, case, duration)
     mine = {j: end for j, pair in ends.items() for end in pair if end.building == building}
     edges = _struck_edges(mesh)
     for j, end in mine.items():
@@ -111,6 +102,33 @@ def checked_forces(
     _warn_of_other_inputs(history, path, case, inputs)
     pushed = [_edge_force(end.floor, edges[end.floor].outward) for end in mine.values()]
     return history.of(list(mine)), pushed
+
+
+def history_faults(history: ForceHistory, path: Path, case: Case, duration: float) -> list[Fault]:
+    """What is wrong with impact forces whatever the mesh is: their pairs and their length.
+
+    Args: as of `checked_forces`.
+
+    Raises:
+        ValueError: The case has no structure.
+    """
+    return _ends(history, path, case, duration)[1]
+
+
+def _ends(
+    history: ForceHistory, path: Path, case: Case, duration: float
+) -> tuple[Ends, list[Fault], str]:
+    """Both ends of the pairs, what is wrong with the history, and the building of the 3D model."""
+    if case.structure is None:
+        raise ValueError("a case without a structure has no edges that forces could act on")
+    building = case.structure.building
+    ends: Ends = {}
+    faults: list[Fault] = []
+    if case.contacts:
+        ends, faults = _ends_by_case(history, path, case, building)
+    elif history.pairs:
+        ends, faults = _ends_by_file(history, path, building)
+    return ends, faults + list(_length_faults(history, path, duration)), building
 
 
 def check_contacts(case: Case, mesh: BuildingMesh) -> None:
