@@ -36,6 +36,20 @@ _CORNERS = {"triangle": 3, "interval": 2}
 for _name in ("FFCx", "ffcx", "UFL", "ufl"):
     logging.getLogger(_name).setLevel(logging.WARNING)
 
+if not _BASIX:
+    # Up to 0.6 FFCx counts derivatives along the axes of space, three, where Basix's tables have
+    # those of the cell: on a triangle in space second derivatives are others, or out of bounds.
+    import ffcx.ir.elementtables
+
+    _table_values = ffcx.ir.elementtables.get_ffcx_table_values
+
+    def _cell_table_values(points: Any, cell: Any, *others: Any) -> Any:
+        *given, derivatives, component = others
+        along_cell = derivatives[: cell.topological_dimension()]
+        return _table_values(points, cell, *given, along_cell, component)
+
+    ffcx.ir.elementtables.get_ffcx_table_values = _cell_table_values
+
 
 @dataclass(frozen=True)
 class LocalMesh:

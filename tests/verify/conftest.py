@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from impactfem.building import shell
+from impactfem.building import model, shell
 
 
 @pytest.fixture
@@ -32,15 +32,42 @@ def altered(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 @pytest.fixture
 def wrong_drilling(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Drilling energy of ω = ½ curl u + θ·e3; compiled into a cache of the test's own."""
-    right = shell._strains
 
-    def strains(w: Any, frame: Any) -> tuple[Any, ...]:
-        _, theta = shell.halves(w)
-        *others, omega = right(w, frame)
-        return *others, omega + 2.0 * shell.ufl.dot(theta, frame[2])
+    class Strains(shell._Strains):
+        def __init__(self, w: Any, frame: Any, *others: Any) -> None:
+            super().__init__(w, frame, *others)
+            self.drilling += 2.0 * shell.ufl.dot(shell.halves(w)[1], frame[2])
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(shell, "_strains", strains)
+    monkeypatch.setattr(shell, "_Strains", Strains)
+
+
+@pytest.fixture
+def partly_reduced(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Shear α γ·γ in full and (1 − α) γ·γ by three points, α = t²/(t² + h²), as it once was.
+
+    Without a bubble quadratic triangles cannot follow that many conditions.
+    """
+
+    def stiffness(space: Any, fields: Any) -> Any:
+        ufl, mesh, t = shell.ufl, space.mesh, fields.thickness
+        trial, test = (
+            shell._Strains(w, shell._frame(mesh), mesh, fields)
+            for w in (ufl.TrialFunction(space), ufl.TestFunction(space))
+        )
+        N, M, _ = trial.forces()
+        shear = shell.SHEAR * fields.shear_modulus * t * ufl.inner(trial.shear, test.shear)
+        drilling = fields.drilling * fields.shear_modulus * t * trial.drilling * test.drilling
+        alpha = t**2 / (t**2 + ufl.CellDiameter(mesh) ** 2)
+        few, many = (
+            ufl.dx(mesh, metadata={"quadrature_degree": degree})
+            for degree in (shell.REDUCED, shell.FULL)
+        )
+        plane = ufl.inner(N, test.membrane) + ufl.inner(M, test.bending)
+        return (plane + (1.0 - alpha) * shear) * few + (alpha * shear + drilling) * many
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(model, "shell_stiffness", stiffness)
 
 
 @pytest.fixture
