@@ -9,7 +9,7 @@ from impactfem.errors import SolutionError
 @pytest.fixture
 def recorder(petsc):
     def make(*arguments):
-        return Recorder(petsc(np.eye(4)), *arguments)
+        return Recorder(petsc(np.eye(4)), *arguments, time_step=0.5)
 
     return make
 
@@ -29,10 +29,10 @@ def test_parts_and_history(recorder):
     now.step = 7
     recording.put(now, (0.0, 0.0, 1.0, 1.0))
     recording.reduce(now)
-    assert part.step.tolist() == [5, 6]
+    assert part.time.tolist() == [2.5, 3.0]
     assert part.motion["displacement"].tolist() == [[3.0, 1.0, 3.0], [4.0, 2.0, 4.0]]
     history = recording.history()
-    assert history.step.tolist() == [5, 6, 7] and list(history.motion) == [
+    assert history.time.tolist() == [2.5, 3.0, 3.5] and list(history.motion) == [
         "acceleration",
         "displacement",
     ]

@@ -21,7 +21,7 @@ def at(step: int) -> tuple[State, History]:
     rng = np.random.default_rng(step)
     state = State(step, *rng.standard_normal((5, 12)), damped=rng.random(), input=rng.random())
     motion = {name: rng.standard_normal((step + 1, 3)) for name in ("displacement", "acceleration")}
-    return state, History(np.arange(step + 1), motion, Energy(*rng.random((4, step + 1))))
+    return state, History(0.1 * np.arange(step + 1), motion, Energy(*rng.random((4, step + 1))))
 
 
 def same(found: tuple[State, History] | None, step: int) -> bool:
@@ -32,7 +32,7 @@ def same(found: tuple[State, History] | None, step: int) -> bool:
     values += [
         (getattr(history.energy, f.name), getattr(recorded.energy, f.name)) for f in fields(Energy)
     ]
-    values += [(history.step, recorded.step), (list(history.motion), list(recorded.motion))]
+    values += [(history.time, recorded.time), (list(history.motion), list(recorded.motion))]
     values += [(history.motion[name], recorded.motion[name]) for name in recorded.motion]
     return all(np.array_equal(a, b) for a, b in values)
 

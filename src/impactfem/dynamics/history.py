@@ -23,12 +23,12 @@ class History:
     """What was recorded, the same on all ranks.
 
     Args:
-        step: Numbers of the times, shape (n_t,).
+        time: The times, shape (n_t,) [s].
         motion: By quantity (of QUANTITIES), the motion of the probes, shape (n_t, n_probes).
         energy: The energies.
     """
 
-    step: NDArray[np.int64]
+    time: Array
     motion: dict[str, Array]
     energy: Energy
 
@@ -41,6 +41,7 @@ class Recorder:
         probes: Global rows to record.
         record: Which of QUANTITIES.
         chunk: Rows kept between two sums.
+        time_step: Δt [s].
 
     Raises:
         SolutionError: An unknown quantity, a row that does not exist.
@@ -52,6 +53,7 @@ class Recorder:
         probes: Sequence[int] | NDArray[np.int64],
         record: Sequence[str],
         chunk: int,
+        time_step: float,
     ) -> None:
         rows = np.asarray(probes, dtype=np.int64)
         wrong = [name for name in record if name not in QUANTITIES]
@@ -60,6 +62,7 @@ class Recorder:
             raise SolutionError(f"cannot record {', '.join(wrong) or f'row {outside[0]}'}")
         start, end = A.getOwnershipRange()
         self.comm = A.getComm().tompi4py()
+        self.time_step = time_step
         self.record = tuple(record)
         self.place = np.flatnonzero((rows >= start) & (rows < end))
         self.local = rows[self.place] - start
@@ -96,7 +99,7 @@ class Recorder:
         state.damped, state.input = float(damped[-1]), float(work[-1])
         motion = np.split(total[:, 4:], len(self.record), axis=1) if self.record else []
         part = History(
-            step=np.arange(state.step + 1 - self.filled, state.step + 1),
+            time=self.time_step * np.arange(state.step + 1 - self.filled, state.step + 1),
             motion=dict(zip(self.record, motion, strict=True)),
             energy=Energy(total[:, 0], total[:, 1], damped, work),
         )
@@ -108,7 +111,7 @@ class Recorder:
         """All that was recorded."""
         energies = [part.energy for part in self.parts]
         return History(
-            step=np.concatenate([part.step for part in self.parts]),
+            time=np.concatenate([part.time for part in self.parts]),
             motion={
                 name: np.concatenate([part.motion[name] for part in self.parts])
                 for name in self.record

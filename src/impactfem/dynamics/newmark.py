@@ -175,7 +175,7 @@ class Newmark(Held):
                 f" {amplitudes.shape[0] - 1}"
             )
         factor = self.factorise()
-        recorder = Recorder(self._M, probes, record, chunk)
+        recorder = Recorder(self._M, probes, record, chunk, self.time_step)
         stepper = _Stepper(self, factor, state)
         recorder.put(state, _stored(state))
         recorder.reduce(state)

@@ -51,7 +51,7 @@ class Checkpoints:
         write_archive(self._state(step), self._key, numbers)
         if self._comm.rank == 0:
             energy = {f.name: getattr(history.energy, f.name) for f in fields(Energy)}
-            content = energy | history.motion | {"step": history.step}
+            content = energy | history.motion | {"time": history.time}
             write_archive(self._history(step), self._key, content)
         self._comm.barrier()
         if self._comm.rank == 0:
@@ -110,7 +110,7 @@ class Checkpoints:
             return None
         del content["key"]
         energy = Energy(*(content.pop(field.name) for field in fields(Energy)))
-        return History(content.pop("step"), content, energy)
+        return History(content.pop("time"), content, energy)
 
     def _state(self, step: int) -> Path:
         return self._folder / f"state_{self._comm.rank}_{step}.npz"

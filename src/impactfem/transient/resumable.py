@@ -85,7 +85,7 @@ def joined(parts: Sequence[History]) -> History:
         for field in fields(Energy)
     }
     return History(
-        step=np.concatenate([part.step for part in parts]),
+        time=np.concatenate([part.time for part in parts]),
         motion={
             name: np.concatenate([part.motion[name] for part in parts]) for name in parts[0].motion
         },
