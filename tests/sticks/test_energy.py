@@ -7,7 +7,7 @@ from impactfem.sticks.contact import hertz, hertz_damp, hunt_crossley, jankowski
 from impactfem.sticks.energy import EnergyBalance, energy_balance
 from impactfem.sticks.impacts import impacts
 from impactfem.sticks.pounding import System, simulate
-from impactfem.verify.models import mass_on_spring
+from impactfem.sticks.stick import mass_on_spring
 
 DT = 2.5e-4
 
@@ -60,7 +60,7 @@ def test_a_corrupted_response_violates_it(pounding):
 def test_terms_of_an_oscillator_in_closed_form():
     # From 0.2 m at rest, damped: what is not stored any more was damped, and nothing came in.
     m, k = 10.0, 10.0 * 5.0**2
-    system = System((mass_on_spring("m", m, k, 20.0),), ())
+    system = System((mass_on_spring("m", m, k, dashpot=20.0),), ())
     u0 = np.zeros(6)
     u0[1] = 0.2
     energy = energy_balance(simulate(system, np.zeros((20001, 3)), 1e-3, u0=u0))

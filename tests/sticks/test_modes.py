@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from impactfem.errors import SolutionError
 from impactfem.sticks.modes import DIRECTIONS, FAMILIES, modes
-from impactfem.sticks.stick import build_stick
-from impactfem.verify.models import mass_on_spring
+from impactfem.sticks.stick import build_stick, mass_on_spring
 
 UY, RX = 1, 3
 

@@ -17,7 +17,8 @@ from impactfem.sticks.contact import (
 from impactfem.sticks.impacts import impacts
 from impactfem.sticks.newmark import add_product, contact_forces, march, pair_force
 from impactfem.sticks.pounding import End, Pair, System, simulate
-from impactfem.verify.models import Y, collision, mass_on_spring
+from impactfem.sticks.stick import mass_on_spring
+from impactfem.verify.models import Y, collision
 
 H = 1.5e-4
 K, C = 1e11, 1.3e8

@@ -7,10 +7,11 @@ import scipy.linalg
 
 from impactfem.errors import ImpactfemError, SolutionError
 from impactfem.sticks.contact import effective_mass, kelvin_voigt
+from impactfem.sticks.energy import energy_balance
 from impactfem.sticks.impacts import impacts
-from impactfem.sticks.pounding import End, Pair, System, interpolate_ground, simulate
-from impactfem.sticks.stick import build_stick
-from impactfem.verify.models import Y, against_wall, collision, mass_on_spring
+from impactfem.sticks.pounding import End, Load, Pair, System, interpolate_ground, simulate
+from impactfem.sticks.stick import build_stick, mass_on_spring
+from impactfem.verify.models import Y, against_wall, collision
 
 DT = 2.5e-4
 UX, UY, UZ, RX, RY, RZ = range(6)
@@ -71,7 +72,7 @@ def two_oscillators(dt, tension):
     k1, k2, c1, c2 = m1 * 11.0**2, m2 * 8.0**2, 0.1 * m1, 0.2 * m2
     law = kelvin_voigt(1e10, 0.15, effective_mass(m1, m2), tension=tension)
     n_t = round(0.6 / dt) + 1
-    sticks = (mass_on_spring("1", m1, k1, c1), mass_on_spring("2", m2, k2, c2))
+    sticks = (mass_on_spring("1", m1, k1, dashpot=c1), mass_on_spring("2", m2, k2, dashpot=c2))
     system = System(sticks, (Pair("1-2", point("1"), point("2"), Y, 0.004, law),))
     ground = np.zeros((n_t, 3))
     ground[:, 1] = 3.0 * np.sin(9.0 * dt * np.arange(n_t))
@@ -347,3 +348,83 @@ def test_interpolate_ground_keeps_the_last_sample():
     assert behind > 0
     late = interpolate_ground([(0, 0.1, np.ones(4))], 0.1 * (1 + 1e-6), 4)[:, 0]
     assert late[2] == 1.0 and late[3] == 0.0
+
+
+def oscillator(xi, force, dt):
+    """A mass of 2 t at 5 Hz under a force along y; its displacement along y."""
+    mass = mass_on_spring("m", 2e3, frequency=5.0, damping_ratio=xi)
+    load = Load(End.of_floor(mass, 1), Y, force)
+    return simulate(System((mass,), ()), np.zeros((len(force), 3)), dt, loads=[load])
+
+
+def test_a_half_sine_pulse_on_an_oscillator():
+    """Undamped, t_d = T/2.5: u k/P₀ = (sin Ωt − r sin ωt)/(1 − r²), then free vibration of the
+    amplitude 2 r cos(π/(2 r))/(r² − 1), r = Ω/ω (Chopra, Dynamics of Structures, section 4.8)."""
+    w, P = 2.0 * np.pi * 5.0, 1e4
+    t_d, dt = 0.2 / 2.5, 1e-5
+    t = dt * np.arange(30001)
+    force = np.where(t <= t_d, P * np.sin(np.pi * t / t_d), 0.0)
+    u = oscillator(0.0, force, dt).u[:, 1] * 2e3 * w**2 / P
+    r = np.pi / t_d / w
+    during = t <= t_d
+    forced = (np.sin(np.pi * t / t_d) - r * np.sin(w * t)) / (1.0 - r**2)
+    assert u[during] == pytest.approx(forced[during], abs=2e-6)
+    after = abs(2.0 * r * np.cos(np.pi / (2.0 * r)) / (r**2 - 1.0))
+    assert np.abs(u[t > t_d]).max() == pytest.approx(after, rel=1e-5)
+    # Half of the pulse moves it half as much: the row above is no coincidence.
+    half = oscillator(0.0, 0.5 * force, dt).u[:, 1] * 2e3 * w**2 / P
+    assert half == pytest.approx(0.5 * u, abs=1e-12)
+
+
+@pytest.mark.parametrize("xi", [0.0, 0.05])
+def test_a_step_force_on_an_oscillator(xi):
+    """u k/P = 1 − e^(−ξωt) (cos ω_d t + ξ/√(1 − ξ²) sin ω_d t); static at last."""
+    w, P, dt = 2.0 * np.pi * 5.0, 1e4, 2e-5
+    response = oscillator(xi, np.full(100001, P), dt)
+    t, root = response.time, np.sqrt(1.0 - xi**2)
+    decay = np.exp(-xi * w * t)
+    exact = 1.0 - decay * (np.cos(w * root * t) + xi / root * np.sin(w * root * t))
+    u = response.u[:, 1] * 2e3 * w**2 / P
+    assert u == pytest.approx(exact, abs=3e-6 * (1.0 + 10.0 * (xi == 0.0)))
+    assert energy_balance(response).residual < 1e-9
+    # The acceleration is in equilibrium with the force.
+    assert response.acceleration[0, 1] == pytest.approx(P / 2e3)
+    # The spring's force is the reaction: P − m a − c v.
+    spring = -response.system.sticks[0].element_forces(response.u)[:, 0, 1]
+    damper = response.system.sticks[0].C[1, 1] * response.v[:, 1]
+    assert spring == pytest.approx(P - 2e3 * response.acceleration[:, 1] - damper, abs=1e-6 * P)
+
+
+def test_a_force_and_its_inertia_are_one():
+    """A force −m a(t) moves a mass as a ground acceleration a(t) does, in contact, too."""
+    m, dt, n_t = 1e3, 1e-4, 20001
+    a = 3.0 * np.sin(2.0 * np.pi * 1.5 * dt * np.arange(n_t))
+    one, other = (mass_on_spring(name, m, frequency=f) for name, f in (("1", 2.0), ("2", 3.0)))
+    pair = Pair("1-2", point("1"), point("2"), Y, 1e-3, kelvin_voigt(1e7, 0.2, 0.5 * m))
+    system = System((one, other), (pair,))
+    ground = np.zeros((n_t, 3))
+    ground[:, 1] = a
+    by_ground = simulate(system, ground, dt)
+    loads = [Load(End.of_floor(stick, 1), Y, -m * a) for stick in (one, other)]
+    by_force = simulate(system, np.zeros((n_t, 3)), dt, loads=loads)
+    assert by_ground.force.max() > 1e3
+    assert by_force.u == pytest.approx(by_ground.u, abs=1e-12)
+    assert by_force.force == pytest.approx(by_ground.force, abs=1e-6 * by_ground.force.max())
+    # On one mass alone it is another motion.
+    alone = simulate(system, np.zeros((n_t, 3)), dt, loads=loads[:1])
+    assert np.abs(alone.u - by_ground.u).max() > 1e-3
+
+
+def test_an_eccentric_force_turns_a_floor():
+    mass = mass_on_spring("m", 2.0, 0.0)
+    load = Load(End.of_floor(mass, 1, (3.0, 0.0, 0.0)), Y, np.ones(11))
+    v = simulate(System((mass,), ()), np.zeros((11, 3)), 0.1, loads=[load]).v[-1]
+    # Momentum P t, moment of momentum x P t, with an inertia of m · 1 m².
+    assert v == pytest.approx([0.0, 0.5, 0.0, 0.0, 0.0, 1.5])
+
+
+def test_a_force_of_another_length_is_refused():
+    mass = mass_on_spring("m", 2.0, 0.0)
+    load = Load(End.of_floor(mass, 1), Y, np.ones(10))
+    with pytest.raises(ImpactfemError, match=r"floor 1: expected shape \(11,\), got \(10,\)"):
+        simulate(System((mass,), ()), np.zeros((11, 3)), 0.1, loads=[load])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from impactfem.errors import ImpactfemError
 from impactfem.sticks.damping import Rayleigh
-from impactfem.sticks.stick import build_stick
+from impactfem.sticks.stick import build_stick, mass_on_spring
 
 UX, UY, UZ, RX, RY, RZ = range(6)
 Y = np.array([0.0, 1.0, 0.0])
@@ -205,3 +205,35 @@ def test_a_point_in_an_undamped_storey_is_refused(floors):
     # The other storey is damped, and without a point none has to be.
     assert build_stick("a", parts, storey_points=[(1, 0.5)]).n == 18
     assert build_stick("a", parts).n == 12
+
+
+def test_a_mass_on_a_spring():
+    m, f, xi = 3e3, 2.5, 0.04
+    k = m * (2.0 * np.pi * f) ** 2
+    stick = mass_on_spring("m", m, frequency=f, damping_ratio=xi, position=(1.0, 2.0, 5.0))
+    assert pytest.approx(k * np.eye(6)) == stick.K and pytest.approx(m * np.eye(6)) == stick.M
+    assert pytest.approx(2.0 * xi * np.sqrt(k * m) * np.eye(6)) == stick.C
+    assert stick.positions.tolist() == [[1.0, 2.0, 5.0]] and stick.floor_master(1) == 0
+    u = np.array([0.0, 1e-2, 0.0, 0.0, 0.0, 0.0])
+    # The spring pulls the mass back.
+    assert stick.element_forces(u)[0] == pytest.approx(-k * u)
+    same = mass_on_spring("m", m, k, dashpot=2.0 * xi * np.sqrt(k * m))
+    assert pytest.approx(stick.C) == same.C and pytest.approx(stick.K) == same.K
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({"mass": 0.0, "stiffness": 1.0}, "a mass above 0 kg"),
+        ({"mass": 1.0}, "either a stiffness or a frequency"),
+        ({"mass": 1.0, "stiffness": 1.0, "frequency": 1.0}, "either a stiffness or a frequency"),
+        ({"mass": 1.0, "stiffness": -1.0}, "no value below 0"),
+        (
+            {"mass": 1.0, "stiffness": 1.0, "damping_ratio": 0.1, "dashpot": 1.0},
+            "either damping_ratio or dashpot",
+        ),
+    ],
+)
+def test_oscillators_that_are_refused(values, expected):
+    with pytest.raises(ImpactfemError, match=expected):
+        mass_on_spring("m", **values)

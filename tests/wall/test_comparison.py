@@ -5,7 +5,7 @@ import pytest
 
 from impactfem.errors import ImpactfemError, SolutionError
 from impactfem.sticks import restitution
-from impactfem.verify.models import mass_on_spring
+from impactfem.sticks.stick import mass_on_spring
 from impactfem.wall.comparison import compare
 from impactfem.wall.experiment import WallExperiment
 from impactfem.wall.stick_run import run_stick

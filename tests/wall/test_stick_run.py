@@ -12,8 +12,7 @@ from impactfem.sticks import restitution
 from impactfem.sticks.from_case import stick_of
 from impactfem.sticks.impacts import impacts
 from impactfem.sticks.pounding import simulate
-from impactfem.sticks.stick import build_stick
-from impactfem.verify.models import mass_on_spring
+from impactfem.sticks.stick import build_stick, mass_on_spring
 from impactfem.wall.experiment import WallExperiment
 from impactfem.wall.impact import floor_impacts
 from impactfem.wall.penalty import penalty_parameters

@@ -178,8 +178,7 @@ def _pair(case: Case, contact: Contact, sticks: dict[str, Stick]) -> Pair:
 
 def _end(stick: Stick, point: ContactPoint) -> End:
     if point.floor is not None:
-        master = stick.floor_master(point.floor)
-        return End(stick.name, master, point.offset, point.floor)
+        return End.of_floor(stick, point.floor, point.offset)
     storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
     master = stick.storey_points[storey, height]
     return End(stick.name, master, point.offset, storey, height)

@@ -1,4 +1,9 @@
-"""Several sticks on the same ground, with pairs of points that may touch."""
+"""Several sticks on the same ground, with pairs of points that may touch and forces on points.
+
+mass = mass_on_spring("mass", 1e3, frequency=2.0, damping_ratio=0.05)
+pulse = Load(End.of_floor(mass, 1), np.array([0.0, 1.0, 0.0]), force)   # force: (n_t,) [N]
+response = simulate(System((mass,), ()), np.zeros((n_t, 3)), dt, loads=[pulse])
+"""
 
 from __future__ import annotations
 
@@ -41,6 +46,37 @@ class End:
     offset: tuple[float, float, float]
     floor: int
     relative_height: float | None = None
+
+    @classmethod
+    def of_floor(
+        cls, stick: Stick, floor: int, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ) -> End:
+        """A point of a floor.
+
+        Args:
+            stick: The building.
+            floor: Number of the floor.
+            offset: From its mass centre to the point [m].
+
+        Raises:
+            ImpactfemError: The stick has no such floor.
+        """
+        return cls(stick.name, stick.floor_master(floor), offset, floor)
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """An external force on a point, in addition to the ground motion.
+
+    Args:
+        at: The point.
+        direction: Unit vector along which a positive force acts, shape (3,).
+        force: Its history at the times of the response, shape (n_t,) [N].
+    """
+
+    at: End
+    direction: Array
+    force: Array
 
 
 @dataclass(frozen=True)
@@ -110,11 +146,16 @@ class System:
             for end, sign in ((pair.a, -1.0), (pair.b, 1.0)):
                 if end is None:
                     continue
-                stick = self.stick(end.building)
-                start = self.offsets[stick.name]
-                translation = stick.translation(end.master, end.offset)
-                row[start : start + stick.n] += sign * pair.normal @ translation
+                row += sign * self.row(end, pair.normal)
         return rows
+
+    def row(self, end: End, direction: Array) -> Array:
+        """Row that gives a point's translation along a direction, shape (n,)."""
+        stick = self.stick(end.building)
+        start = self.offsets[stick.name]
+        row = np.zeros(self.M.shape[0])
+        row[start : start + stick.n] = direction @ stick.translation(end.master, end.offset)
+        return row
 
     @cached_property
     def ground(self) -> Array:
@@ -156,6 +197,7 @@ class Response:
         v: Velocities, shape (n_t, n).
         force: Contact forces, positive in compression, shape (n_t, m) [N].
         ground: Ground acceleration along x, y, z, shape (n_t, 3) [m/s2].
+        loads: External forces in addition to it.
     """
 
     system: System
@@ -164,6 +206,7 @@ class Response:
     v: Array
     force: Array
     ground: Array
+    loads: tuple[Load, ...] = ()
 
     @cached_property
     def time(self) -> Array:
@@ -177,8 +220,11 @@ class Response:
 
     @property
     def external(self) -> Array:
-        """External forces -M r a_g, shape (n_t, n)."""
-        return -self.ground @ (self.system.M @ self.system.ground).T
+        """External forces -M r a_g and those of the loads, shape (n_t, n)."""
+        external = -self.ground @ (self.system.M @ self.system.ground).T
+        for load in self.loads:
+            external += np.outer(load.force, self.system.row(load.at, load.direction))
+        return np.asarray(external)
 
     @cached_property
     def acceleration(self) -> Array:
@@ -222,8 +268,11 @@ def simulate(
     update: Update = "implicit",
     u0: Array | None = None,
     v0: Array | None = None,
+    loads: Sequence[Load] = (),
 ) -> Response:
-    """Response of the sticks to the ground motion, with contact.
+    """Response of the sticks to the ground motion and to forces on points, with contact.
+
+    All sticks stand on the same ground: gaps are those of displacements relative to it.
 
     Newmark's average acceleration; the contact force is implicit at the new time, or lagged one
     step as equation 2 of the paper prints it.
@@ -235,6 +284,7 @@ def simulate(
         update: "implicit" or "lagged".
         u0: Displacements at the start, shape (n,); zero when None.
         v0: Velocities at the start, shape (n,); zero when None.
+        loads: External forces in addition to the ground motion.
 
     Raises:
         ImpactfemError: The start already penetrates, or shapes do not fit.
@@ -244,6 +294,11 @@ def simulate(
     if ground.ndim != 2 or ground.shape[1] != 3:
         raise ImpactfemError(f"ground must have shape (n_t, 3), got {ground.shape}")
     n_t = ground.shape[0]
+    for load in loads:
+        if np.shape(load.force) != (n_t,):
+            where = f"{load.at.building}, floor {load.at.floor}"
+            found = np.shape(load.force)
+            raise ImpactfemError(f"force on {where}: expected shape ({n_t},), got {found}")
     S_inv = np.zeros((n, n))
     for stick in system.sticks:
         block = slice(system.offsets[stick.name], system.offsets[stick.name] + stick.n)
@@ -265,8 +320,13 @@ def simulate(
         system.K,
         system.M,
         S_inv,
-        np.ascontiguousarray(-(system.M @ system.ground).T),
-        np.ascontiguousarray(ground),
+        np.vstack(
+            [
+                -(system.M @ system.ground).T,
+                *(system.row(load.at, load.direction) for load in loads),
+            ]
+        ),
+        np.column_stack([ground, *(load.force for load in loads)]).astype(np.float64),
         J,
         np.ascontiguousarray(J @ S_inv),
         gap,
@@ -284,7 +344,9 @@ def simulate(
         )
     if not np.isfinite(u[-1]).all():
         raise SolutionError(f"the response grew without bound; {UNSTABLE}")
-    response = Response(system, time_step, u, v, force, np.asarray(ground, dtype=float))
+    response = Response(
+        system, time_step, u, v, force, np.asarray(ground, dtype=float), tuple(loads)
+    )
     if update == "lagged":
         _refuse_created_energy(response)
     return response

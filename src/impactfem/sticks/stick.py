@@ -269,6 +269,63 @@ def build_stick(
     )
 
 
+def mass_on_spring(
+    name: str,
+    mass: float,
+    stiffness: float | None = None,
+    *,
+    frequency: float | None = None,
+    damping_ratio: float | None = None,
+    dashpot: float = 0.0,
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Stick:
+    """An oscillator: a mass on a spring and a dashpot to the ground, the same in all directions.
+
+    M = m I, K = k I, C = c I: its translations along x, y, z do not couple. Its rotations, with
+    m · 1 m² and k · 1 m², keep the matrices regular; a force on the mass itself turns nothing. It
+    is floor 1 of a stick, whose element is the spring.
+
+    Args:
+        name: Its name, unique in a system.
+        mass: m [kg].
+        stiffness: k [N/m]; 0 leaves the mass free.
+        frequency: In place of it, √(k/m) / 2π [Hz].
+        damping_ratio: ξ of c = 2 ξ √(k m) [-].
+        dashpot: In place of it, c [N s/m].
+        position: Where the mass is at rest [m].
+
+    Raises:
+        ImpactfemError: The mass is not positive; not one of stiffness and frequency is given; both
+            damping_ratio and dashpot are; a value is below zero.
+    """
+    if not mass > 0.0:
+        raise ImpactfemError(f"{name}: expected a mass above 0 kg, got {mass:g}")
+    if (stiffness is None) == (frequency is None):
+        raise ImpactfemError(f"{name}: expected either a stiffness or a frequency")
+    if damping_ratio is not None and dashpot:
+        raise ImpactfemError(f"{name}: expected either damping_ratio or dashpot, not both")
+    if min(stiffness or 0.0, frequency or 0.0, damping_ratio or 0.0, dashpot) < 0.0:
+        raise ImpactfemError(f"{name}: expected no value below 0")
+    k = mass * (2.0 * np.pi * frequency) ** 2 if frequency is not None else float(stiffness or 0.0)
+    c = 2.0 * damping_ratio * np.sqrt(k * mass) if damping_ratio is not None else dashpot
+    unit = Section(E=1.0, G=1.0, A=1.0, Avx=1.0, Avy=1.0, Ix=1.0, Iy=1.0, Iz=1.0)
+    floor = Floor(1, mass, (mass, mass, mass), 1.0, unit, Rayleigh(0.0, c / k if k else 0.0))
+    x, y, z = position
+    ends = np.array([-1] * 6 + list(range(6)), dtype=np.int64)
+    between = k * np.kron(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.eye(6))
+    return Stick(
+        name=name,
+        floors=(floor,),
+        axis=(x, y),
+        base=z - 1.0,
+        positions=np.array([[x, y, z]]),
+        M=mass * np.eye(6),
+        C=c * np.eye(6),
+        K=k * np.eye(6),
+        elements=(StoreyElement(0, ends, np.eye(12), between, floor.damping.beta),),
+    )
+
+
 @dataclass(frozen=True)
 class _End:
     """An end of a beam element.
