@@ -29,7 +29,13 @@ from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.part import Part
 from impactfem.building.parts import BuildingParts
 from impactfem.building.raw_mesh import RawMesh, read_raw
-from impactfem.building.section import BeamSection, Sections, ShellSection
+from impactfem.building.section import (
+    BeamSection,
+    Material,
+    Materials,
+    Sections,
+    ShellSection,
+)
 from impactfem.own_process import in_own_process
 
 Array = NDArray[np.float64]
@@ -107,6 +113,7 @@ class Panels:
     lines: list[list[int]] = field(default_factory=list)
     line_parts: list[Part] = field(default_factory=list)
     sections: dict[Part, Any] = field(default_factory=dict)
+    materials: dict[Part, Material] = field(default_factory=dict)
 
     def node(self, point: Array) -> int:
         key = tuple(float(x) + 0.0 for x in np.round(point, 9))
@@ -200,7 +207,12 @@ class Panels:
         )
         if added is None:
             added = np.zeros(len(mesh.triangles))
-        return BuildingParts(mesh, sections, 33e9, 0.2, 2500.0, added, drilling)
+        concrete = Material(33e9, 0.2, 2500.0)
+        materials = Materials(
+            tuple(self.materials.get(p, concrete) for p in shell_parts),
+            tuple(self.materials.get(p, concrete) for p in beam_parts),
+        )
+        return BuildingParts(mesh, sections, materials, added, drilling)
 
 
 @pytest.fixture(scope="session")

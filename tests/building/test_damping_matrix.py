@@ -144,3 +144,18 @@ def test_bar_of_two_parts(panels: Any) -> None:
     # The ratios of one damping for all are others.
     same = complex_frequencies(M[1:, 1:], WHOLE[0] * M[1:, 1:] + WHOLE[1] * K[1:, 1:], K[1:, 1:])
     assert np.abs(found[1][:3] / same[1][:3] - 1.0).max() > 0.1
+
+
+def test_materials_of_parts_count_in_their_damping(house: BuildingParts) -> None:
+    """Stiffness damping of a column of half of E is half as much; that of the mass stays."""
+    own = house.materials
+    soft = tuple(
+        replace(m, E=0.5 * m.E) if part.group == "column_2" else m
+        for part, m in zip(house.mesh.beam_parts, own.beams, strict=True)
+    )
+    mixed = replace(house, materials=replace(own, beams=soft))
+    for damping, factor in (((WHOLE[0], OWN[1]), 0.5), ((OWN[0], WHOLE[1]), 1.0)):
+        expected = factor * added_damping(house, {"column_2": damping})
+        found = added_damping(mixed, {"column_2": damping})
+        assert np.abs(expected).max() > 0.0
+        assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.from_case import geometry_of, sections_of
+from impactfem.building.from_case import geometry_of, materials_of, part_faults, sections_of
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Beam, Column, MeshSize, Wall
 from impactfem.building.mesh_report import mesh_report
@@ -15,6 +15,7 @@ from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import load_case
 from impactfem.case.file_mesh import BeamGroup, FileMesh, ShellGroup
+from impactfem.case.structure import PartMaterial
 from impactfem.errors import InputError
 
 PAIR = Path(__file__).parents[2] / "geometry" / "npp_pair.toml"
@@ -183,3 +184,34 @@ def test_beams_that_stand_and_columns_that_lie(structure, frame):
     assert found[0].endswith("a vertical beam; expected a group column_<k>")
     assert found[-1].startswith("column_2_east: at (6.000, ")
     assert found[-1].endswith("a column along y; expected a group beam_<k>")
+
+
+def with_materials(structure, *entries):
+    """A structure with soft parts, by their patterns."""
+    soft = structure.material.model_copy(update={"young_modulus": 3e9, "density": 1800.0})
+    own = tuple(PartMaterial(parts=parts, material=soft) for parts in entries)
+    return structure.model_copy(update={"materials": own})
+
+
+def test_materials_by_patterns(structure, frame):
+    found = materials_of(with_materials(structure(), ("storey_*", "column_2_*")), frame)
+    every = (*frame.shell_parts, *frame.beam_parts)
+    by_name = dict(zip([part.group for part in every], (*found.shells, *found.beams), strict=True))
+    soft = {group for group, material in by_name.items() if material.E == 3e9}
+    assert soft == {
+        "storey_1_west", "storey_2_west", "column_2_north_east", "column_2_south_east"
+    }  # fmt: skip
+    assert {m.rho for g, m in by_name.items() if g in soft} == {1800.0}
+    assert by_name["floor_1"].E == 33e9
+    assert len(set(materials_of(structure(), frame).shells)) == 1
+
+
+def test_patterns_of_materials_that_do_not_fit(structure, frame):
+    asked = with_materials(structure(), ("floor_*", "roof"), ("floor_2",))
+    faults = list(part_faults(asked, (*frame.shell_parts, *frame.beam_parts), PAIR))
+    assert [(fault.key, fault.value) for fault in faults] == [
+        ("structure.materials[0].parts[1]", "roof"),
+        ("structure.materials[1].parts", "floor_2"),
+    ]
+    assert "expected a pattern of the parts of the mesh: floor_1" in faults[0].expected
+    assert "also matched by structure.materials[0]" in faults[1].expected

@@ -5,6 +5,7 @@ import pytest
 
 from impactfem.building.masses import floor_masses, line_lengths, triangle_areas
 from impactfem.building.part import Part
+from impactfem.building.section import Material
 from impactfem.errors import SolutionError
 
 RHO = 2500.0
@@ -19,7 +20,7 @@ SECOND = RHO * (12 * 0.3 + 4 * 0.6 * 0.2) + 0.5 * STOREYS[1]
 
 def of(parts, asked=None):
     asked = None if asked is None else np.array(asked)
-    return floor_masses(parts.mesh, parts.sections, parts.density, asked)
+    return floor_masses(parts.mesh, parts.sections, parts.materials, asked)
 
 
 def test_the_house_by_hand(house):
@@ -27,6 +28,19 @@ def test_the_house_by_hand(house):
     assert found.parts == pytest.approx([FIRST, SECOND], rel=1e-12)
     assert found.base == pytest.approx(0.5 * STOREYS[0], rel=1e-12)
     assert not found.added.any() and not found.on_triangles.any()
+
+
+def test_parts_of_a_denser_material(house, assembled):
+    """Columns of steel: they weigh more by (7850 − 2500) kg/m3, half of it on each floor."""
+    steel = Material(200e9, 0.3, 7850.0)
+    beams = tuple(
+        steel if part.family == "column" else own
+        for part, own in zip(house.mesh.beam_parts, house.materials.beams, strict=True)
+    )
+    mixed = replace(house, materials=replace(house.materials, beams=beams))
+    found, more = of(mixed), (7850.0 - RHO) * 0.4 * 0.6
+    assert found.parts == pytest.approx([FIRST + more * 3.25, SECOND + more * 1.75], rel=1e-12)
+    assert found.floors.sum() + found.base == pytest.approx(assembled(mixed).total[0, 0], rel=1e-12)
 
 
 def test_the_floors_and_the_base_weigh_what_the_matrix_does(house, assembled):

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse.linalg import eigsh, spsolve
 
 from impactfem.building.part import Part
-from impactfem.building.section import BeamSection
+from impactfem.building.section import BeamSection, Material, Materials
 from impactfem.errors import SolutionError
 
 SHELL = Part("floor", 1)
@@ -157,3 +157,54 @@ def test_the_order_of_cells_and_nodes_changes_nothing(house, model, assembled, c
     for one, two in ((model.stiffness(), other.stiffness()), (model.mass, other.mass)):
         first, second = csr(one), csr(two)[rows][:, rows]
         assert abs(first - second).max() < 1e-13 * abs(first).max()
+
+
+def soft_storeys(house):
+    """The house with walls and columns of half of E, of the same ν and ρ."""
+
+    def of(parts, materials):
+        return tuple(
+            replace(m, E=0.5 * m.E) if part.scaled else m
+            for part, m in zip(parts, materials, strict=True)
+        )
+
+    mesh, own = house.mesh, house.materials
+    shells, beams = of(mesh.shell_parts, own.shells), of(mesh.beam_parts, own.beams)
+    return replace(house, materials=Materials(shells, beams))
+
+
+def test_materials_of_parts(house, model, assembled, csr):
+    """Half of E in walls and columns is half of their stiffness: the factor acts on it as well."""
+    mixed = assembled(soft_storeys(house))
+    for one, other, factor in (
+        (mixed.fixed, model.fixed, 1.0),
+        (mixed.storeys, model.storeys, 0.5),
+        (mixed.mass, model.mass, 1.0),
+    ):
+        expected = factor * csr(other)
+        assert abs(csr(one) - expected).max() < 1e-13 * abs(expected).max()
+    assert (
+        abs(csr(mixed.stiffness(0.13)) - csr(model.stiffness(0.065))).max()
+        < 1e-13 * abs(csr(model.stiffness(0.065))).max()
+    )
+    assert abs(csr(mixed.stiffness()) - csr(model.stiffness())).max() > 1e6
+
+
+def test_cells_of_a_material_are_apart_and_none_is_lost(house):
+    kinds = soft_storeys(house).kinds()
+    assert [(k.storey, k.material.E) for k in kinds] == [
+        (False, 33e9),
+        (True, 16.5e9),
+        (False, 33e9),
+        (True, 16.5e9),
+    ]
+    mesh, shells = house.mesh, house.materials.shells
+    steel = Material(200e9, 0.3, 7850.0)
+    one = replace(house, materials=replace(house.materials, shells=(steel, *shells[1:])))
+    cells = [len(kind.cells) for kind in one.kinds()]
+    assert len(cells) == 5 and sum(cells) == len(mesh.triangles) + len(mesh.lines)
+    first = next(kind for kind in one.kinds() if kind.material == steel)
+    assert len(first.cells) == np.count_nonzero(mesh.triangle_part == 0)
+    assert one.slab_material(1) == steel and one.slab_material(2) != steel
+    with pytest.raises(KeyError, match="floor 3"):
+        one.slab_material(3)

@@ -378,3 +378,46 @@ def test_coinciding_walls_at_an_angle(tmp_path: Path) -> None:
 def test_levels(text: str, levels: tuple[int, ...]) -> None:
     adapter = TypeAdapter(Annotated[tuple[int, ...], Levels("storeys")])
     assert adapter.validate_python(text) == levels == adapter.validate_python(list(levels))
+
+
+PARTS = """
+[[structure.materials]]
+parts = ["storey_*", "column_1_*"]
+material = "masonry"
+[materials.masonry]
+young_modulus = "5 GPa"
+poisson_ratio = 0.15
+density = "1800 kg/m3"
+"""
+
+
+def test_materials_of_parts(structured: Structured) -> None:
+    path = structured()
+    path.write_text(path.read_text(encoding="utf-8") + PARTS, encoding="utf-8")
+    case = load_case(path)
+    assert case.structure is not None
+    (own,) = case.structure.materials
+    assert own.parts == ("storey_*", "column_1_*")
+    assert own.material is case.materials["masonry"] and own.material.young_modulus == 5e9
+    assert case.structure.material is case.materials["concrete"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "expected"),
+    [
+        ('material = "masonry"', 'material = "stone"', "material", "concrete"),
+        ('density = "1800 kg/m3"\n', "", "material", "a material with a density"),
+        ('parts = ["storey_*", "column_1_*"]', "parts = []", "parts", "a list that is not empty"),
+        ('material = "masonry"\n', "", "material", "missing"),
+    ],
+)
+def test_faults_of_materials_of_parts(
+    structured: Structured, old: str, new: str, key: str, expected: str
+) -> None:
+    path = structured()
+    assert old in PARTS
+    text = path.read_text(encoding="utf-8") + PARTS.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+    faults = faults_of(path)
+    assert list(faults) == [f"pair.toml: structure.materials[0].{key}"]
+    assert expected in faults[f"pair.toml: structure.materials[0].{key}"]

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from impactfem.building import model, shell
+from impactfem.building.shell_model import Shells
 
 
 @pytest.fixture
@@ -20,9 +21,14 @@ def altered(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     def alter(module: ModuleType, E: float = 1.0, thickness: float = 1.0) -> None:
         right = module.shell_model
 
-        def wrong(mesh: Any, material: Any, *t: float, **options: Any) -> Any:
-            material = replace(material, E=E * material.E)
-            return right(mesh, material, *(thickness * x for x in t), **options)
+        def changed(part: Any) -> Any:
+            changes = {"material": replace(part.material, E=E * part.material.E)}
+            if isinstance(part, Shells):
+                changes["thickness"] = thickness * part.thickness
+            return replace(part, **changes)
+
+        def wrong(points: Any, *parts: Any, **options: Any) -> Any:
+            return right(points, *map(changed, parts), **options)
 
         monkeypatch.setattr(module, "shell_model", wrong)
 

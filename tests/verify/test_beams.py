@@ -16,9 +16,10 @@ def wrong_section(monkeypatch):
     def change(**factors):
         right = beams.shell_model
 
-        def wrong(mesh, material, *, beam):
-            changes = {name: factor * getattr(beam, name) for name, factor in factors.items()}
-            return right(mesh, material, beam=replace(beam, **changes))
+        def wrong(points, beams):
+            own = beams.section
+            changes = {name: factor * getattr(own, name) for name, factor in factors.items()}
+            return right(points, replace(beams, section=replace(own, **changes)))
 
         monkeypatch.setattr(beams, "shell_model", wrong)
 

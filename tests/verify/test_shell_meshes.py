@@ -1,12 +1,11 @@
 import numpy as np
 import pytest
 
+from impactfem.building.shell_model import line_load
 from impactfem.verify.shell_meshes import (
     ROTATION,
-    building_mesh,
     flat,
     joined,
-    line_load,
     lines_at,
     panel,
 )
@@ -61,15 +60,6 @@ def test_lines_and_their_load():
     # Exact for what P2 holds: 1, y and y² over a uniform load of resultant 1 on 0 ≤ y ≤ 2.
     for power, mean in enumerate((1.0, 1.0, 4.0 / 3.0)):
         assert load @ nodes[:, 1] ** power == pytest.approx(mean, rel=1e-14)
-
-
-def test_a_mesh_with_beams():
-    nodes, triangles = panel(2, 2, UNIT)
-    lines = lines_at(triangles, nodes[:, 1] == 0.0)
-    mesh = building_mesh(nodes, triangles, np.arange(8) % 2, lines)
-    assert len(mesh.shell_parts) == 2 and len(set(mesh.shell_parts)) == 2
-    assert len(mesh.lines) == 2 and mesh.base.size == 0
-    assert len(building_mesh(nodes, triangles).lines) == 0
 
 
 def test_the_rotation_is_one():

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from impactfem.building.shell_model import UX, UY
 from impactfem.verify import waves
-from impactfem.verify.shell_model import UX, UY
 
 
 def test_speeds_by_hand():

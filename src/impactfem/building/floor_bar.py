@@ -74,7 +74,7 @@ def floor_bar(parts: BuildingParts, floor: int, axis: int) -> FloorBar:
     Raises:
         KeyError: The floor has no slab.
     """
-    mesh, E, nu, rho = parts.mesh, parts.young_modulus, parts.poisson_ratio, parts.density
+    mesh, shells_of, beams_of = parts.mesh, parts.materials.shells, parts.materials.beams
     slab = mesh.slab(floor)
     if not len(slab):
         raise KeyError(f"floor {floor} has no slab")
@@ -82,17 +82,20 @@ def floor_bar(parts: BuildingParts, floor: int, axis: int) -> FloorBar:
     ends = float(along.min()), float(along.max())
     L = ends[1] - ends[0]
     dA, t = areas(mesh.nodes, mesh.triangles), parts.thickness()
+    rho = np.array([m.rho for m in shells_of])[mesh.triangle_part]
     shells = rho * t * dA  # without the added mass, which lies on slabs alone
-    EA = float((t[slab] * dA[slab]).sum()) * E / (1.0 - nu**2) / L
+    plane = np.array([m.E / (1.0 - m.nu**2) for m in shells_of])[mesh.triangle_part]
+    EA = float((plane * t * dA)[slab].sum()) / L
     in_slab = float((shells + parts.added_mass * dA)[slab].sum())
     beams = mesh.lines_of("beam", floor)
     A, ell, rods = np.zeros(0), np.zeros(0), np.zeros(0)
     if len(mesh.lines):
         A = np.array([section.A for section in parts.sections.beams])[mesh.line_part]
+        E = np.array([m.E for m in beams_of])[mesh.line_part]
         ell = line_lengths(mesh)
-        rods = rho * A * ell
+        rods = np.array([m.rho for m in beams_of])[mesh.line_part] * A * ell
         tangent = mesh.nodes[mesh.lines[beams, 1], axis] - mesh.nodes[mesh.lines[beams, 0], axis]
-        EA += E * float((A[beams] * (tangent / ell[beams]) ** 4 * ell[beams]).sum()) / L
+        EA += float(((E * A)[beams] * (tangent / ell[beams]) ** 4 * ell[beams]).sum()) / L
         in_slab += float(rods[beams].sum())
     upright = np.ones(len(shells), dtype=bool)
     upright[slab] = False

@@ -1,9 +1,10 @@
-"""From the case to the geometry of its structure, and to the sections of its mesh."""
+"""From the case to the geometry of its structure, and to sections and materials of its mesh."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -11,11 +12,18 @@ import numpy as np
 from impactfem.building import geometry
 from impactfem.building.geometry import Geometry
 from impactfem.building.mesh import BuildingMesh, place
-from impactfem.building.part import Part
-from impactfem.building.section import BeamSection, Sections, ShellSection
+from impactfem.building.part import Part, entry_of, pattern_faults
+from impactfem.building.section import (
+    BeamSection,
+    Material,
+    Materials,
+    Sections,
+    ShellSection,
+)
 from impactfem.case import Case
 from impactfem.case.file_mesh import BeamGroup, FileMesh
 from impactfem.case.generated_mesh import GeneratedMesh
+from impactfem.case.materials import Material as CaseMaterial
 from impactfem.case.structure import Structure
 from impactfem.errors import Fault, InputError
 
@@ -54,6 +62,39 @@ def sections_of(structure: Structure, mesh: BuildingMesh) -> Sections:
         built = _geometry(structure.mesh, (base, *mesh.elevations.values()))
         return built.sections(mesh.shell_parts, mesh.beam_parts)
     return _file_sections(structure.mesh, mesh)
+
+
+def part_faults(structure: Structure, parts: Sequence[Part], path: Path) -> Iterator[Fault]:
+    """What is wrong with the patterns of parts that have their own material or damping.
+
+    Args:
+        structure: The structure.
+        parts: The parts of its mesh.
+        path: The case file, for messages.
+    """
+    yield from pattern_faults(structure.materials, parts, path, "structure.materials")
+    yield from pattern_faults(structure.damping, parts, path, "structure.damping")
+
+
+def materials_of(structure: Structure, mesh: BuildingMesh) -> Materials:
+    """The materials of the parts of a structure's mesh.
+
+    Args:
+        structure: The structure, whose patterns match (`part_faults`).
+        mesh: Its mesh.
+    """
+
+    def of(part: Part) -> Material:
+        entry = entry_of(part, structure.materials)
+        return _material(structure.material if entry is None else entry.material)
+
+    return Materials(tuple(map(of, mesh.shell_parts)), tuple(map(of, mesh.beam_parts)))
+
+
+def _material(material: CaseMaterial) -> Material:
+    if material.density is None:
+        raise ValueError("the materials of a structure have a density")
+    return Material(material.young_modulus, material.poisson_ratio, material.density)
 
 
 def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.part import Part
 from impactfem.building.quality import areas as triangle_areas
-from impactfem.building.section import Sections
+from impactfem.building.section import Materials, Sections
 from impactfem.errors import SolutionError
 
 Array = NDArray[np.float64]
@@ -43,26 +43,26 @@ class FloorMasses:
 
 
 def floor_masses(
-    mesh: BuildingMesh, sections: Sections, density: float, asked: Array | None = None
+    mesh: BuildingMesh, sections: Sections, materials: Materials, asked: Array | None = None
 ) -> FloorMasses:
     """Masses of the floors; with given masses, what must be added evenly on the slabs.
 
     Args:
         mesh: The mesh; its floors are 1 to n_floors.
         sections: Sections of its parts.
-        density: ρ of all parts [kg/m3].
+        materials: Their materials.
         asked: Masses of the floors, bottom to top, shape (n_floors,) [kg]; None adds nothing.
 
     Raises:
         SolutionError: A floor's parts weigh more than is asked, or it has no slab to add mass on.
     """
     areas = triangle_areas(mesh.nodes, mesh.triangles)
-    thickness = np.array([section.thickness for section in sections.shells])
-    shells = density * areas * thickness[mesh.triangle_part]
+    on_area = [m.rho * s.thickness for m, s in zip(materials.shells, sections.shells, strict=True)]
+    shells = areas * np.array(on_area)[mesh.triangle_part]
     shares = _shares(mesh, mesh.shell_parts, mesh.triangle_part, mesh.triangles[:, :3], shells)
     if len(mesh.lines):
-        section_areas = np.array([section.A for section in sections.beams])
-        beams = density * line_lengths(mesh) * section_areas[mesh.line_part]
+        on_line = [m.rho * s.A for m, s in zip(materials.beams, sections.beams, strict=True)]
+        beams = line_lengths(mesh) * np.array(on_line)[mesh.line_part]
         shares += _shares(mesh, mesh.beam_parts, mesh.line_part, mesh.lines[:, :2], beams)
     parts = shares[1:]
     on_triangles = np.zeros(len(areas))

@@ -127,7 +127,7 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
 
     Args:
         comm: Communicator.
-        parts: Mesh, sections, material and added mass, the same on all ranks.
+        parts: Mesh, sections, materials and added mass, the same on all ranks.
 
     Raises:
         SolutionError: A node belongs to no cell, or mid nodes are not in the middle.
@@ -167,7 +167,7 @@ def local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any, 
         shell = _shell_fields(parts, kind, local, chosen)
         forms = shell_stiffness(local.space, shell), shell_mass(local.space, shell)
     else:
-        beam = _beam_fields(parts, kind, local, chosen)
+        beam = _beam_fields(kind, local, chosen)
         forms = beam_stiffness(local.space, beam), beam_mass(local.space, beam)
     K, M = (assembled(compiled(form)) for form in forms)
     # Five of six entries of the mass are zero; in K they keep the blocks of a node whole.
@@ -180,16 +180,14 @@ def _shell_fields(
     return ShellFields(
         thickness=cellwise(local.mesh, kind.thickness[chosen]),
         added_mass=cellwise(local.mesh, kind.added_mass[chosen]),
-        young_modulus=constant(local.mesh, parts.young_modulus),
-        poisson_ratio=constant(local.mesh, parts.poisson_ratio),
-        density=constant(local.mesh, parts.density),
+        young_modulus=constant(local.mesh, kind.material.E),
+        poisson_ratio=constant(local.mesh, kind.material.nu),
+        density=constant(local.mesh, kind.material.rho),
         drilling=constant(local.mesh, parts.drilling),
     )
 
 
-def _beam_fields(
-    parts: BuildingParts, kind: BeamCells, local: LocalCells, chosen: Index
-) -> BeamFields:
+def _beam_fields(kind: BeamCells, local: LocalCells, chosen: Index) -> BeamFields:
     sections = [kind.sections[i] for i in kind.part[chosen]]
     values: dict[str, list[Any]] = {
         "area": [s.A for s in sections],
@@ -201,9 +199,9 @@ def _beam_fields(
     }
     return BeamFields(
         **{name: cellwise(local.mesh, np.array(value)) for name, value in values.items()},
-        young_modulus=constant(local.mesh, parts.young_modulus),
-        poisson_ratio=constant(local.mesh, parts.poisson_ratio),
-        density=constant(local.mesh, parts.density),
+        young_modulus=constant(local.mesh, kind.material.E),
+        poisson_ratio=constant(local.mesh, kind.material.nu),
+        density=constant(local.mesh, kind.material.rho),
     )
 
 

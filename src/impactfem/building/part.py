@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+from impactfem.errors import Fault
 
 SHELLS = ("floor", "storey")
 
@@ -79,3 +85,48 @@ def parse_group(group: str) -> Part | Mark | None:
 def usable_name(name: str) -> bool:
     """Whether a name can stand behind the number of a group."""
     return _NAME.fullmatch(name) is not None
+
+
+class OfParts(Protocol):
+    """What is said of some parts, by patterns of the names of their groups."""
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The patterns."""
+        ...
+
+
+Entry = TypeVar("Entry", bound=OfParts)
+
+
+def entry_of(part: Part, entries: Sequence[Entry]) -> Entry | None:
+    """The first entry with a pattern that matches the part's group; None without one."""
+    return next((entry for entry in entries if _matches(part, entry)), None)
+
+
+def pattern_faults(
+    entries: Sequence[OfParts], parts: Sequence[Part], path: Path, key: str
+) -> Iterator[Fault]:
+    """Patterns that match no part, and parts that match two entries.
+
+    Args:
+        entries: The entries.
+        parts: All parts of the mesh.
+        path: The case file, for messages.
+        key: Where in it the entries stand, ``structure.damping``.
+    """
+    names = ", ".join(part.group for part in parts)
+    for index, entry in enumerate(entries):
+        for k, pattern in enumerate(entry.parts):
+            if not any(fnmatchcase(part.group, pattern) for part in parts):
+                expected = f"expected a pattern of the parts of the mesh: {names}"
+                yield Fault(path, f"{key}[{index}].parts[{k}]", pattern, expected)
+    for part in parts:
+        own = [index for index, entry in enumerate(entries) if _matches(part, entry)]
+        if len(own) > 1:
+            expected = f"also matched by {key}[{own[0]}]; expected one entry for {part.group}"
+            yield Fault(path, f"{key}[{own[1]}].parts", part.group, expected)
+
+
+def _matches(part: Part, entry: OfParts) -> bool:
+    return any(fnmatchcase(part.group, pattern) for pattern in entry.parts)

@@ -1,4 +1,4 @@
-"""What a case's building is made of: its mesh file, read, with sections, material and masses."""
+"""What a case's building is made of: its mesh file, read, with sections, materials, masses."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from impactfem.building.from_case import sections_of
+from impactfem.building.from_case import materials_of, part_faults, sections_of
 from impactfem.building.masses import FloorMasses, floor_masses
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.mesh_report import MeshReport, mesh_report
@@ -61,27 +61,27 @@ def _read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mes
         found = ", ".join(map(str, mesh.floors))
         expected = f"the floors 1 to {len(building.floors)} of building {building.name}"
         raise InputError([Fault(path, "centre_<k>", f"floors {found}", expected)])
-    faults = list(_height_faults(mesh, building, path))
+    every = (*mesh.shell_parts, *mesh.beam_parts)
+    faults = [
+        *_height_faults(mesh, building, path),
+        *part_faults(structure, every, case.path),
+    ]
     if faults:
         raise InputError(faults)
     sections = sections_of(structure, mesh)
-    density = structure.material.density
-    if density is None:
-        raise ValueError("the material of a structure has a density")
+    materials = materials_of(structure, mesh)
     asked = np.array([f.mass for f in building.floors]) if structure.floor_masses else None
     try:
-        masses = floor_masses(mesh, sections, density, asked)
+        masses = floor_masses(mesh, sections, materials, asked)
     except SolutionError as error:
         raise InputError([Fault(case.path, "structure.floor_masses", None, str(error))]) from error
     parts = BuildingParts(
         mesh=mesh,
         sections=sections,
-        young_modulus=structure.material.young_modulus,
-        poisson_ratio=structure.material.poisson_ratio,
-        density=density,
+        materials=materials,
         added_mass=masses.on_triangles,
         drilling=structure.drilling,
-        dampings=part_damping(structure, mesh, case.path),
+        dampings=part_damping(structure, mesh),
     )
     return parts, masses, mesh_report(mesh, sections)
 

@@ -1,4 +1,4 @@
-"""Sections of shells and beams, and the frame that a beam's section stands in."""
+"""Sections and materials of shells and beams, and the frame that a beam's section stands in."""
 
 from __future__ import annotations
 
@@ -15,6 +15,39 @@ E_Y: Vector = (0.0, 1.0, 0.0)
 E_Z: Vector = (0.0, 0.0, 1.0)
 SHEAR = 5.0 / 6.0  # shear factor of a rectangle, and of a plate
 _TERMS = 40  # of the series of J: the rest is below 1e-11 of it
+
+
+@dataclass(frozen=True)
+class Material:
+    """An isotropic, linear elastic material.
+
+    Args:
+        E: Young's modulus [Pa].
+        nu: Poisson's ratio ν.
+        rho: Density ρ [kg/m3].
+    """
+
+    E: float
+    nu: float
+    rho: float
+
+    @property
+    def G(self) -> float:
+        """Shear modulus [Pa]."""
+        return self.E / (2.0 * (1.0 + self.nu))
+
+
+@dataclass(frozen=True)
+class Materials:
+    """The materials of a mesh's parts.
+
+    Args:
+        shells: Material of each of the mesh's `shell_parts`, in their order.
+        beams: Material of each of the mesh's `beam_parts`, in their order.
+    """
+
+    shells: tuple[Material, ...]
+    beams: tuple[Material, ...]
 
 
 @dataclass(frozen=True)

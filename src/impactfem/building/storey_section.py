@@ -15,6 +15,7 @@ class StoreySection:
     """Gross section of a storey, cut horizontally.
 
     As in the shells, walls are as long as their mid-planes, and where two meet both count.
+    The geometry alone: parts of another material count with their whole area, as of one material.
 
     Args:
         cut: Height of the cut above the floor below [m].

@@ -37,7 +37,7 @@ from impactfem.case.published import Published
 from impactfem.case.report import Report
 from impactfem.case.source import Source, read_source
 from impactfem.case.struck_edge import struck_edge_faults
-from impactfem.case.structure import Mesh, Structure, StructureEntry
+from impactfem.case.structure import Mesh, PartMaterial, Structure, StructureEntry
 from impactfem.case.transient import Transient, transient_faults
 from impactfem.case.wall_impact import (
     WallImpactSetup,
@@ -267,6 +267,10 @@ def _structure(
         **shared
         | {
             "material": case_file.materials[entry.material or materials[entry.building]],
+            "materials": tuple(
+                PartMaterial(parts=own.parts, material=case_file.materials[own.material])
+                for own in entry.materials
+            ),
             "mesh": _mesh(entry.mesh, files, folder),
         }
     )

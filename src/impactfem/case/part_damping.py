@@ -22,7 +22,9 @@ REDUCED = {
 """Sections that use the reduced basis, by name, and what they are."""
 
 
-class _Parts(Section):
+class Parts(Section):
+    """Parts of the 3D model, by patterns of their names."""
+
     parts: tuple[Text, ...] = Field(
         min_length=1,
         description="Patterns of the names of its parts, with * and ? as in a shell: `floor_*`, "
@@ -31,7 +33,7 @@ class _Parts(Section):
 
 
 # The parts come first in the order of the fields, which is that of the bases from right to left.
-class PartDamping(Damping, _Parts):
+class PartDamping(Damping, Parts):
     """Rayleigh damping C = Σ α_p M_p + β_p K_p of some parts p of the 3D model.
 
     Either ``ratio`` and ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``.

@@ -13,7 +13,7 @@ from impactfem.case.generated_mesh import GeneratedMesh, GeneratedMeshEntry
 from impactfem.case.known import known_of
 from impactfem.case.leaf import BuildingName, Frequency, MaterialName, PositiveFactor, Whole, refuse
 from impactfem.case.materials import Material
-from impactfem.case.part_damping import PartDamping
+from impactfem.case.part_damping import PartDamping, Parts
 
 Mesh = GeneratedMesh | FileMesh
 MeshEntry = Annotated[GeneratedMeshEntry | FileMesh, Field(discriminator="type")]
@@ -26,6 +26,35 @@ class FrequencyFit(Section):
     direction: Literal["x", "y"] = Field(description="Direction in which that mode moves.")
 
 
+def _has_density(name: str | None, info: ValidationInfo) -> None:
+    known = known_of(info)
+    if known is not None and name in known.without_density:
+        raise refuse(f"expected a material with a density, which is missing in [materials.{name}]")
+
+
+class PartMaterialEntry(Parts):
+    """The material of some parts of the 3D model, in place of that of the structure."""
+
+    material: MaterialName = Field(description="Name of the material, which has a density.")
+
+    @field_validator("material")
+    @classmethod
+    def _with_density(cls, value: str, info: ValidationInfo) -> str:
+        _has_density(value, info)
+        return value
+
+
+class PartMaterial(Parts):
+    """The material of some parts of the 3D model.
+
+    Args:
+        parts: Patterns of the names of the parts.
+        material: The material.
+    """
+
+    material: Material
+
+
 class _Structure(Section):
     """What a structure has in common before and after its names are resolved.
 
@@ -34,6 +63,10 @@ class _Structure(Section):
 
     building: str
     material: str | Material | None
+    materials: tuple[PartMaterialEntry, ...] | tuple[PartMaterial, ...] = Field(
+        default=(),
+        description="Materials of parts of the 3D model in place of that of the structure.",
+    )
     storey_stiffness_factor: PositiveFactor = Field(
         default=1.0,
         description="Factor on the stiffness of walls and columns, never on that of slabs and "
@@ -64,7 +97,7 @@ class StructureEntry(_Structure):
     """The 3D model of one building: shells and beams, clamped at the base.
 
     Levels, masses of the floors and damping are those of the building; parts may have another
-    damping.
+    material and another damping.
     """
 
     building: BuildingName = Field(description="Name of the building.")
@@ -72,6 +105,11 @@ class StructureEntry(_Structure):
         default=None,
         validate_default=True,
         description="Name of the material, which has a density; default that of the building.",
+    )
+    materials: tuple[PartMaterialEntry, ...] = Field(
+        default=(),
+        description="Materials of parts of the 3D model in place of that of the structure. The "
+        "stick has one material.",
     )
     mesh: MeshEntry = Field(description="The mesh: generated from tables, or from a file.")
 
@@ -92,11 +130,7 @@ class StructureEntry(_Structure):
     def _with_density(cls, value: str | None, info: ValidationInfo) -> str | None:
         known = known_of(info)
         if known is not None:
-            name = value or known.material_of.get(info.data.get("building", ""))
-            if name in known.without_density:
-                raise refuse(
-                    f"expected a material with a density, which is missing in [materials.{name}]"
-                )
+            _has_density(value or known.material_of.get(info.data.get("building", "")), info)
         return value
 
 
@@ -105,6 +139,7 @@ class Structure(_Structure):
 
     building: str
     material: Material
+    materials: tuple[PartMaterial, ...]
     mesh: Mesh
 
 

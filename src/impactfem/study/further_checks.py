@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeVar
 
-from impactfem.building.from_case import geometry_of
+from impactfem.building.from_case import geometry_of, part_faults
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
@@ -79,9 +79,14 @@ def further_checks(case: Case, left_out: set[str], *, mesh: bool) -> Further:
     found.estimate = estimate(case, longest)
     refused = list(too_much(case, found.estimate))
     found.faults += refused
-    if not mesh or refused or case.structure is None:
+    if case.structure is None:
         return found
     made = case.structure.mesh
+    if isinstance(made, GeneratedMesh):
+        parts = sorted(geometry_of(case).part_sections())
+        found.faults += part_faults(case.structure, parts, case.path)
+    if not mesh or refused:
+        return found
     if not isinstance(made, GeneratedMesh):
         read = _read_mesh(case, made.file, found)
     elif elements_of(geometry_of(case)) > MOST_ELEMENTS:

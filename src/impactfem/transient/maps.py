@@ -231,6 +231,7 @@ def _membrane_force(
     mids = np.stack([u[:, :, 3] + u[:, :, 5], u[:, :, 3] + u[:, :, 4], u[:, :, 4] + u[:, :, 5]], 2)
     weights = u[:, :, :3] / 3.0 + 4.0 / 3.0 * mids
     strain = np.einsum("skic,kid->skcd", weights, gradient)
-    nu = parts.poisson_ratio
-    modulus = parts.young_modulus / (1.0 - nu**2) * parts.thickness()[triangles]
+    by_part = np.array([[material.E, material.nu] for material in parts.materials.shells])
+    E, nu = by_part[mesh.triangle_part[triangles]].T
+    modulus = E / (1.0 - nu**2) * parts.thickness()[triangles]
     return np.asarray(modulus * (strain[:, :, 1, 1] + nu * strain[:, :, 0, 0]))

@@ -105,9 +105,10 @@ def _edges(study: TransientStudy) -> list[Scalar]:
 
 
 def _waves(study: TransientStudy) -> list[Scalar]:
-    """What the model gives for waves by hand: the floor as a bar, and its bare material."""
+    """What the model gives for waves by hand: the floor as a bar, and the slab's bare material."""
     parts, floor = study.parts, study.case.wave_floor
-    E, nu, rho = parts.young_modulus, parts.poisson_ratio, parts.density
+    slab = parts.slab_material(floor)
+    E, nu, rho = slab.E, slab.nu, slab.rho
     scalars = [
         Scalar(
             "transient.wave_speed",

@@ -5,17 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.section import BeamSection
+from impactfem.building.section import BeamSection, Material
+from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import (
-    building_mesh,
-    flat,
-    line_load,
-    lines_at,
-    panel,
-    straight_beam,
-)
-from impactfem.verify.shell_model import RX, RY, RZ, UX, UY, UZ, Material, shell_model
+from impactfem.verify.shell_meshes import flat, panel, straight_beam
 from impactfem.verify.shell_motion import UNDAMPED, Motion, MovingModel, apart
 from impactfem.verify.waves import CONCRETE, PLATE
 
@@ -76,21 +69,20 @@ def bar_against_wall() -> list[Row]:
     c = np.sqrt(E / rho)
     force, contact = rho * c * S * v0, 2.0 * L / c
     elements, steps = 100, 800
-    mesh = straight_beam(L, elements)
     section = BeamSection.rectangle(np.sqrt(S), np.sqrt(S))
-    model = shell_model(mesh, Material(E, 0.3, rho), beam=section)
-    every = np.ones(len(mesh.nodes), dtype=bool)
-    load = np.zeros((6 * len(mesh.nodes), 1))
-    load[UX, 0] = force
-    moving = MovingModel(model, load, model.rows(every, UX), model.rows(every, UY, UZ, RX, RY, RZ))
+    model = shell_model(*straight_beam(L, elements, section, Material(E, 0.3, rho)))
+    model = model.hold(model.nodes[:, 0] >= 0.0, UY, UZ, RX, RY, RZ)
+    every = model.rows(model.nodes[:, 0] >= 0.0, UX)
     # Straight between the times, the force ends half of a step after the last one that it has.
     dt = contact / (steps + 0.5)
     amplitude = (np.arange(2 * steps + 1) <= steps).astype(float)
-    history = moving.full(amplitude[:, None], dt, UNDAMPED)
+    load = model.nodal_load(0, (force, 0.0, 0.0))
+    history = model.transient(load, amplitude, dt, probes=every)
     u, v = history.motion["displacement"], history.motion["velocity"]
-    mean = float((moving.M @ v[-1]).sum() / moving.M.sum())
-    touching = history.step <= steps
-    way = u[touching, 0] - v0 * dt * history.step[touching]
+    mass = model.M[every][:, every]
+    mean = float((mass @ v[-1]).sum() / mass.sum())
+    touching = history.time < (steps + 0.5) * dt
+    way = u[touching, 0] - v0 * history.time[touching]
     name, source = "bar against a wall", "Siconos's impacting bar, closed form"
     vibrating = 1.0 - 0.5 * rho * S * L * mean**2 / (
         history.energy.kinetic[-1] + history.energy.elastic[-1]
@@ -102,7 +94,7 @@ def bar_against_wall() -> list[Row]:
             name,
             "way of the end at the wall during the contact",
             v0 * contact,
-            float(np.interp(contact, dt * history.step, u[:, 0])),
+            float(np.interp(contact, history.time, u[:, 0])),
             "m",
             5e-3,
             source,
@@ -133,18 +125,13 @@ def bar_against_wall() -> list[Row]:
 def _strip() -> MovingModel:
     place = flat((LENGTH, 0.0, 0.0), (0.0, WIDTH, 0.0))
     nodes, triangles = panel(round(LENGTH / SIZE), round(WIDTH / SIZE), place, 0.2)
-    model = shell_model(building_mesh(nodes, triangles), CONCRETE, THICKNESS)
+    model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
     x, y = nodes[:, 0], nodes[:, 1]
     load = np.zeros((6 * len(nodes), 1))
-    load[UX::6, 0] = FORCE * line_load(nodes, lines_at(triangles, x == 0.0))
+    load[:, 0] = model.edge_load(x == 0.0, (FORCE, 0.0, 0.0)).ravel()
     probes = np.concatenate([model.rows((x == end) & (y == 0.0), UX) for end in (0.0, LENGTH)])
-    return MovingModel(
-        model,
-        load,
-        probes,
-        model.rows(x >= 0.0, UZ, RX, RY),
-        model.rows((y == 0.0) | (y == WIDTH), UY),
-    )
+    model = model.hold(x >= 0.0, UZ, RX, RY).hold((y == 0.0) | (y == WIDTH), UY)
+    return MovingModel(model, load, probes)
 
 
 def _strip_rows(solver: str, motion: Motion, time: Array) -> list[Row]:

@@ -9,12 +9,11 @@ import scipy.linalg
 import scipy.optimize
 from numpy.typing import NDArray
 
-from impactfem.building.section import BeamSection
+from impactfem.building.section import BeamSection, Material
+from impactfem.building.shell_model import RX, RZ, UX, UY, Beams, ShellModel, shell_model
 from impactfem.verify.models import fitted_order
 from impactfem.verify.rigid_body_rows import rigid_body_rows
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import beam_mesh
-from impactfem.verify.shell_model import RX, RZ, UX, UY, Material, ShellModel, shell_model
 
 Array = NDArray[np.float64]
 
@@ -180,9 +179,9 @@ def timoshenko_frequencies(
 
 def _bending(section: BeamSection, length: float, elements: int) -> Array:
     model = _cantilever(np.array([1.0, 0.0, 0.0]), length, section, elements)
-    every = np.ones(len(model.nodes), dtype=bool)
-    others = model.rows(every, UX, UY, RX, RZ)  # it moves along z and turns about y
-    return model.frequencies(3, others, model.rows(model.nodes[:, 0] == 0.0))
+    x = model.nodes[:, 0]
+    # It moves along z and turns about y.
+    return model.hold(x >= 0.0, UX, UY, RX, RZ).hold(x == 0.0).modes(3)[0]
 
 
 def _without_rotations() -> Row:
@@ -208,11 +207,9 @@ def _tip_row(
     quantity: str, model: ShellModel, direction: tuple[float, ...], first: int, exact: float
 ) -> Row:
     """Displacement, or rotation with `first` = RX, of the tip along its load."""
-    tip = 6 * (len(model.nodes) - 1) + first + np.arange(3)
-    load = np.zeros(model.K.shape[0])
-    load[tip] = FORCE * np.array(direction)
-    foot = model.rows(np.arange(len(model.nodes)) == 0)
-    moved = float(np.dot(model.displacement(load, foot)[tip], direction))
+    load = np.zeros((len(model.nodes), 6))
+    load[-1, first : first + 3] = FORCE * np.array(direction)
+    moved = float(np.dot(model.hold(0).static(load)[-1, first : first + 3], direction))
     unit = "rad" if first == RX else "m"
     source = "closed form of the Timoshenko cantilever"
     return Row("beam cantilever", f"tip {quantity}", exact, moved, unit, 1e-9, source)
@@ -232,5 +229,4 @@ def _beams(paths: list[tuple[Array, Array]], elements: int, section: BeamSection
     order = np.sort(first)
     number = np.searchsorted(order, first[same.ravel()]).reshape(len(paths), -1)
     lines = np.stack([number[:, :-2:2], number[:, 2::2], number[:, 1::2]], axis=2).reshape(-1, 3)
-    mesh = beam_mesh(points[order], lines)
-    return shell_model(mesh, CONCRETE, beam=section)
+    return shell_model(points[order], Beams(lines, section, CONCRETE))

@@ -8,7 +8,8 @@ from impactfem.sticks import restitution
 from impactfem.sticks.contact import Law, kelvin_voigt
 from impactfem.sticks.impacts import impacts
 from impactfem.sticks.pounding import Update
-from impactfem.verify.models import against_wall, collision, fitted_order, mass_on_spring
+from impactfem.sticks.stick import mass_on_spring
+from impactfem.verify.models import against_wall, collision, fitted_order
 from impactfem.verify.row import Row
 
 

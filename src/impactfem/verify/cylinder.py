@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import eval_legendre, roots_legendre
 
-from impactfem.verify.shell_model import Material
+from impactfem.building.section import Material
 
 Array = NDArray[np.float64]
 Basis = Callable[[Array], tuple[Array, Array]]

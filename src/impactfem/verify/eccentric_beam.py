@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactfem.building.section import BeamSection
+from impactfem.building.section import BeamSection, Material
+from impactfem.building.shell_model import UZ, Beams, Shells, shell_model
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import building_mesh, flat, joined, lines_at, panel
-from impactfem.verify.shell_model import UZ, Material, shell_model
+from impactfem.verify.shell_meshes import flat, joined, lines_at, panel
 
 CONCRETE = Material(E=30e9, nu=0.0, rho=2500.0)
 SHEAR = 5.0 / 6.0
@@ -39,17 +39,16 @@ def eccentric_beam() -> list[Row]:
     nodes, triangles, _ = joined(halves)
     lines = lines_at(triangles, nodes[:, 1] == 0.0)
     section = BeamSection.beam(width, depth, offset=-e)
-    model = shell_model(building_mesh(nodes, triangles, lines=lines), CONCRETE, t, beam=section)
-    load = np.zeros(model.K.shape[0])
-    tip = 6 * int(np.argmax(nodes[:, 0] - np.abs(nodes[:, 1]))) + UZ
-    load[tip] = FORCE
-    moved = model.displacement(load, model.rows(nodes[:, 0] == 0.0))
+    model = shell_model(nodes, Shells(triangles, t, CONCRETE), Beams(lines, section, CONCRETE))
+    tip = int(np.argmax(nodes[:, 0] - np.abs(nodes[:, 1])))
+    load = model.nodal_load(tip, (0.0, 0.0, FORCE))
+    moved = model.hold(nodes[:, 0] == 0.0).static(load)
     return [
         Row(
             "eccentric beam under a slab",
             "tip deflection",
             exact,
-            float(moved[tip]),
+            float(moved[tip, UZ]),
             "m",
             2e-3,
             "closed form of the composed section with shear",

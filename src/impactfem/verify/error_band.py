@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.shell_model import petsc_matrix
 from impactfem.spectra import response_spectra
 from impactfem.verify.frame_loads import Frame, shipped_frame
 from impactfem.verify.row import Row
-from impactfem.verify.shell_motion import Damping, ReducedMotion, petsc_matrix
+from impactfem.verify.shell_motion import Damping, ReducedMotion
 
 if TYPE_CHECKING:
     from impactfem.transient.effectivity import Effectivity

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.shell_model import UY, ShellModel, csr
 from impactfem.case import load_case
 from impactfem.verify.row import Row
-from impactfem.verify.shell_model import UY, ShellModel, csr
 from impactfem.verify.shell_motion import Damping, Motion, MovingModel, apart
 from impactfem.verify.shipped import shipped_case
 
@@ -122,7 +122,8 @@ def shipped_frame() -> Frame:
     parts = read_parts(case, shipped_case(MESH))[0]
     building = assemble_building(MPI.COMM_SELF, parts)
     stiffness = building.stiffness(STOREY_FACTOR)
-    model = ShellModel(building.coordinates, csr(stiffness), csr(building.mass))
+    held = np.zeros((len(building.coordinates), 6), dtype=bool)
+    model = ShellModel(building.coordinates, csr(stiffness), csr(building.mass), held)
     edges = [edge_load(parts.mesh, floor) for floor in (1, 2)]
     loads = [edge.vector(building, INWARDS) for edge in edges]
     probes = [building.rows(edge.nodes) + UY for edge in edges]

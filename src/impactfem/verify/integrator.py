@@ -7,7 +7,8 @@ import numpy as np
 from impactfem.sticks.contact import effective_mass, kelvin_voigt
 from impactfem.sticks.energy import energy_balance
 from impactfem.sticks.pounding import End, Pair, System, simulate
-from impactfem.verify.models import Y, fitted_order, mass_on_spring
+from impactfem.sticks.stick import mass_on_spring
+from impactfem.verify.models import Y, fitted_order
 from impactfem.verify.row import Row
 
 
@@ -18,7 +19,7 @@ def order() -> list[Row]:
     With the longest step (ωΔt)² = 0.06, which changes the fitted order by less than 0.02.
     """
     omega, xi, drive, a0 = 4.0 * np.pi, 0.05, 2.6 * np.pi, 1.0
-    stick = mass_on_spring("m", 1.0, omega**2, 2.0 * xi * omega)
+    stick = mass_on_spring("m", 1.0, omega**2, dashpot=2.0 * xi * omega)
     omega_d = omega * np.sqrt(1.0 - xi**2)
     # Ground a₀ sin(Ω t): relative displacement Im(X exp(iΩt)) + free part.
     X = -a0 / (omega**2 - drive**2 + 2j * xi * omega * drive)
@@ -66,8 +67,8 @@ def energy_identity() -> list[Row]:
     ground[:, 1] = np.cumsum(rng.standard_normal(5001)) * 0.1
     m1, m2 = 3014e3, 1574e3
     sticks = (
-        mass_on_spring("1", m1, m1 * 11.0**2, 0.1 * m1),
-        mass_on_spring("2", m2, m2 * 8.0**2, 0.1 * m2),
+        mass_on_spring("1", m1, m1 * 11.0**2, dashpot=0.1 * m1),
+        mass_on_spring("2", m2, m2 * 8.0**2, dashpot=0.1 * m2),
     )
     law = kelvin_voigt(1e11, 0.12, effective_mass(m1, m2))
     ends = [End(name, 0, (0.0, 0.0, 0.0), 1) for name in "12"]

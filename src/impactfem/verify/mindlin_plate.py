@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.section import Material
+from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.verify.models import order_at_least
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import building_mesh, flat, panel
-from impactfem.verify.shell_model import RX, RY, RZ, UX, UY, UZ, Material, shell_model
+from impactfem.verify.shell_meshes import flat, panel
 
 Array = NDArray[np.float64]
 
@@ -86,13 +87,9 @@ def _rows(cells: tuple[int, ...], allowed: float) -> list[Row]:
 
 def _frequencies(thickness: float, cells: int) -> Array:
     nodes, triangles = panel(cells, cells, flat((LENGTH, 0.0, 0.0), (0.0, LENGTH, 0.0)), 0.15)
-    model = shell_model(building_mesh(nodes, triangles), STEEL, thickness)
+    model = shell_model(nodes, Shells(triangles, thickness, STEEL))
     x, y = nodes[:, 0], nodes[:, 1]
     at_x = (x == 0.0) | (x == LENGTH)
     at_y = (y == 0.0) | (y == LENGTH)
-    return model.frequencies(
-        COUNT,
-        model.rows(x >= 0.0, UX, UY, RZ),
-        model.rows(at_x, UZ, RX),
-        model.rows(at_y, UZ, RY),
-    )
+    held = model.hold(x >= 0.0, UX, UY, RZ).hold(at_x, UZ, RX).hold(at_y, UZ, RY)
+    return held.modes(COUNT)[0]

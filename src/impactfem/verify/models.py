@@ -6,33 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.sticks.contact import Law
-from impactfem.sticks.damping import Rayleigh
-from impactfem.sticks.element import Section
 from impactfem.sticks.pounding import End, Pair, Response, System, Update, simulate
-from impactfem.sticks.stick import Floor, Stick
+from impactfem.sticks.stick import Stick, mass_on_spring
 from impactfem.verify.row import Row
 
 Y = np.array([0.0, 1.0, 0.0])
-RIGID = Section(E=1.0, G=1.0, A=1.0, Avx=1.0, Avy=1.0, Ix=1.0, Iy=1.0, Iz=1.0)
-
-
-def mass_on_spring(name: str, m: float, k: float, c: float = 0.0) -> Stick:
-    """A mass [kg] that moves along y on a spring [N/m] and a dashpot [N s/m] to the ground.
-
-    Its other components carry the same values, so that nothing is singular; k = 0 leaves it free.
-    """
-    floor = Floor(1, m, (m, m, m), 1.0, RIGID, Rayleigh(0.0, 0.0))
-    return Stick(
-        name=name,
-        floors=(floor,),
-        axis=(0.0, 0.0),
-        base=0.0,
-        positions=np.array([[0.0, 0.0, 1.0]]),
-        M=m * np.eye(6),
-        C=c * np.eye(6),
-        K=k * np.eye(6),
-        elements=(),
-    )
 
 
 def collision(
@@ -56,10 +34,9 @@ def collision(
         phase: Part of a step after which the gap closes, 0 to 1 [-].
         update: How the contact force is taken.
     """
-    system = System(
-        (mass_on_spring("1", m1, 0.0), mass_on_spring("2", m2, 0.0)),
-        (Pair("1-2", _point("1"), _point("2"), Y, speed * dt * phase, law),),
-    )
+    one, other = mass_on_spring("1", m1, 0.0), mass_on_spring("2", m2, 0.0)
+    pair = Pair("1-2", End.of_floor(one, 1), End.of_floor(other, 1), Y, speed * dt * phase, law)
+    system = System((one, other), (pair,))
     v0 = np.zeros(12)
     v0[1] = speed
     # Heavily damped Hertz contacts part slowly.
@@ -79,7 +56,7 @@ def against_wall(mass: Stick, law: Law, gap: float, speed: float, dt: float, n_t
         dt: Time step [s].
         n_t: Number of times.
     """
-    system = System((mass,), (Pair("wall", _point(mass.name), None, Y, gap, law),))
+    system = System((mass,), (Pair("wall", End.of_floor(mass, 1), None, Y, gap, law),))
     v0 = np.zeros(6)
     v0[1] = speed
     return simulate(system, np.zeros((n_t, 3)), dt, v0=v0)
@@ -113,7 +90,3 @@ def order_at_least(
     what = f"fitted order of {quantity}, at least {bound:g}"
     order = fitted_order(sizes, errors)
     return Row(name, what, bound, order, "-", margin, source, at_least=True)
-
-
-def _point(building: str) -> End:
-    return End(building, 0, (0.0, 0.0, 0.0), 1)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.section import BeamSection
+from impactfem.building.section import BeamSection, Material
+from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, shell_model
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import straight_beam
-from impactfem.verify.shell_model import RX, RZ, UX, UY, UZ, Material, shell_model
 from impactfem.verify.shell_motion import UNDAMPED, MovingModel, apart
 
 Array = NDArray[np.float64]
@@ -125,18 +125,16 @@ def _wave_numbers() -> Array:
 
 def _beam() -> tuple[MovingModel, MovingModel, Array]:
     """The beam with 1 N on each inner node, with waves of 1 N/m, and where its nodes are."""
-    mesh = straight_beam(LENGTH, ELEMENTS)
-    model = shell_model(mesh, CONCRETE, beam=BeamSection.beam(DEPTH, DEPTH))
-    x = mesh.nodes[:, 0]
-    every = np.ones(len(x), dtype=bool)
+    model = shell_model(*straight_beam(LENGTH, ELEMENTS, BeamSection.beam(DEPTH, DEPTH), CONCRETE))
+    x = model.nodes[:, 0]
     loads = np.zeros((6 * len(x), len(x) - 2))
     loads[6 * np.arange(1, len(x) - 1) + UZ, np.arange(len(x) - 2)] = 1.0
     down = np.array([int(np.argmin(np.abs(x - share * LENGTH))) for share in (0.5, 0.25)])
     ends = (x == 0.0) | (x == LENGTH)
-    held = model.rows(every, UX, UY, RX, RZ), model.rows(ends, UZ)
+    model = model.hold(x >= 0.0, UX, UY, RX, RZ).hold(ends, UZ)
     # The mass of the deflections is ρ A ∫N Nᵀ dx: over ρ A it turns a line load into its forces.
     waves = np.zeros((6 * len(x), SINES))
     wave = np.sin(np.outer(x, _wave_numbers()))
     waves[UZ::6] = model.M[UZ::6, UZ::6] @ wave / (CONCRETE.rho * DEPTH**2)
     probes = 6 * down + UZ
-    return MovingModel(model, loads, probes, *held), MovingModel(model, waves, probes, *held), x
+    return MovingModel(model, loads, probes), MovingModel(model, waves, probes), x

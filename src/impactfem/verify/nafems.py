@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.section import Material
+from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import building_mesh, flat, panel
-from impactfem.verify.shell_model import RX, RY, RZ, UX, UY, UZ, Material, shell_model
+from impactfem.verify.shell_meshes import flat, panel
 
 STEEL = Material(E=200e9, nu=0.3, rho=8000.0)
 THICKNESS = 0.05
@@ -26,9 +27,9 @@ def free_plate() -> list[Row]:
     """
     length, cells = 10.0, 32
     nodes, triangles = panel(cells, cells, flat((length, 0.0, 0.0), (0.0, length, 0.0)), 0.15)
-    model = shell_model(building_mesh(nodes, triangles), STEEL, THICKNESS)
-    held = model.rows(nodes[:, 0] >= 0.0, UX, UY, RZ)
-    found = model.frequencies(9, held, shift=0.5)[3:]
+    model = shell_model(nodes, Shells(triangles, THICKNESS, STEEL))
+    model = model.hold(nodes[:, 0] >= 0.0, UX, UY, RZ)
+    found = model.modes(9, shift=0.5)[0][3:]
     rigidity = STEEL.E * THICKNESS**2 / (12.0 * (1.0 - STEEL.nu**2) * STEEL.rho)  # D / (ρ t)
     thin = np.array(FREE_PLATE) * np.sqrt(rigidity) / (2.0 * np.pi * length**2)
     near, far = 3e-3, 0.02
@@ -55,9 +56,9 @@ def tapered_membrane() -> list[Row]:
     nodes, triangles = panel(
         16, 8, lambda a, b: (10.0 * a, (b - 0.5) * (5.0 - 4.0 * a), 0.0 * a), 0.15
     )
-    model = shell_model(building_mesh(nodes, triangles), STEEL, THICKNESS)
+    model = shell_model(nodes, Shells(triangles, THICKNESS, STEEL))
     x = nodes[:, 0]
-    found = model.frequencies(6, model.rows(x >= 0.0, UZ, RX, RY), model.rows(x == 0.0, UX, UY))
+    found = model.hold(x >= 0.0, UZ, RX, RY).hold(x == 0.0, UX, UY).modes(6)[0]
     allowed = (4e-4, 4e-4, 4e-4, 1e-3, 2e-3, 4e-4)
     return _rows("NAFEMS FV32 membrane", 1, FV32, found, allowed, "NAFEMS R0015, test FV32")
 

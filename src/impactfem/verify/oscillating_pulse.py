@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.section import Material
+from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import building_mesh, flat, panel
-from impactfem.verify.shell_model import RX, RZ, UX, UY, UZ, Material, shell_model
+from impactfem.verify.shell_meshes import flat, panel
 from impactfem.verify.shell_motion import Damping, MovingModel, apart
 
 Array = NDArray[np.float64]
@@ -197,15 +198,13 @@ def _modal_mass(omega: float) -> float:
 def _strip() -> tuple[float, MovingModel]:
     place = flat((LENGTH, 0.0, 0.0), (0.0, WIDTH, 0.0))
     nodes, triangles = panel(CELLS, 1, place)
-    model = shell_model(building_mesh(nodes, triangles), CONCRETE, THICKNESS)
+    model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
     x, y = nodes[:, 0], nodes[:, 1]
-    held = (
-        model.rows(x >= 0.0, UX, UY, RX, RZ),  # RX would turn across the cylinder
-        model.rows((x == 0.0) | (x == LENGTH), UZ),
-    )
+    model = model.hold(x >= 0.0, UX, UY, RX, RZ)  # RX would turn across the cylinder
+    model = model.hold((x == 0.0) | (x == LENGTH), UZ)
     load = np.zeros((6 * len(nodes), 1))
     pressure = np.sin(np.pi * x / LENGTH)
     # The mass of the deflections is ρ t ∫N Nᵀ dA: over ρ t it turns a pressure into its forces.
     load[UZ::6, 0] = model.M[UZ::6, UZ::6] @ pressure / (CONCRETE.rho * THICKNESS)
     middle = model.rows((x == 0.5 * LENGTH) & (y == 0.0), UZ)
-    return _frequency()[0], MovingModel(model, load, middle, *held)
+    return _frequency()[0], MovingModel(model, load, middle)

@@ -17,8 +17,8 @@ from impactfem.sticks.facing import approaches
 from impactfem.sticks.from_case import system_of
 from impactfem.sticks.impacts import impacts
 from impactfem.sticks.pounding import End, Pair, System, simulate
-from impactfem.sticks.stick import Stick, build_stick
-from impactfem.verify.models import Y, mass_on_spring
+from impactfem.sticks.stick import Stick, build_stick, mass_on_spring
+from impactfem.verify.models import Y
 from impactfem.verify.row import Row
 from impactfem.verify.shipped import shipped_case
 

@@ -5,26 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.section import Material
+from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, ShellModel, Shells, shell_model
 from impactfem.verify.cylinder import Cylinder, wave
 from impactfem.verify.models import order_at_least
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import building_mesh, panel
-from impactfem.verify.shell_model import (
-    RX,
-    RY,
-    RZ,
-    UX,
-    UY,
-    UZ,
-    Material,
-    ShellModel,
-    shell_model,
-)
+from impactfem.verify.shell_meshes import panel
 
 Array = NDArray[np.float64]
 
 NAME = "pinched cylinder"
-STEEL = Material(E=3e6, nu=0.3)
+STEEL = Material(E=3e6, nu=0.3, rho=1.0)
 CYLINDER = Cylinder(STEEL, thickness=3.0, radius=300.0, length=600.0, span=0.5 * np.pi)
 WAVES = 2
 CELLS = (8, 16, 32)
@@ -107,15 +98,11 @@ def _octant(cells: int) -> ShellModel:
     nodes, triangles = panel(
         cells, cells, lambda a, b: (half * a, R * np.sin(span * b), R * np.cos(span * b)), 0.15
     )
-    return shell_model(building_mesh(nodes, triangles), STEEL, CYLINDER.thickness)
+    return shell_model(nodes, Shells(triangles, CYLINDER.thickness, STEEL))
 
 
 def _displacement(model: ShellModel, load: Array) -> Array:
     x, y, z = model.nodes.T
-    return model.displacement(
-        load,
-        model.rows(x == 0.0, UY, UZ, RX),
-        model.rows(x == 0.5 * CYLINDER.length, UX, RY, RZ),
-        model.rows(y == 0.0, UY, RX, RZ),
-        model.rows(z < 1e-9 * CYLINDER.radius, UZ, RX, RY),
-    )
+    held = model.hold(x == 0.0, UY, UZ, RX).hold(x == 0.5 * CYLINDER.length, UX, RY, RZ)
+    held = held.hold(y == 0.0, UY, RX, RZ).hold(z < 1e-9 * CYLINDER.radius, UZ, RX, RY)
+    return held.static(load)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.verify.mindlin_plate import LENGTH, STEEL
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import building_mesh, flat, panel
-from impactfem.verify.shell_model import RX, RY, RZ, UX, UY, UZ, shell_model
+from impactfem.verify.shell_meshes import flat, panel
 from impactfem.verify.shell_motion import Damping, MovingModel, apart, peak
 
 if TYPE_CHECKING:
@@ -166,22 +166,17 @@ def _plate() -> MovingModel:
     """A quarter of the plate, its corner at a support and the centre at x = y = a/2."""
     half = 0.5 * LENGTH
     nodes, triangles = panel(CELLS, CELLS, flat((half, 0.0, 0.0), (0.0, half, 0.0)), 0.15)
-    model = shell_model(building_mesh(nodes, triangles), STEEL, THICKNESS)
+    model = shell_model(nodes, Shells(triangles, THICKNESS, STEEL))
     x, y = nodes[:, 0], nodes[:, 1]
-    held = (
-        model.rows(x >= 0.0, UX, UY, RZ),
-        model.rows(x == 0.0, UZ, RX),
-        model.rows(y == 0.0, UZ, RY),
-        model.rows(x == half, RY),
-        model.rows(y == half, RX),
-    )
+    model = model.hold(x >= 0.0, UX, UY, RZ).hold(x == 0.0, UZ, RX).hold(y == 0.0, UZ, RY)
+    model = model.hold(x == half, RY).hold(y == half, RX)
     shape = np.sin(np.pi * x / LENGTH) * np.sin(np.pi * y / LENGTH)
     pressure = PRESSURE * np.column_stack([16.0 / np.pi**2 * shape, np.ones(len(nodes))])
     # The mass of the deflections is ρ t ∫N Nᵀ dA: over ρ t it turns a pressure into its forces.
     loads = np.zeros((6 * len(nodes), 2))
     loads[UZ::6] = model.M[UZ::6, UZ::6] @ pressure / (STEEL.rho * THICKNESS)
     centre = model.rows((x == half) & (y == half), UZ)
-    return MovingModel(model, loads, centre, *held)
+    return MovingModel(model, loads, centre)
 
 
 def _centre(history: History) -> Array:

@@ -7,8 +7,8 @@ import scipy.linalg
 import scipy.sparse.linalg
 
 from impactfem.building.rigid_body import rigid_body
+from impactfem.building.shell_model import ShellModel
 from impactfem.verify.row import Row
-from impactfem.verify.shell_model import ShellModel
 
 ZERO = 1e-11
 """An eigenvalue below this part of the largest one is zero; the next ones are above 1e-9."""

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import roots_legendre
 
+from impactfem.building.section import Material
+from impactfem.building.shell_model import UX, UY, UZ, ShellModel, Shells, line_load, shell_model
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import building_mesh, flat, joined, line_load, lines_at, panel
-from impactfem.verify.shell_model import UX, UY, UZ, Material, ShellModel, shell_model
+from impactfem.verify.shell_meshes import flat, joined, lines_at, panel
 
 CONCRETE = Material(E=30e9, nu=0.0, rho=2500.0)
 SHEAR = 5.0 / 6.0
@@ -52,8 +53,8 @@ def l_frame(drilling: float = 1.0) -> list[Row]:
         panel(60, 6, flat((0.0, 0.0, h), (0.0, b, 0.0)), 0.2),
         panel(60, 6, flat((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, h)), 0.2),
     ]
-    nodes, triangles, of = joined(plates)
-    model = shell_model(building_mesh(nodes, triangles, of), CONCRETE, t, t, drilling=drilling)
+    nodes, triangles, _ = joined(plates)
+    model = shell_model(nodes, Shells(triangles, t, CONCRETE), drilling=drilling)
     foot, tip = nodes[:, 2] == 0.0, nodes[:, 0] == a
     return [
         Row(
@@ -95,7 +96,10 @@ def t_beam() -> list[Row]:
         panel(48, 6, flat(along, (0.0, -0.5 * b, 0.0)), 0.2),
     ]
     nodes, triangles, of = joined(plates)
-    model = shell_model(building_mesh(nodes, triangles, of), CONCRETE, t_w, t_f, t_f)
+    web_and_flange = [
+        Shells(triangles[own], t, CONCRETE) for own, t in ((of == 0, t_w), (of > 0, t_f))
+    ]
+    model = shell_model(nodes, *web_and_flange)
     root, tip = nodes[:, 0] == 0.0, (nodes[:, 0] == length) & (nodes[:, 1] == 0.0)
     return [
         Row(
@@ -116,5 +120,5 @@ def _at_tip(
     """Mean displacement, weighted as the load, under the force along an axis [m]."""
     load = np.zeros((len(model.nodes), 6))
     load[:, axis] = FORCE * share
-    moved = model.displacement(load.ravel(), model.rows(clamped)).reshape(-1, 6)
+    moved = model.hold(clamped).static(load)
     return float(share @ moved[:, axis])

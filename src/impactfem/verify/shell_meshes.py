@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.mesh import BuildingMesh, sides
-from impactfem.building.part import Part
+from impactfem.building.mesh import sides
+from impactfem.building.section import BeamSection, Material
+from impactfem.building.shell_model import Beams
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -45,7 +46,7 @@ def panel(columns: int, rows: int, place: Map, distortion: float = 0.0) -> tuple
         distortion: Largest shift of an inner vertex along each coordinate, in cells; below 0.5.
 
     Returns:
-        Nodes, shape (n, 3) [m], and triangles, shape (m, 6), as in `BuildingMesh`.
+        Nodes, shape (n, 3) [m], and triangles, shape (m, 6), as in `Shells`.
     """
     i, j = np.meshgrid(np.arange(columns + 1), np.arange(rows + 1), indexing="ij")
     inner = (i > 0) & (i < columns) & (j > 0) & (j < rows)
@@ -79,60 +80,14 @@ def joined(panels: list[tuple[Array, Ints]]) -> tuple[Array, Ints, Ints]:
     return nodes[first], inverse.ravel()[triangles], of
 
 
-def building_mesh(
-    nodes: Array, triangles: Ints, part: Ints | None = None, lines: Ints | None = None
-) -> BuildingMesh:
-    """A mesh without floors, edges and base.
-
-    Args:
-        nodes: Shape (n, 3) [m].
-        triangles: Shape (m, 6).
-        part: Number of the part of each triangle, from 0, shape (m,); one part when None.
-        lines: Ends and middles of beams of one part, shape (l, 3); no beams when None.
-    """
-    part = np.zeros(len(triangles), dtype=np.int64) if part is None else part
-    lines = np.zeros((0, 3), dtype=np.int64) if lines is None else lines
-    return BuildingMesh(
-        nodes=nodes,
-        triangles=triangles,
-        triangle_part=part.astype(np.int32),
-        lines=lines,
-        line_part=np.zeros(len(lines), dtype=np.int32),
-        shell_parts=tuple(Part("floor", 1, f"panel{k}") for k in range(int(part.max()) + 1)),
-        beam_parts=(Part("beam", 1),),
-        edges={},
-        centres={},
-        base=np.zeros(0, dtype=np.int64),
-    )
-
-
-def beam_mesh(nodes: Array, lines: Ints) -> BuildingMesh:
-    """A mesh of beams of one part, without shells.
-
-    Args:
-        nodes: Shape (n, 3) [m].
-        lines: Ends and middles, shape (l, 3).
-    """
-    return BuildingMesh(
-        nodes=nodes,
-        triangles=np.zeros((0, 6), dtype=np.int64),
-        triangle_part=np.zeros(0, dtype=np.int32),
-        lines=lines.astype(np.int64),
-        line_part=np.zeros(len(lines), dtype=np.int32),
-        shell_parts=(),
-        beam_parts=(Part("beam", 1),),
-        edges={},
-        centres={},
-        base=np.zeros(0, dtype=np.int64),
-    )
-
-
-def straight_beam(length: float, elements: int) -> BuildingMesh:
+def straight_beam(
+    length: float, elements: int, section: BeamSection, material: Material
+) -> tuple[Array, Beams]:
     """A beam along x from the origin; its nodes are ordered along it."""
     nodes = np.zeros((2 * elements + 1, 3))
     nodes[:, 0] = np.linspace(0.0, length, len(nodes))
     first = 2 * np.arange(elements)
-    return beam_mesh(nodes, np.column_stack([first, first + 2, first + 1]))
+    return nodes, Beams(np.column_stack([first, first + 2, first + 1]), section, material)
 
 
 def lines_at(triangles: Ints, here: NDArray[np.bool_]) -> Ints:
@@ -145,16 +100,6 @@ def lines_at(triangles: Ints, here: NDArray[np.bool_]) -> Ints:
     found = sides(triangles)
     lines: Ints = np.unique(found[here[found].all(axis=1)], axis=0)
     return lines
-
-
-def line_load(nodes: Array, lines: Ints) -> Array:
-    """Nodal forces of a uniform load of resultant 1 on lines, shape (n,)."""
-    length = np.linalg.norm(nodes[lines[:, 1]] - nodes[lines[:, 0]], axis=1)
-    forces = np.zeros(len(nodes))
-    for column, share in enumerate((1.0, 1.0, 4.0)):
-        np.add.at(forces, lines[:, column], share * length / 6.0)
-    forces /= forces.sum()
-    return forces
 
 
 def _quadratic(vertices: Array, triangles: Ints) -> tuple[Array, Ints]:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse.linalg
 from numpy.typing import NDArray
 
-from impactfem.verify.shell_model import ShellModel
+from impactfem.building.shell_model import ShellModel, petsc_matrix
 
 if TYPE_CHECKING:
     from impactfem.dynamics.history import History
@@ -38,50 +37,48 @@ UNDAMPED = Damping()
 
 
 class MovingModel:
-    """A model with rows that do not move, loads and probes.
+    """A model with loads and probes.
 
     Args:
         model: The model.
         loads: Patterns of the loads, shape (6 n, m) [N, N m].
         probes: Rows that are looked at, free ones, shape (n_probes,).
-        held: Rows that do not move.
     """
 
-    def __init__(self, model: ShellModel, loads: Array, probes: Ints, *held: Ints) -> None:
-        moves = np.ones(len(loads), dtype=bool)
-        for rows in held:
-            moves[rows] = False
-        free = np.flatnonzero(moves)
+    def __init__(self, model: ShellModel, loads: Array, probes: Ints) -> None:
+        free = model.free
+        self.model = model
+        self.patterns = loads
+        self.rows = probes
+        # Of the free rows alone, as the reduced model has them.
         self.K, self.M = (matrix[free][:, free] for matrix in (model.K, model.M))
         self.loads = loads[free]
         self.probes = np.searchsorted(free, probes)
 
     def static(self) -> Array:
         """Displacement of the probes under each load at rest, shape (n_probes, m) [m, rad]."""
-        moved = scipy.sparse.linalg.spsolve(self.K.tocsc(), self.loads)
-        return np.asarray(moved.reshape(self.loads.shape)[self.probes])
+        return np.column_stack([self.model.static(load)[self.rows] for load in self.patterns.T])
 
     def full(
         self, amplitudes: Array, time_step: float, damping: Damping, start: Array | None = None
     ) -> History:
-        """Newmark's average acceleration in full order.
+        """Newmark's average acceleration in full order (`ShellModel.transient`).
 
         Args:
             amplitudes: Of the loads at each time, shape (n_t, m).
             time_step: Δt [s].
             damping: The damping.
-            start: Velocity of all free rows at the first time; from rest when None [m/s, rad/s].
+            start: Velocity of all rows at the first time; from rest when None [m/s, rad/s].
         """
-        # Only here and below: the manual is read, and its other benchmarks run, without PETSc.
-        from impactfem.dynamics.newmark import Newmark
-
-        K, M = petsc_matrix(self.K), petsc_matrix(self.M)
-        with Newmark(K, M, time_step, self.loads, alpha=damping.alpha, beta=damping.beta) as system:
-            state = system.start(amplitudes[0], velocity=start)
-            history = system.march(state, amplitudes, probes=self.probes)
-        K.destroy()
-        M.destroy()
-        return history
+        return self.model.transient(
+            list(self.patterns.T),
+            amplitudes,
+            time_step,
+            alpha=damping.alpha,
+            beta=damping.beta,
+            probes=self.rows,
+            velocity=start,
+        )
 
     def reduced(self, shift: float, vectors: int) -> ReducedMotion:
         """The reduced model of a Krylov basis, which serves all dampings.
@@ -139,14 +136,6 @@ class ReducedMotion:
             "acceleration": z.acceleration,
         }
         return {name: (self.shapes @ values).T for name, values in histories.items()}
-
-
-def petsc_matrix(matrix: Any) -> Any:
-    """A SciPy CSR matrix as PETSc's (AIJ) on this process alone."""
-    from petsc4py import PETSc
-
-    csr = matrix.indptr, matrix.indices, matrix.data
-    return PETSc.Mat().createAIJ(matrix.shape, csr=csr, comm=PETSc.COMM_SELF)
 
 
 def apart(values: Array, reference: Array) -> float:

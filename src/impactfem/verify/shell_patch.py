@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.section import Material
+from impactfem.building.shell_model import ShellModel, Shells, shell_model
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import ROTATION, building_mesh, flat, panel
-from impactfem.verify.shell_model import Material, ShellModel, shell_model
+from impactfem.verify.shell_meshes import ROTATION, flat, panel
 
 Array = NDArray[np.float64]
 
@@ -88,7 +89,7 @@ def _energy(kind: str, t: float, strain: tuple[float, float, float]) -> float:
 def _model(t: float) -> tuple[ShellModel, Array]:
     """A distorted rectangle, turned, and its nodes before the turn."""
     place, triangles = panel(4, 4, flat((LENGTH, 0.0, 0.0), (0.0, WIDTH, 0.0)), 0.35)
-    return shell_model(building_mesh(place @ ROTATION.T, triangles), CONCRETE, t), place
+    return shell_model(place @ ROTATION.T, Shells(triangles, t, CONCRETE)), place
 
 
 def _boundary(model: ShellModel) -> NDArray[np.bool_]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.mesh import BuildingMesh
-from impactfem.building.section import BeamSection
+from impactfem.building.section import BeamSection, Material
+from impactfem.building.shell_model import Beams, ShellModel, Shells, shell_model
 from impactfem.verify.rigid_body_rows import rigid_body_rows
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import ROTATION, building_mesh, flat, joined, lines_at, panel
-from impactfem.verify.shell_model import Material, ShellModel, shell_model
+from impactfem.verify.shell_meshes import ROTATION, flat, joined, lines_at, panel
 
 CONCRETE = Material(E=33e9, nu=0.2, rho=2500.0)
 
@@ -30,9 +29,12 @@ def rigid_body_modes() -> list[Row]:
 
 
 def _parts() -> dict[str, ShellModel]:
-    def turned(mesh: tuple[NDArray[np.float64], NDArray[np.int64]]) -> BuildingMesh:
+    def turned(
+        mesh: tuple[NDArray[np.float64], NDArray[np.int64]], t: float, *beams: Beams
+    ) -> ShellModel:
         nodes, triangles = mesh
-        return building_mesh(nodes @ ROTATION.T + [40.0, -25.0, 30.0], triangles)
+        moved = nodes @ ROTATION.T + [40.0, -25.0, 30.0]
+        return shell_model(moved, Shells(triangles, t, CONCRETE), *beams)
 
     skew = panel(4, 3, flat((6.0, 1.0, 0.0), (1.5, 4.0, 0.0)), 0.3)
     roof = panel(4, 3, lambda a, b: (5.0 * np.sin(a), 5.0 * np.cos(a), 4.0 * b), 0.3)
@@ -40,21 +42,21 @@ def _parts() -> dict[str, ShellModel]:
     wings = ((0.0, 0.0, -2.0), (0.0, 2.0, 0.0), (0.0, -2.0, 0.0))
     nodes, triangles, _ = joined([panel(3, 2, flat(along, wing)) for wing in wings])
     joint = lines_at(triangles, (nodes[:, 1] == 0.0) & (nodes[:, 2] == 0.0))
-    tee = turned((nodes, triangles))
-    tee = building_mesh(tee.nodes, triangles, lines=joint)
-    beam = BeamSection.rectangle(0.4, 0.7, reference=(0.3, 0.2, 0.9), offset=(0.1, 0.2, -0.5))
+    section = BeamSection.rectangle(0.4, 0.7, reference=(0.3, 0.2, 0.9), offset=(0.1, 0.2, -0.5))
     return {
-        "thin skew plate": shell_model(turned(skew), CONCRETE, 0.06),
-        "thick skew plate": shell_model(turned(skew), CONCRETE, 0.9),
-        "curved panel": shell_model(turned(roof), CONCRETE, 0.3),
-        "T-joint with an eccentric beam": shell_model(tee, CONCRETE, 0.3, beam=beam),
+        "thin skew plate": turned(skew, 0.06),
+        "thick skew plate": turned(skew, 0.9),
+        "curved panel": turned(roof, 0.3),
+        "T-joint with an eccentric beam": turned(
+            (nodes, triangles), 0.3, Beams(joint, section, CONCRETE)
+        ),
     }
 
 
 def _wrong_way() -> Row:
     length, width, t, phi = 6.0, 4.0, 0.3, 1e-3
     nodes, triangles = panel(4, 3, flat((length, 0.0, 0.0), (0.0, width, 0.0)), 0.3)
-    model = shell_model(building_mesh(nodes @ ROTATION.T, triangles), CONCRETE, t)
+    model = shell_model(nodes @ ROTATION.T, Shells(triangles, t, CONCRETE))
     motion = np.zeros((len(nodes), 6))
     normal = ROTATION[:, 2]
     motion[:, :3] = phi * np.cross(normal, model.nodes)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.section import Material
+from impactfem.building.shell_model import UZ, Shells, shell_model
 from impactfem.verify.models import fitted_order
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import building_mesh, flat, line_load, lines_at, panel
-from impactfem.verify.shell_model import UZ, Material, shell_model
+from impactfem.verify.shell_meshes import flat, panel
 from impactfem.verify.shell_motion import Damping, MovingModel, apart
 
 Array = NDArray[np.float64]
@@ -95,13 +96,13 @@ def energy_identity() -> list[Row]:
 def _strip() -> MovingModel:
     place = flat((LENGTH, 0.0, 0.0), (0.0, WIDTH, 0.0))
     nodes, triangles = panel(round(LENGTH / SIZE), round(WIDTH / SIZE), place, 0.2)
-    model = shell_model(building_mesh(nodes, triangles), CONCRETE, THICKNESS)
+    model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
     x, y = nodes[:, 0], nodes[:, 1]
     loads = np.zeros((6 * len(nodes), 2))
-    loads[UZ::6, 0] = 1e5 * line_load(nodes, lines_at(triangles, x == LENGTH))
-    loads[UZ::6, 1] = 1e5 * line_load(nodes, lines_at(triangles, y == WIDTH))
+    loads[:, 0] = model.edge_load(x == LENGTH, (0.0, 0.0, 1e5)).ravel()
+    loads[:, 1] = model.edge_load(y == WIDTH, (0.0, 0.0, 1e5)).ravel()
     tip = model.rows((x == LENGTH) & (y == 0.0), UZ)
-    return MovingModel(model, loads, tip, model.rows(x == 0.0))
+    return MovingModel(model.hold(x == 0.0), loads, tip)
 
 
 def _loads(parts: int) -> Array:

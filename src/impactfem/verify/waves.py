@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.section import Material
+from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.verify.models import fitted_order
 from impactfem.verify.row import Row
-from impactfem.verify.shell_meshes import building_mesh, flat, line_load, lines_at, panel
-from impactfem.verify.shell_model import RX, RY, RZ, UX, UY, UZ, Material, shell_model
-from impactfem.verify.shell_motion import petsc_matrix
+from impactfem.verify.shell_meshes import flat, panel
 
 Array = NDArray[np.float64]
 
@@ -158,33 +158,21 @@ def wave_speed_order() -> list[Row]:
 
 def _pulse(wave: Wave) -> tuple[float, float]:
     """Delay [s] between the stations, and the largest velocity [m/s] at the second one."""
-    # Only here: the manual is read, and its other benchmarks run, without PETSc.
-    from impactfem.dynamics.newmark import Newmark
-
     strip = flat((LENGTH, 0.0, 0.0), (0.0, WIDTH, 0.0))
     nodes, triangles = panel(round(LENGTH / SIZE), round(WIDTH / SIZE), strip, 0.2)
-    model = shell_model(building_mesh(nodes, triangles), CONCRETE, THICKNESS)
+    model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
     x, y = nodes[:, 0], nodes[:, 1]
-    every, long_edges = np.ones(len(nodes), dtype=bool), (y == 0.0) | (y == y.max())
-    fixed = np.zeros(6 * len(nodes), dtype=bool)
-    fixed[model.rows(every, UZ, RX, RY)] = True  # a flat slab does not leave its plane
-    fixed[model.rows(long_edges, wave.restrained)] = True
-    free = np.flatnonzero(~fixed)
-    K, M = (petsc_matrix(matrix[free][:, free]) for matrix in (model.K, model.M))
-
-    load = np.zeros(6 * len(nodes))
-    load[wave.component :: 6] = FORCE * line_load(nodes, lines_at(triangles, x == 0.0))
+    model = model.hold(x >= 0.0, UZ, RX, RY)  # a flat slab does not leave its plane
+    model = model.hold((y == 0.0) | (y == y.max()), wave.restrained)
+    along = np.eye(3)[wave.component]
+    load = model.edge_load(x == 0.0, (FORCE * along[0], FORCE * along[1], 0.0))
     duration = PULSE / wave.speed
     dt = duration / STEPS
     time = dt * np.arange(math.ceil((SECOND + PULSE + SIZE) / wave.speed / dt))
     amplitude = np.where(time < duration, 0.5 - 0.5 * np.cos(2.0 * np.pi * time / duration), 0.0)
     stations = [int(np.argmin(np.abs(x - s) + y)) for s in (FIRST, SECOND)]
-    probes = np.searchsorted(free, [6 * node + wave.component for node in stations])
-    with Newmark(K, M, dt, load[free, None]) as system:
-        start = system.start(amplitude[:1])
-        history = system.march(start, amplitude[:, None], probes=probes, record=("velocity",))
-    K.destroy()
-    M.destroy()
+    probes = model.rows(stations, wave.component)
+    history = model.transient(load, amplitude, dt, probes=probes)
     velocity = history.motion["velocity"]
     return dt * _lag(*velocity.T), float(velocity[:, 1].max())
 
@@ -201,8 +189,7 @@ def _lag(first: Array, second: Array) -> float:
 def _standing(columns: int) -> float:
     """Frequency of the standing plate wave of one wavelength [Hz]."""
     nodes, triangles = panel(columns, 1, flat((PULSE, 0.0, 0.0), (0.0, WIDTH, 0.0)))
-    model = shell_model(building_mesh(nodes, triangles), CONCRETE, THICKNESS)
+    model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
     x = nodes[:, 0]
-    others = model.rows(np.ones(len(nodes), dtype=bool), UY, UZ, RX, RY, RZ)
-    ends = model.rows((x == 0.0) | (x == x.max()), UX)
-    return float(model.frequencies(2, others, ends)[1])  # after the one of half a wavelength
+    model = model.hold(x >= 0.0, UY, UZ, RX, RY, RZ).hold((x == 0.0) | (x == x.max()), UX)
+    return float(model.modes(2)[0][1])  # after the one of half a wavelength

@@ -1,0 +1,560 @@
+"""From a small mesh of shells and beams to K, M, modes, static and transient solutions.
+
+For one process and meshes that fit it: a plate, a frame, a floor. The elements are those of the 3D
+building (`impactfem.building.shell`, `impactfem.building.beam`); docs/from-a-mesh.md shows the way.
+
+    model = shell_model(points, Shells(triangles, 0.2, concrete)).hold(points[:, 0] == 0.0)
+    frequency, shapes = model.modes(5)
+    u = model.static(model.area_load((0.0, 0.0, -5e3)))
+
+A load is an array of forces and moments on the nodes, shape (n_nodes, 6) [N, N m], in the order of
+the displacements (ux, uy, uz, rx, ry, rz) [m, rad]; loads add.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import ArrayLike, NDArray
+
+from impactfem.building.mesh import BuildingMesh, place, sides
+from impactfem.building.part import Part
+from impactfem.building.parts import BuildingParts
+from impactfem.building.quality import areas
+from impactfem.building.raw_mesh import EXPECTED, Block, read_raw
+from impactfem.building.section import (
+    BeamSection,
+    Material,
+    Materials,
+    Sections,
+    ShellSection,
+)
+from impactfem.errors import Fault, ImpactfemError, InputError
+from impactfem.own_process import read_in_own_process
+
+if TYPE_CHECKING:
+    from impactfem.dynamics.history import History
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Vector = tuple[float, float, float]
+UX, UY, UZ, RX, RY, RZ = range(6)
+
+
+@dataclass(frozen=True, eq=False)
+class Shells:
+    """Triangles of one thickness and material.
+
+    Args:
+        cells: Points of each triangle, shape (m, 3): its vertices; or (m, 6): with the middles of
+            the sides 01, 12 and 20.
+        thickness: t [m].
+        material: Their material.
+        added_mass: Mass on the area that does not stiffen [kg/m2].
+    """
+
+    cells: Ints
+    thickness: float
+    material: Material
+    added_mass: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """Straight lines of one section and material.
+
+    Args:
+        cells: Points of each line, shape (m, 2): its ends; or (m, 3): with the middle.
+        section: Their section.
+        material: Their material.
+    """
+
+    cells: Ints
+    section: BeamSection
+    material: Material
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """A mesh file by the names of its physical groups.
+
+    Args:
+        points: Coordinates, shape (n, 3) [m].
+        cells: Points of the cells of each group, those of its highest dimension, shape
+            (m, points a cell): 1 for points, 2 or 3 for lines, 3 or 6 for triangles.
+        nodes: All points of each group, ascending.
+    """
+
+    points: Array
+    cells: dict[str, Ints]
+    nodes: dict[str, Ints]
+
+
+def read_groups(path: Path | str) -> Groups:
+    """Read a mesh of gmsh, of first or second order, whose physical groups have any names.
+
+    gmsh runs in a process of its own. Not collective.
+
+    Raises:
+        InputError: The file is no such mesh, or a group has cells of several shapes.
+    """
+    raw = read_in_own_process(read_raw, Path(path), EXPECTED)
+    found: dict[str, list[Block]] = {}
+    for block in raw.blocks:
+        for group in block.groups:
+            found.setdefault(group, []).append(block)
+    highest = {
+        group: [b for b in blocks if b.dimension == max(c.dimension for c in blocks)]
+        for group, blocks in found.items()
+    }
+    faults = [
+        Fault(path, group, ", ".join(sorted(kinds)), "expected one kind of cells in a group")
+        for group, blocks in highest.items()
+        if len(kinds := {block.kind for block in blocks}) > 1
+    ]
+    if faults:
+        raise InputError(faults)
+    return Groups(
+        points=raw.nodes,
+        cells={name: np.concatenate([b.nodes for b in blocks]) for name, blocks in highest.items()},
+        nodes={
+            name: np.unique(np.concatenate([block.nodes.ravel() for block in blocks]))
+            for name, blocks in found.items()
+        },
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ShellModel:
+    """Matrices of all nodes of a mesh, in their order, six rows for each; and what is held.
+
+    Args:
+        nodes: Coordinates, shape (n, 3) [m]: the points given, then the middles of sides that were
+            added.
+        K: Stiffness of all nodes, SciPy CSR, shape (6 n, 6 n).
+        M: Mass of all nodes, SciPy CSR, shape (6 n, 6 n).
+        held: Whether a component of a node does not move, shape (n, 6).
+        triangles: Nodes of the triangles, in the order of the parts, shape (m, 6).
+        part: Number of the part of each triangle, counted over all parts, shape (m,).
+        lines: Nodes of the beams, shape (l, 3).
+    """
+
+    nodes: Array
+    K: Any
+    M: Any
+    held: NDArray[np.bool_]
+    triangles: Ints = field(default_factory=lambda: np.zeros((0, 6), dtype=np.int64))
+    part: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    lines: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
+
+    @property
+    def free(self) -> Ints:
+        """Rows of K and M that move, ascending."""
+        return np.flatnonzero(~self.held.ravel())
+
+    def rows(self, nodes: ArrayLike, *components: int) -> Ints:
+        """Rows of K and M of components of some nodes.
+
+        Args:
+            nodes: Their numbers, or whether each node is among them, shape (n,).
+            components: UX to RZ; all six when none is given.
+        """
+        chosen = np.array(components or range(6))
+        found: Ints = (6 * self._numbers(nodes)[:, None] + chosen).ravel()
+        return found
+
+    def hold(self, nodes: ArrayLike, *components: int) -> ShellModel:
+        """The model with components of some nodes held at zero as well; arguments as of `rows`."""
+        held = self.held.copy()
+        held.ravel()[self.rows(nodes, *components)] = True
+        return replace(self, held=held)
+
+    def add_mass(self, nodes: ArrayLike, mass: float) -> ShellModel:
+        """The model with a point mass on each of some nodes.
+
+        Args:
+            nodes: As of `rows`.
+            mass: Of each one [kg].
+        """
+        diagonal = np.zeros(self.M.shape[0])
+        diagonal[self.rows(nodes, UX, UY, UZ)] = mass
+        return replace(self, M=(self.M + scipy.sparse.diags(diagonal)).tocsr())
+
+    def nodal_load(
+        self, nodes: ArrayLike, force: Vector, moment: Vector = (0.0, 0.0, 0.0)
+    ) -> Array:
+        """A force and a moment on each of some nodes.
+
+        Args:
+            nodes: As of `rows`.
+            force: Of each one [N].
+            moment: Of each one [N m].
+        """
+        load = np.zeros(self.held.shape)
+        load[self._numbers(nodes)] = (*force, *moment)
+        return load
+
+    def edge_load(self, nodes: ArrayLike, force: Vector) -> Array:
+        """An even line load on the sides of triangles and on the beams between some nodes.
+
+        Args:
+            nodes: As of `rows`; each side with all three of its nodes among them is loaded.
+            force: Resultant [N].
+
+        Raises:
+            ImpactfemError: There is no such side.
+        """
+        here = np.zeros(len(self.nodes), dtype=bool)
+        here[self._numbers(nodes)] = True
+        every = np.concatenate([sides(self.triangles), self.lines])
+        # A beam on a side, or two triangles at it, are one line: it has one middle.
+        _, once = np.unique(every[:, 2], return_index=True)
+        lines = every[once][here[every[once]].all(axis=1)]
+        if not len(lines):
+            raise ImpactfemError("no side of a triangle and no beam lies between these nodes")
+        load = np.zeros(self.held.shape)
+        load[:, :3] = np.outer(line_load(self.nodes, lines), force)
+        return load
+
+    def area_load(self, pressure: Vector, part: int | None = None) -> Array:
+        """An even load on the area of triangles.
+
+        ∫ N dA of a six-node triangle is zero at the vertices and a third of the area at each middle
+        of a side.
+
+        Args:
+            pressure: Force on the area, along x, y, z [N/m2].
+            part: Number of the part that is loaded, in the order given to `shell_model`; all when
+                None.
+
+        Raises:
+            ImpactfemError: The part has no triangles.
+        """
+        cells = self.triangles if part is None else self.triangles[self.part == part]
+        if not len(cells):
+            raise ImpactfemError(f"part {part} has no triangles: a load on an area acts on shells")
+        share = np.zeros(len(self.nodes))
+        np.add.at(share, cells[:, 3:], areas(self.nodes, cells)[:, None] / 3.0)
+        load = np.zeros(self.held.shape)
+        load[:, :3] = np.outer(share, pressure)
+        return load
+
+    def ground_load(self, acceleration: Vector) -> Array:
+        """The load −M r a of a ground acceleration a, r a rigid translation.
+
+        Displacements are relative to the ground then. The own weight is (0, 0, 9.81) m/s².
+
+        Args:
+            acceleration: a [m/s2].
+        """
+        r = np.zeros(self.held.shape)
+        r[:, :3] = acceleration
+        return np.asarray(-(self.M @ r.ravel()).reshape(self.held.shape))
+
+    def static(self, load: Array) -> Array:
+        """Displacement under a load, of the shape of the load, (n, 6) or (6 n,) [m, rad].
+
+        Raises:
+            SingularMatrixError: The model is a mechanism: hold more of it.
+        """
+        from impactfem.dynamics.factorisation import Factorisation
+
+        K, _ = self._matrices()
+        found = np.zeros(self.held.size)
+        with Factorisation(K, name="the stiffness matrix") as factor:
+            found[self.free] = factor.solve_block(load.reshape(-1, 1)[self.free])[:, 0]
+        K.destroy()
+        return found.reshape(load.shape)
+
+    def prescribed(self, values: Array, given: Ints) -> Array:
+        """Displacement without loads where some rows of it are given, shape (6 n,).
+
+        Args:
+            values: Shape (6 n,), of which the given rows count [m, rad].
+            given: Their numbers.
+        """
+        known = np.zeros(len(values))
+        known[given] = values[given]
+        held = self.held.copy()
+        held.ravel()[given] = True
+        return np.asarray(known + replace(self, held=held).static(-self.K @ known))
+
+    def modes(self, count: int, *, shift: float = 0.0) -> tuple[Array, Array]:
+        """The lowest natural modes; none is missed (`impactfem.dynamics.modes`).
+
+        Args:
+            count: How many.
+            shift: Of a model that nothing holds: a frequency near that of its first elastic mode,
+                f₀. The modes of K + (2π f₀)² M are those of K, and that matrix is definite [Hz].
+
+        Returns:
+            Frequencies, ascending, shape (count,) [Hz], and shapes with φᵀ M φ = 1, shape
+            (count, n, 6). A frequency below zero stands for an eigenvalue ω² below zero.
+
+        Raises:
+            SingularMatrixError: The model is a mechanism: hold more of it, or give a shift.
+        """
+        from impactfem.dynamics.modes import modes
+
+        s = (2.0 * np.pi * shift) ** 2
+        K, M = self._matrices(s)
+        found = modes(K, M, count)
+        K.destroy()
+        M.destroy()
+        value = (2.0 * np.pi * found.frequency) ** 2 - s
+        shapes = np.zeros((count, self.held.size))
+        shapes[:, self.free] = found.shapes.T
+        frequency = np.sign(value) * np.sqrt(np.abs(value)) / (2.0 * np.pi)
+        return frequency, shapes.reshape(count, *self.held.shape)
+
+    def transient(
+        self,
+        loads: Array | Sequence[Array],
+        amplitudes: Array,
+        time_step: float,
+        *,
+        alpha: float = 0.0,
+        beta: float = 0.0,
+        probes: Ints | None = None,
+        velocity: Array | None = None,
+    ) -> History:
+        """Response from rest by Newmark's average acceleration, in full order.
+
+        Args:
+            loads: One load, shape (n, 6), or several of them.
+            amplitudes: Their factors at each time, shape (n_t,), or (n_t, n_loads).
+            time_step: Δt [s].
+            alpha: α of the damping C = α M + β K [1/s].
+            beta: β [s].
+            probes: Rows that are recorded (`rows`); all when None.
+            velocity: Velocity at the first time, shape (n, 6); zero when None [m/s, rad/s].
+
+        Returns:
+            Times, motion of the probes by quantity, shape (n_t, n_probes), and energies.
+
+        Raises:
+            SolutionError: The step is not positive, or the response is not finite.
+        """
+        from impactfem.dynamics.newmark import Newmark
+
+        free = self.free
+        patterns = np.reshape(loads, (-1, self.held.size))[:, free].T
+        factors = np.asarray(amplitudes, dtype=np.float64)
+        factors = factors.reshape(len(factors), -1)
+        if factors.shape[1] != patterns.shape[1]:
+            raise ImpactfemError(
+                f"{patterns.shape[1]} loads with {factors.shape[1]} amplitudes at each time"
+            )
+        rows = np.arange(self.held.size) if probes is None else np.asarray(probes)
+        moves = ~self.held.ravel()[rows]
+        start = None if velocity is None else np.reshape(velocity, -1)[free]
+        K, M = self._matrices()
+        with Newmark(K, M, time_step, patterns, alpha=alpha, beta=beta) as system:
+            state = system.start(factors[0], velocity=start)
+            history = system.march(state, factors, probes=np.searchsorted(free, rows[moves]))
+        K.destroy()
+        M.destroy()
+        motion = {}
+        for name, values in history.motion.items():
+            motion[name] = np.zeros((len(values), len(rows)))
+            motion[name][:, moves] = values
+        return replace(history, motion=motion)
+
+    def _numbers(self, nodes: ArrayLike) -> Ints:
+        chosen = np.atleast_1d(np.asarray(nodes))
+        if chosen.dtype == bool:
+            if chosen.shape != (len(self.nodes),):
+                raise ImpactfemError(
+                    f"{len(chosen)} of True and False for {len(self.nodes)} nodes: middles of "
+                    "sides that were added count, take `model.nodes` to choose by place"
+                )
+            return np.flatnonzero(chosen)
+        found: Ints = chosen.astype(np.int64)
+        if found.size and not 0 <= found.min() <= found.max() < len(self.nodes):
+            raise ImpactfemError(f"nodes {found.min()} to {found.max()} of {len(self.nodes)}")
+        return found
+
+    def _matrices(self, shift: float = 0.0) -> tuple[Any, Any]:
+        """K + shift M and M of the free rows, PETSc AIJ on this process alone."""
+        free = self.free
+        K, M = (matrix[free][:, free] for matrix in (self.K, self.M))
+        return petsc_matrix(K + shift * M if shift else K), petsc_matrix(M)
+
+
+def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0) -> ShellModel:
+    """Assemble shells and beams that share points, on this process alone.
+
+    Cells of first order get middles of their sides: elements are quadratic. A point that no cell
+    uses is held.
+
+    Args:
+        points: Coordinates, shape (n, 3) [m].
+        parts: Shells and beams; each has its own section and material.
+        drilling: Factor of the drilling stiffness of the shells.
+
+    Raises:
+        ImpactfemError: A cell names a point that is not there or has another number of points than
+            it can have; a thickness is not positive; a beam is parallel to the reference of its
+            section.
+        SolutionError: Middles are not in the middle of their sides.
+    """
+    from mpi4py import MPI
+
+    from impactfem.building.model import assemble_building
+
+    shells = [part for part in parts if isinstance(part, Shells)]
+    beams = [part for part in parts if isinstance(part, Beams)]
+    order = [k for k, part in enumerate(parts) if isinstance(part, Shells)]
+    given = np.asarray(points, dtype=np.float64)
+    _check(given, parts)
+    nodes, cells = _quadratic(given, [*shells, *beams])
+    triangles, shell = _joined(cells[: len(shells)], 6)
+    lines, beam = _joined(cells[len(shells) :], 3)
+    used = np.unique(np.concatenate([triangles.ravel(), lines.ravel()]))
+    number = np.zeros(len(nodes), dtype=np.int64)
+    number[used] = np.arange(len(used))
+    mesh = BuildingMesh(
+        nodes=nodes[used],
+        triangles=number[triangles],
+        triangle_part=shell.astype(np.int32),
+        lines=number[lines],
+        line_part=beam.astype(np.int32),
+        shell_parts=tuple(Part("floor", 1, f"part{k}") for k in range(len(shells))),
+        beam_parts=tuple(Part("beam", 1, f"part{k}") for k in range(len(beams))),
+        edges={},
+        centres={},
+        base=np.zeros(0, dtype=np.int64),
+    )
+    _check_frames(mesh, [part.section for part in beams])
+    building = BuildingParts(
+        mesh=mesh,
+        sections=Sections(
+            tuple(ShellSection(part.thickness) for part in shells),
+            tuple(part.section for part in beams),
+        ),
+        materials=Materials(
+            tuple(part.material for part in shells), tuple(part.material for part in beams)
+        ),
+        added_mass=np.array([part.added_mass for part in shells])[shell],
+        drilling=drilling,
+    )
+    made = assemble_building(MPI.COMM_SELF, building)
+    stiffness = made.stiffness()
+    rows = (6 * used[made.nodes][:, None] + np.arange(6)).ravel()
+    K, M = (_spread(csr(matrix), rows, 6 * len(nodes)) for matrix in (stiffness, made.mass))
+    for matrix in (stiffness, made.fixed, made.storeys, made.mass):
+        matrix.destroy()
+    held = np.ones((len(nodes), 6), dtype=bool)
+    held[used] = False
+    return ShellModel(nodes, K, M, held, triangles, np.array(order, dtype=np.int64)[shell], lines)
+
+
+def line_load(nodes: Array, lines: Ints) -> Array:
+    """Nodal forces of an even load of resultant 1 on lines, shape (n,).
+
+    Args:
+        nodes: Coordinates, shape (n, 3) [m].
+        lines: Ends and middle of each one, shape (k, 3).
+    """
+    length = np.linalg.norm(nodes[lines[:, 1]] - nodes[lines[:, 0]], axis=1)
+    forces = np.zeros(len(nodes))
+    for column, share in enumerate((1.0, 1.0, 4.0)):
+        np.add.at(forces, lines[:, column], share * length / 6.0)
+    forces /= forces.sum()
+    return forces
+
+
+def csr(matrix: Any) -> Any:
+    """A PETSc matrix (AIJ) of this process alone as SciPy's CSR."""
+    indptr, indices, values = matrix.getValuesCSR()
+    return scipy.sparse.csr_matrix((values, indices, indptr), shape=matrix.getSize())
+
+
+def petsc_matrix(matrix: Any) -> Any:
+    """A SciPy CSR matrix as PETSc's (AIJ) on this process alone."""
+    from petsc4py import PETSc
+
+    arrays = matrix.indptr, matrix.indices, matrix.data
+    return PETSc.Mat().createAIJ(matrix.shape, csr=arrays, comm=PETSc.COMM_SELF)
+
+
+def _spread(matrix: Any, rows: Ints, size: int) -> Any:
+    """A CSR matrix with its rows and columns at others of a larger one; its zeros stay stored."""
+    entries = matrix.tocoo()
+    where = rows[entries.row], rows[entries.col]
+    return scipy.sparse.coo_matrix((entries.data, where), shape=(size, size)).tocsr()
+
+
+def _joined(cells: list[Ints], width: int) -> tuple[Ints, Ints]:
+    """Cells of several parts, and which of them each is of."""
+    of = np.repeat(np.arange(len(cells)), [len(some) for some in cells])
+    return np.concatenate([np.zeros((0, width), dtype=np.int64), *cells]), of
+
+
+def _corners(part: Shells | Beams) -> int:
+    return 3 if isinstance(part, Shells) else 2
+
+
+def _quadratic(points: Array, parts: list[Shells | Beams]) -> tuple[Array, list[Ints]]:
+    """The nodes with the middles of all sides that have none, and the cells of each part."""
+    cells = [np.asarray(part.cells, dtype=np.int64) for part in parts]
+    sides_of = {2: [[0, 1]], 3: [[0, 1], [1, 2], [2, 0]]}
+    middles: dict[tuple[int, int], int] = {}
+    # A side that a cell of second order has keeps its middle.
+    for part, some in zip(parts, cells, strict=True):
+        corners = _corners(part)
+        for column, side in enumerate(sides_of[corners], start=corners):
+            if some.shape[1] > corners:
+                ends = np.sort(some[:, side], axis=1).tolist()
+                middles |= {(a, b): m for (a, b), m in zip(ends, some[:, column], strict=True)}
+    nodes = [points]
+    for k, part in enumerate(parts):
+        corners = _corners(part)
+        if cells[k].shape[1] > corners:
+            continue
+        added = np.zeros((len(cells[k]), len(sides_of[corners])), dtype=np.int64)
+        for column, side in enumerate(sides_of[corners]):
+            for row, (a, b) in enumerate(np.sort(cells[k][:, side], axis=1).tolist()):
+                if (a, b) not in middles:
+                    middles[a, b] = len(points) + len(nodes) - 1
+                    nodes.append(points[[a, b]].mean(axis=0, keepdims=True))
+                added[row, column] = middles[a, b]
+        cells[k] = np.hstack([cells[k], added])
+    return np.concatenate(nodes), cells
+
+
+def _check(points: Array, parts: Sequence[Shells | Beams]) -> None:
+    """Refuse what would fail later without words."""
+    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+        raise ImpactfemError(f"expected finite points of shape (n, 3), got {points.shape}")
+    if not parts:
+        raise ImpactfemError("expected shells or beams, got none")
+    for k, part in enumerate(parts):
+        cells, corners = np.asarray(part.cells), _corners(part)
+        widths = (3, 6) if corners == 3 else (2, 3)
+        what = f"part {k}, {'shells' if corners == 3 else 'beams'}"
+        if cells.ndim != 2 or cells.shape[1] not in widths or not len(cells):
+            expected = f"cells of shape (m, {widths[0]}) or (m, {widths[1]})"
+            raise ImpactfemError(f"{what}: expected {expected}, got {cells.shape}")
+        if not 0 <= cells.min() <= cells.max() < len(points):
+            found = f"points {cells.min()} to {cells.max()}"
+            raise ImpactfemError(f"{what}: {found}; there are {len(points)}, counted from 0")
+        if isinstance(part, Shells) and not part.thickness > 0.0:
+            raise ImpactfemError(f"{what}: expected a thickness above 0 m, got {part.thickness:g}")
+
+
+def _check_frames(mesh: BuildingMesh, sections: Sequence[BeamSection]) -> None:
+    along = np.diff(mesh.nodes[mesh.lines[:, :2]], axis=1)[:, 0]
+    for k, section in enumerate(sections):
+        own = np.flatnonzero(mesh.line_part == k)
+        for line in own:
+            try:
+                section.frame(along[line] / np.linalg.norm(along[line]))
+            except ValueError as error:
+                where = place(mesh.nodes[mesh.lines[line, 2]])
+                raise ImpactfemError(f"at {where}: {error}") from error
