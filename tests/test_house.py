@@ -39,7 +39,7 @@ ROOMS = {
     "report": {"results", "spectra"},
     "verify": {
         *("building", "case", "device", "dynamics", "motion", "spectra"),
-        *("sticks", "transient"),
+        *("results", "sticks", "transient", "wall"),
     },
     "bench": {
         *("building", "case", "dynamics", "motion", "spectra", "sticks"),

@@ -149,7 +149,7 @@ def test_a_load_draws_the_mass_centre_aside(frame, reduced, pull):
 
 def test_without_the_state_in_the_basis(frame, patterns):
     """What a basis of the forces alone would start from is another state."""
-    model, K, mesh, damping = frame
+    model, K, _, _ = frame
     _, push = patterns.held(K)
     with KrylovBasis(K, model.mass, (2.0 * np.pi * 30.0) ** 2) as basis:
         basis.add(np.column_stack([push, patterns.edges]))

@@ -150,8 +150,9 @@ def study_model(
     """Reduce a building with its devices' rosettes. Collective.
 
     The basis of the free building grows under the ground motion, even loads on the edges that are
-    hit and the forces that hold the displaced floor of the wall experiment, until it is as accurate as asked. Then come the
-    vectors of the contacts with the wall, and the responses to forces and moments on the anchors.
+    hit and the forces that hold the displaced floor of the wall experiment, until it is as accurate
+    as asked. Then come the vectors of the contacts with the wall, the responses to forces and
+    moments on the anchors, and the state before the release.
 
     Args:
         building: The building; its matrices are gone afterwards.

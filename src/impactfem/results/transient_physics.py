@@ -28,6 +28,9 @@ FIRST = 0.75
 """Part of the largest value in the window that the first peak of a wave reaches at least."""
 NOTHING = 0.01
 """Part of the largest acceleration of all that counts as none."""
+LATEST = 1.5
+"""Crossings by hand after its peak at the first point up to which a wave is looked for: in the near
+half of the line, until its reflection comes back."""
 FINER = 20
 """Steps of the interpolated histories in one of the response."""
 QUIET_STEPS = 6
@@ -115,13 +118,15 @@ def arrivals(
     acceleration: Array,
     sense: float,
     impact: tuple[float, float],
-    until: float | None = None,
+    crossing: float | None = None,
 ) -> Arrivals:
     """When the wave of an impact arrives at points, by its peak and by half of it.
 
     Read from histories that are made finer by band-limited interpolation, as the acceleration along
     the push beyond its value shortly before the impact. The peak is the first one that comes near
-    the largest in the window: a later one is that of a reflection. The foot of the wave says
+    the largest in the window: a later one is that of a reflection. The window ends when the impact
+    has been over for as long as it lasted; at the points after the first one it ends one and a half
+    crossings after the peak there, where the speed is known by hand. The foot of the wave says
     nothing of its speed: damping that grows with the frequency has no front, and resampled forces
     push before an impact.
 
@@ -130,16 +135,21 @@ def arrivals(
         acceleration: Shape (n_points, n_t) [m/s2].
         sense: 1 or −1, the sense in which the impact pushes.
         impact: Its start and end [s].
-        until: End of the window [s]; None for the impact's end and as long again as it lasts.
+        crossing: Time by hand that a wave takes from the first point to the last [s]; None where
+            it is not known.
     """
     step = float(time[1] - time[0])
     start = int(np.searchsorted(time, impact[0] - 1e-9 * step))
     quiet = max(0, start - QUIET_STEPS)
-    end = impact[1] + max(impact[1] - impact[0], step) if until is None else until
+    end = impact[1] + max(impact[1] - impact[0], step)
     peak, half = (np.full(len(acceleration), math.nan) for _ in range(2))
     pushed = upsample(sense * (acceleration - acceleration[:, quiet : quiet + 1]), FINER)
-    first, last = FINER * quiet, FINER * (int(np.searchsorted(time, end, side="right")) - 1)
-    for k, values in enumerate(pushed[:, first : last + 1]):
+    first = FINER * quiet
+    for k, history in enumerate(pushed):
+        if k == 1 and crossing and math.isfinite(peak[0]):
+            end = peak[0] + LATEST * crossing
+        last = FINER * (int(np.searchsorted(time, end, side="right")) - 1)
+        values = history[first : last + 1]
         largest = float(values.max(initial=0.0))
         inner = values[1:-1]
         tops = 1 + np.flatnonzero(
@@ -182,11 +192,8 @@ def line_arrivals(view: TransientView) -> Arrivals | None:
     if view.main_impact is None or view.inward == 0.0:
         return None
     histories = np.array([view.acceleration(probe) for probe in view.line])
-    start, end = view.main_impact
-    crossing = view.values.get("transient.loaded_wave_crossing") or 0.0
-    # Long enough for a slab that a wave takes longer to cross than the impact lasts.
-    until = end + max(end - start, view.time_step, 2.0 * crossing)
-    return arrivals(view.time, histories, view.inward, view.main_impact, until)
+    crossing = view.values.get("transient.loaded_wave_crossing")
+    return arrivals(view.time, histories, view.inward, view.main_impact, crossing)
 
 
 def force_ratio(upper: Array, lower: Array, time_step: float) -> float | None:

@@ -114,7 +114,7 @@ def _over_distance(
 
 
 def wave_map(path: Path, view: TransientView) -> None:
-    """The acceleration over distance and time, with the arrivals of the wave and its speeds by hand.
+    """The acceleration over distance and time, with the wave's arrivals and its speeds by hand.
 
     The thick lines pass through the middle of the peaks, so that slopes can be compared.
     """

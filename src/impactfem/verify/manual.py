@@ -20,6 +20,7 @@ from impactfem.verify import (
     device_supports,
     eccentric_beam,
     error_band,
+    floor_bar,
     frame_loads,
     integrator,
     landing_block,
@@ -112,10 +113,12 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "unilateral_bar": unilateral.elastic_bar,
     "unilateral_damped_bar": unilateral.damped_bar,
     "landing_block": landing_block.landing_block,
+    "floor_as_a_bar": floor_bar.generated_floor,
 }
 FULL: dict[str, Callable[[], list[Row]]] = {
     "mindlin_plate_fine": mindlin_plate.simply_supported_fine,
     "pinched_cylinder_fine": pinched_cylinder.pinched_cylinder_fine,
+    "paper_floor_as_a_bar": floor_bar.paper_floor,
     "paper_reduced_against_full": paper_transient.reduced_against_full,
 }
 """Benchmarks that take more than a few seconds each, run only when asked for.

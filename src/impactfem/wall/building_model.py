@@ -58,7 +58,7 @@ class WallPatterns:
     seen: scipy.sparse.csr_matrix
 
     def held(self, K: Any) -> tuple[Array, Array]:
-        """The state at rest for 1 m of the displaced floor, and the forces that hold it. Collective.
+        """The state at rest for 1 m of the displaced floor, and what holds it. Collective.
 
         Args:
             K: Stiffness (AIJ), positive definite.

@@ -1,0 +1,178 @@
+"""A floor as a bar with end masses, or with walls below its ends, by a small solver.
+
+Dense matrices of linear bar elements with M, K and C = α M + β K; NumPy and SciPy alone, none of
+the program's elements, bases or contact solvers. What the bar is and where its data come from:
+`impactfem.building.floor_bar`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ELEMENTS = 60
+IN_WALL = 8
+"""Elements of a wall over its height."""
+
+
+@dataclass(frozen=True)
+class EdgeWall:
+    """A wall below an end of the bar that bends out of its plane as a beam.
+
+    It is clamped at the floor below; at the slab it is held along the bar and free to turn.
+
+    Args:
+        height: h [m].
+        bending: E I of the whole wall [N m2].
+        mass: Of the whole wall [kg].
+    """
+
+    height: float
+    bending: float
+    mass: float
+
+
+class Bar:
+    """A free bar.
+
+    Args:
+        length: L [m].
+        stiffness: EA' [N].
+        mass: Of the bar, without its ends [kg].
+        end_mass: Lumped at the lower and the upper end [kg].
+        damping: α [1/s] and β [s].
+        wall: Below each end; None for none.
+    """
+
+    def __init__(
+        self,
+        length: float,
+        stiffness: float,
+        mass: float,
+        end_mass: tuple[float, float] = (0.0, 0.0),
+        damping: tuple[float, float] = (0.0, 0.0),
+        wall: EdgeWall | None = None,
+    ) -> None:
+        n = ELEMENTS
+        self.position = np.linspace(0.0, length, n + 1)
+        of_wall = 0 if wall is None else 2 * IN_WALL - 1
+        size = n + 1 + 2 * of_wall
+        K, M = np.zeros((size, size)), np.zeros((size, size))
+        for i in range(n):
+            part = np.ix_((i, i + 1), (i, i + 1))
+            K[part] += stiffness * n / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
+            M[part] += mass / n / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
+        M[0, 0] += end_mass[0]
+        M[n, n] += end_mass[1]
+        if wall is not None:
+            _hang(K, M, wall, 0, n + 1)
+            _hang(K, M, wall, n, n + 1 + of_wall)
+        self.K, self.M = K, M
+        self.C = damping[0] * self.M + damping[1] * self.K
+        self.mass = mass + sum(end_mass)
+
+    def frequencies(self, count: int) -> Array:
+        """The lowest frequencies, that of the rigid motion included, shape (count,) [Hz]."""
+        values = scipy.linalg.eigvalsh(self.K, self.M, subset_by_index=(0, count - 1))
+        return np.asarray(np.sqrt(np.maximum(values, 0.0)) / (2.0 * math.pi))
+
+    def pushed(self, force: Array, step: float, parts: int = 10) -> Array:
+        """Accelerations of the bar's nodes under a force on its lower end.
+
+        Average acceleration, between samples with the force straight.
+
+        Args:
+            force: Samples, shape (n_t,) [N].
+            step: Between them [s].
+            parts: Steps of the solver in one of the force.
+
+        Returns:
+            At the samples, shape (n_t, nodes) [m/s2].
+        """
+        h = step / parts
+        fine = np.arange((len(force) - 1) * parts + 1) / parts
+        fine = np.interp(fine, np.arange(len(force)), force)
+        factor = scipy.linalg.cho_factor(self.M + h / 2.0 * self.C + h * h / 4.0 * self.K)
+        u, v, a = (np.zeros(len(self.M)) for _ in range(3))
+        nodes = len(self.position)
+        found = np.zeros((len(force), nodes))
+        for k, value in enumerate(fine):
+            u, v = u + h * v + h * h / 4.0 * a, v + h / 2.0 * a
+            load = -self.C @ v - self.K @ u
+            load[0] += value
+            a = scipy.linalg.cho_solve(factor, load)
+            u, v = u + h * h / 4.0 * a, v + h / 2.0 * a
+            if k % parts == 0:
+                found[k // parts] = a[:nodes]
+        return found
+
+    def against_wall(self, speed: float, step: float, window: float = 0.05) -> tuple[float, float]:
+        """The bar meets a rigid wall with its lower end, all of it at one speed.
+
+        Each step first goes free; where the end would then be behind the wall, an impulse stops it
+        there. What moves the end has the mass of its element, which loses its energy.
+
+        Args:
+            speed: Of the bar before it touches [m/s].
+            step: Time step [s].
+            window: Time that is computed [s].
+
+        Returns:
+            Largest impulse on the wall [N s], and time from the touch to the last of it [s].
+        """
+        size, h = len(self.M), step
+        factor = scipy.linalg.cho_factor(self.M + h / 2.0 * self.C + h * h / 4.0 * self.K)
+        unit = np.zeros(size)
+        unit[0] = 1.0
+        response = scipy.linalg.cho_solve(factor, unit)
+        u, v = np.zeros(size), self._rigid(speed)
+        total = last = 0.0
+        for k in range(round(window / h)):
+            # M (v1 − v0) = −h (C v + K u) at the middle of the step, towards the wall negative.
+            change = scipy.linalg.cho_solve(factor, -h * (self.C @ v + self.K @ (u + h / 2.0 * v)))
+            end = v[0] + change[0]
+            if u[0] <= 0.0 and end < 0.0:
+                change -= end / response[0] * response
+                total += -end / response[0]
+                last = (k + 1) * h
+            u = u + h * (v + change / 2.0)
+            v = v + change
+        return total, last
+
+    def _rigid(self, speed: float) -> Array:
+        """All of the bar at a speed towards the wall; its walls move in their static shape."""
+        nodes = len(self.position)
+        v = np.zeros(len(self.M))
+        v[:nodes] = -speed
+        if len(v) > nodes:
+            inner, rim = slice(nodes, None), slice(0, nodes)
+            v[inner] = -np.linalg.solve(self.K[inner, inner], self.K[inner, rim] @ v[rim])
+        return v
+
+
+def _hang(K: Array, M: Array, wall: EdgeWall, top: int, first: int) -> None:
+    """Add the beam of a wall below an end, its own rows from `first` on."""
+    # In (w, l θ), which leaves the length of an element out of the matrices.
+    EI, m = wall.bending, wall.mass / IN_WALL
+    # Hermite's element: Przemieniecki, Theory of Matrix Structural Analysis (1968).
+    k = (
+        EI
+        * (IN_WALL / wall.height) ** 3
+        * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+    )
+    mass = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
+    # Rows: rotation at the top, then both of each node below.
+    rows = [(top, first), *((first + 1 + 2 * j, first + 2 + 2 * j) for j in range(IN_WALL - 1))]
+    for j in range(IN_WALL - 1):
+        part = np.ix_((*rows[j], *rows[j + 1]), (*rows[j], *rows[j + 1]))
+        K[part] += k
+        M[part] += m / 420.0 * mass
+    part = np.ix_(rows[-1], rows[-1])  # the lowest element, clamped at its foot
+    K[part] += k[:2, :2]
+    M[part] += m / 420.0 * mass[:2, :2]
