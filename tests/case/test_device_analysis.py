@@ -71,10 +71,24 @@ def test_analysis(analysed: With) -> None:
     assert (found.duration, found.time_step, found.broadening) == (4.0, 0.2e-3, 0.0)
     assert (found.missing_mass, found.rotations, found.directions) == (False, False, "100-40-40")
     assert found.rigid is not None
-    assert (found.rigid.method, found.rigid.f1, found.rigid.f2) == ("gupta", 5.0, 30.0)
+    assert (found.rigid.method, found.rigid.f1, found.rigid.f2) == (("gupta",), 5.0, 30.0)
     found = analysis_of(load_case(analysed((', f1 = "5 Hz", f2 = "30 Hz"', ""))))
     assert found.rigid is not None
     assert (found.rigid.f1, found.rigid.f2) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("new", "expected"),
+    [
+        ('["none", "gupta", "lindley-yow"]', ("none", "gupta", "lindley-yow")),
+        ('["gupta"]', ("gupta",)),
+    ],
+)
+def test_rigid_methods_are_a_list_like_the_combinations(
+    analysed: With, new: str, expected: tuple[str, ...]
+) -> None:
+    found = analysis_of(load_case(analysed(('"gupta"', new)))).rigid
+    assert found is not None and found.method == expected
 
 
 def test_combinations_are_those_of_the_analysis() -> None:
@@ -89,7 +103,12 @@ def test_combinations_are_those_of_the_analysis() -> None:
         ('"abs"', '"best"', "combination[0]", "'srss' or 'cqc'"),
         ('duration = "4 s"\n', "", "duration", "the duration of the strong motion"),
         ('"gupta"', '"lindley-yow"', "rigid.f1", "only with method 'gupta'"),
-        ('"gupta"', '"stiff"', "rigid.method", "expected 'gupta' or 'lindley-yow' or 'none'"),
+        ('"gupta"', '["lindley-yow", "none"]', "rigid.f1", "only with method 'gupta'"),
+        ('"gupta"', '"stiff"', "rigid.method", "expected 'none' or 'gupta' or 'lindley-yow', or a"),
+        ('"gupta"', '["gupta", "stiff"]', "rigid.method", "or a list of them, each once"),
+        ('"gupta"', '["gupta", "gupta"]', "rigid.method", "or a list of them, each once"),
+        ('"gupta"', "[]", "rigid.method", "or a list of them, each once"),
+        ('"gupta"', "[1]", "rigid.method", "or a list of them, each once"),
         ('f2 = "30 Hz"', 'f2 = "5 Hz"', "rigid.f2", "above f1, 5 Hz"),
         ('"100-40-40"', '"100-30-30"', "directions", "'srss' or '100-40-40'"),
         ("rotations = false", 'rotations = "no"', "rotations", "true or false"),

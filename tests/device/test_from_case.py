@@ -146,14 +146,14 @@ def test_rules() -> None:
     analysis = DeviceAnalysis(
         combination=("cqc", "dsc"),
         duration=4.0,
-        rigid=RigidPart(method="gupta", f1=5.0, f2=30.0),
+        rigid=RigidPart(method=("gupta",), f1=5.0, f2=30.0),
         missing_mass=False,
         directions="100-40-40",
         time_step=1e-4,
     )
     rules = rules_of(analysis, 200.0)
-    assert list(rules) == ["cqc", "dsc"]
-    assert rules["dsc"] == Rules(
+    assert list(rules) == [("cqc", "gupta"), ("dsc", "gupta")]
+    assert rules["dsc", "gupta"] == Rules(
         modes="dsc",
         duration=4.0,
         rigid=Gupta(5.0, 30.0),
@@ -169,14 +169,27 @@ def test_rules() -> None:
     ("rigid", "expected"),
     [
         (None, None),
-        (RigidPart(method="none"), None),
-        (RigidPart(method="gupta"), Gupta()),
-        (RigidPart(method="lindley-yow"), LindleyYow()),
+        (RigidPart(method=("none",)), None),
+        (RigidPart(method=("gupta",)), Gupta()),
+        (RigidPart(method=("lindley-yow",)), LindleyYow()),
     ],
 )
 def test_rigid_part(rigid: RigidPart | None, expected: object) -> None:
     rules = rules_of(DeviceAnalysis(rigid=rigid), 1e3)
     assert {one.rigid for one in rules.values()} == {expected}
+
+
+def test_every_method_with_every_combination() -> None:
+    """One run shows all: the combinations without and with each rigid part."""
+    rigid = RigidPart(method=("none", "gupta", "lindley-yow"), f1=5.0)
+    rules = rules_of(DeviceAnalysis(combination=("srss", "cqc"), rigid=rigid), 1e3)
+    methods = {"none": None, "gupta": Gupta(5.0), "lindley-yow": LindleyYow()}
+    assert {key: one.rigid for key, one in rules.items()} == {
+        (combination, method): wanted
+        for combination in ("srss", "cqc")
+        for method, wanted in methods.items()
+    }
+    assert list(rules)[:2] == [("srss", "none"), ("srss", "gupta")]
 
 
 def with_devices(paper: Case, *devices: DeviceSetup, **analysis: Any) -> Case:

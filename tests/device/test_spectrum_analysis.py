@@ -9,7 +9,7 @@ from impactfem.device.modes import device_modes
 from impactfem.device.quantity import anchor_forces, own_motions
 from impactfem.device.rigid_response import Gupta, LindleyYow
 from impactfem.device.rules import Rules
-from impactfem.device.spectrum import AnchorSpectrum
+from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
 from impactfem.device.spectrum_analysis import spectrum_analysis
 from impactfem.errors import ImpactfemError
 
@@ -59,6 +59,20 @@ def test_rigid_modes_add_up(pump):
         assert found.value("force y") == pytest.approx(1500.0 * 4.0, rel=1e-9)
         assert found.inputs[0].periodic[1] == pytest.approx(0.0, abs=1e-6)
     assert srss < 0.9 * 1500.0 * 4.0
+
+
+def test_a_component_that_hardly_moves_does_not_forbid_gupta(pump):
+    """Along x a ten-thousandth of the motion, whose spectrum ends before it is rigid."""
+    short = replace(spectrum("x", zpa=4e-4, peak=20e-4), zpa=3e-4)
+    rules = Rules(modes="srss", rigid=Gupta())
+    found = spectrum_analysis(pump(), [spectrum(), short], rules)
+    alone = spectrum_analysis(pump(), [spectrum()], rules)
+    assert found.value("force y") == pytest.approx(alone.value("force y"), rel=1e-12)
+    assert found.inputs[1].rigid_fraction.max() == 0.0 < found.inputs[0].rigid_fraction.max()
+    (note,) = (one for one in found.notes if "periodic" in one)
+    assert note.startswith("the spectrum along x at anchor 1, below 0.001 of the largest, ends")
+    with pytest.raises(NotRigidError, match=r"along x .*before it comes down"):
+        spectrum_analysis(pump(), [spectrum(), replace(short, zpa=0.3)], rules)
 
 
 def test_fewer_modes_and_missing_mass(pump):

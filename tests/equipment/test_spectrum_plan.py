@@ -8,13 +8,15 @@ import pytest
 from impactfem.case.given_spectra import GivenSpectrum
 from impactfem.device.from_matrices import from_matrices
 from impactfem.device.given import given_spectra
+from impactfem.device.rigid_response import Gupta, LindleyYow
 from impactfem.device.rules import Rules
 from impactfem.device.spectrum import AnchorSpectrum
-from impactfem.equipment.spectrum_choice import SpectrumChoice
+from impactfem.equipment.spectrum_choice import SpectrumChoice, headline_of
 from impactfem.equipment.spectrum_plan import SpectrumPlan, envelopes, in_step
 from impactfem.errors import ImpactfemError
 
-RULES = {"srss": Rules(modes="srss"), "cqc": Rules(modes="cqc")}
+RULES = {("srss", "none"): Rules(modes="srss"), ("cqc", "none"): Rules(modes="cqc")}
+SRSS = ("srss", "none")
 K = np.array([[3e6, -3e6, 0.0], [-3e6, 4e6, -1e6], [0.0, -1e6, 1e6]])
 LABELS = ["srss", "cqc", "srss.rotations", "cqc.rotations", "srss.broadened", "cqc.broadened"]
 LABELS += ["srss.rotations.broadened", "cqc.rotations.broadened"]
@@ -53,7 +55,7 @@ def test_all_of_a_device_with_one_anchor(single):
 
 def test_rules_of_two_supports(device):
     rules = ("srss", "abs", "algebraic", "envelope")
-    plan = SpectrumPlan(device, {"srss": RULES["srss"]}, False, 0.0, rules)
+    plan = SpectrumPlan(device, {SRSS: RULES[SRSS]}, False, 0.0, rules)
     spectra = [flat("y", 6.0, 1, 0.002), flat("y", 4.0, 2)]
     found = plan.analyses(spectra, "computed")
     total = {one.label: answer.value("force y at anchor 1") for one, answer in found.items()}
@@ -69,8 +71,8 @@ def test_rules_of_two_supports(device):
     )
     notes = next(iter(found.values())).notes
     assert "several supports are combined by 'srss' where no other is named" in notes
-    added = replace(RULES["srss"], displacements="abs", whole="abs")
-    summed = replace(plan, rules={"srss": added}, supports=("abs",)).analyses(spectra, "computed")
+    added = replace(RULES[SRSS], displacements="abs", whole="abs")
+    summed = replace(plan, rules={SRSS: added}, supports=("abs",)).analyses(spectra, "computed")
     (answer,) = summed.values()
     assert answer.value("force y at anchor 1") == pytest.approx(m * 5.5 + between)
 
@@ -149,3 +151,51 @@ def test_spectra_that_do_not_reach_a_mode_are_refused(single):
     # One that ends at its zero-period acceleration says what a higher mode gets; that is told.
     with pytest.raises(ImpactfemError, match="both sides"):
         SpectrumPlan(single, RULES, False, 0.0, given=short).given_analyses()
+
+
+RIGID = {
+    ("srss", "none"): Rules(modes="srss"),
+    ("srss", "gupta"): Rules(modes="srss", rigid=Gupta()),
+    ("srss", "lindley-yow"): Rules(modes="srss", rigid=LindleyYow()),
+}
+
+
+def hill(end):
+    """A peak at 1 to 3 Hz, at its zero-period acceleration of 2 m/s2 from `end` on."""
+    frequency = np.array([0.1, 1.0, 3.0, end, 20.0])
+    psa = np.tile([1.0, 8.0, 8.0, 2.0, 2.0], (2, 1))
+    return AnchorSpectrum("y", frequency, np.array([0.0, 0.9]), psa, 2.0)
+
+
+def test_every_rigid_part_beside_none(single):
+    """The mode at 14.2 Hz follows a floor that is rigid from 12 Hz on, whatever the method."""
+    plan = SpectrumPlan(single, RIGID, rotations=False, broadening=0.15)
+    found = plan.analyses([hill(12.0)], "computed")
+    assert [one.label for one in found] == [
+        *("srss", "srss.gupta", "srss.lindley-yow"),
+        *("srss.broadened", "srss.gupta.broadened", "srss.lindley-yow.broadened"),
+    ]
+    rigid = [
+        answer.inputs[0].rigid_fraction.max() for one, answer in found.items() if not one.broadened
+    ]
+    assert rigid == pytest.approx([0.0, 1.0, 1.0])
+
+
+def test_a_rigid_part_that_the_spectrum_says_too_little_for(single):
+    """One of several methods is left out and a note says so; alone it is an error as before."""
+    steep = replace(hill(12.0), zpa=1.0)
+    plan = SpectrumPlan(single, RIGID, rotations=False, broadening=0.0)
+    found = plan.analyses([steep], "computed")
+    assert [one.label for one in found] == ["srss", "srss.lindley-yow"]
+    for answer in found.values():
+        (note,) = (one for one in answer.notes if "rigid part" in one)
+        assert "'gupta' is left out where a spectrum ends before" in note
+    alone = replace(plan, rules={("srss", "gupta"): RIGID["srss", "gupta"]})
+    with pytest.raises(ImpactfemError, match=r"device pump: .*before it comes down"):
+        alone.analyses([steep], "computed")
+
+
+def test_the_headline_is_the_first_rigid_part_of_the_preferred_combination():
+    rules = [("cqc", "gupta"), ("srss", "gupta"), ("srss", "none")]
+    assert headline_of(rules).label == "srss.gupta"
+    assert headline_of([("abs", "none")]).label == "abs"

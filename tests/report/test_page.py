@@ -242,3 +242,61 @@ def test_without_an_impact_there_is_no_force():
 def test_whether_the_wall_gives_the_law(stiffness, used):
     (words,) = (words for value, words in tiles(stiffness=stiffness) if value == "0.467")
     assert words.endswith("at a rigid wall" if used else "; not used here, the case gives the law")
+
+
+def test_the_tile_of_a_device_is_along_the_shown_direction():
+    forces = {
+        f"device.f{axis}.detailed.impact": v for axis, v in zip("yxz", (3e3, 1.0, 9e3), strict=True)
+    }
+    run = SimpleNamespace(summary=[], values=forces, case={"contact_laws": {}})
+    assert _tiles(run) == [("3 kN", "force on the first device's anchor")]
+
+
+def beside_a_paper(run):
+    """Put a publication beside a run: a value given, one reproduced, one that differs."""
+    path, made = run / "case.json", run / "provenance.json"
+    case = json.loads(path.read_text(encoding="utf-8"))
+    names = {"motion.pga": ("scaled", 1.0), "motion.sa_max": ("result", 1.0)}
+    names["motion.duration_of_a_paper"] = ("result", 1.0)
+    values = [{"name": name, "tolerance": 0.1, "reason": None} for name in names]
+    item = {"kind": "figure", "title": "it", "tells": None, "shows": [], "given": False}
+    reason = "Ours was scaled to it."
+    case["report"]["reference"] = {
+        "title": "A paper",
+        "assumptions": [],
+        "given": [{"kind": "scaled", "names": ["motion.pga"], "reason": reason}],
+        "items": [item | {"number": str(k), "values": [v]} for k, v in enumerate(values)],
+    }
+    path.write_text(json.dumps(case), encoding="utf-8")
+    about = {"unit": "m/s2", "relation": "=", "note": ""}
+    summary = [
+        {"name": name, "value": 1.0, "paper": 1.0 if name != "motion.duration_of_a_paper" else 3.0}
+        | about
+        | {"kind": kind}
+        for name, (kind, _) in names.items()
+    ]
+    (run / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    provenance = json.loads(made.read_text(encoding="utf-8"))
+    for name in ("case.json", "summary.json"):
+        provenance["files"][name] = file_digest(run / name)
+    made.write_text(json.dumps(provenance), encoding="utf-8")
+    return Page(write_report(run).read_text(encoding="utf-8"))
+
+
+def test_what_is_given_counts_apart(finished, tmp_path, caplog):
+    shutil.copytree(finished.folder, tmp_path / "run")
+    with caplog.at_level("INFO", "impactfem"):
+        words = beside_a_paper(tmp_path / "run").words
+    counts = "1 reproduced, 1 differs, 1 given or fitted"
+    assert [r.getMessage() for r in caplog.records if "beside" in r.getMessage()] == [
+        f"report: beside the publication, figures: {counts}",
+        f"report: beside the publication, values: {counts}",
+    ]
+    # On the first page and where the figures are: reproduced, differs, given, and so on.
+    rows = [words[k + 1 : k + 20] for k, word in enumerate(words) if word == "figures"]
+    found = [[word for word in row if word][:6] for row in rows]
+    assert found == [["1", "1", "1", "0", "0", "0"]] * 2
+    assert "Ours was scaled to it." in words and "– scaled" in words
+    # What differs most stands on the first page, at its figure and among all results.
+    assert words.count("motion.duration_of_a_paper") == 3
+    assert words.count("motion.sa_max") == 2

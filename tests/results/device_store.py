@@ -48,6 +48,8 @@ class WantedDevice:
         detailed: Largest force without and with impacts by damping [N].
         impact_force: Largest impact force of all dampings [N].
         imbalance: Of action and reaction.
+        pulls: Net tension without and with impacts [N]; nan for a weight that is not known, None
+            for a store of before.
         nodes: Number of nodes of an anchor.
         from_modes: Whether the devices have modes in place of springs and a body.
         beam: Whether they have a beam.
@@ -65,6 +67,7 @@ class WantedDevice:
     detailed: tuple[tuple[float, float], ...] = DETAILED
     impact_force: float = 120e6
     imbalance: float = 1e-12
+    pulls: tuple[float, float] | None = (-4e3, -1e3)
     nodes: int = 5
     from_modes: bool = False
     beam: bool = True
@@ -82,6 +85,8 @@ def device_store(asked: WantedDevice) -> xr.Dataset:
     variables = {**_responses(asked), **_modes(asked), **_cases(asked)}
     if asked.drawings:
         variables |= _drawings(asked)
+    if asked.pulls is not None:
+        variables |= _pulls(asked, asked.pulls)
     if asked.ordinates:
         variables |= _ordinates(asked)
     return xr.Dataset(
@@ -130,6 +135,8 @@ def _responses(asked: WantedDevice) -> dict[str, tuple]:
     dims = ("case", "impact", "device")
     return {
         "force": ((*dims, "component", "time"), force),
+        # The floor at the anchor: a fifth of the force over a tonne, so that S / ZPA is near 1.
+        "anchor_acceleration": ((*dims, "component", "time"), force / 5e3),
         "largest_force": ((*dims, "component"), largest),
         "imbalance": (dims, np.full(shape, asked.imbalance)),
         "psa": ((*dims, "axis", "frequency"), psa),
@@ -172,6 +179,22 @@ def _ordinates(asked: WantedDevice) -> dict[str, tuple]:
     psa[..., 3, 1:4:2] = 2.0
     psa[:, 1] *= 10.0
     return {"mode_psa": (("case", "impact", "device", "component", "mode"), psa)}
+
+
+def _pulls(asked: WantedDevice, pulls: tuple[float, float]) -> dict[str, tuple]:
+    """15 kN on anchors at 0.5 m; all of the base is lifted by 20 kN less than one is pulled."""
+    count = len(asked.devices)
+    dims = ("case", "impact", "device")
+    tension = np.broadcast_to(np.array(pulls)[None, :, None], (asked.dampings, 2, count))
+    by_choice = np.broadcast_to(tension[..., None], (*tension.shape, len(asked.choices)))
+    weight = np.tile([0.0, 0.0, -15e3, 0.0, 0.0, 0.0], (count, 1))
+    return {
+        "weight_force": (("device", "component"), weight),
+        "anchor_radius": ("device", np.full(count, 0.5)),
+        "net_tension": (dims, tension.copy()),
+        "net_uplift": (dims, tension - 20e3),
+        "spectrum_tension": ((*dims, "choice"), 1.1 * by_choice),
+    }
 
 
 def _drawings(asked: WantedDevice) -> dict[str, tuple]:

@@ -4,6 +4,7 @@ import csv
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from impactfem.case.published import read_published
@@ -13,7 +14,16 @@ from impactfem.results.device_tables import device_tables
 from .device_store import DETAILED, FREQUENCIES, HEIGHT, MASSES, SHARES, device_folder
 
 PUBLISHED = Path(__file__).parents[2] / "geometry" / "npp_pair_published.csv"
-TABLES = ["modes", "demand", "dampings", "damping_study", "analyses", "verdict", "shares"]
+TABLES = [
+    "modes",
+    "demand",
+    "dampings",
+    "damping_study",
+    "analyses",
+    "anchors",
+    "verdict",
+    "shares",
+]
 
 
 def rows(path):
@@ -143,6 +153,56 @@ def test_all_analyses(tmp_path):
     assert float(found[4]["difference [%]"]) == pytest.approx(-10.0)
     assert float(found[4]["Mx [N m]"]) == pytest.approx(0.1 * 10e3)
     assert (found[0]["Fx [N]"], found[0]["difference [%]"]) == ("5000.0", "")
+
+
+RIGID = {"srss": (0.8, 0.9), "srss.gupta": (np.nan, 0.95), "srss.lindley-yow": (1.0, 0.97)}
+
+
+def test_forces_at_the_anchor_beside_the_weight(tmp_path):
+    found = tables(tmp_path, dampings=2, choices=RIGID, pulls=(-4e3, 90e3))["anchors"]
+    # The method that was not done without impacts has no row there.
+    assert [row["analysis"] for row in found[:3]] == [
+        "detailed",
+        "RSA, srss",
+        "RSA, srss, lindley-yow",
+    ]
+    assert len(found) == 2 * (3 + 4)
+    detailed, by_spectrum = found[3:5]
+    assert (detailed["impacts"], detailed["Fz [N]"], detailed["weight [N]"]) == (
+        *("with", "33000.0"),
+        "15000.0",
+    )
+    assert (detailed["net uplift [N]"], detailed["net tension [N]"]) == ("70000.0", "90000.0")
+    assert float(by_spectrum["Fy [N]"]) == pytest.approx(0.9 * 66e3)
+    assert float(by_spectrum["net uplift [N]"]) == pytest.approx(0.1 * 66e3 - 15e3)
+    assert float(by_spectrum["net tension [N]"]) == pytest.approx(99e3)
+
+
+def test_forces_at_an_anchor_of_unknown_weight(tmp_path):
+    found = tables(tmp_path, dampings=1, pulls=(np.nan, np.nan))["anchors"]
+    assert found[0]["Fz [N]"] and {row["net tension [N]"] for row in found} == {""}
+
+
+def test_the_demand_has_every_rigid_part(tmp_path):
+    found = tables(tmp_path, dampings=1, choices=RIGID)["demand"]
+    assert [(row["analysis"], row["impacts"]) for row in found[4:]] == [
+        ("RSA, srss, gupta", "with"),
+        ("RSA, srss, lindley-yow", "without"),
+        ("RSA, srss, lindley-yow", "with"),
+    ]
+
+
+def test_verdict_on_rigid_parts(tmp_path):
+    _, rows = verdicts(tmp_path, choices=RIGID)
+    covered = [row["finding"] for row in rows if row["question"].startswith("does response")]
+    assert covered == [
+        "with spectra as computed: without impact in 0 of 4 dampings, 20.0 % too low at most; with "
+        "impacts in 0 of 4 dampings, 10.0 % too low at most",
+        "with rigid part by Gupta: without impact not done; with impacts in 0 of 4 dampings, 5.0 % "
+        "too low at most",
+        "with rigid part by Lindley-Yow: without impact in 4 of 4 dampings; with impacts in 0 of 4 "
+        "dampings, 3.0 % too low at most",
+    ]
 
 
 def test_parts_of_modes(tmp_path):

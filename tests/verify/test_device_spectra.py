@@ -42,6 +42,39 @@ def test_a_lost_mode_is_seen(monkeypatch, failed, benchmark):
         assert any("two pairs" in name for name in failed(benchmark()))
 
 
+def test_squares_of_rigid_modes_are_seen(monkeypatch, failed):
+    """Without the rigid part every force and moment of the benchmark is too low."""
+    right = module.spectrum_analysis
+    monkeypatch.setattr(
+        module, "spectrum_analysis", lambda d, s, rules: right(d, s, replace(rules, rigid=None))
+    )
+    found = failed(module.rigid_response())
+    assert len(found) == 8 and all("with SRSS" in one or "with CQC" in one for one in found)
+
+
+def test_a_rigid_part_of_the_wrong_corner_is_seen(monkeypatch, failed):
+    """f2 as the frequency of the ZPA itself, without Gupta's mean of it and f1."""
+    right = module.Gupta.corners
+    monkeypatch.setattr(
+        module.Gupta,
+        "corners",
+        lambda self, spectrum, xi: (right(self, spectrum, xi)[0], spectrum.rigid_from(xi)),
+    )
+    assert "rigid part at 12 Hz, Gupta" in failed(module.rigid_response())
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("own_weight", lambda device: np.zeros(6)),
+        ("ring_tension", lambda force, radius: force[2] + np.hypot(force[3], force[4]) / radius),
+    ],
+)
+def test_a_tension_without_weight_or_about_the_rim_is_seen(monkeypatch, failed, name, wrong):
+    monkeypatch.setattr(module, name, wrong)
+    assert {"N + 2 M / r", "eight springs on a circle"} <= set(failed(module.net_tension()))
+
+
 def test_other_rules_are_seen(monkeypatch, failed):
     right = module.combine_modes
     monkeypatch.setattr(module, "combine_modes", lambda R, f, xi, _, t: right(R, f, xi, "cqc", t))

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
+from impactfem.case.either import OneOrMore
 from impactfem.case.leaf import Duration, Frequency, Ratio, TimeStep, refuse
 
 Combination = Literal["abs", "srss", "cqc", "dsc", "dsc-abs", "ten-percent", "grouping"]
 
 SupportRule = Literal["srss", "abs", "algebraic", "envelope"]
+
+RigidMethod = Literal["none", "gupta", "lindley-yow"]
+
+ModeRule = tuple[Combination, RigidMethod]
+"""How modes are combined: their periodic parts, and what of them is rigid."""
 
 STEPS = 8
 """Steps of the coupled integration in one of the transient stage, when the case names no step."""
@@ -20,8 +26,10 @@ STEPS = 8
 class RigidPart(Section):
     """The part of a mode's response that follows the anchor rigidly (Regulatory Guide 1.92)."""
 
-    method: Literal["gupta", "lindley-yow", "none"] = Field(
-        description="'gupta' by two frequencies; 'lindley-yow' by the zero-period acceleration."
+    method: Annotated[tuple[RigidMethod, ...], OneOrMore(get_args(RigidMethod))] = Field(
+        description="'gupta' by two frequencies; 'lindley-yow' by the zero-period acceleration; "
+        "'none': all is periodic. Of a list there is a result each, and the first one is reported "
+        "where only one is.",
     )
     f1: Frequency | None = Field(
         default=None, description="Of 'gupta': below it nothing is rigid; default by the spectrum."
@@ -35,7 +43,7 @@ class RigidPart(Section):
     @field_validator("f1", "f2")
     @classmethod
     def _of_gupta(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if value is not None and info.data.get("method", "gupta") != "gupta":
+        if value is not None and "gupta" not in info.data.get("method", ("gupta",)):
             raise refuse("expected no frequency, only with method 'gupta'")
         low = info.data.get("f1")
         if info.field_name == "f2" and value is not None and low is not None and value <= low:

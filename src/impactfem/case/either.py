@@ -44,6 +44,32 @@ class OrWord(Leaf):
 
 
 @dataclass(frozen=True)
+class OneOrMore(Leaf):
+    """A word of several, or a list of them, each once; held as a tuple.
+
+    Args:
+        words: The words.
+    """
+
+    words: tuple[str, ...]
+
+    @property
+    def phrase(self) -> str:
+        return f"{' or '.join(repr(word) for word in self.words)}, or a list of them, each once"
+
+    def check(self, value: Any, info: ValidationInfo) -> tuple[str, ...]:
+        found = tuple(value) if isinstance(value, list | tuple) else (value,)
+        if not found or any(found.count(one) > 1 or one not in self.words for one in found):
+            raise refuse(f"expected {self.phrase}")
+        return found
+
+    def schema(self) -> dict[str, Any]:
+        one = {"type": "string", "enum": list(self.words)}
+        many = {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}
+        return {"anyOf": [one, many], "x-accepts": self.phrase}
+
+
+@dataclass(frozen=True)
 class OneOrTwo(Leaf):
     """One value for both, or a list of two; held as a tuple of two.
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 from impactfem.case import Case
 from impactfem.equipment.analysis import Analyst
 from impactfem.equipment.prepared import Prepared as DevicePrepared
-from impactfem.equipment.scalars import PREFERRED
-from impactfem.equipment.spectrum_choice import SpectrumChoice
+from impactfem.equipment.spectrum_choice import SpectrumChoice, headline_of
 from impactfem.equipment.stage import analyst_of
 from impactfem.equipment.study_model import StudyModel
 
@@ -19,9 +18,7 @@ def choice_of(equipment: DevicePrepared) -> SpectrumChoice:
     Args:
         equipment: Of the stage `device`.
     """
-    asked = list(equipment.plans[0].rules)
-    combination = next((one for one in PREFERRED if one in asked), asked[0])
-    return SpectrumChoice(combination, rotations=False, broadened=False)
+    return headline_of(equipment.plans[0].rules)
 
 
 def analyst_alone(case: Case, equipment: DevicePrepared, model: StudyModel) -> Analyst:
@@ -32,13 +29,15 @@ def analyst_alone(case: Case, equipment: DevicePrepared, model: StudyModel) -> A
         equipment: Of the stage `device`.
         model: Its reduced model.
     """
-    chosen = choice_of(equipment).combination
+    chosen = choice_of(equipment)
     # The contacts of the wall experiment are most of the model, and of no use here.
     every = analyst_of(case, equipment, replace(model, wall=None))
     plans = [
         replace(
             plan,
-            rules={one: rules for one, rules in plan.rules.items() if one == chosen},
+            rules={
+                (chosen.combination, chosen.rigid): plan.rules[chosen.combination, chosen.rigid]
+            },
             rotations=False,
             broadening=0.0,
             given=(),

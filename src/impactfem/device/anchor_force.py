@@ -13,6 +13,15 @@ for the motions that are not blocked:
 
 Both must agree: action equals reaction.
 
+Its weight stands on the floor beside F, which is that of the motion alone: -J g with the gravity g
+as an upward acceleration of all anchors. Anchors evenly spaced on a circle of radius r about the
+anchor point, under a rigid plate and as stiff in tension as in pressure, carry the force N upward
+and the overturning moment M with at most (N + 2 M / r) / n each of n, so that
+
+    T = F_z + 2 √(M_x² + M_y²) / r                                                         (3)
+
+above zero, weight included, pulls at one of them: net tension. N above zero lifts all of the base.
+
 With mass-proportional damping that acts on absolute velocities (:mod:`impactfem.device.coupled`,
 `drag`), the anchors' velocity v makes ä + α v of ä, and α ż is added to b.
 """
@@ -23,6 +32,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy import constants
 
 from impactfem.device.balance import LARGEST_IMBALANCE, base_imbalance
 from impactfem.device.device import Device
@@ -58,6 +68,24 @@ class AnchorForce:
     def largest(self) -> Array:
         """Largest |F| of every component, shape (6 p,) [N, N m]."""
         return np.asarray(np.max(np.abs(self.force), axis=1), dtype=np.float64)
+
+
+def own_weight(device: Device) -> Array:
+    """Force of a device on its anchors by its weight alone, shape (6 p,) [N, N m].
+
+    Downward and negative along z; zero there for a device made of modes that have no vertical mass.
+    """
+    return np.asarray(-constants.g * device.J[:, 2::6].sum(axis=1), dtype=np.float64)
+
+
+def ring_tension(force: Array, radius: float) -> Array:
+    """T of equation (3) [N]: n times the pull of the most loaded of n anchors on a circle.
+
+    Args:
+        force: Of the device on the floor at one anchor, weight included, shape (6, ...) [N, N m].
+        radius: Of the circle [m].
+    """
+    return np.asarray(force[2] + 2.0 * np.hypot(force[3], force[4]) / radius, dtype=np.float64)
 
 
 def anchor_force(

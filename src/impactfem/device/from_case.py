@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from impactfem.case import Case, DeviceAnalysis, DeviceBeam, DeviceSetup
+from impactfem.case.device_analysis import ModeRule, RigidMethod, RigidPart
 from impactfem.case.device_stiffness import RIGID, Rigid
 from impactfem.device.beam import Beam
 from impactfem.device.body import Body, solid_cylinder
-from impactfem.device.combination import Combination
 from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.from_matrices import from_matrices
@@ -20,6 +21,7 @@ from impactfem.device.modes import device_modes
 from impactfem.device.on_springs import on_springs
 from impactfem.device.rigid_response import Gupta, LindleyYow, RigidResponse
 from impactfem.device.rules import Rules
+from impactfem.device.spectrum import NotRigidError
 from impactfem.device.spectrum_analysis import spectrum_analysis
 from impactfem.device.springs import COMPONENTS, BaseSprings
 from impactfem.errors import Fault, ImpactfemError, InputError
@@ -68,18 +70,19 @@ def device_of(setup: DeviceSetup) -> Device:
     return on_springs(setup.name, springs, body, damping, _beam(setup.beam))
 
 
-def rules_of(analysis: DeviceAnalysis, maximum_frequency: float) -> dict[Combination, Rules]:
-    """The rules of the analysis, by the combination of modes.
+def rules_of(analysis: DeviceAnalysis, maximum_frequency: float) -> dict[ModeRule, Rules]:
+    """The rules of the analysis, by the combination of modes and the method of their rigid part.
 
     Args:
         analysis: The section of the case.
         maximum_frequency: Of the modes of the device in use [Hz].
     """
+    methods: tuple[RigidMethod, ...] = analysis.rigid.method if analysis.rigid else ("none",)
     return {
-        combination: Rules(
+        (combination, method): Rules(
             modes=combination,
             duration=analysis.duration,
-            rigid=_rigid(analysis),
+            rigid=_rigid(analysis.rigid, method),
             missing_mass=analysis.missing_mass,
             maximum_frequency=maximum_frequency,
             directions=analysis.directions,
@@ -87,7 +90,13 @@ def rules_of(analysis: DeviceAnalysis, maximum_frequency: float) -> dict[Combina
             whole=analysis.displacements,
         )
         for combination in analysis.combination
+        for method in methods
     }
+
+
+def has_several_methods(rules: Iterable[ModeRule]) -> bool:
+    """Whether rules have more than one method for the rigid part of the modes."""
+    return len({rigid for _, rigid in rules}) > 1
 
 
 def checked_devices(case: Case) -> list[Device]:
@@ -146,8 +155,14 @@ def _refuse_spectra(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis
         return
     given = given_spectra(setup.spectra)
     refuse_open_ends(device, device_modes(device).below(setup.maximum_frequency), given)
-    for rules in rules_of(analysis, setup.maximum_frequency).values():
-        spectrum_analysis(device, given, rules)
+    every = rules_of(analysis, setup.maximum_frequency)
+    for rules in every.values():
+        try:
+            spectrum_analysis(device, given, rules)
+        except NotRigidError:
+            # One of several methods is left out where the spectra say too little for it.
+            if not has_several_methods(every):
+                raise
 
 
 def _body(setup: DeviceSetup) -> Body | None:
@@ -175,11 +190,10 @@ def _beam(beam: DeviceBeam | None) -> Beam | None:
     )
 
 
-def _rigid(analysis: DeviceAnalysis) -> RigidResponse | None:
-    asked = analysis.rigid
-    if asked is None or asked.method == "none":
+def _rigid(asked: RigidPart | None, method: RigidMethod) -> RigidResponse | None:
+    if asked is None or method == "none":
         return None
-    return Gupta(asked.f1, asked.f2) if asked.method == "gupta" else LindleyYow()
+    return Gupta(asked.f1, asked.f2) if method == "gupta" else LindleyYow()
 
 
 def _number(stiffness: float | Rigid) -> float:

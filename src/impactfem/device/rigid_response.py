@@ -4,7 +4,7 @@ Modes above the amplified range move in step with the anchors, hence with each o
 their response is added with its sign, the rest, √(1 - α²), is combined as if it were periodic.
 
 Gupta (1990), Response Spectrum Method in Seismic Analysis and Design of Structures, and US NRC
-Regulatory Guide 1.92, revision 2:
+Regulatory Guide 1.92, revisions 2 (2006) and 3 (2012), C.1.3:
 
     α = ln(f / f₁) / ln(f₂ / f₁) in [0, 1],
     f₁ = S_max / (2π S_v,max),    f₂ = (f₁ + 2 f_r) / 3                                     (1)
@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.device.spectrum import AnchorSpectrum
+from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
 from impactfem.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
@@ -65,7 +65,7 @@ class Gupta:
             damping: At which they are taken [-].
 
         Raises:
-            ImpactfemError: The spectrum ends before it is rigid, or f₁ is not below f₂.
+            NotRigidError: The spectrum ends before it is rigid, or f₁ is not below f₂.
         """
         f1, f2 = self.f1, self.f2
         if f1 is None:
@@ -74,7 +74,7 @@ class Gupta:
         if f2 is None:
             f2 = (f1 + 2.0 * spectrum.rigid_from(damping)) / 3.0
         if not f1 < f2:
-            raise ImpactfemError(
+            raise NotRigidError(
                 f"the {spectrum.label}: Gupta's f1 = {f1:.4g} Hz is not below f2 = {f2:.4g} Hz;"
                 " expected both frequencies to be given"
             )

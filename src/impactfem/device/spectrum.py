@@ -32,6 +32,10 @@ from impactfem.spectra.zero_period import ZPA_TOLERANCE
 Array = npt.NDArray[np.float64]
 
 
+class NotRigidError(ImpactfemError):
+    """A spectrum does not say from which frequency on modes are rigid."""
+
+
 @dataclass(frozen=True, eq=False)
 class AnchorSpectrum:
     """Pseudo-acceleration spectra of one component of the motion of an anchor.
@@ -228,11 +232,11 @@ class AnchorSpectrum:
         """Frequency from which on the spectrum stays at its zero-period acceleration [Hz].
 
         Raises:
-            ImpactfemError: It ends before.
+            NotRigidError: It ends before.
         """
         found = float(rigid_frequency(self.frequency, self.curve(damping), self.zpa))
         if np.isnan(found):
-            raise ImpactfemError(
+            raise NotRigidError(
                 f"the {self.label} ends at {self.frequency[-1]:g} Hz, before it comes down to its"
                 f" zero-period acceleration {self.zpa:.4g}; expected one that goes further, or the"
                 " frequency from which on modes are rigid"

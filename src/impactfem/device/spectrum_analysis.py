@@ -33,13 +33,17 @@ from impactfem.device.directions import PLANES, combine_inputs
 from impactfem.device.modes import DeviceModes, device_modes
 from impactfem.device.quantity import Quantities, anchor_forces
 from impactfem.device.rules import Rules
-from impactfem.device.spectrum import AnchorSpectrum
+from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
 from impactfem.device.spectrum_response import InputResponse, SpectrumResponse
+from impactfem.device.springs import COMPONENTS
 
 Array = npt.NDArray[np.float64]
 
 MOVED = 1e-9
 """A component moves a mode whose participation is above this part of its largest one."""
+AXES = COMPONENTS[:3]
+MINOR = 1e-3
+"""A component whose ZPA is below this part of the largest has little to say of rigid modes."""
 
 
 def spectrum_analysis(
@@ -70,7 +74,11 @@ def spectrum_analysis(
     static = wanted.static(device)
     inputs, notes = [], list[str]()
     for spectrum, k in zip(spectra, columns, strict=True):
-        S, α, assumed = _ordinates(spectrum, modes, k, rules)
+        largest = max(
+            s.zpa for s in spectra if (s.component in AXES) == (spectrum.component in AXES)
+        )
+        minor = spectrum.zpa < MINOR * largest
+        S, α, assumed = _ordinates(spectrum, modes, k, rules, minor=minor)
         notes += assumed
         unit = -(wanted.own @ modes.shape) * modes.participation[k] / modes.omega**2
         missing = (static[:, k] - unit.sum(axis=1)) * spectrum.zpa
@@ -128,7 +136,7 @@ def _modes_in_use(device: Device, rules: Rules) -> DeviceModes:
 
 
 def _ordinates(
-    spectrum: AnchorSpectrum, modes: DeviceModes, k: int, rules: Rules
+    spectrum: AnchorSpectrum, modes: DeviceModes, k: int, rules: Rules, *, minor: bool
 ) -> tuple[Array, Array, tuple[str, ...]]:
     """S and α of each mode, and what was assumed of the spectrum."""
     # Of a mode that the component does not move, the spectrum need not know anything.
@@ -138,7 +146,15 @@ def _ordinates(
     S, α = np.zeros((2, moved.size))
     S[moved], assumed = spectrum.at(driven.frequency, driven.damping)
     if rules.rigid is not None:
-        α[moved] = rules.rigid.fraction(spectrum, driven.frequency, driven.damping, S[moved])
+        try:
+            α[moved] = rules.rigid.fraction(spectrum, driven.frequency, driven.damping, S[moved])
+        except NotRigidError:
+            if not minor:
+                raise
+            assumed += (
+                f"the {spectrum.label}, below {MINOR:g} of the largest, ends before it is rigid:"
+                " its modes are taken as periodic",
+            )
     return S, α, assumed
 
 

@@ -6,14 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from impactfem.case import DeviceAnalysis, DeviceSetup
-from impactfem.case.device_analysis import SupportRule
-from impactfem.device.combination import Combination
+from impactfem.case.device_analysis import ModeRule, SupportRule
 from impactfem.device.device import Device
 from impactfem.device.directions import SupportRule as SupportCombination
-from impactfem.device.from_case import rules_of
+from impactfem.device.from_case import has_several_methods, rules_of
 from impactfem.device.given import LAST, NO_SHIFT, given_spectra
 from impactfem.device.rules import Rules
-from impactfem.device.spectrum import AnchorSpectrum
+from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
 from impactfem.device.spectrum_analysis import spectrum_analysis
 from impactfem.device.spectrum_response import SpectrumResponse
 from impactfem.device.springs import COMPONENTS
@@ -21,6 +20,10 @@ from impactfem.equipment.spectrum_choice import Source, SpectrumChoice
 from impactfem.errors import ImpactfemError
 
 TRANSLATIONS = COMPONENTS[:3]
+NO_RIGID_PART = (
+    "the rigid part by '{}' is left out where a spectrum ends before it comes down to its "
+    "zero-period acceleration, or has its corners the other way round"
+)
 Analyses = dict[SpectrumChoice, SpectrumResponse]
 
 
@@ -30,7 +33,7 @@ class SpectrumPlan:
 
     Args:
         device: The device.
-        rules: By combination of modes.
+        rules: By combination of the modes and method of their rigid part.
         rotations: Whether analyses with rotational spectra are done, too.
         broadening: Of the peaks of spectra for further analyses; none when 0.
         supports: Combinations of several supports, the first for all analyses.
@@ -38,7 +41,7 @@ class SpectrumPlan:
     """
 
     device: Device
-    rules: Mapping[Combination, Rules]
+    rules: Mapping[ModeRule, Rules]
     rotations: bool
     broadening: float
     supports: tuple[SupportRule, ...] = ("srss",)
@@ -93,20 +96,34 @@ class SpectrumPlan:
         return {choice: replace(one, notes=one.notes + told) for choice, one in found.items()}
 
     def _combined(self, choice: SpectrumChoice, spectra: Sequence[AnchorSpectrum]) -> Analyses:
-        """The analyses of a choice with every combination of modes."""
+        """The analyses of a choice with every combination of modes and every rigid part.
+
+        A rigid part that a spectrum says too little for is left out, where there is another.
+        """
         rule = choice.supports or self.supports[0]
         inputs = in_step(spectra, self.device.anchors) if rule == "envelope" else spectra
         together: SupportCombination = "algebraic" if rule == "envelope" else rule
-        try:
-            return {
-                replace(choice, combination=combination): spectrum_analysis(
-                    self.device, inputs, replace(rules, supports=together)
-                )
-                for combination, rules in self.rules.items()
-            }
-        except ImpactfemError as error:
-            named = f"device {self.device.name}: "
-            raise ImpactfemError(named + str(error).removeprefix(named)) from error
+        found: Analyses = {}
+        missing: dict[str, None] = {}
+        for (combination, rigid), rules in self.rules.items():
+            whole = replace(rules, supports=together)
+            try:
+                answer = spectrum_analysis(self.device, inputs, whole)
+            except NotRigidError as error:
+                if not has_several_methods(self.rules):
+                    raise self._named(error) from error
+                missing[NO_RIGID_PART.format(rigid)] = None
+            except ImpactfemError as error:
+                raise self._named(error) from error
+            else:
+                found[replace(choice, combination=combination, rigid=rigid)] = answer
+        return {
+            one: replace(answer, notes=(*answer.notes, *missing)) for one, answer in found.items()
+        }
+
+    def _named(self, error: ImpactfemError) -> ImpactfemError:
+        named = f"device {self.device.name}: "
+        return ImpactfemError(named + str(error).removeprefix(named))
 
 
 def plan_of(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis) -> SpectrumPlan:

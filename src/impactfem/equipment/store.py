@@ -10,6 +10,7 @@ device's modes are nan). Forces are those of the device on the floor; accelerati
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,13 +19,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from impactfem.device.anchor_force import own_weight
 from impactfem.device.modes import device_modes
 from impactfem.device.springs import COMPONENTS
 from impactfem.equipment.analysis import DeviceResult
 from impactfem.equipment.damping_study import DampedStudy, DeviceStudy
 from impactfem.equipment.drawing import drawing_variables
 from impactfem.equipment.ordinates import ordinate_variables
-from impactfem.equipment.scalars import device_scalars, headline
+from impactfem.equipment.scalars import (
+    Pull,
+    anchor_radius,
+    device_scalars,
+    headline,
+    pull_of,
+    tension_by_spectrum,
+)
 from impactfem.equipment.spectrum_choice import SpectrumChoice
 from impactfem.files import write_netcdf
 from impactfem.scalar import to_json
@@ -59,6 +68,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
             **_analyses(study),
             **modes,
             **_cases(cases),
+            **_pulls(study),
             **drawing_variables(setups, devices),
             **ordinate_variables(
                 cases,
@@ -113,7 +123,12 @@ def _notes(study: DeviceStudy) -> str:
 
 def _choices(study: DeviceStudy) -> list[SpectrumChoice]:
     """The analyses that were done of any device, in their order."""
-    done = [choice for one in study.cases[0].impact for choice in one.by_spectrum]
+    done = [
+        choice
+        for case in study.cases
+        for one in (*case.impact, *case.no_impact)
+        for choice in one.by_spectrum
+    ]
     return list(dict.fromkeys(done))
 
 
@@ -200,6 +215,66 @@ def _modes(study: DeviceStudy) -> Variables:
     variables["anchor_floor"] = ("device", np.array([one.floor for one in rosettes]))
     variables["anchor_nodes"] = ("device", np.array([1 + len(one.followers) for one in rosettes]))
     return variables
+
+
+def _pulls(study: DeviceStudy) -> Variables:
+    """Weight, radius of the anchors, and net uplift and tension; nan where no weight is known."""
+    pulls = [
+        [[pull_of(study, k, one) for k, one in enumerate(load)] for load in (c.no_impact, c.impact)]
+        for c in study.cases
+    ]
+
+    choices = _choices(study)
+
+    def each(of: Callable[[Pull], float]) -> Array:
+        return np.array(
+            [[[of(p) if p.weight > 0.0 else np.nan for p in load] for load in c] for c in pulls]
+        )
+
+    dims = ("case", "impact", "device")
+    return {
+        "weight_force": (
+            ("device", "component"),
+            np.array(
+                [
+                    own_weight(study.prepared.plans[one.device].device)[one.rows]
+                    for one in study.supports
+                ]
+            ),
+            {"units": "N", "note": "N m for rx, ry, rz; of the device on the floor by its weight"},
+        ),
+        "anchor_radius": (
+            "device",
+            np.array([anchor_radius(study, one) for one in study.supports]),
+            {"units": "m"},
+        ),
+        "net_uplift": (
+            dims,
+            each(lambda p: p.uplift),
+            {"units": "N", "note": "largest force upward less the weight"},
+        ),
+        "net_tension": (
+            dims,
+            each(lambda p: p.tension),
+            {"units": "N", "note": "n times the pull of the most loaded of n anchors on a circle"},
+        ),
+        "spectrum_tension": (
+            (*dims, "choice"),
+            np.array(
+                [
+                    [
+                        [
+                            [tension_by_spectrum(study, k, one, choice) for choice in choices]
+                            for k, one in enumerate(load)
+                        ]
+                        for load in (c.no_impact, c.impact)
+                    ]
+                    for c in study.cases
+                ]
+            ),
+            {"units": "N", "note": "by response spectrum analysis; nan where not done"},
+        ),
+    }
 
 
 def _cases(cases: tuple[DampedStudy, ...]) -> Variables:

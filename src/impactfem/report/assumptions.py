@@ -68,7 +68,8 @@ WALL = (
 DEVICES = (
     (
         "A device is linear, on a rigid base that spreads over the floor nodes within its radius.",
-        "Slip, uplift and the flexibility of anchors are not in it.",
+        "Slip and the flexibility of anchors are not in it; a check says whether the weight alone "
+        "would hold it down.",
     ),
     (
         "Response spectrum analyses take the spectra of the floor without the device.",

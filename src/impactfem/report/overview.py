@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.report.run_files import RunFiles
-from impactfem.results.device_verdict import LOADS
+from impactfem.results.device_verdict import LOADS, anchors, rigid_words, shortfall
 from impactfem.results.device_view import DeviceView
 from impactfem.results.transient_view import XYZ, TransientView
 from impactfem.spectra.member_statistics import over_members
@@ -193,24 +193,43 @@ def _structure_spectra(run: RunFiles) -> Facts:
 def _devices(run: RunFiles) -> Facts:
     with run.store("device.nc") as store:
         view = DeviceView(store)
-        rows = []
+        choices: dict[str, str | None] = {"3D model": None, f"RSA, {view.headline}": view.headline}
+        for method, choice in view.rigid_variants().items():
+            choices[f"RSA, {rigid_words(method)}"] = choice
+        rows, notes = [], []
         for d, device in enumerate(view.devices):
             for impact, load in LOADS.items():
-                detailed, spectral = view.detailed(d, impact), view.by_spectrum(d, impact)
-                difference = view.difference(d, impact)
-                rows.append(
-                    [
-                        device,
-                        load,
-                        f"{1e-3 * detailed:.2f}",
-                        f"{1e-3 * spectral:.2f}",
-                        "" if difference is None else f"{100.0 * difference:+.1f}",
-                    ]
-                )
+                rows += [
+                    [device, load, label, *_anchor_row(view, d, impact, choice)]
+                    for label, choice in choices.items()
+                    if choice is None or view.done(d, impact, 0, choice)
+                ]
+            notes += [f"{device}: {text}." for text in shortfall(view, d)]
+            if (pulled := anchors(view, d)) is not None:
+                notes.append(f"{device}, net tension at the anchor: {pulled}.")
         direction = view.direction
-    head = ["device", "load", "in the 3D model [kN]", "by response spectrum [kN]", "difference [%]"]
-    note = "Difference: from the 3D model, over it; positive where the spectra give too little."
-    return Facts(f"Force F{direction} of the devices on the floor", head, rows, note)
+    head = ["device", "load", "analysis", *(f"F{a} [kN]" for a in XYZ)]
+    head += [*(f"M{a} [kN m]" for a in XYZ), f"difference of F{direction} [%]", "net tension [kN]"]
+    note = (
+        "Largest values, the weight not in them. Difference: from the 3D model, over it; positive "
+        "where response spectrum analysis (RSA) gives too little. Net tension, less the weight: n "
+        "times the pull of the most loaded of n anchors (tables/device_anchors.csv). "
+    )
+    return Facts("Forces of the devices on the floor", head, rows, note + " ".join(notes))
+
+
+def _anchor_row(view: DeviceView, device: int, impact: int, choice: str | None) -> list[str]:
+    """Forces, moments, difference and net tension of one analysis, or the detailed one."""
+    row = [f"{1e-3 * value:.2f}" for value in view.components(device, impact, 0, choice)]
+    pull = view.pull(device, impact)
+    tension = None if pull is None else pull.tension
+    difference = None
+    if choice is not None:
+        difference = view.difference(device, impact, 0, choice)
+        tension = view.tension_by_spectrum(device, impact, 0, choice)
+    row.append("" if difference is None else f"{100.0 * difference:+.1f}")
+    row.append("not known" if tension is None else f"{1e-3 * tension:.2f}")
+    return row
 
 
 def _carried(run: RunFiles) -> Facts:

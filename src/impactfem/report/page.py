@@ -107,7 +107,8 @@ def _render(run: RunFiles) -> str:
     tally.append(("values", count_values(compared)))
     for what, counts in tally if compared else []:
         found = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
-        LOGGER.info("report: beside the publication, %s: %s", what, found)
+        if found:
+            LOGGER.info("report: beside the publication, %s: %s", what, found)
     drawing = run.folder / "figures" / "figure_02_case.png"
     return template.render(
         version=run.provenance["impactfem"],
@@ -262,9 +263,10 @@ def _tiles(run: RunFiles) -> list[tuple[str, str]]:
         used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
         text = f"restitution ε of the 3D model at a rigid wall{used}"
         tiles.append((f"{values['calibration.epsilon']:.3g}", text))
-    for name, value in values.items():
-        if re.fullmatch(r"device\.f[xyz]\.detailed\.impact", name):
-            tiles.append((f"{1e-3 * value:.4g} kN", "force on the first device's anchor"))
+    # The first of them is that along the shown direction.
+    names = [name for name in values if re.fullmatch(r"device\.f[xyz]\.detailed\.impact", name)]
+    if names:
+        tiles.append((f"{1e-3 * values[names[0]]:.4g} kN", "force on the first device's anchor"))
     return tiles
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from impactfem.results.check import Check
-from impactfem.results.device_verdict import LOADS, pounding, rotations
-from impactfem.results.device_view import ROTATIONS, DeviceView
+from impactfem.results.device_verdict import LOADS, anchors, pounding, shortfall
+from impactfem.results.device_view import DeviceView
 from impactfem.results.open_store import open_store
 
 IMBALANCE = 1e-8
@@ -30,6 +30,7 @@ def device_checks(folder: Path) -> list[Check]:
         return [
             *_verdict(view),
             *_anchors(view),
+            *_tension(view),
             *_balance(view),
             *_basis(view),
             *_impacts(view),
@@ -46,9 +47,8 @@ def _verdict(view: DeviceView) -> list[Check]:
         )
         force = f"F{view.direction}"
         lines.append((None, f"device: {force} of {name} on the floor: {demand}"))
+        lines += [(None, f"device: {text}") for text in shortfall(view, d)]
         lines.append((None, f"device: does pounding lower the difference: {pounding(view, d)}"))
-        if view.variant(ROTATIONS):
-            lines.append((None, f"device: {rotations(view, d)}"))
     return lines
 
 
@@ -63,6 +63,23 @@ def _anchors(view: DeviceView) -> list[Check]:
         if nodes < NODES:
             text += ", which spread it over the slab: refine the mesh around its anchor"
         lines.append((nodes >= NODES, text))
+    return lines
+
+
+def _tension(view: DeviceView) -> list[Check]:
+    """Whether the weight holds every device down, with any damping; else it needs its anchors."""
+    lines: list[Check] = []
+    for d, name in enumerate(view.devices):
+        text = anchors(view, d)
+        if text is None:
+            # An older store says nothing; a table of modes has no weight.
+            if "net_tension" in view.store:
+                lines.append((None, f"device: the weight of {name} is not known, nor its tension"))
+            continue
+        pulls = [view.pull(d, k, c) for k in LOADS for c in range(len(view.cases))]
+        held = not any(pull.tension > 0.0 for pull in pulls if pull is not None)
+        words = "its weight holds it down" if held else "it needs anchors in tension"
+        lines.append((held, f"device: {name}: {words}; net tension at the anchor: {text}"))
     return lines
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from impactfem.results.device_histories import case_colour
-from impactfem.results.device_view import BROADENED, ROTATIONS, WITH, WITHOUT, DeviceView
+from impactfem.results.device_view import BROADENED, RIGID, ROTATIONS, WITH, WITHOUT, DeviceView
 from impactfem.results.style import figure, letter
 
 WORDS = {
@@ -38,7 +38,8 @@ def input_choices(view: DeviceView, device: int) -> dict[str, str]:
     found = {WORDS[""]: view.headline}
     for choice in view.choices:
         parts = choice.removeprefix(f"{view.headline}.").split(".")
-        if not choice.startswith(f"{view.headline}.") or {ROTATIONS, BROADENED} & set(parts):
+        other = {ROTATIONS, BROADENED, *RIGID}
+        if not choice.startswith(f"{view.headline}.") or other & set(parts):
             continue
         if view.done(device, WITH, 0, choice):
             found[", ".join(WORDS[part] for part in parts)] = choice

@@ -10,14 +10,25 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from impactfem.results.device_histories import case_colour, case_dashes
-from impactfem.results.device_view import BROADENED, ROTATIONS, WITH, WITHOUT, DeviceView
+from impactfem.results.device_verdict import rigid_words
+from impactfem.results.device_view import (
+    BROADENED,
+    GUPTA,
+    LINDLEY_YOW,
+    ROTATIONS,
+    WITH,
+    WITHOUT,
+    DeviceView,
+)
 from impactfem.results.style import BLUE, GREEN, ORANGE, RED, figure, letter, span
 
 Array = NDArray[np.float64]
 
 RANGE = (0.5, 500.0)
 """Frequencies of figure 28 [Hz]."""
-HATCHES = ("", "", "////", "", "xxxx")
+HATCHES = ("", "", "////", "", "xxxx", "", "....")
+NOT_DONE = " No bar: the spectrum ends before the range that the method needs."
+RIGID_COLOURS = {"none": "0.75", GUPTA: "0.45", LINDLEY_YOW: "#7a4fa3"}
 """Of the bars of the demands."""
 
 
@@ -82,12 +93,22 @@ def demand_figure(path: Path, view: DeviceView, device: int) -> None:
         choice = view.variant(*words)
         if choice is not None:
             kinds.append((label, choice, colour))
+    for method, choice in view.rigid_variants().items():
+        kinds.append((f"RSA, {rigid_words(method)}", choice, RIGID_COLOURS[method]))
     axis = view.direction
     caption = (
         f"Largest force of {view.devices[device]} on the floor along $e_{axis}$ by the damping of "
         "the buildings, in the 3D model in detail and by response spectrum analysis (RSA, "
         f"{view.headline}): without impact (a) and with impacts (b); difference from the detailed "
         "force, over it, without impact (c) and with impacts (d), positive where RSA is too low."
+        + NOT_DONE
+        * any(
+            not view.done(device, k, c, choice)
+            for _, choice, _ in kinds
+            if choice is not None
+            for k in (WITHOUT, WITH)
+            for c in range(len(view.cases))
+        )
     )
     width = 0.8 / len(kinds)
     with figure(path, (2, 2), (9.0, 5.8), caption) as (drawn, axes):
@@ -117,7 +138,7 @@ def demand_figure(path: Path, view: DeviceView, device: int) -> None:
         for panel in axes[2:]:
             panel.set_ylim(low, high)
         handles, labels = axes[0].get_legend_handles_labels()
-        drawn.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+        drawn.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 4))
         letter(axes)
 
 
@@ -127,6 +148,7 @@ def _demands(view: DeviceView, device: int, impact: int, choice: str | None) -> 
     detailed = np.array([view.detailed(device, impact, c) for c in cases])
     if choice is None:
         return detailed, np.zeros_like(detailed)
+    # An analysis that was not done has no bar.
     force = np.array([view.by_spectrum(device, impact, c, choice) for c in cases])
     difference = np.array(
         [view.difference(device, impact, c, choice) or 0.0 for c in cases], dtype=np.float64

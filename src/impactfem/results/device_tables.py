@@ -45,6 +45,7 @@ def device_tables(folder: Path, published: Published) -> list[Path]:
             _dampings(view, published),
             _study(view, published),
             _analyses(view),
+            _anchors(view),
             verdict(view),
         ]
         if view.ordinates(0, WITH) is not None:
@@ -125,6 +126,8 @@ def _demand(view: DeviceView, published: Published) -> Table:
                 for k in (WITHOUT, WITH)
             ]
             for impact, force in zip((WITHOUT, WITH), forces, strict=True):
+                if choice is not None and not view.done(d, impact, 0, choice):
+                    continue
                 theirs = published.get(view.name(d, f"f{axis}.{key}", impact, 0)) if key else None
                 rows.append(
                     (
@@ -169,8 +172,8 @@ def _demand(view: DeviceView, published: Published) -> Table:
 
 
 def _headlines(view: DeviceView) -> list[tuple[str, str]]:
-    """The headline analysis, and that with rotations if there is one: labels and names."""
-    found = (view.headline, view.variant(ROTATIONS))
+    """The headline analysis, and those with rotations and other rigid parts: labels and names."""
+    found = (view.headline, view.variant(ROTATIONS), *view.rigid_variants().values())
     return [(f"RSA, {name.replace('.', ', ')}", name) for name in found if name is not None]
 
 
@@ -331,6 +334,48 @@ def _analyses(view: DeviceView) -> Table:
             ("analysis", ""),
             *components,
             ("difference", "%"),
+        ),
+        tuple(rows),
+    )
+
+
+def _anchors(view: DeviceView) -> Table:
+    """Forces and moments at the anchor beside the weight: is it pulled, and how much."""
+    rows: list[tuple[Cell, ...]] = []
+    for d, device in enumerate(view.devices):
+        for c, case in enumerate(view.cases):
+            for impact, load in LOADS.items():
+                pull = view.pull(d, impact, c)
+                for label, choice in (("detailed", None), *_headlines(view)):
+                    if choice is not None and not view.done(d, impact, c, choice):
+                        continue
+                    found = view.components(d, impact, c, choice)
+                    if pull is None:
+                        less: tuple[Cell, ...] = (None, None, None)
+                    elif choice is None:
+                        less = (pull.weight, pull.uplift, pull.tension)
+                    else:
+                        tension = view.tension_by_spectrum(d, impact, c, choice)
+                        less = (pull.weight, float(found[2]) - pull.weight, tension)
+                    rows.append((device, case, load, label, *(float(v) for v in found), *less))
+    components: Columns = tuple((f"F{a}", "N") for a in XYZ) + tuple((f"M{a}", "N m") for a in XYZ)
+    return Table(
+        "device_anchors",
+        "Largest forces and moments of the devices on the floor by their motion, and with their "
+        "weight: net uplift, the force upward less the weight, lifts all of the base where it is "
+        "positive; net tension, that and 2 M / r with the overturning moment M and the radius r of "
+        "the device's anchors, is n times the pull of the most loaded of n anchors evenly on the "
+        "circle, under a rigid plate that bears pressure by them alone. In detail at each instant, "
+        "by response spectrum analysis (RSA) with all largest values at one instant",
+        (
+            ("device", ""),
+            ("damping", ""),
+            ("impacts", ""),
+            ("analysis", ""),
+            *components,
+            ("weight", "N"),
+            ("net uplift", "N"),
+            ("net tension", "N"),
         ),
         tuple(rows),
     )

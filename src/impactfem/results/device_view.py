@@ -21,6 +21,28 @@ NAMES = ("no_impact", "impact")
 """The same in the names of scalars."""
 ROTATIONS, BROADENED = "rotations", "broadened"
 """What the names of response spectrum analyses say behind the combination of the modes."""
+GUPTA, LINDLEY_YOW = "gupta", "lindley-yow"
+RIGID = {GUPTA: "Gupta", LINDLEY_YOW: "Lindley-Yow"}
+"""The same of the rigid part of the modes, and whose method it is."""
+STIFF = 0.1
+"""A mode follows the floor whose pseudo-acceleration is within this part of the ZPA."""
+
+
+@dataclass(frozen=True)
+class Pull:
+    """How a device pulls at its anchor in the detailed analysis, its weight included.
+
+    Args:
+        weight: Its weight at this anchor [N].
+        radius: Of the circle that the anchors stand on [m].
+        uplift: Largest force upward less the weight [N].
+        tension: n times the pull of the most loaded of n anchors, evenly on it [N].
+    """
+
+    weight: float
+    radius: float
+    uplift: float
+    tension: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +141,24 @@ class DeviceView(CasesView):
         which = self.choices.index(choice or self.headline)
         return float(self.store["spectrum_force"].values[case, impact, device, which, self.column])
 
+    def components(
+        self, device: int, impact: int, case: int = 0, choice: str | None = None
+    ) -> Array:
+        """Largest forces and moments, shape (6,) [N, N m]; of a named analysis or the detailed one.
+
+        Args:
+            device: Number of the device.
+            impact: `WITHOUT` or `WITH`.
+            case: Number of the damping case.
+            choice: Which response spectrum analysis; the detailed analysis when None.
+        """
+        if choice is None:
+            found = self.store["largest_force"].values[case, impact, device]
+        else:
+            which = self.choices.index(choice)
+            found = self.store["spectrum_force"].values[case, impact, device, which]
+        return np.asarray(found, dtype=np.float64)
+
     def done(self, device: int, impact: int, case: int, choice: str) -> bool:
         """Whether an analysis was done of a device: not all have envelopes or given spectra."""
         return math.isfinite(self.by_spectrum(device, impact, case, choice))
@@ -139,6 +179,42 @@ class DeviceView(CasesView):
         """Name of the headline analysis with rotations, broadened spectra or both; None if none."""
         name = ".".join([self.headline, *words])
         return name if name in self.choices else None
+
+    def rigid_variants(self) -> dict[str, str]:
+        """Analyses that differ from the headline by the rigid part of the modes: method and name.
+
+        Of these as well where the headline has one itself: "none" without any.
+        """
+        combination, _, own = self.headline.partition(".")
+        names = {"none": combination} | {method: f"{combination}.{method}" for method in RIGID}
+        return {
+            method: name
+            for method, name in names.items()
+            if name in self.choices and method != (own or "none")
+        }
+
+    def pull(self, device: int, impact: int, case: int = 0) -> Pull | None:
+        """How a device pulls at its anchor; None where its weight is not known, or nothing says."""
+        if "net_tension" not in self.store:
+            return None
+        tension = float(self.store["net_tension"].values[case, impact, device])
+        if not math.isfinite(tension):
+            return None
+        return Pull(
+            weight=-float(self.store["weight_force"].values[device, 2]),
+            radius=float(self.store["anchor_radius"].values[device]),
+            uplift=float(self.store["net_uplift"].values[case, impact, device]),
+            tension=tension,
+        )
+
+    def tension_by_spectrum(
+        self, device: int, impact: int, case: int = 0, choice: str | None = None
+    ) -> float | None:
+        """Net tension by a response spectrum analysis, its largest values at one instant [N]."""
+        if self.pull(device, impact, case) is None:
+            return None
+        which = self.choices.index(choice or self.headline)
+        return float(self.store["spectrum_tension"].values[case, impact, device, which])
 
     def spectrum(self, device: int, impact: int, case: int = 0) -> Array:
         """Pseudo-acceleration of the anchor by the device's first damping, shape (n_f,) [m/s2]."""
@@ -179,6 +255,49 @@ class DeviceView(CasesView):
         if "mode_psa" not in self.store:
             return None
         return self._values("mode_psa")[case, impact, device, :, : self.modes(device)]
+
+    def followed(self, device: int, impact: int, case: int = 0) -> list[tuple[float, float]] | None:
+        """Frequency of each shown mode, and its pseudo-acceleration over the ZPA of the floor.
+
+        Args:
+            device: Number of the device.
+            impact: `WITHOUT` or `WITH`.
+            case: Number of the damping case.
+
+        Returns:
+            Pairs [Hz, -]; None where the store does not say, or nothing moves the anchor.
+        """
+        S = self.ordinates(device, impact, case)
+        if S is None or "anchor_acceleration" not in self.store:
+            return None
+        motion = self.store["anchor_acceleration"][case, impact, device, self.column].values
+        zpa = float(np.abs(motion).max())
+        if not zpa > 0.0:
+            return None
+        frequency = self.mode_frequency(device)
+        return [
+            (float(frequency[k]), float(S[self.column, k]) / zpa) for k in self.shown_modes(device)
+        ]
+
+    def stiff(self, device: int, impact: int, case: int = 0) -> bool:
+        """Whether all shown modes follow the floor: above its peak, and at its ZPA."""
+        found = self.followed(device, impact, case)
+        if found is None:
+            return False
+        peak = float(self.frequency[int(np.argmax(self.spectrum(device, impact, case)))])
+        return all(f > peak and abs(ratio - 1.0) <= STIFF for f, ratio in found)
+
+    def with_signs(self, device: int, impact: int, case: int = 0) -> float | None:
+        """Sum with their signs of the forces of all modes along the shown direction [N].
+
+        By the spectrum along it alone: M_i S_i with the effective mass M_i, without the missing
+        mass. None in a store without ordinates.
+        """
+        S = self.ordinates(device, impact, case)
+        if S is None:
+            return None
+        own = np.nan_to_num(S[self.column])
+        return float(np.sum(self.effective_mass(device)[self.column] * own))
 
     def anchor(self, device: int) -> tuple[Array, int, int]:
         """Position of the anchor (3,) [m], number of its floor, number of its nodes."""

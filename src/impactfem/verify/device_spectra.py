@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_continuous_lyapunov
 
-from impactfem.device.anchor_force import anchor_force
+from impactfem.device.anchor_force import anchor_force, own_weight, ring_tension
 from impactfem.device.body import Body
 from impactfem.device.combination import Combination, combine_modes, correlation
 from impactfem.device.device import Device
@@ -16,7 +16,7 @@ from impactfem.device.from_matrices import from_matrices
 from impactfem.device.modes import device_modes
 from impactfem.device.on_springs import on_springs
 from impactfem.device.quantity import anchor_forces, own_accelerations, own_motions
-from impactfem.device.rigid_response import Gupta
+from impactfem.device.rigid_response import Gupta, LindleyYow
 from impactfem.device.rules import Rules
 from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.device.spectrum_analysis import spectrum_analysis
@@ -198,6 +198,78 @@ def static_load() -> list[Row]:
             for name, reference in wanted.items()
         ]
     return rows
+
+
+def rigid_response() -> list[Row]:
+    """Two modes above the frequency from which on the floor is rigid: both move in step with it.
+
+    The spectrum has its peak at 4 to 8 Hz and is at its zero-period acceleration of 2 m/s2 from
+    25 Hz on; the paper's device has 30.5 and 82.9 Hz. Its shear force is mass times acceleration
+    and its moment that of statics, whatever combines the periodic part, of which nothing is left.
+    The root of squares without a rigid part is lower by √(m₁² + m₂²) / (m₁ + m₂).
+    """
+    device, zpa = paper_device(8.0e7), 2.0
+    frequency = np.array([0.5, 4.0, 8.0, 25.0, 1e3])
+    psa = np.tile([1.0, 9.0, 9.0, zpa, zpa], (2, 1))
+    floor = AnchorSpectrum("y", frequency, np.array([0.0, 0.99]), psa, zpa)
+    force, moment = 1545.9 * zpa, zpa * (1500.0 * 0.46 + 45.9 * 0.23)
+    source = "statics: F = m ZPA, as RG 1.92 (revision 3, C.1.3) has it of rigid modes"
+    name, rows = "rigid response", []
+    for method in (Gupta(), LindleyYow()):
+        for rule in ("srss", "cqc"):
+            rules = Rules(modes=rule, rigid=method, maximum_frequency=1e3)
+            found = spectrum_analysis(device, [floor], rules)
+            words = f"{type(method).__name__} with {rule.upper()}"
+            for quantity, reference, unit in (("force y", force, "N"), ("moment x", moment, "N m")):
+                value = found.value(quantity)
+                rows.append(Row(name, f"{quantity}, {words}", reference, value, unit, 1e-9, source))
+    alone = spectrum_analysis(device, [floor], Rules(modes="srss", maximum_frequency=1e3))
+    lower, what = zpa * math.hypot(1218.9, 327.0), "force y, SRSS without a rigid part"
+    masses = "√(m₁² + m₂²) ZPA with the masses of table 6: 18 % lower"
+    rows.append(Row(name, what, lower, alone.value("force y"), "N", 2e-4, masses))
+    # At 12 Hz the modes are half periodic: α by hand for both methods, S between 9 and 2 m/s2.
+    S = 9.0 * (2.0 / 9.0) ** (math.log(12.0 / 8.0) / math.log(25.0 / 8.0))
+    at, xi = np.array([12.0]), np.array([0.02])
+    corners = (9.0 / (9.0 / 4.0), (4.0 + 2.0 * 25.0) / 3.0)
+    partly = math.log(12.0 / corners[0]) / math.log(corners[1] / corners[0])
+    for words, found_alpha, reference in (
+        ("Gupta", Gupta().fraction(floor, at, xi, np.array([S])), partly),
+        ("LindleyYow", LindleyYow().fraction(floor, at, xi, np.array([S])), zpa / S),
+    ):
+        what = f"rigid part at 12 Hz, {words}"
+        value = float(found_alpha[0])
+        rows.append(Row(name, what, reference, value, "-", 1e-9, "by hand from the spectrum"))
+    return rows
+
+
+def net_tension() -> list[Row]:
+    """The paper's device under an acceleration that stays: what eight anchors on its rim bear.
+
+    The floor accelerates by 4 m/s2 along y and 3 m/s2 downward. Forces by hand; then a rigid plate
+    on eight equal springs on the circle, whose forces follow from equilibrium by the least squares
+    of its three motions, with the moment turned until one of them is pulled the most.
+    """
+    device, radius, count = paper_device(8.0e7), 0.5, 8
+    moved = np.array([0.0, 4.0, -3.0, 0.0, 0.0, 0.0])
+    whole = -device.J @ moved + own_weight(device)
+    N = 1545.9 * (3.0 - 9.80665)
+    M = 4.0 * (1500.0 * 0.46 + 45.9 * 0.23)
+    largest = -math.inf
+    for turned in np.linspace(0.0, 2.0 * math.pi, 361):
+        angle = turned + 2.0 * math.pi * np.arange(count) / count
+        plate = np.column_stack([np.ones(count), radius * np.cos(angle), radius * np.sin(angle)])
+        springs = plate @ np.linalg.solve(plate.T @ plate, np.array([N, M, 0.0]))
+        largest = max(largest, count * float(springs.max()))
+    tension = float(ring_tension(whole, radius))
+    return [
+        Row("net tension at the anchor", what, reference, value, unit, tolerance, source)
+        for what, reference, value, unit, tolerance, source in (
+            ("force z with the weight", N, float(whole[2]), "N", 1e-9, "by hand, g = 9.80665 m/s2"),
+            ("moment x", M, float(whole[3]), "N m", 1e-9, "by hand"),
+            ("N + 2 M / r", N + 2.0 * M / radius, tension, "N", 1e-9, "by hand"),
+            ("eight springs on a circle", largest, tension, "N", 1e-9, "a rigid plate on springs"),
+        )
+    ]
 
 
 def rocking_floor() -> list[Row]:

@@ -105,6 +105,8 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "cqc_coefficient": device_spectra.correlation_coefficients,
     "mode_combinations": device_spectra.combination_rules,
     "missing_mass": device_spectra.static_load,
+    "rigid_response": device_spectra.rigid_response,
+    "net_tension": device_spectra.net_tension,
     "rocking_floor": device_spectra.rocking_floor,
     "two_supports": device_spectra.two_supports,
     "sdld30": device_supports.sdld30,
