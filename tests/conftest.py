@@ -6,6 +6,7 @@ import fcntl
 import logging
 import os
 import shutil
+import signal
 import subprocess
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -170,10 +171,18 @@ def under_mpirun(
         with lock.open("w") as held:
             fcntl.flock(held, fcntl.LOCK_EX)
             return subprocess.run(
-                command, capture_output=True, text=True, env=environment, timeout=180, check=False
+                command, capture_output=True, text=True, env=environment, timeout=600, check=False
             )
 
     return run
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Ctrl-C counts, here and in new processes: a shell has jobs in the background ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(autouse=True)

@@ -181,7 +181,7 @@ def test_lines_where_no_terminal_is(capsys, stage):
         "stage a: basis (2 of 2), at work for 30 s, 25 %, 90 s left",
         "stage a: basis (2 of 2), at work for 40 s, 25 %, 80 s left",
         "stage a: basis (2 of 2), at work for 2.0 h, 25 %, 0 s left",
-        "stage a: basis (2 of 2), at work for 2.0 h, 100 %",
+        "stage a: basis (2 of 2), at work for 2.0 h, 99 %",
     ]
     assert steps.times == {"mesh": 180.0, "basis": 7240.0}
 

@@ -279,7 +279,7 @@ if __name__ == "__main__":
 
 
 @pytest.fixture
-def parent(tmp_path):
+def parent(tmp_path, interruptible):
     """A program that waits for a worker, and the number of that worker."""
     (tmp_path / "program.py").write_text(WORKER, encoding="utf-8")
     with subprocess.Popen(
@@ -297,13 +297,13 @@ def test_a_worker_ends_with_its_parent(parent):
     """However it ends: a worker alone would wait for work for ever."""
     program, _ = parent
     program.kill()
-    program.communicate(timeout=60)  # ends when the worker has closed its output, too
+    program.communicate(timeout=600)  # ends when the worker has closed its output, too
 
 
 def test_an_interrupted_program_waits_for_no_worker(parent):
     program, worker = parent
     os.killpg(program.pid, signal.SIGINT)  # as Ctrl-C does: the worker gets it, too
-    said = program.communicate(timeout=60)[1]
+    said = program.communicate(timeout=600)[1]
     assert program.returncode == -signal.SIGINT
     assert said.count("Traceback") == 1 and said.endswith("KeyboardInterrupt\n")
     with pytest.raises(ProcessLookupError):

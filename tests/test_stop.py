@@ -25,7 +25,7 @@ class Going:
 
 def lost(*_, **__):
     Going()
-    time.sleep(60.0)
+    time.sleep(600.0)
 
 def wrapped(*_, **__):
     try:
@@ -51,9 +51,44 @@ def test_a_signal_is_never_lost(tmp_path, how):
         capture_output=True,
         text=True,
         check=False,
-        timeout=50,
+        timeout=500,
     )
     assert (ended.returncode, ended.stderr) == (128 + signal.SIGTERM, "terminated\n")
+
+
+BACKGROUND = """
+def interrupted(*_, **__):
+    os.kill(os.getpid(), signal.SIGINT)
+    print("not interrupted", flush=True)
+    os.kill(os.getpid(), signal.SIGTERM)
+"""
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize(
+    ("trap", "expected"),
+    [
+        ("", (128 + signal.SIGINT, "", "interrupted\n")),
+        ("trap '' INT;", (128 + signal.SIGTERM, "not interrupted\n", "terminated\n")),
+    ],
+    ids=["foreground", "background"],
+)
+def test_a_job_in_the_background_is_not_interrupted(tmp_path, trap, expected):
+    """A shell has it ignore SIGINT, so that a Ctrl-C at another program of the terminal spares it.
+
+    SIGTERM, which is meant for it, still ends it.
+    """
+    script = tmp_path / "script.py"
+    how = IN_CHECK.format(function="interrupted")
+    script.write_text(f"{SETTING}{BACKGROUND}{how}cli.main()\n", encoding="utf-8")
+    ended = subprocess.run(
+        ["/bin/sh", "-c", f'{trap} exec "$@"', "sh", sys.executable, script, "check", "case.toml"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == expected
 
 
 RANKS = """
@@ -89,7 +124,7 @@ cli.main()
 """
 
 
-def wait_until_free(folder, patience=60.0):
+def wait_until_free(folder, patience=300.0):
     """Open MPI 5 may end before rank 0, and a busy machine has it killed before its lock goes."""
     last = time.monotonic() + patience
     while True:
@@ -104,7 +139,7 @@ def wait_until_free(folder, patience=60.0):
 
 @pytest.mark.parametrize("stopped", ["0", "1", "01"], ids=["first", "second", "both"])
 def test_a_signal_ends_all_ranks(under_mpirun, tmp_path, stopped):
-    """It waits for none of them: 180 s are the fixture's patience."""
+    """It waits for none of them: 600 s are the fixture's patience."""
     script, out = tmp_path / "script.py", tmp_path / "run"
     script.write_text(RANKS, encoding="utf-8")
     ended = under_mpirun(2, sys.executable, script, stopped, out)

@@ -276,7 +276,7 @@ class _Now:
         if self._first is None or self._last is None:
             return words
         (part0, time0), (part, reported) = self._first, self._last
-        words += f", {100.0 * part:.0f} %"
+        words += f", {min(int(100.0 * part), 99)} %"  # it has not ended
         if part <= part0 or part >= 1.0:
             return words
         left = (1.0 - part) * (reported - time0) / (part - part0) - (time - reported)

@@ -45,6 +45,15 @@ class TestRun:
         monkeypatch.chdir(tmp_path)
         ended = program("run", copied.name, "--out", "run", "--stage", "sticks", "--resume")
         assert ended.code == 0 and "reused" in ended.err
+        assert "stage sticks: starts" not in ended.err and "done in" not in ended.err
+
+    def test_a_stage_says_that_it_starts_before_all_else(self, finished):
+        """Then what it found, then that it is done; the next one starts after that."""
+        log = (finished.folder / "run.log").read_text(encoding="utf-8")
+        told = ["stage sticks: starts", " INFO    pounding: ", "stage sticks: done in "]
+        told += ["stage report: starts", "stage report: done in "]
+        assert [log.count(words) for words in told] == [1, log.count(told[1]), 1, 1, 1]
+        assert sorted(told, key=log.index) == told and log.rindex(told[1]) < log.index(told[2])
 
     def test_another_case_does_not_go_on(self, program, copied, edited, tmp_path):
         """It is refused, and nothing changes; without `--resume` it is computed."""
@@ -81,6 +90,7 @@ class TestRun:
         assert ended.err.splitlines()[-1] == "error: the response grew without bound"
         assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.log"]
 
+    @pytest.mark.usefixtures("interruptible")
     @pytest.mark.parametrize("number", SIGNALS)
     def test_a_signal(self, program, new_case, tmp_path, monkeypatch, number):
         monkeypatch.setattr(sticks, "run_sticks", lambda *_: os.kill(os.getpid(), number))
@@ -92,6 +102,7 @@ class TestRun:
         last = (tmp_path / "run" / "run.log").read_text(encoding="utf-8").splitlines()[-1]
         assert last.endswith(f" WARNING {said} by {number.name}")
 
+    @pytest.mark.usefixtures("interruptible")
     @pytest.mark.parametrize("number", SIGNALS)
     def test_a_signal_before_anything_is_written(self, program, finished, monkeypatch, number):
         monkeypatch.setattr(study, "check", lambda *_, **__: os.kill(os.getpid(), number))

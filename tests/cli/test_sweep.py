@@ -5,6 +5,8 @@ import re
 import signal
 from pathlib import Path
 
+import pytest
+
 from impactfem.errors import SolutionError
 from impactfem.study import sticks
 
@@ -63,6 +65,7 @@ class TestSweep:
             ended = program("sweep", finished.case, *words)
             assert ended.code == 2 and "Error: " in ended.err
 
+    @pytest.mark.usefixtures("interruptible")
     def test_an_interrupt(self, program, new_case, tmp_path, monkeypatch):
         monkeypatch.setattr(
             sticks, "run_sticks", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT)

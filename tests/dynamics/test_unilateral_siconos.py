@@ -28,7 +28,7 @@ def siconos(tmp_path):
         given, out = tmp_path / "case.npz", tmp_path / "results.npz"
         np.savez(given, **case)
         done = subprocess.run(
-            [sys.executable, SCRIPT, given, out], capture_output=True, text=True, timeout=120
+            [sys.executable, SCRIPT, given, out], capture_output=True, text=True, timeout=600
         )
         assert done.returncode == 0, done.stdout + done.stderr
         with np.load(out) as results:

@@ -106,7 +106,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> study.Run:
     folder = tmp_path_factory.mktemp("second")
     mesh = folder / "coarse.msh"
     command = [sys.executable, "-c", GMSH, str(GEOMETRY / "two_frames.geo"), str(mesh)]
-    subprocess.run(command, check=True, capture_output=True, timeout=60)
+    subprocess.run(command, check=True, capture_output=True, timeout=600)
     case = folder / "coarse.toml"
     case.write_text(SMALL.format(case=GEOMETRY / "two_frames.toml", mesh=mesh), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
