@@ -11,7 +11,7 @@ import inspect
 import logging
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -145,6 +145,33 @@ def cellwise(mesh: Any, values: Array) -> Any:
     ordered[nodes] = values
     function.x.array[:] = ordered.ravel()
     return function
+
+
+def function(space: Any) -> Any:
+    """A function of a space, zero."""
+    return fem.Function(space)
+
+
+def evaluator(expression: Any, mesh: Any, points: Array) -> Callable[[], Array]:
+    """Compile an expression for points of the reference cell; call it for the values as they are.
+
+    Args:
+        expression: A vector in UFL, of functions and constants that may change between calls.
+        mesh: dolfinx's mesh.
+        points: Shape (n_points, 2).
+
+    Returns:
+        A function without arguments: the values, shape (n_cells, n_points, size).
+    """
+    with _cache() as folder:
+        made = fem.Expression(expression, points, **_options(fem.Expression, folder))
+    cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
+
+    def values() -> Array:
+        found = made.eval(mesh, cells) if _BASIX else made.eval(cells)
+        return np.asarray(found, dtype=np.float64).reshape(len(cells), len(points), -1)
+
+    return values
 
 
 def constant(mesh: Any, value: float) -> Any:

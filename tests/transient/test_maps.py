@@ -12,10 +12,10 @@ from impactfem.building.part import Part
 from impactfem.transient.maps import (
     AT_ONCE,
     FloorMaps,
-    _membrane_force,
     floor_maps,
     floor_vertices,
     looked_at,
+    membrane_force,
     wave_slab,
 )
 from impactfem.transient.response import modal_histories, node_response, node_spectra
@@ -181,7 +181,7 @@ def test_membrane_force_of_a_known_displacement(frame: Frame) -> None:
 
     def force(ux: Array, uy: Array) -> Array:
         u = np.stack([ux, uy, np.sin(3 * x)], axis=-1)
-        return _membrane_force(frame.parts, triangles, nodes, u[None])[0]
+        return membrane_force(frame.parts, triangles, nodes, u[None])[0]
 
     plane = 33e9 * 0.2 / (1.0 - 0.2**2)
     straight = force(b * x, a * y)

@@ -164,7 +164,7 @@ def local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any, 
     local = local_cells(parts.mesh.nodes, kind.cells[mine])
     chosen = mine[local.cells]
     if isinstance(kind, ShellCells):
-        shell = _shell_fields(parts, kind, local, chosen)
+        shell = shell_fields(parts, kind, local, chosen)
         forms = shell_stiffness(local.space, shell), shell_mass(local.space, shell)
     else:
         beam = _beam_fields(kind, local, chosen)
@@ -174,9 +174,17 @@ def local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any, 
     return K, without_zeros(M), local.nodes
 
 
-def _shell_fields(
+def shell_fields(
     parts: BuildingParts, kind: ShellCells, local: LocalCells, chosen: Index
 ) -> ShellFields:
+    """Section and material of some cells of a kind, as the forms need them.
+
+    Args:
+        parts: The building.
+        kind: The kind.
+        local: The mesh of the cells.
+        chosen: For each cell of that mesh its number among those of the kind.
+    """
     return ShellFields(
         thickness=cellwise(local.mesh, kind.thickness[chosen]),
         added_mass=cellwise(local.mesh, kind.added_mass[chosen]),

@@ -126,21 +126,18 @@ def shell_mass(space: Any, fields: ShellFields) -> Any:
     ) * full
 
 
-def section_forces(w: Any, mesh: Any, fields: ShellFields, frame: Frame) -> Any:
-    """N11, N22, N12 [N/m], M11, M22, M12 [N] and Q1, Q2 [N/m] of a displacement, as one vector.
-
-    Those of the energy above, so that they balance what the element is loaded by.
+def section_force_vector(w: Any, plane: Any, fields: ShellFields) -> Any:
+    """N11, N22, N12 [N/m], M11, M22, M12 [N], Q1, Q2 [N/m] of a displacement, as one vector.
 
     Args:
         w: Function of a P2 space on triangles with six components (u, θ).
-        mesh: Its mesh.
+        plane: Orthonormal vectors e1 and e2 in the plane of each facet, as six components.
         fields: Section and material.
-        frame: Orthonormal vectors (e1, e2, e3) of each facet, e3 normal to it, of any sense.
     """
-    N, M, Q = _Strains(w, frame, mesh, fields).forces()
-    return ufl.as_vector(
-        [N[0, 0], N[1, 1], N[0, 1], M[0, 0], M[1, 1], M[0, 1], Q[0], Q[1]],
-    )
+    e1, e2 = (ufl.as_vector([plane[k + i] for i in range(3)]) for k in (0, 3))
+    frame = e1, e2, ufl.cross(e1, e2)
+    N, M, Q = _Strains(w, frame, w.function_space.mesh, fields).forces()
+    return ufl.as_vector([N[0, 0], N[1, 1], N[0, 1], M[0, 0], M[1, 1], M[0, 1], Q[0], Q[1]])
 
 
 def halves(w: Any) -> tuple[Any, Any]:

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.parts import BuildingParts
+from impactfem.building.section_forces import section_forces
 from impactfem.case import Spectra
 from impactfem.dynamics.modal_response import ModalHistory
 from impactfem.parallel import all_blas_threads, threads
@@ -163,7 +165,7 @@ def floor_maps(
         wave_acceleration=acceleration + loads.ground[steps][:, None],
         frame_times=np.asarray(frames * loads.time_step, dtype=np.float64),
         frame_acceleration=(moving + loads.ground[frames][:, None]).astype(np.float32),
-        membrane_force=_membrane_force(parts, triangles, wave_nodes, displacement),
+        membrane_force=membrane_force(parts, triangles, wave_nodes, displacement),
         wave_triangles=triangles,
     )
 
@@ -204,34 +206,17 @@ def _at_steps(basis: ReducedBasis, modal: Array, nodes: Index, steps: Index) -> 
     return _records(basis, modal[:, steps], nodes).reshape(shape).transpose(2, 0, 1)
 
 
-def _membrane_force(
+def membrane_force(
     parts: BuildingParts, triangles: Index, nodes: Index, displacement: Array
 ) -> Array:
-    """N_y = t E / (1 − ν²) (ε_y + ν ε_x) at the centres of flat triangles, shape (s, k) [N/m].
+    """N along y at the centres of horizontal triangles, shape (s, k) [N/m].
 
-    At the centre of a six-node triangle with straight sides the gradient of u is
-    Σ_i ∇λ_i (u_i / 3 + 4/3 (sum of the two mid nodes beside vertex i)), λ the area coordinates.
+    Args:
+        parts: The building.
+        triangles: Their numbers, shape (k,).
+        nodes: Their nodes, ascending, shape (m,).
+        displacement: Of these nodes, shape (s, m, 3) [m].
     """
-    mesh = parts.mesh
-    cells = mesh.triangles[triangles]
-    xy = mesh.nodes[cells[:, :3], :2]
-    (x0, y0), (x1, y1), (x2, y2) = (xy[:, i].T for i in range(3))
-    twice = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
-    gradient = np.stack(
-        [
-            np.stack([y1 - y2, x2 - x1], axis=-1),
-            np.stack([y2 - y0, x0 - x2], axis=-1),
-            np.stack([y0 - y1, x1 - x0], axis=-1),
-        ],
-        axis=1,
-    )
-    gradient = gradient / twice[:, None, None]
-    u = displacement[:, np.searchsorted(nodes, cells)][..., :2]
-    # N_i = λ_i (2 λ_i − 1) and 4 λ_i λ_j: at λ = 1/3 their derivatives are 1/3 and 4/3.
-    mids = np.stack([u[:, :, 3] + u[:, :, 5], u[:, :, 3] + u[:, :, 4], u[:, :, 4] + u[:, :, 5]], 2)
-    weights = u[:, :, :3] / 3.0 + 4.0 / 3.0 * mids
-    strain = np.einsum("skic,kid->skcd", weights, gradient)
-    by_part = np.array([[material.E, material.nu] for material in parts.materials.shells])
-    E, nu = by_part[mesh.triangle_part[triangles]].T
-    modulus = E / (1.0 - nu**2) * parts.thickness()[triangles]
-    return np.asarray(modulus * (strain[:, :, 1, 1] + nu * strain[:, :, 0, 0]))
+    every = np.zeros((len(displacement), len(parts.mesh.nodes), DOFS))
+    every[:, nodes, :3] = displacement
+    return section_forces(parts, every, triangles).centres().membrane[..., 1]

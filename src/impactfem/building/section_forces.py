@@ -1,0 +1,247 @@
+"""Membrane forces, moments and transverse shears of shells, as fields and at points.
+
+Positive: N in tension, M in tension at the side of the normal (axis 3), Q3i on a face with the
+normal along axis i where it acts along axis 3. They balance the loads as in the element's energy
+(`impactfem.building.shell`): ∂j Mij = Qi, ∂i Qi + p = 0 for a pressure p along axis 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem._fenicsx import cell_nodes, cellwise, evaluator, function
+from impactfem.building.local import DOFS, LocalCells, local_cells
+from impactfem.building.mesh import BuildingMesh, place
+from impactfem.building.model import shell_fields
+from impactfem.building.parts import BuildingParts, ShellCells
+from impactfem.building.shell import section_force_vector
+from impactfem.errors import Fault, InputError
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+STEEP = np.sqrt(0.5)
+"""|cos| of the angle from the normal to the vertical below which a facet is a wall."""
+NEAR = 1e-3
+"""Distance within which a point lies on a triangle [m]."""
+_NODES = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.5], [0.0, 0.5], [0.5, 0.0]])
+"""Nodes of dolfinx's quadratic triangle on the reference cell."""
+
+
+@dataclass(frozen=True, eq=False)
+class SectionForces:
+    """Section forces at n places, of one displacement or (leading axes) of several.
+
+    Args:
+        axes: Unit vectors 1, 2 and 3 (the normal) of each place, shape (n, 3, 3).
+        membrane: N11, N22, N12, shape (..., n, 3) [N/m].
+        moment: M11, M22, M12, shape (..., n, 3) [N m/m].
+        shear: Q1, Q2, shape (..., n, 2) [N/m].
+    """
+
+    axes: Array
+    membrane: Array
+    moment: Array
+    shear: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SectionForceField:
+    """Section forces on triangles, quadratic on each and not continuous between them.
+
+    Args:
+        mesh: The mesh.
+        triangles: Their numbers in it, shape (k,).
+        axes: Unit vectors 1, 2 and 3 (the normal) of each (see `facet_axes`), shape (k, 3, 3).
+        values: N11, N22, N12, M11, M22, M12, Q1, Q2 at the six nodes of each triangle, in the
+            mesh's order, shape (..., k, 6, 8) [N/m, N m/m, N/m].
+    """
+
+    mesh: BuildingMesh
+    triangles: Index
+    axes: Array
+    values: Array
+
+    def centres(self) -> SectionForces:
+        """At the centre of each triangle: the most accurate place."""
+        return _named(self.axes, _quadratic(np.full((1, 3), 1.0 / 3.0))[0] @ self.values)
+
+    def at(self, points: Array) -> SectionForces:
+        """At points on the triangles; the mean of those that share the point.
+
+        Args:
+            points: Shape (m, 3) [m].
+
+        Raises:
+            InputError: No triangle is there, or some with other axes are: choose among them when
+                the field is made.
+        """
+        found, axes, faults = [], [], []
+        corners = self.mesh.nodes[self.mesh.triangles[self.triangles, :3]]
+        for i, point in enumerate(np.asarray(points, dtype=np.float64)):
+            own, coordinates = _containing(corners, point)
+            if not own.size:
+                faults.append(_fault(i, point, "a point on one of the field's triangles"))
+            elif np.ptp(self.axes[own], axis=0).max() > 1e-6:
+                faults.append(_fault(i, point, "triangles of one plane only: name them"))
+            else:
+                weights = _quadratic(coordinates)
+                there = np.einsum("jn,...jnc->...jc", weights, self.values[..., own, :, :])
+                found.append(there.mean(axis=-2))
+                axes.append(self.axes[own[0]])
+        if faults:
+            raise InputError(faults)
+        return _named(np.array(axes).reshape(-1, 3, 3), np.stack(found, axis=-2))
+
+
+def section_forces(
+    parts: BuildingParts,
+    displacement: Array,
+    triangles: Index | None = None,
+    *,
+    storey_factor: float = 1.0,
+) -> SectionForceField:
+    """Section forces of displacements of the whole model. Not collective.
+
+    Args:
+        parts: The building.
+        displacement: ux, uy, uz [m], rx, ry, rz [rad] of all nodes of its mesh, zero at clamped
+            ones, shape (..., n_nodes, 6). Of a vector x of the free rows of a `BuildingModel` on
+            one rank: ``full[model.nodes] = x.reshape(-1, 6)`` in zeros. Where rotations are left
+            zero, the membrane forces are right all the same.
+        triangles: Which triangles, for example ``mesh.triangles_of("floor", 3)``; all when None.
+        storey_factor: Factor on the stiffness of walls that the displacements were found with.
+
+    Raises:
+        ValueError: The displacement is not that of all nodes.
+    """
+    mesh = parts.mesh
+    given = np.asarray(displacement, dtype=np.float64)
+    if given.shape[-2:] != (len(mesh.nodes), DOFS):
+        raise ValueError(
+            f"displacement has the shape {given.shape}, expected (..., {len(mesh.nodes)}, {DOFS})"
+        )
+    chosen = np.arange(len(mesh.triangles)) if triangles is None else np.asarray(triangles)
+    cells = mesh.triangles[chosen]
+    axes = facet_axes(mesh.nodes, cells)
+    vectors = given.reshape(-1, len(mesh.nodes), DOFS)
+    values = np.zeros((len(vectors), len(cells), 6, 8))
+    part = mesh.triangle_part[chosen].astype(np.int64)
+    for material in dict.fromkeys(parts.materials.shells):
+        of_material = np.array([m == material for m in parts.materials.shells])[part]
+        some = np.flatnonzero(of_material)
+        if not some.size:
+            continue
+        kind = ShellCells(
+            storey=False,
+            material=material,
+            cells=cells[some],
+            thickness=parts.thickness()[chosen[some]],
+            added_mass=parts.added_mass[chosen[some]],
+            part=part[some],
+        )
+        local = local_cells(mesh.nodes, cells[some])
+        own = np.zeros((len(vectors), len(some), 6, 8))
+        _fill(own, parts, kind, local, axes[some], vectors)
+        values[:, some] = own
+    scaled = np.array([one.scaled for one in mesh.shell_parts], dtype=bool)[part]
+    values[:, scaled] *= storey_factor
+    return SectionForceField(
+        mesh, chosen, axes, values.reshape(*given.shape[:-2], *values.shape[1:])
+    )
+
+
+def facet_axes(nodes: Array, triangles: Index) -> Array:
+    """Axes that an engineer would draw on slabs and walls.
+
+    - Slabs (normal within 45° of the vertical): 1 and 2 lie along the global x and y as seen from
+      above, the normal points upwards.
+    - Walls: 1 is horizontal, towards positive x (positive y where it has no x); 2 points upwards.
+      The normal is 1 × 2: that of a wall along x is −y, that of a wall along y is x.
+
+    Args:
+        nodes: Coordinates, shape (n, 3).
+        triangles: Vertices in the first three columns, shape (k, >= 3).
+
+    Returns:
+        Unit vectors 1, 2 and 3 of each, shape (k, 3, 3).
+    """
+    p, q, r = np.moveaxis(nodes[triangles[:, :3]], 1, 0)
+    normal = np.cross(q - p, r - p)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    slab = np.abs(normal[:, 2]) > STEEP
+    level = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
+    along_x = np.where(np.abs(level[:, 0]) > 1e-9, level[:, 0], level[:, 1])
+    level *= np.where(along_x < 0.0, -1.0, 1.0)[:, None]
+    # What of x lies in a slab's plane and has no y, seen from above.
+    x_on_slab = np.column_stack([normal[:, 2], np.zeros(len(normal)), -normal[:, 0]]) * np.sign(
+        normal[:, 2:]
+    )
+    first = np.where(slab[:, None], x_on_slab, level)
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    second = np.cross(normal, first)
+    upright = np.where(slab, second[:, 1], second[:, 2])
+    second *= np.where(upright < 0.0, -1.0, 1.0)[:, None]
+    return np.stack([first, second, np.cross(first, second)], axis=1)
+
+
+def _fill(
+    values: Array,
+    parts: BuildingParts,
+    kind: ShellCells,
+    local: LocalCells,
+    axes: Array,
+    vectors: Array,
+) -> None:
+    """Evaluate at the nodes of dolfinx's cells, and put them where the mesh has them."""
+    own = axes[local.cells]
+    plane = cellwise(local.mesh, own[:, :2].reshape(-1, 6))
+    w = function(local.space)
+    evaluate = evaluator(
+        section_force_vector(w, plane, shell_fields(parts, kind, local, local.cells)),
+        local.mesh,
+        _NODES,
+    )
+    numbers = local.nodes[cell_nodes(local.space)]
+    rows = kind.cells[local.cells]
+    order = np.argmax(numbers[:, None, :] == rows[:, :, None], axis=2)
+    for vector, into in zip(vectors, values, strict=True):
+        w.x.array[:] = vector[local.nodes].ravel()
+        into[local.cells] = np.take_along_axis(evaluate(), order[:, :, None], axis=1)
+
+
+def _quadratic(barycentric: Array) -> Array:
+    """The six shape functions in the mesh's order, shape (m, 6)."""
+    a, b, c = barycentric.T
+    return np.column_stack(
+        [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a]
+    )
+
+
+def _containing(corners: Array, point: Array) -> tuple[Index, Array]:
+    """The triangles within `NEAR` of a point, and its area coordinates in them."""
+    p, q, r = np.moveaxis(corners, 1, 0)
+    a, b, away = q - p, r - p, point - p
+    normal = np.cross(a, b)
+    twice = np.linalg.norm(normal, axis=1)
+    normal /= twice[:, None]
+    second = np.einsum("ij,ij->i", np.cross(normal, away), b) / twice
+    third = np.einsum("ij,ij->i", np.cross(normal, a), away) / twice
+    height = np.abs(np.einsum("ij,ij->i", normal, away))
+    coordinates = np.column_stack([1.0 - second - third, second, third])
+    # A coordinate times the triangle's height is a distance from a side.
+    sides = np.linalg.norm(np.stack([r - q, b, a], axis=1), axis=2)
+    outside = -(coordinates * (twice[:, None] / sides)).min(axis=1)
+    found = np.flatnonzero((height < NEAR) & (outside < NEAR))
+    return found, coordinates[found]
+
+
+def _named(axes: Array, values: Array) -> SectionForces:
+    return SectionForces(axes, values[..., :3], values[..., 3:6], values[..., 6:])
+
+
+def _fault(number: int, point: Array, expected: str) -> Fault:
+    return Fault("section forces", f"points[{number}]", place(point), f"expected {expected}")
