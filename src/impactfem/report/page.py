@@ -252,7 +252,12 @@ def _tiles(run: RunFiles) -> list[tuple[str, str]]:
         tiles.append((f"{values['pounding.impacts']:.0f}", "impacts"))
     if "pounding.required_separation" in values:
         gap = 100.0 * values["pounding.required_separation"]
-        tiles.append((f"{gap:.3g} cm", "gap that would prevent contact"))
+        text = "gap that would prevent contact under this motion"
+        band = [values.get(f"ensemble.p{q}.pounding.required_separation") for q in ("05", "95")]
+        if (low := band[0]) is not None and (high := band[1]) is not None:
+            count = values["ensemble.members"]
+            text += f"; {100.0 * low:.3g} to {100.0 * high:.3g} cm under 5 to 95 % of {count:.0f}"
+        tiles.append((f"{gap:.3g} cm", text))
     edges = {n: v for n, v in values.items() if re.fullmatch(r"transient\.pfa\.edge_\d+\.max", n)}
     if edges:
         name = max(edges, key=lambda n: edges[n])
