@@ -1,6 +1,7 @@
 import mpmath
 import numpy as np
 import pytest
+from scipy.special import erf
 
 from impactfem.dynamics.krylov import KrylovBasis
 from impactfem.dynamics.modal_response import STEPS, modal_response
@@ -184,3 +185,31 @@ def test_refused():
     for step in (0.0, -0.1, np.nan):
         with pytest.raises(SolutionError, match="it must be positive"):
             modal_response(model, np.ones((3, 1)), step, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("time_step", [1e-3, 0.5e-3, 0.25e-3])
+def test_a_force_that_jumps_on_the_end_of_a_damped_bar(time_step: float) -> None:
+    """The acceleration of the end has no limit as the step goes to 0: it grows as 1/√Δt.
+
+    With internal damping β the step p₀ on a bar of the impedance Z = m'c gives its end the
+    acceleration p₀ exp(−t/β)/(Z √(πβt)) (Laplace transform, until the wave is back), and a ramp
+    over one step its mean over that step, p₀ erf(√(Δt/β))/(Z Δt). Docs: time-step-study.md.
+    """
+    beta, speed, length, mass = 1.06e-3, 1915.0, 15.6, 170.1e3  # floor 8 of the paper's building
+    impedance, steps = mass * speed, round(4e-3 / time_step)
+    n = np.arange(6000)
+    shape = np.sqrt(np.where(n == 0, 1.0, 2.0) / (mass * length))[:, None]
+    bar = ReducedModel(
+        (n * np.pi * speed / length) ** 2, shape, np.zeros((0, len(n))), 1.0, np.zeros((0, len(n)))
+    )
+    jump, ramp = np.ones((steps + 1, 1)), np.ones((steps + 1, 1))
+    ramp[0] = 0.0
+    found = [
+        shape[:, 0] @ modal_response(bar, load, time_step, 0.0, beta).acceleration
+        for load in (jump, ramp)
+    ]
+    time = time_step * np.arange(1, steps + 1)
+    exact = np.exp(-time / beta) / (impedance * np.sqrt(np.pi * beta * time))
+    np.testing.assert_allclose(found[0][1:], exact, rtol=2e-3)
+    mean = erf(np.sqrt(time_step / beta)) / (impedance * time_step)
+    assert found[1].max() == pytest.approx(mean, rel=1e-3)
