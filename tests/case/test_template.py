@@ -48,6 +48,7 @@ def template(tmp_path: Path) -> Path:
     (tmp_path / "new_targets.csv").write_text(TARGETS)
     (tmp_path / "new_record.csv").write_text(RECORD)
     (tmp_path / "new_published.csv").write_text(PUBLISHED)
+    (tmp_path / "new_forces.csv").write_text("time [ms],west.floor_3 [MN]\n0,1\n20,0\n")
     return path
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from impactfem.case.motions import RestMotion
 from impactfem.errors import ImpactfemError, InputError
 from impactfem.sticks.calibration import Parameters
 from impactfem.sticks.contact import (
@@ -12,7 +13,13 @@ from impactfem.sticks.contact import (
     hunt_crossley,
     jankowski,
 )
-from impactfem.sticks.from_case import calibration_of, given_parameters, stick_of, system_of
+from impactfem.sticks.from_case import (
+    calibration_of,
+    given_parameters,
+    loads_of,
+    stick_of,
+    system_of,
+)
 from impactfem.sticks.restitution import kelvin_voigt as restitution
 
 STOREY_CONTACT = """
@@ -242,3 +249,47 @@ def test_calibration_goes_to_the_buildings_of_its_targets(small_case):
     assert west.floors[0].below == found.parameters.below
     assert pytest.approx(0.5 * 30e9) == east.floors[0].section.E
     assert east.floors[0].below == 0.4
+
+
+BLAST = "time [ms],west.floor_3 [MN],east.floor_1 [kN]\n0,0,0\n10,2,-40\n20,0,0\n"
+LOADS = '\n[[loads]]\nfile = "blast.csv"\ndirection = [0, -3, 0]\n'
+
+
+def test_loads_on_floors(small_case, run):
+    """A triangle of 20 ms with 2 MN at its peak gives 20 kN s along −y."""
+    case = small_case(extra=LOADS, files={"blast.csv": BLAST})
+    dt = case.pounding.time_step
+    system = system_of(case, None)
+    first, second = loads_of(case, system, dt, 400)
+    assert (first.at.building, first.at.floor, second.at.building) == ("west", 3, "east")
+    assert first.direction.tolist() == [0.0, -1.0, 0.0]
+    assert first.force.sum() * dt == pytest.approx(20e3, rel=2e-3)
+    study, without = run(case), run(small_case())
+    assert len(study.response.loads) == 2
+    assert np.abs(study.response.u - without.response.u).max() > 1e-4
+    # Also in the run that pounding is held against.
+    assert len(study.free.loads) == 2
+    assert study.energy.residual < 1e-9
+
+
+def test_loads_alone(small_case, run):
+    """The first instants: the momentum of the building is the impulse."""
+    case = small_case(extra=LOADS, files={"blast.csv": BLAST})
+    rest = RestMotion(direction="y", type="rest", duration=0.02, time_step=1e-3)
+    pounding = case.pounding.model_copy(update={"duration": 0.02})
+    study = run(case.model_copy(update={"motions": (rest,), "pounding": pounding}))
+    assert not study.response.ground.any()
+    stick = study.system.stick("west")
+    v = study.response.v[-1, : stick.n]
+    momentum = float(stick.rigid_body()[:, 1] @ stick.M @ v)
+    # The base has taken little of it by then.
+    assert momentum == pytest.approx(-20e3, rel=0.1)
+
+
+def test_steps_that_are_too_coarse_for_a_pulse_are_warned_of(small_case, caplog):
+    case = small_case(extra=LOADS, files={"blast.csv": BLAST})
+    system = system_of(case, None)
+    loads_of(case, system, 1e-3, 100)
+    assert "an impulse is" not in caplog.text
+    loads_of(case, system, 7e-3, 100)
+    assert "blast.csv: at pounding.time_step an impulse is" in caplog.text

@@ -34,6 +34,21 @@ FloorNumbers = Annotated[tuple[int, ...], Wholes()]
 Vector = tuple[float, float, float]
 
 
+def unit_vector(value: Vector) -> Vector:
+    """The vector of length 1 along a vector of the case file.
+
+    Raises:
+        PydanticCustomError: It is zero.
+    """
+    largest = max(abs(component) for component in value)
+    if largest == 0.0:
+        raise refuse("expected a vector that is not zero")
+    # Scaled first, so that the squares neither overflow nor vanish.
+    x, y, z = (component / largest for component in value)
+    length = math.hypot(x, y, z)
+    return x / length, y / length, z / length
+
+
 class KelvinVoigtLaw(Section):
     """A spring and a dashpot in parallel, acting while the gap is closed.
 
@@ -246,13 +261,7 @@ class ContactEntry(Section):
     @field_validator("normal")
     @classmethod
     def _unit_vector(cls, value: Vector) -> Vector:
-        largest = max(abs(component) for component in value)
-        if largest == 0.0:
-            raise refuse("expected a vector that is not zero")
-        # Scaled first, so that the squares neither overflow nor vanish.
-        x, y, z = (component / largest for component in value)
-        length = math.hypot(x, y, z)
-        return x / length, y / length, z / length
+        return unit_vector(value)
 
 
 class ContactPoint(Section):

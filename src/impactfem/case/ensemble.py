@@ -10,7 +10,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
 from impactfem.case.leaf import FileName, Whole, refuse
-from impactfem.case.motions import Motion, RecordMotion
+from impactfem.case.motions import Motion, RecordMotion, RestMotion
 from impactfem.case.source import Source
 from impactfem.case.transient import Transient
 from impactfem.errors import Fault
@@ -80,6 +80,10 @@ def ensemble_faults(
         transient: The response of the 3D model in time, or None.
     """
     yield from _carried_faults(source, ensemble, transient)
+    if any(isinstance(motion, RestMotion) for motion in motions):
+        expected = "expected [[motions]] beside it: ground at rest has no other motions"
+        yield source.fault(("ensemble",), None, expected)
+        return
     recorded = [motion for motion in motions if isinstance(motion, RecordMotion)]
     if ensemble.motions is not None and recorded:
         expected = "synthetic motions only: other seeds of a record there are none; use records"

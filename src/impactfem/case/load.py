@@ -20,8 +20,9 @@ from impactfem.case.ensemble import Ensemble, ensemble_faults
 from impactfem.case.explain import explain
 from impactfem.case.file_mesh import FileMesh
 from impactfem.case.generated_mesh import GeneratedMesh, GeneratedMeshEntry
+from impactfem.case.loads import read_force_table
 from impactfem.case.model import Case, CaseFile
-from impactfem.case.motions import Motion, RecordMotion
+from impactfem.case.motions import DIRECTIONS, Motion, RecordMotion, RestMotion, SyntheticMotion
 from impactfem.case.named_files import NamedFiles, tables_of
 from impactfem.case.pair_distance import distance_faults
 from impactfem.case.part_damping import part_damping_faults
@@ -85,6 +86,9 @@ def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
     case_file, faults = _validated(source.raw, source, files)
     left_out = {fault.key.partition(".")[0].partition("[")[0] for fault in faults}
     faults.extend(_duplicates(source))
+    if not ("motions" in source.raw or "loads" in source.raw):
+        expected = "missing; expected [[motions]], [[loads]] or both: what moves the buildings"
+        faults.append(source.fault(("motions",), None, expected))
     faults.extend(_lacks_structure(source))
     faults.extend(lacks_wall_impact(source))
     faults.extend(damping_case_faults(source))
@@ -123,6 +127,8 @@ def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
         )
     if "structure" not in left_out:
         faults.extend(_loop_faults(source, case))
+    if not left_out & {"structure", "transient"}:
+        faults.extend(_load_faults(source, case))
     faults.extend(distance_faults(source, case_file.contacts, case))
     return case, faults, left_out
 
@@ -201,13 +207,31 @@ def _lacks_structure(source: Source) -> Iterator[Fault]:
             yield source.fault((section,), None, expected)
 
 
+def _load_faults(source: Source, case: Case) -> Iterator[Fault]:
+    """Loads at an angle to the edges of a generated building, which take its 3D model's forces."""
+    if case.structure is None or case.transient is None:
+        return
+    mesh, name = case.structure.mesh, case.structure.building
+    for index, loads in enumerate(case.loads):
+        table = read_force_table(loads.file, [])
+        if table is None or not isinstance(mesh, GeneratedMesh):
+            continue
+        across = abs(loads.direction["xyz".index(mesh.impact_edge[0])])
+        if across < 1.0 - 1e-6 and any(building == name for building, _ in table.floors):
+            expected = (
+                f"expected a direction along {mesh.impact_edge[0]}, at right angles to the impact "
+                f"edge of {name}: forces act on the edges of slabs in its 3D model"
+            )
+            yield source.fault(("loads", index, "direction"), list(loads.direction), expected)
+
+
 def _computed_duration(case: Case) -> float | None:
     """Time that is computed of the sticks [s]; None when a record has to be read to know it."""
     if case.pounding.duration is not None:
         return case.pounding.duration
     lasting = [None if isinstance(m, RecordMotion) else m.duration for m in case.motions]
     known = [duration for duration in lasting if duration is not None]
-    return max(known) if len(known) == len(lasting) else None
+    return max(known, default=None) if len(known) == len(lasting) else None
 
 
 def _resolve(source: Source, case_file: CaseFile, files: NamedFiles) -> Case:
@@ -225,7 +249,10 @@ def _resolve(source: Source, case_file: CaseFile, files: NamedFiles) -> Case:
         transient=_transient(case_file.transient, folder),
         devices=_devices(case_file, files),
         device_analysis=_device_analysis(case_file),
-        motions=tuple(_motion(motion, folder) for motion in case_file.motions),
+        motions=_motions(case_file, files, folder),
+        loads=tuple(
+            loads.model_copy(update={"file": folder / loads.file}) for loads in case_file.loads
+        ),
         contact_laws=case_file.contact_laws,
         contacts=expand(case_file.contacts),
         pounding=case_file.pounding,
@@ -333,11 +360,27 @@ def _levels(case_file: CaseFile, files: NamedFiles) -> dict[int, float]:
     return {}
 
 
+def _motions(case_file: CaseFile, files: NamedFiles, folder: Path) -> tuple[Motion, ...]:
+    """The motions; with loads alone ground at rest, along the direction of the first of them."""
+    if case_file.motions:
+        return tuple(_motion(motion, folder) for motion in case_file.motions)
+    first, *_ = case_file.loads
+    lasts = max(float(files.force_tables[loads.file].time[-1]) for loads in case_file.loads)
+    along = [abs(component) for component in first.direction]
+    rest = RestMotion(
+        direction=DIRECTIONS[along.index(max(along))],
+        type="rest",
+        duration=case_file.pounding.duration or lasts,
+        time_step=case_file.pounding.time_step,
+    )
+    return (rest,)
+
+
 def _motion(motion: Motion, folder: Path) -> Motion:
     """The motion with the files it names relative to the working folder."""
     if isinstance(motion, RecordMotion):
         return motion.model_copy(update={"file": folder / motion.file})
-    if isinstance(motion.spectrum, TableSpectrum):
+    if isinstance(motion, SyntheticMotion) and isinstance(motion.spectrum, TableSpectrum):
         spectrum = motion.spectrum.model_copy(update={"file": folder / motion.spectrum.file})
         return motion.model_copy(update={"spectrum": spectrum})
     return motion

@@ -17,6 +17,7 @@ from impactfem.case.device_analysis import DeviceAnalysis
 from impactfem.case.devices import DeviceEntry, DeviceSetup
 from impactfem.case.ensemble import Ensemble
 from impactfem.case.leaf import File, Key, Text, refuse
+from impactfem.case.loads import FloorForces
 from impactfem.case.materials import Material
 from impactfem.case.motions import Motion, MotionEntry
 from impactfem.case.published import Published
@@ -68,7 +69,11 @@ class CaseFile(Section):
         default=None, description="How the forces on their anchors are computed."
     )
     motions: tuple[MotionEntry, ...] = Field(
-        min_length=1, description="The ground motions, one a direction."
+        default=(),
+        description="The ground motions, one a direction; left out beside loads, the ground rests.",
+    )
+    loads: tuple[FloorForces, ...] = Field(
+        default=(), description="Forces on floors in addition to the ground motion."
     )
     contact_laws: dict[Key, ContactLawEntry] = Field(
         default={}, description="Laws of the contact force by name."
@@ -118,7 +123,9 @@ class Case(Section):
         transient: Its response in time, or None; the forces are relative to the working folder.
         devices: The devices on its floors, with their tables.
         device_analysis: How the forces on their anchors are computed; None without devices.
-        motions: The ground motions; a record's file is relative to the working folder.
+        motions: The ground motions; a record's file is relative to the working folder. With loads
+            alone there is one of ground at rest.
+        loads: Forces on floors; their files are relative to the working folder.
         contact_laws: Contact laws by name.
         contacts: One contact for each pair of points.
         pounding: Time integration.
@@ -143,6 +150,7 @@ class Case(Section):
     devices: tuple[DeviceSetup, ...]
     device_analysis: DeviceAnalysis | None
     motions: tuple[Motion, ...]
+    loads: tuple[FloorForces, ...]
     contact_laws: dict[str, ContactLaw]
     contacts: tuple[Contact, ...]
     pounding: Pounding

@@ -26,6 +26,8 @@ from impactfem.case.leaf import (
 from impactfem.case.record_format import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, RecordFormat
 
 MIN_STEPS = 16  # of a synthetic motion
+Direction = Literal["x", "y", "z"]
+DIRECTIONS: tuple[Direction, ...] = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class Component(Leaf):
 class _Motion(Section):
     """What all ground motions have."""
 
-    direction: Literal["x", "y", "z"] = Field(
+    direction: Direction = Field(
         description="Direction in which the ground moves; one motion a direction."
     )
 
@@ -179,12 +181,28 @@ class RecordMotion(_Motion):
         return value
 
 
-Motion = SyntheticMotion | RecordMotion
-MotionEntry = Annotated[Motion, Field(discriminator="type")]
+class RestMotion(_Motion):
+    """Ground that does not move: that of a case with loads alone, which names no motion.
+
+    Args:
+        type: "rest".
+        duration: As long as the loads last [s].
+        time_step: That of the sticks [s].
+    """
+
+    type: Literal["rest"]
+    duration: float
+    time_step: float
+
+
+Motion = SyntheticMotion | RecordMotion | RestMotion
+MotionEntry = Annotated[SyntheticMotion | RecordMotion, Field(discriminator="type")]
 
 
 def motion_files(motion: Motion) -> tuple[Path, ...]:
     """The files a motion is made from: its record, or the table of its design spectrum."""
     if isinstance(motion, RecordMotion):
         return (motion.file,)
+    if isinstance(motion, RestMotion):
+        return ()
     return (motion.spectrum.file,) if isinstance(motion.spectrum, TableSpectrum) else ()

@@ -20,6 +20,7 @@ from impactfem.case.floors import Floor, read_floors
 from impactfem.case.given_spectra import GivenSpectra, read_given_spectra
 from impactfem.case.known import Known
 from impactfem.case.leaf import PositiveLength
+from impactfem.case.loads import ForceTable, floor_faults, read_force_table
 from impactfem.case.members import MemberRow, Site, read_members
 from impactfem.case.place import Place
 from impactfem.case.published import Published, read_published
@@ -49,6 +50,7 @@ class NamedFiles:
     contents: dict[Path, bytes] = field(default_factory=dict)
     floors: dict[Path, tuple[Floor, ...]] = field(default_factory=dict)
     targets: dict[Path, tuple[Target, ...]] = field(default_factory=dict)
+    force_tables: dict[Path, ForceTable] = field(default_factory=dict)
     spectra: dict[Path, SpectrumTable] = field(default_factory=dict)
     published: dict[str, Published] = field(default_factory=dict)
     reference: Reference | None = None
@@ -106,6 +108,9 @@ class NamedFiles:
             for index, entry in tables_of(raw, "motions"):
                 self._open(("motions", index, "file"), entry.get("file"), "a record")
                 self._read_spectrum(("motions", index, "spectrum", "file"), entry.get("spectrum"))
+        with self._section("loads"):
+            for index, entry in tables_of(raw, "loads"):
+                self._read_forces(("loads", index, "file"), entry.get("file"))
         published: Mapping[str, Published] | None = None
         file = self._open(("published",), raw.get("published"), "a table (CSV)")
         if file is not None:
@@ -147,6 +152,21 @@ class NamedFiles:
         if file is not None and file not in self.floors_read:
             self.floors_read.add(file)  # buildings share a table: its faults are told once
             _keep(self.floors, file, read_floors(self._path(file), self.faults))
+
+    def _read_forces(self, place: Place, value: Any) -> None:
+        file = self._open(place, value, "a table of forces (CSV)")
+        if file is None or file in self.force_tables:
+            return
+        table = read_force_table(self._path(file), self.faults)
+        names = self.known.names("buildings")
+        if table is None or names is None:
+            return
+        self.force_tables[file] = table
+        floors = {}
+        for name in names:
+            known = self.known.building_floors(name)
+            floors[name] = None if known is None else tuple(floor.floor for floor in known)
+        self.faults.extend(floor_faults(self._path(file), table, floors))
 
     def _read_targets(self, place: Place, value: Any, names: tuple[str, ...] | None) -> None:
         file = self._open(place, value, "a target table (CSV)")

@@ -7,7 +7,7 @@ right angles to it. A pair that is anything else is refused.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -83,7 +83,7 @@ def side_of(vector: Vector) -> str:
     return words_of(vector)
 
 
-def words_of(vector: Vector) -> str:
+def words_of(vector: Iterable[float]) -> str:
     """A vector in words, without signs of zeros."""
     return "({})".format(", ".join(f"{float(x) + 0.0:g}" for x in vector))
 

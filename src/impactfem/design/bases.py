@@ -53,6 +53,7 @@ def shares(bases: Sequence[ReducedBasis], loads: Loads) -> list[Loads]:
             loads,
             edges=tuple(loads.edges[j] for j in columns),
             force=np.ascontiguousarray(loads.force[:, columns]),
+            external=None if loads.external is None else loads.external[:, columns],
         )
         still = replace(one, directions=(), ground=np.zeros_like(loads.ground))
         found.append(one if k == 0 else still)

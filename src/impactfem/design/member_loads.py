@@ -14,8 +14,9 @@ from impactfem.case import Case
 from impactfem.errors import SolutionError
 from impactfem.motion.from_case import ground_motions
 from impactfem.sticks.force_history import ForceHistory, read_forces
+from impactfem.sticks.from_case import loads_of
 from impactfem.sticks.pounding import System, interpolate_ground, simulate
-from impactfem.transient.forces import checked_forces
+from impactfem.transient.forces import checked_forces, with_floor_forces
 from impactfem.transient.loads import EdgeForce, Loads, make_loads
 from impactfem.transient.prepared import transient_of
 
@@ -70,13 +71,14 @@ def pairs_of(case: Case, mesh: BuildingMesh, forces: Path, duration: float) -> P
     return Pairs(history.pairs, tuple(edges))
 
 
-def member_loads(case: Case, system: System, pairs: Pairs) -> MemberLoads:
+def member_loads(case: Case, system: System, pairs: Pairs, mesh: BuildingMesh) -> MemberLoads:
     """Run the sticks under the motions of a member as the stage `sticks` does.
 
     Args:
         case: The case with the motions of the member.
         system: The sticks.
         pairs: Those that touch the building.
+        mesh: The mesh of the building.
 
     Raises:
         InputError: A record is not usable.
@@ -87,7 +89,8 @@ def member_loads(case: Case, system: System, pairs: Pairs) -> MemberLoads:
     along = [motion.history for motion in motions]
     longest = max(motion.accelerogram.duration for motion in motions)
     n_t = round((case.pounding.duration or longest) / dt) + 1
-    response = simulate(system, interpolate_ground(along, dt, n_t), dt, update=case.pounding.update)
+    ground, forces = interpolate_ground(along, dt, n_t), loads_of(case, system, dt, n_t)
+    response = simulate(system, ground, dt, update=case.pounding.update, loads=forces)
     duration = transient.duration or float(response.time[-1])
     if response.time[-1] < duration - dt:
         raise SolutionError(
@@ -97,7 +100,9 @@ def member_loads(case: Case, system: System, pairs: Pairs) -> MemberLoads:
     columns = [names.index(name) for name in pairs.names]
     own = ForceHistory(response.time, pairs.names, response.force[:, columns])
     n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
-    loads = make_loads(along, own, list(pairs.edges), transient.time_step, n_steps)
+    every, edges = with_floor_forces(case, mesh, own, list(pairs.edges))
+    external = len(edges) - len(pairs.edges)
+    loads = make_loads(along, every, edges, transient.time_step, n_steps, external)
     floor = np.array([edge.floor for edge in pairs.edges])
     peaks = [own.force[:, floor == k].max() for k in pairs.floors]
     return MemberLoads(loads, np.maximum(np.array(peaks, dtype=np.float64), 0.0))

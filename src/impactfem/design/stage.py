@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case
 from impactfem.design.analyst import analyst_alone, choice_of
 from impactfem.design.bases import at_nodes, further_basis, lacking, modal_shares
@@ -252,7 +253,11 @@ def _pairs(case: Case, prepared: Prepared, folder: Path) -> Pairs:
 
 
 def _loads(
-    case: Case, members: list[Member], pairs: Pairs, progress: Callable[[float], None]
+    case: Case,
+    mesh: BuildingMesh,
+    members: list[Member],
+    pairs: Pairs,
+    progress: Callable[[float], None],
 ) -> tuple[dict[str, MemberLoads], dict[str, str]]:
     """The loads of members by name, and the reason of those whose sticks failed."""
     system = system_of(case, calibration_of(case))
@@ -260,7 +265,7 @@ def _loads(
     failed: dict[str, str] = {}
     for number, member in enumerate(members, 1):
         try:
-            found[member.name] = member_loads(member.case, system, pairs)
+            found[member.name] = member_loads(member.case, system, pairs, mesh)
         except ImpactfemError as error:
             failed[member.name] = str(error)
             LOGGER.warning("warning: ensemble member %s failed: %s", member.name, error)
@@ -305,7 +310,10 @@ def _loads_on_root(
     failed: dict[str, str] = {}
 
     def run_sticks() -> None:
-        more, others = _loads(run.case, members, pairs, lambda part: run.within("sticks", part))
+        mesh = run.prepared.parts.mesh
+        more, others = _loads(
+            run.case, mesh, members, pairs, lambda part: run.within("sticks", part)
+        )
         loads.update(more)
         failed.update(others)
 

@@ -175,7 +175,7 @@ def _damped(
     calibrated: bool,
     loads: Loads,
 ) -> DampedStudy:
-    quiet = replace(loads, edges=(), force=loads.force[:, :0])
+    quiet = loads.without_impacts()
     return DampedStudy(
         name=name,
         damping=damping,

@@ -71,7 +71,8 @@ def full_histories(
         ImpactfemError: A checkpoint cannot be written.
     """
     alpha, beta = damping
-    quiet = replace(loads, force=np.zeros_like(loads.force))
+    own = np.zeros_like(loads.force) if loads.external is None else loads.external
+    quiet = replace(loads, force=own)
     dt = loads.time_step / substeps
     comm = system.M.getComm().tompi4py()
     found = []

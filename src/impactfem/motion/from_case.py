@@ -94,7 +94,7 @@ def checked_durations(motions: Sequence[Motion]) -> list[float]:
     faults: list[Fault] = []
     durations = []
     for motion in motions:
-        if isinstance(motion, SyntheticMotion):
+        if not isinstance(motion, RecordMotion):
             durations.append(motion.duration)
             continue
         try:
@@ -206,9 +206,13 @@ def _ground_motion(motion: Motion, accept: bool) -> GroundMotion:
         if accept:
             highest = min(50.0, 0.5 / accelerogram.time_step)
             accepted = acceptance(accelerogram, design, maximum=highest)
-    else:
+    elif isinstance(motion, RecordMotion):
         damping = RECORD_DAMPING
         accelerogram = treated_record(motion)
+    else:
+        damping = RECORD_DAMPING
+        n_t = max(2, round(motion.duration / motion.time_step) + 1)
+        accelerogram = Accelerogram(motion.time_step, np.zeros(n_t), "rest", "ground at rest")
     spectrum = response_spectra(
         accelerogram.acceleration, accelerogram.time_step, frequency, [damping]
     )

@@ -112,7 +112,7 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.D
         axes[2].set_xlabel("frequency [Hz]")
         axes[2].set_ylabel("pseudo-acceleration [m/s²]")
         axes[2].set_xlim(frequency[0], frequency[-1])
-        axes[2].set_ylim(0.0, 1.5 * spectrum[top])
+        axes[2].set_ylim(0.0, 1.5 * spectrum[top] or 1.0)  # ground at rest has none
         axes[2].legend(loc="upper right")
         letter(axes)
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from impactfem.case import (
     Building,
@@ -14,14 +16,21 @@ from impactfem.case import (
     JankowskiLaw,
     KelvinVoigtLaw,
 )
+from impactfem.case.loads import ForceTable, read_force_table
+from impactfem.errors import Fault, InputError
+from impactfem.log import LOGGER
 from impactfem.sticks import contact as laws
 from impactfem.sticks import restitution
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
 from impactfem.sticks.contact import Law, effective_mass
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
-from impactfem.sticks.pounding import End, Pair, System
+from impactfem.sticks.pounding import End, Load, Pair, System
 from impactfem.sticks.stick import Floor, Stick, build_stick
+
+Array = NDArray[np.float64]
+COARSE = 0.01
+"""Part of an impulse that samples may miss before it is warned of."""
 
 
 def given_parameters(building: Building) -> Parameters:
@@ -154,6 +163,46 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
     }
     pairs = tuple(_pair(case, contact, sticks) for contact in case.contacts)
     return System(tuple(sticks.values()), pairs)
+
+
+def loads_of(case: Case, system: System, time_step: float, n_t: int) -> list[Load]:
+    """The loads of a case, on the mass centres of the floors, at the times of a response.
+
+    Args:
+        case: The case.
+        system: Its sticks.
+        time_step: Δt [s].
+        n_t: Number of times.
+
+    Raises:
+        InputError: A table of forces is not usable any more.
+    """
+    time = time_step * np.arange(n_t)
+    found = []
+    for loads in case.loads:
+        faults: list[Fault] = []
+        table = read_force_table(loads.file, faults)
+        if table is None:
+            raise InputError(faults)
+        direction = np.array(loads.direction)
+        for (building, floor), force in zip(table.floors, table.at(time).T, strict=True):
+            found.append(Load(End.of_floor(system.stick(building), floor), direction, force))
+        _warn_of_coarse_steps(table, time, loads.file.name)
+    return found
+
+
+def _warn_of_coarse_steps(table: ForceTable, time: Array, name: str) -> None:
+    """Say so where samples at the time step miss a part of an impulse."""
+    fine = np.union1d(time, table.time[table.time <= time[-1]])
+    exact, sampled = (trapezoid(table.at(at), at, axis=0) for at in (fine, time))
+    size = trapezoid(np.abs(table.at(fine)), fine, axis=0)
+    off = float(np.max(np.abs(sampled - exact) / np.maximum(size, 1e-300), initial=0.0))
+    if off > COARSE:
+        LOGGER.warning(
+            "warning: %s: at pounding.time_step an impulse is %.2g %% off; expected a smaller step",
+            name,
+            100.0 * off,
+        )
 
 
 def _pair(case: Case, contact: Contact, sticks: dict[str, Stick]) -> Pair:

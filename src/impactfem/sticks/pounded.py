@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from impactfem.case import Case
 from impactfem.motion.from_case import GroundMotion
 from impactfem.sticks.calibration import Calibration
-from impactfem.sticks.from_case import system_of
+from impactfem.sticks.from_case import loads_of, system_of
 from impactfem.sticks.pounding import Response, interpolate_ground, simulate
 
 
@@ -31,4 +31,5 @@ def pounded(
     dt = case.pounding.time_step
     ground = interpolate_ground([m.history for m in motions], dt, int(duration / dt) + 2)
     system = system_of(case, calibration)
-    return simulate(system, ground, dt, update=case.pounding.update)
+    loads = loads_of(case, system, dt, len(ground))
+    return simulate(system, ground, dt, update=case.pounding.update, loads=loads)

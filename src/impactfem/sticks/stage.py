@@ -19,7 +19,7 @@ from impactfem.sticks.calibration import Calibration
 from impactfem.sticks.checks import ImpactCheck, Separation, impact_checks, separations
 from impactfem.sticks.energy import EnergyBalance, energy_balance
 from impactfem.sticks.facing import Approach, approaches
-from impactfem.sticks.from_case import calibration_of, system_of
+from impactfem.sticks.from_case import calibration_of, loads_of, system_of
 from impactfem.sticks.impacts import Impact, impacts
 from impactfem.sticks.modes import Modes, modes
 from impactfem.sticks.pounding import Response, System, interpolate_ground, simulate
@@ -135,8 +135,9 @@ def run_sticks(
             calibration, system = ready
         all_modes = tuple(modes(stick) for stick in system.sticks)
     with step("pounding"):
-        response = simulate(system, ground, dt, update=case.pounding.update)
-        free = simulate(system.without_contact(), ground, dt)
+        loads = loads_of(case, system, dt, n_t)
+        response = simulate(system, ground, dt, update=case.pounding.update, loads=loads)
+        free = simulate(system.without_contact(), ground, dt, loads=loads)
         energy = energy_balance(response)
         found = tuple(impacts(response))
         strength = {b.name: b.material.compressive_strength for b in case.buildings}

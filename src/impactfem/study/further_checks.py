@@ -9,11 +9,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeVar
 
+import numpy as np
+
 from impactfem.building.from_case import geometry_of, part_faults
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.generated_mesh import GeneratedMesh
+from impactfem.case.loads import early_ends, read_force_table
 from impactfem.case.motions import RecordMotion
 from impactfem.device.from_case import checked_devices
 from impactfem.errors import Fault, InputError
@@ -66,9 +69,14 @@ def further_checks(case: Case, left_out: set[str], *, mesh: bool) -> Further:
         durations = found.attempt(lambda: checked_durations(case.motions))
     if durations is None:
         return found
-    longest = max(durations)
+    longest = max(durations, default=0.0)  # without a motion, the case says how long
+    computed = case.pounding.duration or longest
     if "pounding" not in left_out:
-        found.faults += _time_faults(case, case.pounding.duration or longest)
+        found.faults += _time_faults(case, computed)
+        for loads in case.loads:
+            table = read_force_table(loads.file, found.faults)
+            if table is not None:
+                found.faults += early_ends(loads.file, table, computed)
     history = None
     transient = case.transient
     if transient is not None and transient.forces is not None:
@@ -130,11 +138,13 @@ def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
         floors, file = case.wall_impact.floors, case.path if generated else path
         found.attempt(lambda: wall_side(mesh, floors, file))
     if case.transient is not None:
-        from impactfem.transient.forces import check_contacts
+        from impactfem.transient.forces import check_contacts, with_floor_forces
         from impactfem.transient.probes import checked_probes
 
         found.attempt(lambda: checked_probes(case, mesh))
         found.attempt(lambda: check_contacts(case, mesh))
+        at_rest = ForceHistory(np.array([0.0, 1.0]), (), np.zeros((2, 0)))
+        found.attempt(lambda: with_floor_forces(case, mesh, at_rest, []))
     if case.devices:
         from impactfem.equipment.covered_points import covered_points
         from impactfem.equipment.rosette import find_rosettes

@@ -25,9 +25,9 @@ def inputs_key(
 
     Args:
         case: The case.
-        sections: Names of the sections of the case file that count. With ``motions`` the records
-            that they name count too; without ``damping`` that of buildings and parts does not, and
-            without ``contact_laws`` the restitution of the damping cases does not.
+        sections: Names of the sections of the case file that count. With ``motions`` and ``loads``
+            the files that they name count too; without ``damping`` that of buildings and parts
+            does not, and without ``contact_laws`` the restitution of the damping cases does not.
         rooms: Names of the folders of the program, or of its files, whose sources count.
         files: Further files whose content counts.
 
@@ -38,6 +38,7 @@ def inputs_key(
     # What is in a record or a mesh counts, not where it lies.
     nowhere: dict[str, Any] = {
         "motions": {"__all__": {"file"}},
+        "loads": {"__all__": {"file"}},
         "structure": {"mesh": {"file"}},
         "transient": {"forces"},
         # How many members go on to the 3D model changes nothing of the members.
@@ -53,6 +54,9 @@ def inputs_key(
         for motion in case.motions:
             for file in motion_files(motion):
                 digest.update(file.read_bytes())
+    if "loads" in sections:
+        for loads in case.loads:
+            digest.update(loads.file.read_bytes())
     for file in files:
         digest.update(file.read_bytes())
     return digest.hexdigest()

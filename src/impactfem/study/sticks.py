@@ -30,6 +30,7 @@ STICK_INPUTS = (
     "buildings",
     "calibration",
     "motions",
+    "loads",
     "contact_laws",
     "contacts",
     "pounding",

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Contact
 from impactfem.case.contacts import Vector
 from impactfem.case.leaf import nearest
+from impactfem.case.loads import read_force_table
 from impactfem.case.struck_edge import (
     ALIGNED,
     StruckEdge,
@@ -26,9 +27,13 @@ from impactfem.case.struck_edge import (
 from impactfem.errors import Fault, InputError
 from impactfem.log import LOGGER
 from impactfem.sticks.force_history import ForceHistory
+from impactfem.sticks.pair_ends import PairEnds
 from impactfem.transient.loads import EdgeForce
 
 Array = NDArray[np.float64]
+
+LOAD = "load"
+"""How the columns of loads are named, before their number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +136,57 @@ def _ends(
     return ends, faults + list(_length_faults(history, path, duration)), building
 
 
+def with_floor_forces(
+    case: Case, mesh: BuildingMesh, forces: ForceHistory, edges: list[EdgeForce]
+) -> tuple[ForceHistory, list[EdgeForce]]:
+    """Impact forces with those of the loads of the case on the building of the 3D model.
+
+    Args:
+        case: The case, with a structure.
+        mesh: The mesh of its building.
+        forces: The impact forces on the building.
+        edges: What each does to it, in their order.
+
+    Returns:
+        Both with a column and an edge for each load on the building.
+
+    Raises:
+        InputError: A load is not at right angles to an edge, or on a floor without one.
+        ValueError: The case has no structure.
+    """
+    if case.structure is None:
+        raise ValueError("a case without a structure has no edges that forces could act on")
+    outward = {floor: outward_normal(mesh, floor) for floor in mesh.edges}
+    names, columns, every = list(forces.pairs), [forces.force], list(edges)
+    faults: list[Fault] = []
+    for index, loads in enumerate(case.loads):
+        table = read_force_table(loads.file, faults)
+        if table is None:
+            continue
+        values, direction = table.at(forces.time), np.array(loads.direction)
+        for k, (building, floor) in enumerate(table.floors):
+            if building != case.structure.building:
+                continue
+            along = float(direction @ outward[floor]) if floor in outward else 0.0
+            if abs(along) < 1.0 - ALIGNED:
+                there = words_of(outward[floor]) if floor in outward else "which has none"
+                expected = (
+                    f"expected a direction at right angles to the edge of floor {floor}, {there}: "
+                    "forces act on the edges of slabs in the 3D model"
+                )
+                key = f"loads[{index}].direction"
+                faults.append(Fault(case.path, key, words_of(direction), expected))
+                continue
+            names.append(f"{LOAD} {index}, floor {floor}")
+            # A positive amplitude pushes the edge inwards.
+            columns.append(-along * values[:, [k]])
+            every.append(_edge_force(floor, outward[floor]))
+    if faults:
+        raise InputError(faults)
+    joined = replace(forces, pairs=tuple(names), force=np.hstack(columns), ends=PairEnds())
+    return (joined if len(every) > len(edges) else forces), every
+
+
 def check_contacts(case: Case, mesh: BuildingMesh) -> None:
     """See that the contacts of a case can act on the edges of its 3D building.
 
@@ -168,7 +224,7 @@ def _struck_edges(mesh: BuildingMesh) -> dict[int, StruckEdge]:
     return edges
 
 
-def _edge_force(floor: int, outward: Vector) -> EdgeForce:
+def _edge_force(floor: int, outward: Iterable[float]) -> EdgeForce:
     # The edge's own normal, not the pair's: all pairs of a floor are one load then.
     x, y, z = (-component + 0.0 for component in outward)
     return EdgeForce(f"floor {floor}", floor, (x, y, z))
@@ -265,7 +321,7 @@ def _contradictions(
             yield Fault(path, f"{pair}, relative_height_{side}", found, expected)
     normal = history.ends.normal
     if normal is not None and np.abs(normal[j] - ends[0].outward).max() > ALIGNED:
-        words = [words_of((n[0], n[1], n[2])) for n in (ends[0].outward, normal[j])]
+        words = [words_of(n) for n in (ends[0].outward, normal[j])]
         yield Fault(path, f"{pair}, normal", words[1], f"{words[0]}, as in the case")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,8 @@ class Loads:
         force: Their amplitudes, shape (n_steps + 1, n_edges) [N].
         impulse_error: Largest difference of an impulse before and after resampling, over the
             largest impulse.
+        external: Part of `force` that is no contact force, of the loads of the case, same shape;
+            None without.
 
     Raises:
         ValueError: Two forces have the same name.
@@ -59,6 +61,7 @@ class Loads:
     edges: tuple[EdgeForce, ...]
     force: Array
     impulse_error: float
+    external: Array | None = None
 
     def __post_init__(self) -> None:
         # Amplitudes find their patterns by name.
@@ -74,6 +77,13 @@ class Loads:
     def amplitudes(self) -> Array:
         """Amplitudes of all patterns, shape (n_steps + 1, n_patterns) [m/s2, N]."""
         return np.column_stack([self.ground[:, list(self.directions)], self.force])
+
+    def without_impacts(self) -> Loads:
+        """The same without the contact forces."""
+        own = np.zeros_like(self.force) if self.external is None else self.external
+        acting = np.any(own != 0.0, axis=0)
+        edges = tuple(edge for edge, acts in zip(self.edges, acting, strict=True) if acts)
+        return replace(self, edges=edges, force=own[:, acting], external=own[:, acting])
 
     def patterns(self, model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> Array:
         """Patterns at this rank's rows, shape (n_local, n_patterns).
@@ -96,6 +106,7 @@ def make_loads(
     edges: list[EdgeForce],
     time_step: float,
     n_steps: int,
+    external: int = 0,
 ) -> Loads:
     """Loads at the time step of the 3D model.
 
@@ -106,18 +117,21 @@ def make_loads(
             the same edge add, along the direction of the first one.
         time_step: Δt [s].
         n_steps: Number of steps.
+        external: Number of pairs, the last ones, that are loads of the case and no contacts.
     """
     by_edge: dict[EdgeForce, Array] = {}
-    for edge, history in zip(edges, forces.force.T, strict=True):
+    own: dict[EdgeForce, Array] = {}
+    contacts = len(edges) - external
+    for j, (edge, history) in enumerate(zip(edges, forces.force.T, strict=True)):
         x, y, z = edge.direction
         opposite = EdgeForce(edge.name, edge.floor, (-x, -y, -z))
-        if opposite in by_edge:
-            by_edge[opposite] -= history
-        else:
-            by_edge[edge] = by_edge.get(edge, 0.0) + history
+        at, sign = (opposite, -1.0) if opposite in by_edge else (edge, 1.0)
+        by_edge[at] = by_edge.get(at, 0.0) + sign * history
+        own[at] = own.get(at, 0.0) + (sign * history if j >= contacts else 0.0 * history)
     given: Array = np.zeros((len(forces.time), len(by_edge)))
-    for j, history in enumerate(by_edge.values()):
-        given[:, j] = history
+    loaded = np.zeros_like(given)
+    for j, at in enumerate(by_edge):
+        given[:, j], loaded[:, j] = by_edge[at], own[at]
     force = project(forces.time, given, time_step, n_steps)
     # A pattern without force, within this time, would only make the reduced basis larger.
     acting = np.any(force != 0.0, axis=0)
@@ -134,6 +148,7 @@ def make_loads(
         edges=tuple(edge for edge, acts in zip(by_edge, acting, strict=True) if acts),
         force=force,
         impulse_error=float(np.abs(after - before).max(initial=0.0) / largest) if largest else 0.0,
+        external=project(forces.time, loaded, time_step, n_steps)[:, acting] if external else None,
     )
 
 

@@ -15,7 +15,7 @@ from impactfem.case.transient import Transient
 from impactfem.errors import Fault, InputError
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.sticks.force_history import ForceHistory, read_forces
-from impactfem.transient.forces import checked_forces
+from impactfem.transient.forces import checked_forces, with_floor_forces
 from impactfem.transient.loads import Loads, make_loads
 from impactfem.transient.probes import Probe, checked_probes
 
@@ -108,8 +108,11 @@ def case_loads(
     """
     time_step = transient_of(case).time_step
     forces, edges = checked_forces(history, path, case, mesh, duration, inputs)
+    contacts = len(edges)
+    forces, edges = with_floor_forces(case, mesh, forces, edges)
     n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
-    return make_loads([m.history for m in motions], forces, edges, time_step, n_steps)
+    ground = [m.history for m in motions]
+    return make_loads(ground, forces, edges, time_step, n_steps, len(edges) - contacts)
 
 
 def lightest_damping(case: Case, every: bool) -> tuple[float, float]:

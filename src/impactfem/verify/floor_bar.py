@@ -89,6 +89,7 @@ def _strip(*, beams: bool) -> BuildingParts:
     from impactfem.building.masses import floor_masses
     from impactfem.building.parts import BuildingParts
     from impactfem.building.read_mesh import read_mesh
+    from impactfem.building.section import Material, Materials
 
     built = geometry.Geometry(
         length=WIDTH,
@@ -116,8 +117,10 @@ def _strip(*, beams: bool) -> BuildingParts:
         generate(built, path)
         mesh = read_mesh(path)
     sections = built.sections(mesh.shell_parts, mesh.beam_parts)
-    masses = floor_masses(mesh, sections, RHO, np.array([MASS]))
-    return BuildingParts(mesh, sections, YOUNG, 0.0, RHO, masses.on_triangles)
+    concrete = Material(YOUNG, 0.0, RHO)
+    materials = Materials((concrete,) * len(mesh.shell_parts), (concrete,) * len(mesh.beam_parts))
+    masses = floor_masses(mesh, sections, materials, np.array([MASS]))
+    return BuildingParts(mesh, sections, materials, masses.on_triangles)
 
 
 def _by_hand(bar: FloorBar) -> list[Row]:
@@ -415,10 +418,11 @@ def _paper_bars(
     in_edge = storey[np.ptp(y, axis=1) + np.abs(y[:, 0] - y.min()) < 1e-6]
     area = areas(mesh.nodes, mesh.triangles)[in_edge]
     thickness = float(np.average(parts.thickness()[in_edge], weights=area))
+    concrete = parts.slab_material(FLOOR)  # of the walls, too
     wall = EdgeWall(
         height=height,
-        bending=storey_factor * parts.young_modulus * area.sum() / height * thickness**3 / 12.0,
-        mass=parts.density * float(area.sum()) * thickness,
+        bending=storey_factor * concrete.E * area.sum() / height * thickness**3 / 12.0,
+        mass=concrete.rho * float(area.sum()) * thickness,
     )
     # Half of each is in the end masses; what is left there are the upstands.
     upstand = (bar.end_mass[0] - 0.5 * wall.mass, bar.end_mass[1] - 0.5 * wall.mass)
