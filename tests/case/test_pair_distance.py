@@ -51,5 +51,12 @@ def test_a_normal_from_b_to_a_is_refused(broken: Broken) -> None:
 
 def test_buildings_in_one_another_are_refused(broken: Broken) -> None:
     path = broken((None, AXES[1], 'axis = ["23.1 m", "22.4 m"]'))
-    with pytest.raises(InputError, match=r"are -1 m apart along it, and the gap is 0.01 m"):
+    text = (
+        r"contacts\[0\]: expected buildings that stand side by side: by axis and offset the "
+        r"points of B1.floor_1-B2.floor_1 are -1 m apart along the normal, and the gap is 0.01 m; "
+        r"see axis of \[\[buildings\]\], B1 \(23.1 m, 7.8 m\) and B2 \(23.1 m, 22.4 m\), and "
+        r"the offsets"
+    )
+    with pytest.raises(InputError, match=text) as caught:
         load_case(path)
+    assert len(caught.value.faults) == 1

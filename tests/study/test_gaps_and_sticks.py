@@ -24,9 +24,9 @@ def told(caplog, path, *, mesh=True):
 
 
 def test_check_tells_of_a_gap_that_is_another(new_case, tmp_path, caplog):
-    path = new_case(tmp_path, ('gap = "2 cm"', 'gap = "2 m"'))
+    path = new_case(tmp_path, ('gap = "2 cm"', 'gap = "20 cm"'))
     (line,) = told(caplog, path)
-    assert "0.02 m apart along the normal" in line and "its gap is 2 m; the gap counts" in line
+    assert "0.02 m apart along the normal" in line and "its gap is 0.2 m; the gap counts" in line
     assert "so it is for 2 more" in line
     # A run says it at the end of its stage, once.
     assert told(caplog, path, mesh=False) == []

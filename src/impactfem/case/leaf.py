@@ -32,6 +32,7 @@ _BEYOND = 1e60  # no physical quantity in SI reaches it; a product of five of th
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
 LONGEST_NAME = 64  # letters; file names are made of names, two at a time
 _RESERVED = re.compile("con|prn|aux|nul|com[0-9]|lpt[0-9]", re.IGNORECASE)  # by Windows, for files
+_COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)((?:\s*[^\W\d].*?|\s*1\s*/.*?)?)\s*")
 _PERCENT = re.compile(rf"\s*({_NUMBER})\s*%\s*")
 
 
@@ -154,6 +155,11 @@ class Quantity(Leaf):
         return number
 
     def _from_text(self, text: str) -> float:
+        comma = _COMMA.fullmatch(text)
+        if comma is not None:
+            point = f"{comma[1]}.{comma[2]}{comma[3]}"
+            words = f"expected {self.kind.name} with a decimal point, not a comma"
+            raise refuse(f"{words}: '{point}'")
         match = _QUANTITY.fullmatch(text)
         if match is None:
             raise refuse(f"expected {self.phrase}")

@@ -41,6 +41,8 @@ def pair_distance(contact: Contact, case: Case) -> float:
 def distance_faults(source: Source, entries: Sequence[ContactEntry], case: Case) -> Iterator[Fault]:
     """Contacts whose points lie the other way round along the normal than from a to b.
 
+    Where the axes lie so, too, the normal is at fault, else axes or offsets.
+
     Args:
         source: The case as written.
         entries: Its contacts, as written.
@@ -50,14 +52,31 @@ def distance_faults(source: Source, entries: Sequence[ContactEntry], case: Case)
     for index, entry in enumerate(entries):
         for contact in expand((entry,)):
             distance = _distance(contact, buildings)
-            if distance < -allowed(contact.gap):
-                expected = (
-                    f"expected the direction from a to b: by axis and offset the points of "
-                    f"{contact.name} are {distance:.4g} m apart along it, and the gap is "
-                    f"{contact.gap:.4g} m"
+            if distance >= -allowed(contact.gap) or math.isnan(distance):
+                continue
+            apart = (
+                f"by axis and offset the points of {contact.name} are {distance:.4g} m apart along "
+            )
+            a, b = (buildings[end.building] for end in (contact.a, contact.b))
+            x, y, _ = contact.normal
+            if x * (b.axis[0] - a.axis[0]) + y * (b.axis[1] - a.axis[1]) < 0.0:
+                place = ("contacts", index, "normal")
+                expected = f"expected the direction from a to b: {apart}it"
+                yield source.fault(
+                    place, list(entry.normal), f"{expected}, and the gap is {contact.gap:.4g} m"
                 )
-                yield source.fault(("contacts", index, "normal"), list(entry.normal), expected)
-                break
+            else:
+                expected = (
+                    f"expected buildings that stand side by side: {apart}the normal, and the gap "
+                    f"is {contact.gap:.4g} m; see axis of [[buildings]], {a.name} {_point(a.axis)} "
+                    f"and {b.name} {_point(b.axis)}, and the offsets"
+                )
+                yield source.fault(("contacts", index), None, expected)
+            break
+
+
+def _point(axis: tuple[float, float]) -> str:
+    return f"({axis[0]:g} m, {axis[1]:g} m)"
 
 
 def _distance(contact: Contact, buildings: dict[str, Building]) -> float:

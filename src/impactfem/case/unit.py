@@ -91,6 +91,29 @@ KINDS = (
     ),
 )
 
+SPELLED = (
+    *(
+        "Pa",
+        "kPa",
+        "MPa",
+        "GPa",
+        "N",
+        "kN",
+        "MN",
+        "GN",
+        "m",
+        "mm",
+        "cm",
+        "dm",
+        "km",
+        "s",
+        "ms",
+        "μs",
+    ),
+    *("Hz", "kHz", "MHz", "kg", "g", "t", "kt", "J", "kJ", "MJ", "rad", "deg", "min", "h"),
+)
+"""Units as they are spelled, of which another spelling may be meant: ``Gpa``, ``KN``."""
+
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _FACTOR = re.compile(r"([^\W\d_]+(?:_[^\W\d_]+)*)(?:(?:\^|\*\*)?([+-]?\d{1,2}(?:\.5)?))?")
 _UNNAMED = "a quantity of another dimension"
@@ -148,7 +171,7 @@ def _measure(text: str) -> _Measured:
         for name, exponent in factors:
             parsed = registry.parse_unit_name(name)
             if not parsed:
-                raise UnitError(f"'{name}' is not a unit known here")
+                raise UnitError(f"'{name}' is not a unit known here{_meant(name)}")
             symbols.add(parsed[0][1])
             total = total * registry.Quantity(1.0, name) ** exponent
         base = total.to_base_units()
@@ -197,8 +220,17 @@ def si_factor(text: str, kind: Kind) -> float:
         given = identify(text)
         if measured.dimension == _measure(kind.unit).dimension and given == _UNNAMED:
             given = f"no unit for {kind.name}"  # rad/s where hertz is asked for
-        raise UnitError(f"'{text}' is {given}")
+        raise UnitError(f"'{text}' is {given}{_meant(text, kind)}")
     return measured.factor / _measure(kind.unit).factor
+
+
+def _meant(text: str, kind: Kind | None = None) -> str:
+    """A question for the unit that is spelled with other capitals, of the kind if one is given."""
+    for unit in SPELLED:
+        alike = unit.lower() == text.strip().lower() and unit != text.strip()
+        if alike and (kind is None or _is_of(_measure(unit), kind)):
+            return f"; did you mean '{unit}'?"
+    return ""
 
 
 def scale(value: float, factor: float) -> float:

@@ -11,13 +11,16 @@ import xarray as xr
 
 from impactfem.case import Case, Published, SyntheticMotion
 from impactfem.case.facing import facing_floors, facing_lines, unknown_lines
+from impactfem.case.leaf import nearest
 from impactfem.case.load import read_case
 from impactfem.case.pair_distance import pair_distance
+from impactfem.case.plausibility import implausible
 from impactfem.errors import Fault, InputError
 from impactfem.file_errors import file_errors
 from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
 from impactfem.memory import forget_peak, give_back, peak_memory
+from impactfem.motion.from_case import checked_durations
 from impactfem.parallel import on_root, one_blas_thread, rank, size, total
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.results.check import Check, log_checks
@@ -67,9 +70,9 @@ def check(path: Path, *, mesh: bool = False) -> Case:
 
     Args:
         path: The case file.
-        mesh: Whether the mesh of the case is read, or made, too, which takes some seconds, gaps are
-            compared with axes and offsets, and floors that face each other are looked for that are
-            in no pair, as a run does itself.
+        mesh: Whether the mesh of the case is read, or made, too, which takes some seconds, and
+            warnings are given that a run gives itself: gaps beside axes and offsets, floors that
+            face each other and are in no pair, and what is hardly meant.
 
     Raises:
         InputError: With every fault found; also where the run would not fit this machine.
@@ -91,6 +94,7 @@ def checked(path: Path, *, mesh: bool = False) -> tuple[Case, Estimate]:
         if mesh:
             _warn_of_gaps(case)
             _warn_of_facing_floors(case)
+            _warn_of_implausible(case)
         if further.estimate.seconds > DAY:
             LOGGER.warning(
                 "warning: a run of this case takes about %s: see the numbers of time steps, vectors"
@@ -118,6 +122,27 @@ def _warn_of_facing_floors(case: Case) -> None:
         LOGGER.warning("warning: %s: %s", case.path, line)
     for line in unknown_lines(found):
         LOGGER.info("%s: %s", case.path, line)
+
+
+def _warn_of_implausible(case: Case) -> None:
+    longest = max(checked_durations(case.motions), default=0.0)
+    for one in implausible(case, longest):
+        LOGGER.warning("warning: %s", one)
+
+
+def _warn_of_published(case: Case, scalars: list[Scalar]) -> None:
+    """Say which published values no result of a whole run has, or has in another unit."""
+    units = {scalar.name: scalar.unit for scalar in scalars}
+    for name, entry in case.published.items():
+        # What a publication prints elsewhere: tables show it beside the result of that name.
+        unit = units.get(name.removesuffix(".printed"))
+        if unit is None:
+            near = nearest(name, list(units))
+            hint = f"; {near}" if near.startswith("did") else ""
+            LOGGER.warning("warning: published value %s: no result of this run%s", name, hint)
+        elif unit != entry.unit:
+            text = "warning: published value %s: a unit of %s, and the result has %s"
+            LOGGER.warning(text, name, entry.unit, unit)
 
 
 def _seeds(case: Case) -> dict[str, int]:
@@ -189,6 +214,7 @@ def run(
         for found in estimates:  # on rank 0
             for line in found.lines():
                 LOGGER.debug("estimate: %s", line)
+        on_root(lambda: _warn_of_implausible(case))
         stages = asked_stages(case, stage)
         for one in stages:
             _run_stage(one, case, result, fresh, bar)
@@ -196,6 +222,7 @@ def run(
                 on_root(lambda: _check_mesh(case, folder))
         on_root(lambda: _write_results(case, result, stages, started))
         if stage in (None, REPORT):
+            on_root(lambda: _warn_of_published(case, result.scalars))
             on_root(lambda: write_page(folder, bar=bar))
     return result
 

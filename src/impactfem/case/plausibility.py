@@ -1,0 +1,364 @@
+"""What is written as it should be and hardly meant: values far from what is usual.
+
+Each is a warning with the file, the key, the value and what is usual; nothing is refused. The usual
+ranges are wide, so that a warning is worth reading: they hold buildings from sheds to reactors.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from impactfem.case.contacts import KelvinVoigtLaw
+from impactfem.case.damping import Damping
+from impactfem.case.facing import LEVEL, facing_floors, levels_of
+from impactfem.case.floors import Floor
+from impactfem.case.generated_mesh import GeneratedMesh
+from impactfem.case.model import Case, CaseFile
+from impactfem.case.named_files import tables_of
+from impactfem.case.place import Place, step, value_at
+from impactfem.case.source import Source, read_source
+from impactfem.errors import Fault
+
+
+@dataclass(frozen=True)
+class Usual:
+    """The usual range of a value.
+
+    Args:
+        keys: Its place in the case file, or the columns of a table; ``*`` is any name or index.
+        low: Least usual value in SI.
+        high: Largest usual value in SI.
+        words: What is usual.
+    """
+
+    keys: str
+    low: float
+    high: float
+    words: str
+
+
+CASE = (
+    Usual("materials.*.young_modulus", 1e8, 5e11, "concrete 20 to 45 GPa, masonry 1 to 15 GPa"),
+    Usual("materials.*.density", 100.0, 2e4, "concrete 2200 to 2600 kg/m3, steel 7850 kg/m3"),
+    Usual("materials.*.compressive_strength", 1e5, 1e9, "concrete 12 to 100 MPa"),
+    Usual("damping.ratio", 1e-3, 0.3, "1 % to 10 %"),
+    Usual("damping.mass_coefficient", 0.0, 20.0, "below 5 1/s"),
+    Usual("damping.stiffness_coefficient", 0.0, 0.05, "below 10 ms"),
+    Usual("damping_cases.*.ratio", 1e-3, 0.3, "1 % to 10 %"),
+    Usual("damping_cases.*.mass_coefficient", 0.0, 20.0, "below 5 1/s"),
+    Usual("damping_cases.*.stiffness_coefficient", 0.0, 0.05, "below 10 ms"),
+    Usual("damping_cases.*.restitution", 0.05, 1.0, "0.4 to 0.9"),
+    Usual("buildings.*.damping.ratio", 1e-3, 0.3, "1 % to 10 %"),
+    Usual("buildings.*.damping.mass_coefficient", 0.0, 20.0, "below 5 1/s"),
+    Usual("buildings.*.damping.stiffness_coefficient", 0.0, 0.05, "below 10 ms"),
+    Usual("buildings.*.stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted storeys"),
+    Usual("buildings.*.second_moment_factor", 1e-2, 20.0, "0.1 to 1"),
+    Usual("buildings.*.length", 1.0, 1e3, "5 to 200 m"),
+    Usual("buildings.*.width", 1.0, 1e3, "5 to 200 m"),
+    Usual("structure.storey_stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted"),
+    Usual("structure.mesh.length", 1.0, 1e3, "5 to 200 m"),
+    Usual("structure.mesh.width", 1.0, 1e3, "5 to 200 m"),
+    Usual("structure.mesh.slab_thickness", 0.03, 5.0, "0.1 to 1 m"),
+    Usual("structure.mesh.acroterion.height", 0.05, 10.0, "0.2 to 2 m"),
+    Usual("structure.mesh.acroterion.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
+    Usual("structure.mesh.shells.*.thickness", 0.003, 5.0, "0.1 to 1 m"),
+    Usual("structure.mesh.beams.*.width", 0.01, 10.0, "0.2 to 2 m"),
+    Usual("structure.mesh.beams.*.depth", 0.01, 10.0, "0.2 to 2 m"),
+    Usual("contacts.*.gap", 0.0, 1.0, "0 to 30 cm"),
+    Usual("contacts.*.bearing_area", 1e-4, 1e3, "0.1 to 50 m2"),
+    Usual("contact_laws.*.stiffness", 1e6, 1e14, "1e8 to 1e11 N/m"),
+    Usual("contact_laws.*.restitution", 0.05, 1.0, "0.4 to 0.9"),
+    Usual("contact_laws.*.damping_ratio", 0.0, 0.7, "5 % to 35 %"),
+    Usual("motions.*.pga", 0.01, 30.0, "0.5 to 10 m/s2"),
+    Usual("motions.*.duration", 1.0, 600.0, "5 to 60 s"),
+    Usual("wall_impact.gap", 0.0, 1.0, "0 to 30 cm"),
+    Usual("wall_impact.displacement", -1.0, 1.0, "-10 to -1 cm"),
+)
+"""Keys of the case file; damping of no kind at all is another warning."""
+
+FLOOR = (
+    Usual("mass", 100.0, 1e8, "20 to 5000 t"),
+    Usual("storey_height", 0.5, 50.0, "2.5 to 8 m"),
+    Usual("Jx", 1.0, 1e13, "mass times the square of 3 to 30 m"),
+    Usual("Jy", 1.0, 1e13, "mass times the square of 3 to 30 m"),
+    Usual("Jz", 1.0, 1e13, "mass times the square of 3 to 30 m"),
+    Usual("A", 1e-4, 1e4, "0.1 to 300 m2"),
+    Usual("Avy", 1e-5, 1e4, "1e-3 to 200 m2"),
+    Usual("Avz", 1e-5, 1e4, "1e-3 to 200 m2"),
+    Usual("Ix", 1e-6, 1e7, "0.1 to 1e5 m4"),
+    Usual("Iy", 1e-6, 1e7, "0.1 to 1e5 m4"),
+    Usual("Iz", 1e-6, 1e7, "0.1 to 1e5 m4"),
+)
+"""Columns of the floor table."""
+
+MEMBERS = (
+    Usual("walls.thickness", 0.03, 10.0, "0.1 to 2 m"),
+    Usual("beams.width", 0.03, 10.0, "0.2 to 2 m"),
+    Usual("beams.depth", 0.03, 10.0, "0.2 to 2 m"),
+    Usual("columns.width_x", 0.03, 10.0, "0.2 to 2 m"),
+    Usual("columns.width_y", 0.03, 10.0, "0.2 to 2 m"),
+)
+"""Columns of the tables of a generated mesh."""
+
+DURATION = 5.0
+"""Time of the sticks over the longest motion, above which there is little left to see."""
+SPEED = 0.5
+"""Speed of approach that tells how long an impact of a law after Hertz lasts [m/s]."""
+RESULTS = (
+    *("motion", "sticks", "pounding", "frs", "building", "calibration", "transient", "device"),
+    *("design", "ensemble", "ensemble3d"),
+)
+"""First words of the names of results."""
+SAME = 1e-9  # relative difference of numbers that are the same
+
+
+def implausible(case: Case, longest: float) -> list[Fault]:
+    """Everything in a case that is hardly meant.
+
+    Args:
+        case: The case.
+        longest: Duration of the longest motion, 0 without one [s].
+
+    Returns:
+        One a value, with what is usual in place of what was expected.
+    """
+    source = read_source(case.path, CaseFile)
+    contacts = _entries(source.raw)
+    return [
+        *_ranges(source, case, contacts),
+        *_floor_ranges(source, case),
+        *_member_ranges(source, case),
+        *_dampings(source, case),
+        *_plans(source, case),
+        *_pairs(source, case, contacts),
+        *_steps(source, case, contacts),
+        *_durations(source, case, longest),
+        *_wall(source, case),
+        *_published(source, case),
+    ]
+
+
+def _entries(raw: Mapping[str, Any]) -> list[int]:
+    """The index of the table of [[contacts]] that each contact of the case comes from."""
+    found: list[int] = []
+    for index, entry in tables_of(dict(raw), "contacts"):
+        end = entry["a"]
+        numbers = end.get("floor", end.get("storey"))
+        found += [index] * (len(numbers) if isinstance(numbers, list) else 1)
+    return found
+
+
+def _ranges(source: Source, case: Case, contacts: Sequence[int]) -> Iterator[Fault]:
+    for usual in CASE:
+        for place in _places(tuple(usual.keys.split(".")), (), source.raw):
+            value = _value(case, place, contacts)
+            if isinstance(value, float) and not usual.low <= value <= usual.high:
+                yield _warning(source, place, usual.words)
+
+
+def _places(keys: tuple[str, ...], before: Place, current: Any) -> Iterator[Place]:
+    """The places of a case file that keys stand for, where something is written."""
+    if not keys:
+        yield before
+        return
+    first, rest = keys[0], keys[1:]
+    parts: list[int | str] = [first]
+    if first == "*":
+        parts = list(current) if isinstance(current, Mapping) else []
+        parts = list(range(len(current))) if isinstance(current, list) else parts
+    for part in parts:
+        below = step(current, part)
+        if below is not None:
+            yield from _places(rest, (*before, part), below)
+
+
+def _value(case: Case, place: Place, contacts: Sequence[int]) -> Any:
+    """What the case has at a place of its file, in SI."""
+    current: Any = case
+    for position, part in enumerate(place):
+        if isinstance(part, int):
+            index = contacts.index(part) if place[0] == "contacts" and position == 1 else part
+            current = current[index]
+        else:
+            current = current[part] if isinstance(current, Mapping) else getattr(current, part)
+    return current
+
+
+def _floor_ranges(source: Source, case: Case) -> Iterator[Fault]:
+    """Rows of the floor tables, each table once."""
+    seen: set[str] = set()
+    for index, building in enumerate(case.buildings):
+        name = value_at(("buildings", index, "floors"), source.raw)
+        if name not in seen:
+            seen.add(name)
+            file = source.path.parent / name
+            for floor in building.floors:
+                yield from _row(file, f"floor {floor.floor}", floor, FLOOR)
+
+
+def _member_ranges(source: Source, case: Case) -> Iterator[Fault]:
+    if case.structure is None or not isinstance(case.structure.mesh, GeneratedMesh):
+        return
+    for usual in MEMBERS:
+        table, column = usual.keys.split(".")
+        name = value_at(("structure", "mesh", table), source.raw)
+        for number, row in enumerate(getattr(case.structure.mesh, table), start=1):
+            of_column = Usual(column, usual.low, usual.high, usual.words)
+            yield from _row(source.path.parent / str(name), f"row {number}", row, (of_column,))
+
+
+def _row(file: Path, where: str, row: Any, usuals: tuple[Usual, ...]) -> Iterator[Fault]:
+    for usual in usuals:
+        value = getattr(row, usual.keys)
+        if not usual.low <= value <= usual.high:
+            written = float(f"{value:.6g}")
+            yield Fault(file, f"{where}, {usual.keys}", written, f"in SI; usual is {usual.words}")
+
+
+def _dampings(source: Source, case: Case) -> Iterator[Fault]:
+    places: list[tuple[Place, Damping]] = [(("damping",), case.damping)]
+    for index, building in enumerate(case.buildings):
+        if value_at(("buildings", index, "damping"), source.raw) is not None:
+            places.append((("buildings", index, "damping"), building.damping))
+    for index, one in enumerate(case.damping_cases):
+        places.append((("damping_cases", index), one))
+    for place, damping in places:
+        if damping.coefficients == (0.0, 0.0):
+            yield source.fault(place, None, "both coefficients are 0: no damping at all")
+    for (i, a), (j, b) in itertools.combinations(enumerate(case.damping_cases), 2):
+        same = all(
+            math.isclose(p, q, rel_tol=SAME)
+            for p, q in zip(a.coefficients, b.coefficients, strict=True)
+        )
+        if same and a.restitution == b.restitution:
+            text = f"the same damping and restitution as damping_cases[{i}], {a.name}"
+            yield source.fault(("damping_cases", j, "name"), b.name, text)
+
+
+def _plans(source: Source, case: Case) -> Iterator[Fault]:
+    """Buildings in one another, by their axes or by their plans."""
+    names = [building.name for building in case.buildings]
+    for (i, a), (j, b) in itertools.combinations(enumerate(case.buildings), 2):
+        if a.axis == b.axis:
+            place = ("buildings", j, "axis")
+            text = f"the axis of buildings[{i}], {a.name}: one stands in the other"
+            yield source.fault(place, value_at(place, source.raw), text)
+    told = set()
+    for one in facing_floors(case).overlapping:
+        both = tuple(sorted((names.index(one.a.building), names.index(one.b.building))))
+        apart = case.buildings[both[0]].axis != case.buildings[both[1]].axis
+        if both not in told and apart:
+            told.add(both)
+            place = ("buildings", both[1], "axis")
+            text = (
+                f"the plan overlaps that of {names[both[0]]} by {-one.gap:.3g} m, as at "
+                f"{one.a.label} and {one.b.label}; buildings stand side by side"
+            )
+            yield source.fault(place, value_at(place, source.raw), text)
+
+
+def _pairs(source: Source, case: Case, contacts: Sequence[int]) -> Iterator[Fault]:
+    """Vertical normals, and points that are not level; once for each table."""
+    vertical, uneven = set(), set()
+    for index, contact in zip(contacts, case.contacts, strict=True):
+        if abs(contact.normal[2]) > SAME and index not in vertical:
+            vertical.add(index)
+            text = "not horizontal; buildings side by side push each other along x or y"
+            yield _written(source, ("contacts", index, "normal"), text)
+        first, second = levels_of(contact, case)
+        flat = abs(contact.normal[2]) <= SAME
+        if flat and abs(first - second) > LEVEL and index not in uneven:
+            uneven.add(index)
+            text = (
+                f"the points of {contact.name} are at {first:.4g} m and {second:.4g} m; points "
+                f"that meet are level, within {LEVEL:g} m"
+            )
+            yield source.fault(("contacts", index), None, text)
+
+
+def _steps(source: Source, case: Case, contacts: Sequence[int]) -> Iterator[Fault]:
+    """A step that is long for the shortest impact, of two free floors."""
+    durations = []
+    for contact in case.contacts:
+        law = case.contact_laws[contact.law]
+        masses = [
+            _mass(case, end.building, end.floor or end.storey) for end in (contact.a, contact.b)
+        ]
+        M = masses[0] * masses[1] / (masses[0] + masses[1])
+        K = law.stiffness
+        if not isinstance(K, float):
+            continue
+        if isinstance(law, KelvinVoigtLaw):
+            durations.append((math.pi * math.sqrt(M / K), contact.name))
+        else:
+            # Hertz: 2.943 p / v with the largest penetration p = (5 M v² / (4 K))^(2/5).
+            depth = (1.25 * M * SPEED**2 / K) ** 0.4
+            durations.append((2.943 * depth / SPEED, contact.name))
+    if not durations:
+        return
+    shortest, name = min(durations)
+    asked, dt = case.pounding.points_per_impact, case.pounding.time_step
+    if asked * dt > shortest * (1.0 + SAME):
+        text = (
+            f"{shortest / dt:.3g} steps in an impact of {name}, which lasts {1e3 * shortest:.3g} "
+            f"ms; {asked} are asked ([pounding] points_per_impact), {1e3 * shortest / asked:.3g} ms"
+        )
+        yield _written(source, ("pounding", "time_step"), text)
+
+
+def _mass(case: Case, building: str, number: int | None) -> float:
+    floors: tuple[Floor, ...] = case.building(building).floors
+    return next(floor.mass for floor in floors if floor.floor == number)
+
+
+def _durations(source: Source, case: Case, longest: float) -> Iterator[Fault]:
+    computed = case.pounding.duration
+    if computed is not None and 0.0 < DURATION * longest < computed:
+        text = (
+            f"{computed / longest:.3g} times the longest motion, {longest:g} s; usual are the "
+            "motion and some seconds"
+        )
+        yield _written(source, ("pounding", "duration"), text)
+
+
+def _wall(source: Source, case: Case) -> Iterator[Fault]:
+    """A wall that a building let go cannot reach: it swings back about as far as it was drawn."""
+    wall, structure = case.wall_impact, case.structure
+    if wall is None or structure is None:
+        return
+    building = case.building(structure.building)
+    heights = {
+        floor.floor: z - building.base
+        for floor, z in zip(building.floors, building.elevations, strict=True)
+    }
+    higher = max(heights[k] for k in wall.floors) / heights[wall.displaced_floor]
+    reach = abs(wall.displacement) * max(1.0, higher)
+    if wall.gap > reach:
+        text = (
+            f"the wall is out of reach: let go at {wall.displacement:g} m, floors swing back "
+            f"{reach:.3g} m at most; usual is a gap of half of that"
+        )
+        yield _written(source, ("wall_impact", "gap"), text)
+
+
+def _published(source: Source, case: Case) -> Iterator[Fault]:
+    """Names that no result can have, by their first word; a run knows the others."""
+    file = source.path.parent / str(value_at(("published",), source.raw))
+    for name in case.published:
+        if name.split(".")[0] not in RESULTS:
+            text = f"no result; their names begin with {', '.join(RESULTS)} (docs/run-folder.md)"
+            yield Fault(file, "name", name, text)
+
+
+def _warning(source: Source, place: Place, words: str) -> Fault:
+    return _written(source, place, f"usual is {words}")
+
+
+def _written(source: Source, place: Place, text: str) -> Fault:
+    """A warning about what stands at a place, as it is written there."""
+    return source.fault(place, value_at(place, source.raw), text)

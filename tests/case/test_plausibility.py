@@ -1,0 +1,167 @@
+"""What is hardly meant: a warning each, with the value and what is usual."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from impactfem.case import load_case
+from impactfem.case.plausibility import CASE, FLOOR, MEMBERS, implausible
+
+from .texts import added, replaced
+
+Broken = Callable[..., Path]
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+LONGEST = 16.79
+FLOORS = "pair_floors.csv"
+CASES = """
+[[damping_cases]]
+name = "light"
+mass_coefficient = "0.8 1/s"
+stiffness_coefficient = "1e-4 s"
+restitution = 0.8
+[[damping_cases]]
+name = "lighter"
+mass_coefficient = "0.8 1/s"
+stiffness_coefficient = "0.1 ms"
+restitution = 0.8
+"""
+
+
+def warnings(path: Path, longest: float = LONGEST) -> list[str]:
+    return [
+        str(one).replace(f"{path.parent}/", "") for one in implausible(load_case(path), longest)
+    ]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        *(path for path in GEOMETRY.glob("*.toml") if path.name != "npp_pair_report.toml"),
+        Path(__file__).parent / "data" / "pair.toml",
+    ],
+    ids=lambda path: path.stem,
+)
+def test_the_shipped_cases_give_none(path: Path) -> None:
+    assert warnings(path) == []
+
+
+def test_the_template_gives_none(new_case: Callable[..., Path], tmp_path: Path) -> None:
+    assert warnings(new_case(tmp_path), 10.0) == []
+
+
+def test_a_generated_mesh_gives_none(structured: Broken) -> None:
+    assert warnings(structured()) == []
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "key", "usual"),
+    [
+        (None, '"33 GPa"', '"33 Pa"', "materials.concrete.young_modulus = '33 Pa'",
+         "usual is concrete 20 to 45 GPa"),
+        (None, '"33 GPa"', '"33e40 GPa"', "materials.concrete.young_modulus = '33e40 GPa'",
+         "usual is concrete 20 to 45 GPa"),
+        (FLOORS, "3,1682,", "3,1e50,", "pair_floors.csv: floor 3, mass = 1e+53",
+         "in SI; usual is 20 to 5000 t"),
+        (None, 'ratio = "7 %"\nfrequencies = ["1 Hz", "20 Hz"]',
+         'mass_coefficient = "0 1/s"\nstiffness_coefficient = "0 s"', "damping",
+         "both coefficients are 0: no damping at all"),
+        (None, 'ratio = "7 %"\nfrequencies = ["1 Hz", "20 Hz"]',
+         'mass_coefficient = "1 1/s"\nstiffness_coefficient = "1e50 s"',
+         "damping.stiffness_coefficient = '1e50 s'", "usual is below 10 ms"),
+        (None, 'damping_ratio = "12 %"', "restitution = 1e-9",
+         "contact_laws.floor.restitution = 1e-09", "usual is 0.4 to 0.9"),
+        (None, 'axis = ["23.1 m", "23.41 m"]', 'axis = ["23.1 m", "7.8 m"]',
+         "buildings[1].axis = ['23.1 m', '7.8 m']", "the axis of buildings[0], B1: one stands in"),
+        (None, "normal = [0, 1, 0]", "normal = [0, 0, 1]", "contacts[0].normal = [0, 0, 1]",
+         "not horizontal"),
+        (None, 'a = { building = "B1", floor = [1, 2, 3, 4, 5, 6, 7, 8]',
+         'a = { building = "B1", floor = [2, 1, 3, 4, 5, 6, 7, 8]', "contacts[0]",
+         "the points of B1.floor_2-B2.floor_1 are at 5.88 m and 3.26 m; points that"),
+        (None, 'duration = "16.79 s"\ntime_step = "0.3358 ms"',
+         'duration = "1679 s"\ntime_step = "0.3358 ms"', "pounding.duration = '1679 s'",
+         "100 times the longest motion, 16.79 s"),
+        (None, "0.3358 ms", "5 ms", "pounding.time_step = '5 ms'",
+         "1.76 steps in an impact of B1.floor_7-B2.floor_7, which lasts 8.81 ms; 16 are asked"),
+        ("pair_published.csv", "frs.", "floors.", "pair_published.csv: name = 'floors.",
+         "no result; their names begin with motion"),
+    ],
+)  # fmt: skip
+def test_one_value(
+    broken: Broken, file: str | None, old: str, new: str, key: str, usual: str
+) -> None:
+    found = warnings(broken((file, old, new)))
+    # Each name of the table that was changed has a line.
+    assert len(found) == 1 or file == "pair_published.csv"
+    assert key in found[0]
+    assert usual in found[0]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "key"),
+    [
+        (None, 'slab_thickness = "30 cm"', 'slab_thickness = "1 nm"',
+         "structure.mesh.slab_thickness = '1 nm'"),
+        ("pair_walls.csv", "south,1-8,0,0,46.2,0,60", "south,1-8,0,0,46.2,0,1e-7",
+         "pair_walls.csv: row 1, thickness = 1e-09"),
+        ("pair_columns.csv", "0.8,1.2", "1e-9,1.2", "pair_columns.csv: row 1, width_x = 1e-09"),
+    ],
+)  # fmt: skip
+def test_the_mesh(structured: Broken, file: str | None, old: str, new: str, key: str) -> None:
+    (line,) = warnings(structured((file, old, new)))
+    assert key in line and "usual is 0." in line
+
+
+def test_all_at_once(broken: Broken) -> None:
+    path = broken((None, '"33 GPa"', '"33 Pa"'), (None, "0.3358 ms", "5 ms"))
+    assert len(warnings(path)) == 2
+
+
+def test_damping_cases_that_are_the_same(pair: Path, broken: Broken) -> None:
+    path = added(broken(), CASES)
+    (line,) = warnings(path)
+    assert "damping_cases[1].name = 'lighter': the same damping and restitution as" in line
+    other = path.read_text(encoding="utf-8")
+    head, tail = other.rsplit("restitution = 0.8", 1)
+    path.write_text(f"{head}restitution = 0.7{tail}", encoding="utf-8")
+    assert warnings(path) == []
+
+
+@pytest.mark.parametrize(
+    ("gap", "displacement", "reached"),
+    [("1 cm", "-2 cm", True), ("5 cm", "-2 cm", False), ("5 cm", "2 cm", False)],
+)
+def test_a_wall_out_of_reach(
+    structured: Broken, gap: str, displacement: str, reached: bool
+) -> None:
+    section = (
+        f'[wall_impact]\ngap = "{gap}"\ndisplacement = "{displacement}"\nduration = "1 s"\n'
+        'time_step = "1 ms"\n'
+    )
+    found = warnings(added(structured(), section))
+    assert [f"wall_impact.gap = '{gap}': the wall is out of reach" in line for line in found] == (
+        [] if reached else [True]
+    )
+
+
+def test_plans_that_overlap(tmp_path: Path) -> None:
+    """The pairs of B and C left out, which would be refused; C moved into B."""
+    for file in GEOMETRY.glob("row_of_three_*.csv"):
+        shutil.copy(file, tmp_path)
+    text = (GEOMETRY / "row_of_three.toml").read_text(encoding="utf-8")
+    first = text.index("[[contacts]]                            # the roofs of B and C")
+    text = text[:first] + text[text.index("[pounding]") :]
+    path = tmp_path / "row.toml"
+    path.write_text(text, encoding="utf-8")
+    assert warnings(path, 10.0) == []
+    path.write_text(replaced(text, ('"24.05 m"', '"20.05 m"')), encoding="utf-8")
+    (line,) = warnings(path, 10.0)
+    assert "buildings[2].axis = ['8 m', '20.05 m']: the plan overlaps that of B by 3.97 m" in line
+
+
+def test_the_usual_ranges_are_ranges() -> None:
+    for usual in (*CASE, *FLOOR, *MEMBERS):
+        assert usual.low < usual.high and usual.words
