@@ -110,7 +110,7 @@ def test_a_reflection_is_not_the_wave():
     assert crossing_time(distance, found.peak) == pytest.approx(15.6 / c, rel=0.2)
     # In a longer window the largest value of a point is no arrival.
     largest = time[np.argmax(-both, axis=1)]
-    assert abs(crossing_time(distance, largest) / (15.6 / c) - 1.0) > 0.2
+    assert largest[4] > largest[5] > found.peak[4]
 
 
 def test_a_slab_that_takes_longer_to_cross_than_the_impact():

@@ -24,8 +24,9 @@ IMPACT_CONTENT = 100.0
 """Up to where the main impacts have most of their content, section 4.3.2 of the paper [Hz]."""
 HALF = 0.5
 """Part of its peak at which a wave's arrival is read, in addition to the peak itself."""
-FIRST = 0.75
-"""Part of the largest value in the window that the first peak of a wave reaches at least."""
+FIRST = 0.45
+"""Part of the largest peak in the window that the first peak of a wave reaches at least: what comes
+back to a free edge is up to twice as large."""
 NOTHING = 0.01
 """Part of the largest acceleration of all that counts as none."""
 LATEST = 1.5
@@ -150,14 +151,13 @@ def arrivals(
             end = peak[0] + LATEST * crossing
         last = FINER * (int(np.searchsorted(time, end, side="right")) - 1)
         values = history[first : last + 1]
-        largest = float(values.max(initial=0.0))
         inner = values[1:-1]
-        tops = 1 + np.flatnonzero(
-            (inner > values[:-2]) & (inner >= values[2:]) & (inner >= FIRST * largest)
-        )
+        tops = 1 + np.flatnonzero((inner > values[:-2]) & (inner >= values[2:]))
+        largest = float(values[tops].max(initial=0.0))
         # What interpolation makes of a wave that comes after the window is no arrival.
-        if not tops.size or not largest > NOTHING * float(np.abs(acceleration).max()):
+        if not largest > NOTHING * float(np.abs(acceleration).max()):
             continue
+        tops = tops[values[tops] >= FIRST * largest]
         top = int(tops[0])
         after = int(np.argmax(values >= HALF * values[top]))
         peak[k] = time[0] + step * (first + top) / FINER
