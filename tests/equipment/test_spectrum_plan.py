@@ -182,7 +182,7 @@ def test_every_rigid_part_beside_none(single):
 
 
 def test_a_rigid_part_that_the_spectrum_says_too_little_for(single):
-    """One of several methods is left out and a note says so; alone it is an error as before."""
+    """A further method is left out and a note says so; the first one is an error, as before."""
     steep = replace(hill(12.0), zpa=1.0)
     plan = SpectrumPlan(single, RIGID, rotations=False, broadening=0.0)
     found = plan.analyses([steep], "computed")
@@ -190,9 +190,10 @@ def test_a_rigid_part_that_the_spectrum_says_too_little_for(single):
     for answer in found.values():
         (note,) = (one for one in answer.notes if "rigid part" in one)
         assert "'gupta' is left out where a spectrum ends before" in note
-    alone = replace(plan, rules={("srss", "gupta"): RIGID["srss", "gupta"]})
-    with pytest.raises(ImpactfemError, match=r"device pump: .*before it comes down"):
-        alone.analyses([steep], "computed")
+    for order in ([("srss", "gupta")], [("srss", "gupta"), ("srss", "none")]):
+        first = replace(plan, rules={key: RIGID[key] for key in order})
+        with pytest.raises(ImpactfemError, match=r"device pump: .*before it comes down"):
+            first.analyses([steep], "computed")
 
 
 def test_the_headline_is_the_first_rigid_part_of_the_preferred_combination():

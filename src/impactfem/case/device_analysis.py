@@ -28,8 +28,8 @@ class RigidPart(Section):
 
     method: Annotated[tuple[RigidMethod, ...], OneOrMore(get_args(RigidMethod))] = Field(
         description="'gupta' by two frequencies; 'lindley-yow' by the zero-period acceleration; "
-        "'none': all is periodic. Of a list there is a result each, and the first one is reported "
-        "where only one is.",
+        "'none': all is periodic. Of a list there is a result each; the first one is reported "
+        "where only one is, further ones are left out where a spectrum says too little for them.",
     )
     f1: Frequency | None = Field(
         default=None, description="Of 'gupta': below it nothing is rigid; default by the spectrum."

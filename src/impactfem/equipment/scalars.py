@@ -77,7 +77,7 @@ class Pull:
     """How a device pulls at one of its anchors, its weight included.
 
     Args:
-        weight: Its weight there, upward negative [N]; zero where it is not known.
+        weight: Its weight there, downward [N]; zero where it is not known.
         uplift: Largest force upward less the weight [N]: above zero all of the base is lifted.
         tension: Largest T of `ring_tension` [N]: above zero one of the anchors is pulled.
     """

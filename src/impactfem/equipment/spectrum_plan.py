@@ -9,7 +9,7 @@ from impactfem.case import DeviceAnalysis, DeviceSetup
 from impactfem.case.device_analysis import ModeRule, SupportRule
 from impactfem.device.device import Device
 from impactfem.device.directions import SupportRule as SupportCombination
-from impactfem.device.from_case import has_several_methods, rules_of
+from impactfem.device.from_case import first_method, rules_of
 from impactfem.device.given import LAST, NO_SHIFT, given_spectra
 from impactfem.device.rules import Rules
 from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
@@ -98,7 +98,7 @@ class SpectrumPlan:
     def _combined(self, choice: SpectrumChoice, spectra: Sequence[AnchorSpectrum]) -> Analyses:
         """The analyses of a choice with every combination of modes and every rigid part.
 
-        A rigid part that a spectrum says too little for is left out, where there is another.
+        A further rigid part than the first is left out where a spectrum says too little for it.
         """
         rule = choice.supports or self.supports[0]
         inputs = in_step(spectra, self.device.anchors) if rule == "envelope" else spectra
@@ -110,7 +110,7 @@ class SpectrumPlan:
             try:
                 answer = spectrum_analysis(self.device, inputs, whole)
             except NotRigidError as error:
-                if not has_several_methods(self.rules):
+                if rigid == first_method(self.rules):
                     raise self._named(error) from error
                 missing[NO_RIGID_PART.format(rigid)] = None
             except ImpactfemError as error:
