@@ -83,3 +83,28 @@ def test_a_user_who_may_write_neither_the_program_nor_the_home_folder():
         check=False,
     )
     assert ended.returncode == 0, ended.stderr
+
+
+@pytest.mark.parametrize("made", ["link", "open", "link below"])
+def test_a_folder_that_others_can_change_is_not_used(places, made, tmp_path):
+    """Anyone may make a folder among temporary files."""
+    places[0].touch()
+    places[1].parent.mkdir()
+    other = tmp_path / "other"
+    other.mkdir()
+    if made == "link":
+        places[1].symlink_to(other)
+    elif made == "open":
+        places[1].mkdir()
+        places[1].chmod(0o777)
+    else:
+        places[1].mkdir(mode=0o700)
+        (places[1] / "impactfem").symlink_to(other)
+    with pytest.raises(ImpactfemError, match="no folder for compiled code can be written"):
+        cache.cache_folder("kernels")
+
+
+def test_the_fallback_is_the_users_alone(places):
+    places[0].touch()
+    cache.cache_folder("kernels")
+    assert places[1].stat().st_mode & 0o077 == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
 from pathlib import Path
 
@@ -22,17 +23,28 @@ def cache_folder(name: str) -> Path:
     places = [Path(base), Path(tempfile.gettempdir()) / f"impactfem-{os.getuid()}"]
     for place in places:
         folder = place / "impactfem" / name
+        shared = place != places[0]  # a folder where anyone may make folders
         try:
+            if shared:
+                place.mkdir(mode=0o700, parents=True, exist_ok=True)
             folder.mkdir(parents=True, exist_ok=True)
             (folder / "lock").touch()
+            # Code is loaded from here: nobody else may have put it there, or may change it.
+            if all(_is_mine(one, shared) for one in (place, folder.parent, folder)):
+                return folder
         except OSError:
             continue
-        # Code is loaded from here: nobody else may have put it there.
-        if folder.stat().st_uid == os.getuid():
-            return folder
     raise ImpactfemError(
         f"no folder for compiled code can be written: {', '.join(map(str, places))}; "
         "XDG_CACHE_HOME names another place"
+    )
+
+
+def _is_mine(folder: Path, shared: bool) -> bool:
+    """Whether a folder is this user's; where others may make folders, no link, and only theirs."""
+    found = folder.lstat() if shared else folder.stat()
+    return found.st_uid == os.getuid() and not (
+        shared and (stat.S_ISLNK(found.st_mode) or found.st_mode & 0o022)
     )
 
 

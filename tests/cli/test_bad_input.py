@@ -139,10 +139,10 @@ class TestBadInput:
             ),
             (
                 ["--resume", "--out", "nowhere"],
-                "nowhere: --resume: expected a folder that holds a run",
+                "command line: --resume = 'nowhere': expected a folder that holds a run",
             ),
             (["--resume", "--fresh"], "command line: --resume: expected without --fresh"),
-            (["--out", finished.case], "small.toml: --out: expected a folder, this is a file"),
+            (["--out", finished.case], "small.toml': expected a folder, this is a file"),
         ):
             ended = program("run", finished.case, *arguments)
             assert ended.code == 2 and ended.out == "" and expected in ended.err

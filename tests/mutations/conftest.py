@@ -154,7 +154,10 @@ def _frame(folder: Path) -> None:
     (folder / "device.toml").write_text(two + TRANSIENT % "reduced" + DEVICES)
     t = np.arange(301) * 1e-2
     force = np.column_stack([np.maximum(0.0, 1e5 * np.sin(20.0 * t)), 0.0 * t])
-    write_forces_csv(folder / "forces.csv", ForceHistory(t, ("F_1-G_1", "F_2-G_2"), force))
+    write_forces_csv(
+        folder / "forces.csv",
+        ForceHistory(t, ("F.floor_1-G.floor_1", "F.floor_2-G.floor_2"), force),
+    )
     names = "1.x,1.y,2.x,2.y,tip\n"
     K = 1e6 * np.array([[1, 0, 0, 0, -1], [0] * 5, [0, 0, 1, 0, -1], [0] * 5, [-1, 0, -1, 0, 2]])
     for name, matrix in (("mass", 100.0 * np.eye(5)), ("stiffness", K)):

@@ -136,3 +136,35 @@ def test_a_file_system_without_locks_is_told(tmp_path, monkeypatch, caplog):
     with open_folder(tmp_path, resume=False):
         pass
     assert "cannot be locked (No locks available): see that no other run" in caplog.text
+
+
+@pytest.mark.parametrize("name", ["run.log", "tables", "design/members"])
+def test_nothing_is_written_through_a_link(tmp_path, name):
+    """The folder may be a link; what is in it may not."""
+    run, elsewhere = tmp_path / "run", tmp_path / "elsewhere"
+    (run / name).parent.mkdir(parents=True)
+    (run / LOG).write_text("before")
+    if name == LOG:
+        (run / LOG).unlink()
+        elsewhere.write_text("precious")
+    else:
+        elsewhere.mkdir()
+    (run / name).symlink_to(elsewhere)
+    for opened in (lambda: open_folder(run, resume=False), lambda: locked(run)):
+        with pytest.raises(InputError, match=f"no symbolic links in it; {name} is one"), opened():
+            pass
+    assert name != LOG or elsewhere.read_text() == "precious"
+    (run / name).unlink()
+    (run / LOG).write_text("before")
+    (tmp_path / "link").symlink_to(run)
+    with open_folder(tmp_path / "link", resume=True):
+        pass
+
+
+def test_a_name_that_would_split_a_line(tmp_path):
+    with (
+        pytest.raises(InputError, match=r"^command line: --out = .*without control characters$"),
+        open_folder(tmp_path / "a\nb", resume=False),
+    ):
+        pass
+    assert not list(tmp_path.iterdir())

@@ -59,10 +59,13 @@ class Ensemble(Section):
 
     def files(self) -> tuple[Path, ...]:
         """The records of the folder in the order of their names; none for synthetic motions."""
+        return tuple(path for path in self.entries() if path.is_file())
+
+    def entries(self) -> tuple[Path, ...]:
+        """What is in the folder, files and others, but hidden ones, in the order of the names."""
         if self.records is None:
             return ()
-        visible = (path for path in self.records.iterdir() if not path.name.startswith("."))
-        return tuple(sorted(path for path in visible if path.is_file()))
+        return tuple(sorted(p for p in self.records.iterdir() if not p.name.startswith(".")))
 
 
 def ensemble_faults(
@@ -101,6 +104,11 @@ def ensemble_faults(
         elif len(ensemble.files()) < 2:
             expected = f"at least two records in it, found {len(ensemble.files())}"
             yield source.fault(place, records, expected)
+        else:
+            strange = sorted(set(ensemble.entries()) - set(ensemble.files()))
+            if strange:
+                expected = f"expected ordinary files only; {strange[0].name} in it is none"
+                yield source.fault(place, records, expected)
 
 
 def _carried_faults(

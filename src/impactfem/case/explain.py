@@ -13,7 +13,7 @@ from pydantic_core import ErrorDetails
 from impactfem.case.leaf import Leaf, nearest
 from impactfem.case.place import Place, field_at, fields_by_key, step, value_at
 from impactfem.case.source import Source
-from impactfem.errors import Fault
+from impactfem.errors import MOST_FAULTS, Fault
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.
@@ -29,7 +29,10 @@ def explain(error: ValidationError, source: Source, model: type[BaseModel]) -> l
         model: The model they were validated against.
     """
     faults: dict[tuple[str, str], Fault] = {}
-    for item in error.errors(include_url=False):
+    for number, item in enumerate(error.errors(include_url=False)):
+        if number >= MOST_FAULTS:  # nobody reads so many, and words for each take their time
+            rest = f"{error.error_count() - number} further faults"
+            return [*faults.values(), Fault(source.path, "", None, rest)]
         if item["type"] == "too_short" and item["input"]:
             continue  # pydantic counts the valid items only; what is wrong with the others is told
         fault = source.fault(*_fault(item, source.raw, model))

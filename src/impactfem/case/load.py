@@ -116,6 +116,9 @@ def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
         left_out.add("wall_impact")
         case_file = case_file.model_copy(update={"wall_impact": None})
     case = _resolve(source, case_file, files)
+    if case.ensemble is not None and "transient" in left_out:
+        alone = case.ensemble.model_copy(update={"structure_motions": 0})
+        case = case.model_copy(update={"ensemble": alone})
     if case.ensemble is not None:
         faults.extend(ensemble_faults(source, case.ensemble, case.motions, case.transient))
     if case.transient is not None and case.structure is not None:

@@ -40,6 +40,8 @@ PER_DOF = 6.9e3
 """Memory of matrices, factor and blocks for each degree of freedom [byte]."""
 COPIES = 1.3
 """How often the vectors of a reduced basis are held, those that tell its error included."""
+GROUP = 40
+"""Nodes of a probe that is a group of the mesh, such as an edge."""
 HIT = 0.4
 """Part of the floors in contacts that an earthquake lets touch."""
 DAY = 86400.0
@@ -131,7 +133,10 @@ def too_much(case: Case, found: Estimate) -> Iterator[Fault]:
     """Why a run does not fit this machine: its memory, or the disk for what memory cannot hold."""
     machine, stage = total_memory(), found.largest
     held = max(found.stages, key=lambda one: one.memory - one.file)
-    words = next(iter(found.lines())) if found.dofs is None else "; ".join(found.lines())
+    most = max(found.steps, key=lambda of: found.steps[of])
+    words = f"{found.steps[most]:.3g} steps {most}"
+    if found.dofs is not None:
+        words += f", {found.dofs:.3g} degrees of freedom"
     if held.memory - held.file > machine:
         file = " beside what can go to a file" if held.file else ""
         expected = (
@@ -142,7 +147,7 @@ def too_much(case: Case, found: Estimate) -> Iterator[Fault]:
         yield Fault(case.path, "", None, expected)
     elif stage.memory > machine:
         folder = os.environ.get("TMPDIR", DISK)
-        needed = min(stage.file, stage.memory - 0.5 * machine)
+        needed = min(stage.file, stage.memory - machine)
         try:
             free = shutil.disk_usage(folder).free
         except OSError:
@@ -302,7 +307,7 @@ def _sticks(case: Case, steps: dict[str, int]) -> StageCost:
     floors = sum(len(building.floors) for building in case.buildings)
     freedoms = 6 * floors
     # Displacements, velocities and accelerations with contact and without, and their copies.
-    memory = 8.0 * count * (8.0 * freedoms + 8.0 * len(case.contacts))
+    memory = 8.0 * count * (10.5 * freedoms + 8.0 * len(case.contacts))
     memory += _histories(case, len(case.motions) * floors, case.pounding.time_step, count)
     memory += 400.0 * steps.get("of the ground motion", 0)
     seconds = 8.0 + _integration(case, steps)
@@ -352,7 +357,8 @@ def _reduced_stages(
     if transient is None:
         return
     reduced = vectors.get("transient", 0)
-    probes = 20 + sum(one.count or 1 for one in transient.probes)
+    asked = transient.probes
+    probes = 20 + sum(GROUP if one.group is not None else one.count or 1 for one in asked)
     histories = 16.0 * reduced * times + _histories(case, 3 * probes, transient.time_step, times)
     seconds = 20.0 * (1.0 + 1e-5 * times) + _full(transient, dofs, times)
     cost = _basis("transient", dofs, reduced)

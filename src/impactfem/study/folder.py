@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from impactfem.case import Case
-from impactfem.errors import Fault, InputError
+from impactfem.errors import CONTROL, Fault, InputError
 from impactfem.files import remove_parts
 from impactfem.log import LOGGER
 from impactfem.stop import removed
@@ -40,29 +40,30 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
             written then.
     """
     try:
+        if CONTROL.search(str(folder)):
+            raise _refused(folder, "--out", "expected a name without control characters")
         if resume and not (folder / log).is_file():
-            raise InputError(
-                [Fault(folder, "--resume", None, "expected a folder that holds a run")]
-            )
+            raise _refused(folder, "--resume", "expected a folder that holds a run")
         if folder.exists() and not folder.is_dir():
-            raise InputError([Fault(folder, "--out", None, "expected a folder, this is a file")])
+            raise _refused(folder, "--out", "expected a folder, this is a file")
         if folder.is_dir() and any(folder.iterdir()) and not (folder / log).is_file():
             expected = (
                 "expected an empty folder or one of an earlier run; this one holds other files"
             )
-            raise InputError([Fault(folder, "--out", None, expected)])
+            raise _refused(folder, "--out", expected)
+        _refuse_links(folder, "--out")
         folder.mkdir(parents=True, exist_ok=True)
         if not os.access(folder, os.W_OK):
             raise PermissionError(13, os.strerror(13))
         (folder / log).touch()
         lock = _lock(folder, "--out")
     except OSError as error:
-        raise InputError([_not_writable(folder, "--out", error)]) from error
+        raise _not_writable(folder, "--out", error) from error
     try:
         try:
             remove_parts(folder)
         except OSError as error:
-            raise InputError([_not_writable(folder, "--out", error)]) from error
+            raise _not_writable(folder, "--out", error) from error
         with removed(folder / LOCK):
             yield
     finally:
@@ -77,9 +78,10 @@ def locked(folder: Path) -> Iterator[None]:
         InputError: Another run works in it, or it cannot be written.
     """
     try:
+        _refuse_links(folder, "")
         lock = _lock(folder, "")
     except OSError as error:
-        raise InputError([_not_writable(folder, "", error)]) from error
+        raise _not_writable(folder, "", error) from error
     try:
         with removed(folder / LOCK):
             yield
@@ -112,12 +114,32 @@ def check_same_case(folder: Path, case: Case) -> None:
             f"has the hash {case.content_hash()[:12]}: one or more of its texts or files differ; "
             "expected the same case (without --resume what has changed is computed again)"
         )
-        raise InputError([Fault(folder, "--resume", None, expected)])
+        raise _refused(folder, "--resume", expected)
 
 
-def _not_writable(folder: Path, key: str, error: OSError) -> Fault:
+def _refuse_links(folder: Path, key: str) -> None:
+    """Refuse symbolic links in a folder: what is written there would land elsewhere.
+
+    Raises:
+        InputError: There is one.
+        OSError: The folder cannot be read.
+    """
+    for path in folder.rglob("*"):
+        if path.is_symlink():
+            name = path.relative_to(folder)
+            raise _refused(folder, key, f"expected no symbolic links in it; {name} is one")
+
+
+def _refused(folder: Path, key: str, expected: str) -> InputError:
+    """The error for a folder that an option names, or, without a key, an argument."""
+    if key:
+        return InputError([Fault("command line", key, str(folder), expected)])
+    return InputError([Fault(folder, "", None, expected)])
+
+
+def _not_writable(folder: Path, key: str, error: OSError) -> InputError:
     expected = f"expected a folder that can be written: {error.strerror or error}"
-    return Fault(folder, key, None, expected)
+    return _refused(folder, key, expected)
 
 
 def _lock(folder: Path, key: str) -> int:
@@ -143,7 +165,7 @@ def _lock(folder: Path, key: str) -> int:
             holder = os.pread(lock, 200, 0).decode(errors="replace").strip()
             os.close(lock)
             expected = f"expected a folder in which no other run works; {holder or 'one'} does now"
-            raise InputError([Fault(folder, key, None, expected)]) from None
+            raise _refused(folder, key, expected) from None
         except OSError as error:
             if error.errno not in _NO_LOCKS:
                 os.close(lock)

@@ -13,6 +13,7 @@ import numpy as np
 
 from impactfem.building.from_case import geometry_of, part_faults
 from impactfem.building.mesh import BuildingMesh
+from impactfem.building.read_mesh import read_mesh
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.generated_mesh import GeneratedMesh
@@ -129,11 +130,13 @@ def mesh_faults(case: Case, path: Path) -> list[Fault]:
 
 def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
     """The mesh, where it can be read; what does not go together with it is added to the faults."""
-    read = found.attempt(lambda: read_parts(case, path))
-    if read is None:
-        return None
-    mesh = read[0].mesh
     generated = case.structure is not None and isinstance(case.structure.mesh, GeneratedMesh)
+    read = found.attempt(lambda: read_parts(case, path))
+    mesh = None if read is None else read[0].mesh
+    if read is None and not generated:  # sections or heights hide no other fault
+        mesh = found.attempt(lambda: read_mesh(path))
+    if mesh is None:
+        return None
     if case.wall_impact is not None:
         floors, file = case.wall_impact.floors, case.path if generated else path
         found.attempt(lambda: wall_side(mesh, floors, file))
