@@ -157,3 +157,12 @@ def test_more_room_is_tried(petsc, chain, monkeypatch, options):
     options[ROOM] = -99
     with pytest.raises(SolutionError, match=r"144 rows.*MUMPS error -[89] .*work space too small"):
         Factorisation(A)
+
+
+def test_what_petsc_refuses_is_an_error():
+    """PCSetUp is called without petsc4py, which would raise by itself."""
+    pc = PETSc.PC().create(PETSc.COMM_SELF)
+    pc.setType("cholesky")
+    with pytest.raises(PETSc.Error, match="73"):  # no matrix is set
+        factorisation._set_up(pc)
+    pc.destroy()
