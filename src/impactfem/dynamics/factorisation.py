@@ -26,7 +26,6 @@ CONDITION = 1e13
 """Condition number of the matrix scaled to a diagonal of ones above which it counts as singular.
 A mechanism leaves rounding, some 1e-16 to 1e-14, where its pivot should be zero."""
 
-_PETSC = ctypes.CDLL(PETSc.__file__)  # with the PETSc that petsc4py is linked to
 _PREFIX = "impactfem_"
 # The ordering stays MUMPS's own choice: PORD for a large matrix, whose factor on buildings has no
 # more entries, and up to 30 % fewer, than that of minimum degree (AMD, AMF, QAMD) or of nested
@@ -229,7 +228,8 @@ def _set_up(pc: PETSc.PC) -> None:
 
     petsc4py keeps the lock: no other thread would tell how far the run is, or answer Ctrl-C.
     """
-    failed = _PETSC.PCSetUp(ctypes.c_void_p(pc.handle))
+    petsc = ctypes.CDLL(PETSc.__file__)  # with the PETSc that it is linked to
+    failed = petsc.PCSetUp(ctypes.c_void_p(pc.handle))
     if failed:
         raise PETSc.Error(failed)
 
