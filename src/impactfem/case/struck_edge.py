@@ -43,35 +43,41 @@ class StruckEdge:
 
     Args:
         outward: Horizontal unit vector at right angles to it, out of the building.
+        ends: From where to where it goes along x or y, whichever it is closer to [m].
         low: Lowest x and y of the floor [m].
         high: Highest x and y of the floor [m].
         words: What says so, for messages.
     """
 
     outward: Vector
+    ends: tuple[float, float]
     low: tuple[float, float]
     high: tuple[float, float]
     words: str
 
     @property
+    def along(self) -> int:
+        """The direction, 0 or 1 for x or y, that the edge is closer to."""
+        return 0 if abs(self.outward[1]) > abs(self.outward[0]) else 1
+
+    @property
     def length(self) -> float:
-        """Extent of the floor along the edge [m]."""
-        x, y, _ = self.outward
-        return abs(y) * (self.high[0] - self.low[0]) + abs(x) * (self.high[1] - self.low[1])
+        """Extent of the edge in that direction [m]."""
+        return self.ends[1] - self.ends[0]
 
     def eccentricity(self, axis: tuple[float, float], offset: Vector) -> float:
-        """Distance of a point from the middle of the edge, along it [m].
+        """Distance of a point from the middle of the edge, along x or y [m].
 
-        Along x or y, whichever the edge is closer to, positive in its direction. A stick whose axis
-        is not within the plan has other coordinates than the mesh: its axis counts as the middle.
+        A stick whose axis is not within the plan has other coordinates than the mesh: its axis
+        counts as the middle.
 
         Args:
             axis: Plan position of the stick's axis [m].
             offset: From the axis to the point [m].
         """
-        along = 0 if abs(self.outward[1]) > abs(self.outward[0]) else 1
+        along = self.along
         inside = all(low < x < high for x, low, high in zip(axis, self.low, self.high, strict=True))
-        middle = 0.5 * (self.low[along] + self.high[along]) if inside else axis[along]
+        middle = 0.5 * sum(self.ends) if inside else axis[along]
         return axis[along] + offset[along] - middle
 
 
@@ -97,7 +103,8 @@ def generated_edge(mesh: GeneratedMeshEntry) -> StruckEdge:
     sign = 1.0 if mesh.impact_edge[1] == "+" else -1.0
     outward = (sign, 0.0, 0.0) if mesh.impact_edge[0] == "x" else (0.0, sign, 0.0)
     words = f'impact_edge = "{mesh.impact_edge}"'
-    return StruckEdge(outward, (0.0, 0.0), (mesh.length, mesh.width), words)
+    length = mesh.length if mesh.impact_edge[0] == "y" else mesh.width
+    return StruckEdge(outward, (0.0, length), (0.0, 0.0), (mesh.length, mesh.width), words)
 
 
 def normal_fault(outward: Vector, edge: StruckEdge) -> str | None:

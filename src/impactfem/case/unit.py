@@ -92,24 +92,7 @@ KINDS = (
 )
 
 SPELLED = (
-    *(
-        "Pa",
-        "kPa",
-        "MPa",
-        "GPa",
-        "N",
-        "kN",
-        "MN",
-        "GN",
-        "m",
-        "mm",
-        "cm",
-        "dm",
-        "km",
-        "s",
-        "ms",
-        "μs",
-    ),
+    *("Pa", "kPa", "MPa", "GPa", "N", "kN", "MN", "GN", "m", "mm", "cm", "dm", "km", "s", "ms"),
     *("Hz", "kHz", "MHz", "kg", "g", "t", "kt", "J", "kJ", "MJ", "rad", "deg", "min", "h"),
 )
 """Units as they are spelled, of which another spelling may be meant: ``Gpa``, ``KN``."""

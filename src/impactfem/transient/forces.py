@@ -218,9 +218,11 @@ def _struck_edges(mesh: BuildingMesh) -> dict[int, StruckEdge]:
     for floor in mesh.edges:
         x, y, z = (float(component) for component in outward_normal(mesh, floor))
         slab = mesh.nodes[np.unique(mesh.triangles[mesh.triangles_of("floor", floor)]), :2]
-        low, high = (tuple(map(float, bound)) for bound in (slab.min(axis=0), slab.max(axis=0)))
+        (x0, y0), (x1, y1) = slab.min(axis=0).tolist(), slab.max(axis=0).tolist()
+        line = mesh.nodes[np.unique(mesh.edges[floor]), 0 if abs(y) > abs(x) else 1]
         words = f"the edge of floor {floor}, group edge_{floor}, faces {side_of((x, y, z))}"
-        edges[floor] = StruckEdge((x, y, z), (low[0], low[1]), (high[0], high[1]), words)
+        ends = (float(line.min()), float(line.max()))
+        edges[floor] = StruckEdge((x, y, z), ends, (x0, y0), (x1, y1), words)
     return edges
 
 
