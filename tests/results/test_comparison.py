@@ -86,6 +86,8 @@ def test_a_known_difference(store: xr.Dataset) -> None:
     assert found.worst(of_peak=True) == pytest.approx((of_peak, 2, 2, f[below]), rel=1e-12)
     assert found.counts.sum() == 3 * (len(found.probes) - 1) and not found.counts[5].any()
     assert compared(one, store, 500.0).worst()[0] == pytest.approx(0.5)
+    # Equal lists: the ordinates are those of the runs.
+    np.testing.assert_allclose(found.store["psa"].values, one["psa"].values[0], rtol=1e-14)
 
 
 def test_a_run_beside_itself(store: xr.Dataset) -> None:
@@ -183,7 +185,9 @@ def test_no_interpolation_across_a_wide_gap(store: xr.Dataset) -> None:
         assert found.worst()[0] < 1e-3
     # Nor does either go to the other where both are coarse: nothing is left.
     other = on_grid(store, np.geomspace(0.51, 490.0, 91))
-    with pytest.raises(InputError, match=r"at 20 frequencies up to 100 Hz .*; found 0"):
+    with pytest.raises(
+        InputError, match=r"at least 20 of the frequencies up to 100 Hz .*; found 0"
+    ):
         compared(coarse, other)
     # Equal lists need no interpolation, however few they are.
     few = on_grid(store, np.array([1.0, 5.0, 20.0]))

@@ -125,7 +125,7 @@ def test_beside_another_run(
     folder, title = tmp_path / "run", "Comparison with another run"
     shutil.copytree(done.folder, folder)
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
-    with pytest.raises(InputError, match=r"frequencies up to 0\.1 Hz"):
+    with pytest.raises(InputError, match=r"of the frequencies up to 0\.1 Hz"):
         study.compare_runs(folder, done.folder, 0.1)
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
     (cases, points, directions), page = study.compare_runs(folder, done.folder, 100.0)

@@ -198,8 +198,8 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
         faults.append(Fault(other.folder, "damping", _percent(_damping(other)), expected))
     elif count < max(1, least):
         expected = (
-            f"expected spectra that are known, or near enough to interpolate, at {max(1, least)} "
-            f"frequencies up to {highest:g} Hz that {one.folder} knows, too; found {count}"
+            f"expected at least {max(1, least)} of the frequencies up to {highest:g} Hz known, or "
+            f"near enough to interpolate, here and in {one.folder}; found {count}"
         )
         faults.append(Fault(other.folder, "frequency", None, expected))
     if faults:

@@ -32,6 +32,7 @@ def cases_table(found: Comparison) -> Table:
     told = found.store.attrs
     upto = f"up to {found.highest:g} Hz"
     low = 100.0 * float(told["interpolated_low"])
+    alone = (str(told["alone"]), str(told["other_alone"]))
     points = f"{len(found.probes)}, within {float(told['farthest']):.3g} m"
     rows = (
         row("title", "title"),
@@ -46,7 +47,7 @@ def cases_table(found: Comparison) -> Table:
         row("points", "points"),
         *_both("points compared", points),
         *_both("points left out: too far apart", str(told["moved"])),
-        row("points left out: only here", "alone"),
+        *([row("points left out: only here", "alone")] if any(alone) else []),
     )
     title = f"floor response spectra ({100.0 * found.damping:g} %) of two runs, {upto}"
     return Table(CASES, title, (("", ""), ("this run", ""), ("the other", "")), rows)
