@@ -179,7 +179,7 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
     distance = np.linalg.norm(np.subtract(*positions), axis=1)
     near = distance <= apart_most
     dampings = [d for d in _damping(one) if np.isclose(d, _damping(other)).any()]
-    # As of any floor spectra: without a damping in common there is none to interpolate for.
+    # The widest gap depends on the damping; without one in common the fault below says so.
     frequency = common_frequencies(
         one.view.frequency, other.view.frequency, dampings[0] if dampings else 0.0
     )
