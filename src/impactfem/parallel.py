@@ -57,7 +57,7 @@ def settle_threads() -> None:
 
     OpenBLAS reads both when it is loaded, and it is loaded twice: by NumPy's wheel, and by PETSc
     and SciPy from Debian. An idle thread polls for 2^26 cycles, 26 ms; those of the two copies
-    share a core then and hand it to each other, a million times a minute. After 2^4 cycles, the
+    share a core then and hand it to each other, millions of times a minute. After 2^4 cycles, the
     least that OpenBLAS takes, an idle thread sleeps. A rank of several computes with one thread.
 
     To be called before NumPy is imported; `one_blas_thread` knows what is loaded already.
