@@ -8,6 +8,7 @@ import pytest
 
 from impactfem.building.mesh_report import free_edges, mesh_report
 from impactfem.building.section import Sections, ShellSection
+from impactfem.verify.shell_meshes import building_mesh, panel
 
 
 @pytest.fixture(scope="module")
@@ -72,16 +73,36 @@ def test_a_torn_joint_shows_as_a_free_edge(small_mesh):
 
 def test_size_over_thickness(small_mesh, small_sections):
     thin = Sections(
-        tuple(replace(s, thickness=0.1 * s.thickness) for s in small_sections.shells),
+        tuple(replace(s, thickness=1e-3 * s.thickness) for s in small_sections.shells),
         small_sections.beams,
     )
     before, after = mesh_report(small_mesh, small_sections), mesh_report(small_mesh, thin)
-    assert after.size_over_thickness == pytest.approx(10.0 * before.size_over_thickness)
+    assert after.size_over_thickness == pytest.approx(1e3 * before.size_over_thickness)
     assert before.size_over_thickness < 8.0
     assert not before.warnings
     (warning,) = after.warnings
-    assert "larger than 8 thicknesses, the worst in " in warning
-    assert "bending will be too stiff" in warning
+    assert "larger than 600 thicknesses, the worst in " in warning
+    assert "beyond what the shells are verified for" in warning
+
+
+@pytest.mark.parametrize(("thickness", "seen"), [(0.05, True), (0.4, False)])
+def test_facets_too_large_for_a_curved_surface_are_warned_of(thickness, seen):
+    """A cylinder of R = 10 m in strips of 1.31 m by 1 m: h² / R = 0.27 m, and some more with the
+    distance between the centres of triangles."""
+    nodes, triangles = panel(
+        12,
+        5,
+        lambda a, b: (10.0 * np.cos(0.5 * np.pi * a), 10.0 * np.sin(0.5 * np.pi * a), 5.0 * b),
+    )
+    sections = Sections((ShellSection(thickness),), ())
+    mesh = replace(building_mesh(nodes, triangles), beam_parts=())
+    text = "\n".join(mesh_report(mesh, sections).warnings)
+    assert ("flat facets too large for the curved surface" in text) == seen
+
+
+def test_corners_and_planes_are_not_curved(small_mesh):
+    thin = Sections(tuple(ShellSection(0.01) for _ in small_mesh.shell_parts), ())
+    assert "curved" not in "\n".join(mesh_report(small_mesh, thin).warnings)
 
 
 def test_size_over_thickness_is_the_longest_side(small_mesh, small_sections):

@@ -17,8 +17,14 @@ from impactfem.building.section import Sections
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SIZE_OVER_THICKNESS = 8.0
-"""Above it the shear of the six-node triangles is no longer within about 1 % (Mindlin plates)."""
+SIZE_OVER_THICKNESS = 600.0
+"""Plates are verified up to it (`impactfem verify --only clamped_plate`)."""
+CURVED = 2.0
+"""Largest h² / (R t) of thin shells on curved surfaces, made of flat facets of the size h: at it
+they are too stiff by 1 % where they bend without stretching, at 9 by 12 % (hemisphere, hyperbolic
+paraboloid and twisted strip; `impactfem verify --only hyperbolic_paraboloid`)."""
+FOLD = np.radians(30.0)
+"""Angle between facets above which they meet at a corner and not on a curved surface."""
 POOR = 0.2
 """Radius ratio below which a triangle is worth a look."""
 _DOFS = 6
@@ -146,7 +152,7 @@ def mesh_report(mesh: BuildingMesh, sections: Sections) -> MeshReport:
         free_edges=free_edges(mesh),
         duplicates=len(pairs),
         dropped=len(mesh.dropped),
-        warnings=tuple(_warnings(mesh, q, slender)),
+        warnings=tuple(_warnings(mesh, elements)),
     )
 
 
@@ -180,6 +186,33 @@ class _Elements:
             slender=lengths.max(axis=1) / thickness,
             line_lengths=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
         )
+
+    def curved(self) -> Array:
+        """h² / (R t) of each triangle on a curved surface, 0 on a plane, shape (n_triangles,).
+
+        h is the longest side; 1 / R the angle between two facets, no corner, over the distance of
+        their centres, the largest over the sides that two triangles share.
+        """
+        mesh = self.mesh
+        vertices = mesh.nodes[mesh.triangles[:, :3]]
+        normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+        middles = sides(mesh.triangles)[:, 2]
+        owner = np.tile(np.arange(len(mesh.triangles)), 3)
+        order = np.argsort(middles, kind="stable")
+        _, first, counts = np.unique(middles[order], return_index=True, return_counts=True)
+        pairs = first[counts == 2]
+        a, b = owner[order[pairs]], owner[order[pairs + 1]]
+        across = np.linalg.norm(np.cross(normal[a], normal[b]), axis=1)
+        angle = np.arcsin(np.minimum(across, 1.0))
+        distance = np.linalg.norm(vertices[a].mean(axis=1) - vertices[b].mean(axis=1), axis=1)
+        smooth = (across > np.sin(FOLD / 1e3)) & (across < np.sin(FOLD))
+        a, b, bend = a[smooth], b[smooth], (angle / distance)[smooth]
+        found = np.zeros(len(mesh.triangles))
+        for triangle in (a, b):
+            longest = self.lengths[triangle].max(axis=1)
+            np.maximum.at(found, triangle, longest * self.slender[triangle] * bend)
+        return found
 
     def by_part(self) -> list[PartReport]:
         mesh = self.mesh
@@ -245,7 +278,8 @@ def free_edges(mesh: BuildingMesh) -> dict[str, float]:
     return total
 
 
-def _warnings(mesh: BuildingMesh, q: Array, slender: Array) -> list[str]:
+def _warnings(mesh: BuildingMesh, elements: _Elements) -> list[str]:
+    q, slender = elements.q, elements.slender
     found = []
     centre = mesh.nodes[mesh.triangles[:, :3]].mean(axis=1)
     groups = [part.group for part in mesh.shell_parts]
@@ -255,7 +289,17 @@ def _warnings(mesh: BuildingMesh, q: Array, slender: Array) -> list[str]:
         found.append(
             f"{len(thin)} triangles are larger than {SIZE_OVER_THICKNESS:g} thicknesses, the worst "
             f"in {groups[mesh.triangle_part[worst]]} at {place(centre[worst])} with "
-            f"{slender[worst]:.1f}: bending will be too stiff"
+            f"{slender[worst]:.0f}: beyond what the shells are verified for"
+        )
+    curved = elements.curved()
+    coarse = np.flatnonzero(curved > CURVED)
+    if coarse.size:
+        worst = coarse[np.argmax(curved[coarse])]
+        found.append(
+            f"{len(coarse)} triangles are flat facets, too large for the curved surface that "
+            f"they stand for, the worst in {groups[mesh.triangle_part[worst]]} at "
+            f"{place(centre[worst])} with size² / (radius · thickness) = {curved[worst]:.1f}: above {CURVED:g} a thin shell may "
+            "be too stiff by more than 1 %"
         )
     poor = np.flatnonzero(q < POOR)
     if poor.size:

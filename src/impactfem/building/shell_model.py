@@ -38,6 +38,7 @@ from impactfem.errors import Fault, ImpactfemError, InputError
 from impactfem.own_process import read_in_own_process
 
 if TYPE_CHECKING:
+    from impactfem.building.section_forces import SectionForceField
     from impactfem.dynamics.history import History
 
 Array = NDArray[np.float64]
@@ -142,6 +143,8 @@ class ShellModel:
         triangles: Nodes of the triangles, in the order of the parts, shape (m, 6).
         part: Number of the part of each triangle, counted over all parts, shape (m,).
         lines: Nodes of the beams, shape (l, 3).
+        parts: What was assembled; None of matrices from elsewhere.
+        used: Nodes that cells use, those of the mesh of `parts` in its order.
     """
 
     nodes: Array
@@ -151,6 +154,8 @@ class ShellModel:
     triangles: Ints = field(default_factory=lambda: np.zeros((0, 6), dtype=np.int64))
     part: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     lines: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
+    parts: BuildingParts | None = None
+    used: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
     def free(self) -> Ints:
@@ -270,6 +275,21 @@ class ShellModel:
             found[self.free] = factor.solve_block(load.reshape(-1, 1)[self.free])[:, 0]
         K.destroy()
         return found.reshape(load.shape)
+
+    def section_forces(self, displacement: Array) -> SectionForceField:
+        """Membrane forces, moments and transverse shears of the shells under a displacement.
+
+        Args:
+            displacement: Shape (n, 6) or (6 n,) [m, rad], as `static` gives it.
+
+        Raises:
+            ImpactfemError: The model was made of matrices alone.
+        """
+        from impactfem.building.section_forces import section_forces
+
+        if self.parts is None:
+            raise ImpactfemError("a model made of matrices alone has no shells to cut")
+        return section_forces(self.parts, displacement.reshape(-1, 6)[self.used])
 
     def prescribed(self, values: Array, given: Ints) -> Array:
         """Displacement without loads where some rows of it are given, shape (6 n,).
@@ -451,7 +471,8 @@ def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0
         matrix.destroy()
     held = np.ones((len(nodes), 6), dtype=bool)
     held[used] = False
-    return ShellModel(nodes, K, M, held, triangles, np.array(order, dtype=np.int64)[shell], lines)
+    part = np.array(order, dtype=np.int64)[shell]
+    return ShellModel(nodes, K, M, held, triangles, part, lines, building, used)
 
 
 def line_load(nodes: Array, lines: Ints) -> Array:

@@ -92,6 +92,8 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
     with step("mesh"):
         parts, masses, report = on_root(lambda: read_parts(case, _mesh_file(case, folder)))
         LOGGER.debug("\n%s", report)
+        for text in report.warnings:
+            LOGGER.warning("warning: mesh: %s", text)
     with step("matrices"):
         model = assemble_building(comm, parts)
         _log_memory(comm, f"{model.n_free} free degrees of freedom, {comm.size} ranks")

@@ -34,6 +34,7 @@ from impactfem.verify import (
     pairs,
     paper_transient,
     pinched_cylinder,
+    plate_forces,
     plate_step,
     scordelis_lo,
     shell_frames,
@@ -42,6 +43,7 @@ from impactfem.verify import (
     spectra,
     sticks,
     strip_in_time,
+    thin_shells,
     unilateral,
     waves,
 )
@@ -75,6 +77,11 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "shell_rigid_body": shell_rigid.rigid_body_modes,
     "shell_patch": shell_patch.patch_tests,
     "mindlin_plate": mindlin_plate.simply_supported,
+    "clamped_plate": thin_shells.clamped_plates,
+    "hyperbolic_paraboloid": thin_shells.hyperbolic_paraboloid,
+    "twisted_strip": thin_shells.twisted_strip,
+    "plate_forces": plate_forces.supported_plate,
+    "plate_bent_in_plane": plate_forces.bent_in_plane,
     "nafems_fv12": nafems.free_plate,
     "nafems_fv32": nafems.tapered_membrane,
     "scordelis_lo": scordelis_lo.scordelis_lo,
@@ -119,6 +126,8 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
 }
 FULL: dict[str, Callable[[], list[Row]]] = {
     "mindlin_plate_fine": mindlin_plate.simply_supported_fine,
+    "hyperbolic_paraboloid_fine": thin_shells.hyperbolic_paraboloid_fine,
+    "twisted_strip_fine": thin_shells.twisted_strip_fine,
     "pinched_cylinder_fine": pinched_cylinder.pinched_cylinder_fine,
     "paper_floor_as_a_bar": floor_bar.paper_floor,
     "paper_reduced_against_full": paper_transient.reduced_against_full,

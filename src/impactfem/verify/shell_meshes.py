@@ -57,7 +57,7 @@ def panel(columns: int, rows: int, place: Map, distortion: float = 0.0) -> tuple
     p, q = number[:-1, :-1].ravel(), number[1:, :-1].ravel()
     r, s = number[1:, 1:].ravel(), number[:-1, 1:].ravel()
     halves = np.concatenate([np.column_stack([p, q, r]), np.column_stack([p, r, s])])
-    return _quadratic(vertices, halves)
+    return quadratic(vertices, halves)
 
 
 def joined(panels: list[tuple[Array, Ints]]) -> tuple[Array, Ints, Ints]:
@@ -102,7 +102,7 @@ def lines_at(triangles: Ints, here: NDArray[np.bool_]) -> Ints:
     return lines
 
 
-def _quadratic(vertices: Array, triangles: Ints) -> tuple[Array, Ints]:
+def quadratic(vertices: Array, triangles: Ints) -> tuple[Array, Ints]:
     """Add the middles of the sides."""
     ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     edges, inverse = np.unique(ends, axis=0, return_inverse=True)
