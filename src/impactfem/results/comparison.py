@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.building.quality import side_lengths
 from impactfem.errors import Fault, InputError
 from impactfem.results.transient_view import QUIET, TransientView
 from impactfem.spectra.frequency_list import SAME, merged_frequencies
@@ -45,7 +44,8 @@ class Side:
     def element(self) -> float:
         """Mean side of its triangles [m]."""
         nodes, triangles = (self.building[n].values for n in ("node_position", "triangle_node"))
-        return float(side_lengths(nodes, triangles).mean())
+        vertices = nodes[triangles[:, :3]]
+        return float(np.linalg.norm(vertices - np.roll(vertices, -1, axis=1), axis=2).mean())
 
     @property
     def levels(self) -> Array:
