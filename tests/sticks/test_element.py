@@ -23,7 +23,7 @@ def unit(component):
 
 
 def test_components_in_order():
-    assert DOFS == ("ux", "uy", "uz", "rx", "ry", "rz")
+    assert DOFS == ("x", "y", "z", "rx", "ry", "rz")
 
 
 @pytest.mark.parametrize(

@@ -59,16 +59,10 @@ def stick_figures(folder: Path) -> list[Path]:
     return drawn
 
 
-def _shown(sticks: xr.Dataset) -> tuple[str, str]:
-    """The direction that figures show, and the component of that name."""
-    direction = str(sticks.attrs["shown_direction"])
-    return direction, f"u{direction}"
-
-
 def _response(path: Path, sticks: xr.Dataset) -> None:
-    direction, component = _shown(sticks)
+    direction = str(sticks.attrs["shown_direction"])
     time = sticks["time"].values
-    column = list(sticks["component"].values).index(component)
+    column = list(sticks["component"].values).index(direction)
     names = list(dict.fromkeys(sticks["station_building"].values))
     tops = [np.flatnonzero(sticks["station_building"].values == name)[-1] for name in names]
     panels = (
@@ -159,7 +153,7 @@ def _forces(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
 
 
 def _floor_spectra(path: Path, sticks: xr.Dataset) -> None:
-    direction, _ = _shown(sticks)
+    direction = str(sticks.attrs["shown_direction"])
     column = list(sticks["direction"].values).index(direction)
     studied = str(sticks.attrs["studied_building"])
     stations = np.flatnonzero(sticks["station_building"].values == studied)

@@ -241,9 +241,9 @@ def stick_station(sticks: xr.Dataset, building: str, floor: int) -> int | None:
 def stick_history(sticks: xr.Dataset, name: str, station: int, direction: str) -> Array | None:
     """A history of a station, shape (n_t,); None when the sticks do not move along it."""
     components = [str(c) for c in sticks["component"].values]
-    if f"u{direction}" not in components:
+    if direction not in components:
         return None
-    chosen = sticks[name][:, station, components.index(f"u{direction}")]
+    chosen = sticks[name][:, station, components.index(direction)]
     return np.asarray(chosen.values, dtype=np.float64)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-DOFS = ("ux", "uy", "uz", "rx", "ry", "rz")
+DOFS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,6 @@ from impactfem.sticks.modes import Modes, modes
 from impactfem.sticks.pounding import Response, System, interpolate_ground, simulate
 
 Array = NDArray[np.float64]
-COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 STEPS = {"motions": 1.0, "sticks": 3.0, "pounding": 2.0, "spectra": 4.0}
 """Steps of the stage and their expected share of its time, for the progress bar."""
 

@@ -5,7 +5,7 @@ attribute `direction`, `spectrum_k` (pseudo-acceleration, over `frequency_k` [Hz
 a synthetic one, `target_k`, the design spectrum.
 
 `sticks.nc` has the dimensions `time`, `station` (a floor of a building), `component` (those of
-ux .. rz in which anything moves), `direction`, `damping`, `frequency`, `pair`, `impact`,
+x, y, z, rx, ry, rz in which anything moves), `direction`, `damping`, `frequency`, `pair`, `impact`,
 `building`, `mode`, `facing` (floors that face each other and are in no pair) and `target`. All
 values are SI; each variable carries its unit. Names that end in `_free` belong to the run without
 contact. Displacements and velocities are relative to the ground, accelerations absolute.
@@ -24,10 +24,11 @@ from numpy.typing import NDArray
 from impactfem.case.pair_distance import pair_distance
 from impactfem.files import write_netcdf
 from impactfem.scalar import to_json
+from impactfem.sticks.element import DOFS
 from impactfem.sticks.modes import DIRECTIONS
 from impactfem.sticks.pounding import Response
 from impactfem.sticks.scalars import stick_scalars
-from impactfem.sticks.stage import COMPONENTS, StickStudy, station_dofs
+from impactfem.sticks.stage import StickStudy, station_dofs
 
 Array = NDArray[np.float64]
 Variables = dict[str, tuple[Any, ...]]
@@ -109,7 +110,7 @@ def _histories(study: StickStudy) -> Variables:
             study.response.ground,
             {"units": "m/s2", "long_name": "ground acceleration along x, y, z"},
         ),
-        "component": ("component", _words([COMPONENTS[c] for c in moving])),
+        "component": ("component", _words([DOFS[c] for c in moving])),
         "station": ("station", _words([f"{b}.floor_{k}" for b, k in study.stations])),
         "station_building": ("station", _words([b for b, _ in study.stations])),
         "station_floor": ("station", np.array([k for _, k in study.stations])),
