@@ -25,6 +25,7 @@ from impactfem.device.spectrum import NotRigidError
 from impactfem.device.spectrum_analysis import spectrum_analysis
 from impactfem.device.springs import COMPONENTS, BaseSprings
 from impactfem.errors import Fault, ImpactfemError, InputError
+from impactfem.log import LOGGER
 
 
 def device_of(setup: DeviceSetup) -> Device:
@@ -141,9 +142,15 @@ def _refuse_modes(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis |
         return
     left_out = every.frequency.size - used.frequency.size
     if left_out and not analysis.missing_mass:
-        raise device.error(
-            f"{left_out} of its modes are above maximum_frequency, {setup.maximum_frequency:g} Hz;"
-            " expected missing_mass = true in [device_analysis], or a higher frequency"
+        share = 1.0 - used.share[:3].sum(axis=1)
+        LOGGER.warning(
+            "warning: device %s: %d of its modes are above maximum_frequency, %g Hz, and without "
+            "missing_mass in no response spectrum analysis: %.0f, %.0f and %.0f %% of its mass "
+            "along x, y and z",
+            setup.name,
+            left_out,
+            setup.maximum_frequency,
+            *(100.0 * share),
         )
     if "cqc" in analysis.combination and not (used.damping > 0.0).all():
         raise device.error("a mode without damping; expected another combination than 'cqc'")
