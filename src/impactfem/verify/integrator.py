@@ -6,7 +6,7 @@ import numpy as np
 
 from impactfem.sticks.contact import effective_mass, kelvin_voigt
 from impactfem.sticks.energy import energy_balance
-from impactfem.sticks.pounding import End, Pair, System, simulate
+from impactfem.sticks.pounding import End, Load, Pair, System, simulate
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.verify.models import Y, fitted_order
 from impactfem.verify.row import Row
@@ -58,6 +58,61 @@ def order() -> list[Row]:
             "closed form of the harmonic oscillator",
         ),
     ]
+
+
+def pulse() -> list[Row]:
+    """A force of half a sine on an undamped oscillator, of 2/5 and of 3/2 of its period T.
+
+    With r = T/(2 t_d) = Ω/ω, u k/P₀ = (sin Ωt − r sin ωt)/(1 − r²) while it lasts, and then a free
+    vibration of the amplitude 2 r |cos(π/(2 r))| / |1 − r²|. During a pulse of 3/2 T the largest
+    response is at Ωt = 2π Ω/(Ω + ω), 1.5 for r = 1/3.
+    """
+    mass, f, force, dt = 2e3, 5.0, 1e4, 1e-5
+    stick = mass_on_spring("m", mass, frequency=f)
+    omega = 2.0 * np.pi * f
+    time = dt * np.arange(round(0.6 / dt) + 1)
+    rows = []
+    for periods in (0.4, 1.5):
+        lasts = periods / f
+        r = 0.5 / periods
+        shape = np.where(time <= lasts, np.sin(np.pi * time / lasts), 0.0)
+        load = Load(End.of_floor(stick, 1), Y, force * shape)
+        system = System((stick,), ())
+        found = simulate(system, np.zeros((len(time), 3)), dt, loads=[load]).u[:, 1]
+        factor = found * mass * omega**2 / force
+        exact = (np.sin(r * omega * time) - r * np.sin(omega * time)) / (1.0 - r**2)
+        during = time <= lasts
+        after = 2.0 * r * abs(np.cos(np.pi / (2.0 * r))) / abs(1.0 - r**2)
+        name, source = "half-sine pulse", "Chopra, Dynamics of Structures, section 4.8"
+        away = float(np.abs(factor[during] - exact[during]).max())
+        what = f"pulse of {periods:g} periods"
+        rows += [
+            Row(
+                name,
+                f"largest difference of the dynamic factor, {what}",
+                0.0,
+                away,
+                "-",
+                1e-5,
+                source,
+                absolute=True,
+            ),
+            Row(
+                name,
+                f"largest dynamic factor after it, {what}",
+                after,
+                float(np.abs(factor[~during]).max()),
+                "-",
+                1e-5,
+                source,
+                absolute=True,
+            ),
+        ]
+    peak = float(factor[during].max())
+    rows.append(
+        Row(name, f"largest dynamic factor during it, {what}", 1.5, peak, "-", 1e-5, source)
+    )
+    return rows
 
 
 def energy_identity() -> list[Row]:

@@ -62,6 +62,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "missing_pair": pairs.missing_pair,
     "newmark_order": integrator.order,
     "energy_identity": integrator.energy_identity,
+    "half_sine_pulse": integrator.pulse,
     "record_formats": motion.record_formats,
     "eurocode_ordinates": motion.eurocode_ordinates,
     "decree_ordinates": motion.decree_ordinates,
