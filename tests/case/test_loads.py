@@ -67,6 +67,9 @@ def test_loads_alone_leave_the_ground_at_rest(broken: Broken) -> None:
     assert case.shown_direction == "y"
     nothing = without_motions(broken())
     assert "[[motions]], [[loads]] or both" in faults_of(nothing)["motions"]
+    text = nothing.read_text(encoding="utf-8")
+    nothing.write_text("motions = []\n" + text, encoding="utf-8")
+    assert "[[motions]], [[loads]] or both" in faults_of(nothing)["motions"]
 
 
 @pytest.mark.parametrize(

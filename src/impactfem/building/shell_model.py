@@ -3,7 +3,8 @@
 For one process and meshes that fit it: a plate, a frame, a floor. The elements are those of the 3D
 building (`impactfem.building.shell`, `impactfem.building.beam`); docs/from-a-mesh.md shows the way.
 
-    model = shell_model(points, Shells(triangles, 0.2, concrete)).hold(points[:, 0] == 0.0)
+    model = shell_model(points, Shells(triangles, 0.2, concrete))
+    model = model.hold(model.nodes[:, 0] == 0.0)
     frequency, shapes = model.modes(5)
     u = model.static(model.area_load((0.0, 0.0, -5e3)))
 

@@ -86,7 +86,7 @@ def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
     case_file, faults = _validated(source.raw, source, files)
     left_out = {fault.key.partition(".")[0].partition("[")[0] for fault in faults}
     faults.extend(_duplicates(source))
-    if not ("motions" in source.raw or "loads" in source.raw):
+    if not (source.raw.get("motions") or source.raw.get("loads")):
         expected = "missing; expected [[motions]], [[loads]] or both: what moves the buildings"
         faults.append(source.fault(("motions",), None, expected))
     faults.extend(_lacks_structure(source))

@@ -31,7 +31,8 @@ class FloorForces(Section):
     """Forces on floors in time, in addition to the ground motion.
 
     In the sticks they act on the mass centres. In the 3D model they act as line loads on the edges
-    of the floors that face the other building, at right angles to these.
+    of the floors that face the other building, at right angles to these, with the eccentricity of
+    [transient].
     """
 
     file: File = Field(
