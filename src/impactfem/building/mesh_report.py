@@ -298,8 +298,8 @@ def _warnings(mesh: BuildingMesh, elements: _Elements) -> list[str]:
         found.append(
             f"{len(coarse)} triangles are flat facets, too large for the curved surface that "
             f"they stand for, the worst in {groups[mesh.triangle_part[worst]]} at "
-            f"{place(centre[worst])} with size² / (radius · thickness) = {curved[worst]:.1f}: above "
-            f"{CURVED:g} a thin shell may be too stiff by more than 1 %"
+            f"{place(centre[worst])} with size² / (radius · thickness) = {curved[worst]:.1f}: "
+            f"above {CURVED:g} a thin shell may be too stiff by more than 1 %"
         )
     poor = np.flatnonzero(q < POOR)
     if poor.size:
