@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import os
 import re
 from pathlib import Path
 
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 MACHINE = Path("/proc/meminfo")
 GROUP, GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
+DISK = "/var/tmp"
+"""Where what memory cannot hold goes without TMPDIR: /tmp is memory on many systems."""
 
 
 def forget_peak() -> None:
@@ -45,6 +48,11 @@ def available_memory() -> float:
 def total_memory() -> float:
     """Memory that this process could take if nothing else ran [byte]; infinite if unknown."""
     return min(_of_machine("MemTotal:"), _of_job(whole=True))
+
+
+def disk_folder() -> str:
+    """The folder for files of what memory cannot hold."""
+    return os.environ.get("TMPDIR", DISK)
 
 
 def _of_machine(entry: str = "MemAvailable:") -> float:

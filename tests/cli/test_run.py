@@ -7,10 +7,9 @@ import re
 
 import pytest
 
-from impactfem import study
 from impactfem.errors import SolutionError
 from impactfem.stop import SIGNALS
-from impactfem.study import sticks
+from impactfem.study import loop, sticks
 from impactfem.study.folder import locked
 
 
@@ -105,7 +104,7 @@ class TestRun:
     @pytest.mark.usefixtures("interruptible")
     @pytest.mark.parametrize("number", SIGNALS)
     def test_a_signal_before_anything_is_written(self, program, finished, monkeypatch, number):
-        monkeypatch.setattr(study, "check", lambda *_, **__: os.kill(os.getpid(), number))
+        monkeypatch.setattr(loop, "checked", lambda *_, **__: os.kill(os.getpid(), number))
         ended = program("check", finished.case)
         assert (ended.code, ended.err) == (128 + number, f"{SIGNALS[number]}\n")
 

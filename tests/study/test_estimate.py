@@ -1,7 +1,6 @@
 """The estimate of a run: beside what the shipped cases were measured to take."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +107,15 @@ def test_what_can_go_to_a_file_is_not_refused(monkeypatch, machine, disk, words)
     assert words is None or words in found[0].expected
 
 
+def test_the_stages_that_are_asked_for(monkeypatch):
+    """A machine that is too small for the 3D model runs the sticks."""
+    fine = load_case(GEOMETRY / "npp_pair_fine.toml")
+    monkeypatch.setattr(module, "total_memory", lambda: 4e9)
+    found = estimate(fine, LONGEST)
+    assert list(too_much(fine, found)) and not list(too_much(fine, found.of({"sticks"})))
+    assert found.of(set()) == found
+
+
 def test_the_whole_memory_of_machine_and_job(monkeypatch, tmp_path):
     (tmp_path / "meminfo").write_text("MemTotal: 1000 kB\nMemAvailable: 10 kB\n")
     (tmp_path / "cgroup").write_text("0::/job\n")
@@ -141,4 +149,3 @@ def test_longer_takes_more(case):
         found = estimate(case.model_copy(update={name: section}), LONGEST)
         assert found.seconds > base.seconds, name
         assert sum(s.memory for s in found.stages) > sum(s.memory for s in base.stages), name
-    assert replace(base, dofs=None).dofs is None

@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 
 from impactfem.errors import SolutionError
 from impactfem.log import LOGGER
-from impactfem.memory import available_memory
+from impactfem.memory import available_memory, disk_folder
 
 Array = NDArray[np.float64]
 
 LEFT = 4
 """Blocks of vectors that must have room beside the one that is set up: their copies and products
 with a matrix."""
-DISK = "/var/tmp"
-"""Where files go without TMPDIR: /tmp is memory on many systems."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +57,7 @@ def room(rows: int, columns: int, processes: int = 1) -> Room:
     size = 8 * rows * columns
     if not size or (1 + LEFT) * size * processes <= available_memory():
         return Room(np.empty((rows, columns), order="F"), None)
-    folder = os.environ.get("TMPDIR", DISK)
+    folder = disk_folder()
     try:
         with tempfile.TemporaryFile(dir=folder) as file:
             # A full disk would end the process when the pages are written.

@@ -13,10 +13,9 @@ grow with f / ζ(f), the highest frequency and the damping ratio there.
 from __future__ import annotations
 
 import math
-import os
 import shutil
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from impactfem.building.from_case import geometry_of
@@ -26,9 +25,8 @@ from impactfem.case import Case, Damping
 from impactfem.case.file_mesh import FileMesh
 from impactfem.case.motions import SyntheticMotion
 from impactfem.case.transient import Transient
-from impactfem.dynamics.room import DISK
 from impactfem.errors import Fault
-from impactfem.memory import total_memory
+from impactfem.memory import disk_folder, total_memory
 from impactfem.parallel import threads
 
 DOFS = 6  # of a node
@@ -81,6 +79,11 @@ class Estimate:
     meshed: bool
     vectors: dict[str, int]
     stages: tuple[StageCost, ...]
+
+    def of(self, names: set[str]) -> Estimate:
+        """That of some stages; of all where there are none among them, as of a case at fault."""
+        stages = tuple(stage for stage in self.stages if stage.name in names)
+        return replace(self, stages=stages or self.stages)
 
     @property
     def largest(self) -> StageCost:
@@ -146,7 +149,7 @@ def too_much(case: Case, found: Estimate) -> Iterator[Fault]:
         )
         yield Fault(case.path, "", None, expected)
     elif stage.memory > machine:
-        folder = os.environ.get("TMPDIR", DISK)
+        folder = disk_folder()
         needed = min(stage.file, stage.memory - machine)
         try:
             free = shutil.disk_usage(folder).free

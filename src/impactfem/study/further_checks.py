@@ -54,12 +54,13 @@ class Further:
             return None
 
 
-def further_checks(case: Case, left_out: set[str], *, mesh: bool) -> Further:
+def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bool) -> Further:
     """Check devices, motions, times and forces of a case, and the mesh.
 
     Args:
         case: The case, as far as it could be read.
         left_out: Names of the sections that could not be read, which are not looked at.
+        stages: Names of the stages that are to run.
         mesh: Whether the mesh is read, or made and read.
     """
     found = Further()
@@ -85,7 +86,7 @@ def further_checks(case: Case, left_out: set[str], *, mesh: bool) -> Further:
     if history is not None and transient is not None and "contacts" not in left_out:
         lasting = transient.duration or float(history.time[-1])
         found.faults += _forces_faults(case, history, lasting)
-    found.estimate = estimate(case, longest)
+    found.estimate = estimate(case, longest).of(stages)
     refused = list(too_much(case, found.estimate))
     found.faults += refused
     if case.structure is None:
@@ -111,7 +112,7 @@ def further_checks(case: Case, left_out: set[str], *, mesh: bool) -> Further:
             found.attempt(partial(generate, geometry_of(case), path, source=str(case.path)))
             read = _read_mesh(case, path, found) if len(found.faults) == before else None
     if read is not None:
-        found.estimate = estimate(case, longest, read)
+        found.estimate = estimate(case, longest, read).of(stages)
         found.faults += too_much(case, found.estimate)
     return found
 

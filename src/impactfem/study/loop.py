@@ -81,13 +81,14 @@ def check(path: Path, *, mesh: bool = False) -> Case:
     return checked(path, mesh=mesh)[0]
 
 
-def checked(path: Path, *, mesh: bool = False) -> tuple[Case, Estimate]:
-    """As `check`; gives what a run will take, too."""
+def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tuple[Case, Estimate]:
+    """As `check`, for a run up to a stage, or of all; gives what the run will take, too."""
     with file_errors():
         case, faults, left_out = read_case(path)
         further = None
         if case is not None:
-            further = further_checks(case, left_out, mesh=mesh)
+            stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
+            further = further_checks(case, left_out, stages, mesh=mesh)
             faults += further.faults
         if faults or case is None or further is None or further.estimate is None:
             raise InputError(faults)
@@ -101,8 +102,8 @@ def checked(path: Path, *, mesh: bool = False) -> tuple[Case, Estimate]:
                 " and members",
                 duration(further.estimate.seconds),
             )
-        for stage in STAGES:
-            program_key(stage.rooms)
+        for one in STAGES:
+            program_key(one.rooms)
     return case, further.estimate
 
 
@@ -197,9 +198,8 @@ def run(
             if resume and fresh:
                 expected = "expected without --fresh, which computes everything again"
                 raise InputError([Fault("command line", "--resume", None, expected)])
-            case, found = checked(path)
+            case, found = checked(path, stage=stage)
             estimates.append(found)
-            asked_stages(case, stage)
             opened.enter_context(open_folder(folder, resume))
             if resume:
                 check_same_case(folder, case)
@@ -207,6 +207,7 @@ def run(
 
         case = on_root(prepare)
         opened.enter_context(mirrored(folder / LOG, rank()))
+        opened.enter_context(file_errors())  # within the log, which keeps what was refused
         result = Run(folder, [], published_values(case), dict(case.published))
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)

@@ -157,6 +157,7 @@ def sweep(
             for variant in plan.variants
         ]
         opened.enter_context(mirrored(folder / LOG, rank()))
+        opened.enter_context(file_errors())  # within the log, which keeps what was refused
         outcomes = _outcomes(jobs, processes)
         return on_root(lambda: _written(plan, outcomes, folder, show))
 
