@@ -296,10 +296,10 @@ def _warnings(mesh: BuildingMesh, elements: _Elements) -> list[str]:
     if coarse.size:
         worst = coarse[np.argmax(curved[coarse])]
         found.append(
-            f"{len(coarse)} triangles are flat facets, too large for the curved surface that "
-            f"they stand for, the worst in {groups[mesh.triangle_part[worst]]} at "
-            f"{place(centre[worst])} with size² / (radius · thickness) = {curved[worst]:.1f}: "
-            f"above {CURVED:g} a thin shell may be too stiff by more than 1 %"
+            f"{len(coarse)} triangles are flat facets too large for the curved surface they stand "
+            f"for, the worst in {groups[mesh.triangle_part[worst]]} at {place(centre[worst])} with "
+            f"size² / (radius · thickness) = {curved[worst]:.1f}: above {CURVED:g} a thin shell "
+            "may be too stiff by more than 1 %"
         )
     poor = np.flatnonzero(q < POOR)
     if poor.size:
