@@ -54,7 +54,7 @@ def test_a_run_reports_an_overlap(new_case, tmp_path):
     nearest = float(row["smallest distance [mm]"])
     assert nearest < 0.0
     assert row["overlap"] == "yes"
-    assert f"west.floor_3 and east.floor_3 overlap by {-nearest:.3g} mm at" in text
+    assert f"west.floor_3 and east.floor_3 overlap by {-nearest:.4g} mm at" in text
     values = {scalar.name: scalar.value for scalar in result.scalars}
     assert values["pounding.facing_distance_min"] == pytest.approx(1e-3 * nearest)
     checks = json.loads((tmp_path / "run/checks.json").read_text(encoding="utf-8"))

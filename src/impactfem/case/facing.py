@@ -75,7 +75,7 @@ class Facing:
     @property
     def words(self) -> str:
         """Both ends and their distance in words."""
-        apart = f"{1e3 * self.gap:.3g} mm apart" if self.gap >= 0.0 else "one inside the other"
+        apart = f"{1e3 * self.gap:.4g} mm apart" if self.gap >= 0.0 else "one inside the other"
         return f"{self.a.label} and {self.b.label} ({apart} at {self.level:.4g} m)"
 
 

@@ -31,7 +31,7 @@ def _approach(store: xr.Dataset) -> Check:
     distances = store["facing_distance_min"].values
     k = int(distances.argmin())
     names = f"{store['facing_a'].values[k]} and {store['facing_b'].values[k]}"
-    nearest, at = f"{1e3 * abs(distances[k]):.3g} mm", f"{store['facing_time'].values[k]:.4g} s"
+    nearest, at = f"{1e3 * abs(distances[k]):.4g} mm", f"{store['facing_time'].values[k]:.4g} s"
     count = int((distances < 0.0).sum())
     if count:
         more = f", and {count - 1} more do" if count > 1 else ""
