@@ -97,7 +97,11 @@ def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
         expected = f"the columns are separated by {separators}; expected commas: {TABLE}"
         faults.append(Fault(path, f"line {lines[0][0]}", None, expected))
         return None
-    headers = next(csv.reader([lines[0][1]]))
+    try:
+        headers, *table = [next(csv.reader([line])) for _, line in lines]
+    except csv.Error as error:
+        faults.append(Fault(path, "", None, f"not a CSV file ({error}); expected {TABLE}"))
+        return None
     columns = [_column(path, lines[0][0], h, k == 0, faults) for k, h in enumerate(headers)]
     names = [name for name, _ in columns[1:]]
     if not names:
@@ -110,7 +114,11 @@ def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
     )
     if len(lines) < 3:
         faults.append(Fault(path, "", None, "expected at least two lines of values"))
-    rows = [_row(path, number, line, headers, faults) for number, line in lines[1:]]
+    numbers = [number for number, _ in lines[1:]]
+    rows = [
+        _row(path, number, cells, headers, faults)
+        for number, cells in zip(numbers, table, strict=True)
+    ]
     if len(faults) > before:
         return None
     values = np.array(rows) * np.array([factor for _, factor in columns])
@@ -184,9 +192,8 @@ def _column(
 
 
 def _row(
-    path: Path, number: int, line: str, headers: list[str], faults: list[Fault]
+    path: Path, number: int, cells: list[str], headers: list[str], faults: list[Fault]
 ) -> list[float]:
-    cells = next(csv.reader([line]))
     if len(cells) != len(headers):
         expected = f"expected {len(headers)} cells as in the header, found {len(cells)}"
         faults.append(Fault(path, f"line {number}", None, expected))
