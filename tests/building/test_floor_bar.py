@@ -11,6 +11,7 @@ from impactfem.building.generate import generate
 from impactfem.building.masses import floor_masses
 from impactfem.building.parts import BuildingParts
 from impactfem.building.read_mesh import read_mesh
+from impactfem.building.section import Material, Materials
 
 E, NU, RHO = 30e9, 0.2, 2500.0
 LX, LY, HEIGHT, SLAB, MASSES = 6.0, 9.0, 4.0, 0.25, np.array([120e3, 150e3])
@@ -48,8 +49,12 @@ def parts(tmp_path_factory):
             generate(built, path)
             mesh = read_mesh(path)
             sections = built.sections(mesh.shell_parts, mesh.beam_parts)
-            masses = floor_masses(mesh, sections, RHO, MASSES)
-            made[beams, edge] = BuildingParts(mesh, sections, E, NU, RHO, masses.on_triangles)
+            concrete = Material(E, NU, RHO)
+            materials = Materials(
+                (concrete,) * len(mesh.shell_parts), (concrete,) * len(mesh.beam_parts)
+            )
+            masses = floor_masses(mesh, sections, materials, MASSES)
+            made[beams, edge] = BuildingParts(mesh, sections, materials, masses.on_triangles)
         return made[beams, edge]
 
     return make

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from impactfem.building.mesh_report import free_edges, mesh_report
-from impactfem.building.section import Sections, ShellSection
-from impactfem.verify.shell_meshes import building_mesh, panel
+from impactfem.building.section import Material, Sections, ShellSection
+from impactfem.building.shell_model import Shells, shell_model
+from impactfem.verify.shell_meshes import panel
 
 
 @pytest.fixture(scope="module")
@@ -94,9 +95,8 @@ def test_facets_too_large_for_a_curved_surface_are_warned_of(thickness, seen):
         5,
         lambda a, b: (10.0 * np.cos(0.5 * np.pi * a), 10.0 * np.sin(0.5 * np.pi * a), 5.0 * b),
     )
-    sections = Sections((ShellSection(thickness),), ())
-    mesh = replace(building_mesh(nodes, triangles), beam_parts=())
-    text = "\n".join(mesh_report(mesh, sections).warnings)
+    parts = shell_model(nodes, Shells(triangles, thickness, Material(33e9, 0.2, 2500.0))).parts
+    text = "\n".join(mesh_report(parts.mesh, parts.sections).warnings)
     assert ("flat facets too large for the curved surface" in text) == seen
 
 
