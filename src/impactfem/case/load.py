@@ -97,6 +97,8 @@ def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
     faults.extend(struck_edge_faults(source, files.known))
     faults.extend(files.faults)
     left_out |= files.sections_at_fault
+    if not source.raw.get("motions") and ("loads" in left_out or not source.raw.get("loads")):
+        left_out.add("motions")  # nothing that can be read moves the buildings
     rest = case_file
     if left_out:
         content = _without(source.raw, left_out)
