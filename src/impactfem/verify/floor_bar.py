@@ -53,7 +53,7 @@ CASE, FLOOR, END = "npp_pair.toml", 8, 5.6
 """The main impact is at 5.1 s."""
 HIGHEST = 450.0
 FAIR = {"facades lumped": (75.0, HIGHEST), "facades that bend": (40.0, 200.0)}
-"""Frequencies between which a bar is a fair model [Hz]. Below, the slab bows between the gables,
+"""Frequencies between which a bar is a fair model [Hz]: below, the slab bows between the gables,
 and lumped facades do not move as they do near their own frequency."""
 POINTS = ("impact edge", "centre", "far edge")
 

@@ -48,6 +48,7 @@ GROUPS: Mapping[str, Sequence[str]] = {
         "plate_step",
         "strip_in_time",
         "bar_impact",
+        "floor_bar",
         "oscillating_pulse",
         "moving_force",
         "frame_loads",
