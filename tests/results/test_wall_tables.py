@@ -38,7 +38,7 @@ def test_values_beside_published_ones(wall_folder):
     assert float(found[0]["over published"]) == pytest.approx(1.2)
     assert (found[1]["value"], found[1]["over published"]) == ("", "")
     assert all(row["published"] == "" for row in found[2:])
-    assert len(found) == 12
+    assert len(found) == 13
 
 
 def test_a_published_zero_has_no_ratio(wall_folder):

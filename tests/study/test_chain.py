@@ -27,6 +27,7 @@ REST = (
 [wall_impact]
 gap = "2 mm"
 displacement = "-5 mm"
+pull = "even_load"
 duration = "0.4 s"
 time_step = "0.25 ms"
 

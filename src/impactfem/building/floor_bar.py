@@ -54,7 +54,7 @@ class FloorBar:
 
     @property
     def speed(self) -> float:
-        """C = √(EA'/m') of the slab with its beams and what is added on it [m/s]."""
+        """Speed c = √(EA'/m') of the slab with its beams and what is added on it [m/s]."""
         return math.sqrt(self.stiffness * self.length / self.slab_mass)
 
     @property
