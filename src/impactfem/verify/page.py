@@ -37,6 +37,8 @@ GROUPS: Mapping[str, Sequence[str]] = {
         "shell_rigid",
         "shell_patch",
         "mindlin_plate",
+        "thin_shells",
+        "plate_forces",
         "nafems",
         "scordelis_lo",
         "pinched_cylinder",
