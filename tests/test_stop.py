@@ -35,7 +35,7 @@ def wrapped(*_, **__):
 
 """
 IMPORTING = "sys.meta_path.insert(0, Importing())\n"
-IN_CHECK = "from impactfem import study; study.check = {function}\n"
+IN_CHECK = "from impactfem.study import loop; loop.checked = {function}\n"
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,8 @@ class TestFinished:
     def test_summary(self, finished):
         entries = load(finished.folder / "summary.json")
         for entry in entries:
-            assert list(entry) == ["name", "value", "unit", "paper", "note"]
+            assert list(entry) == ["name", "value", "unit", "paper", "relation", "kind", "note"]
+            assert (entry["kind"] is None) == (entry["paper"] is None)
             assert entry["value"] is None or isinstance(entry["value"], float)
             assert isinstance(entry["note"], str)
         assert {entry["unit"] for entry in entries} <= SI

@@ -11,6 +11,7 @@ are, a case file must state its units.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from abc import ABC, abstractmethod
@@ -31,6 +32,7 @@ _LARGEST = 2**31 - 1  # what every library that counts steps or takes a seed can
 _BEYOND = 1e60  # no physical quantity in SI reaches it; a product of five of them is finite
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
 LONGEST_NAME = 64  # letters; file names are made of names, two at a time
+LISTED = 300  # letters of the names that a message lists
 _RESERVED = re.compile("con|prn|aux|nul|com[0-9]|lpt[0-9]", re.IGNORECASE)  # by Windows, for files
 _COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)((?:\s*[^\W\d].*?|\s*1\s*/.*?)?)\s*")
 _PERCENT = re.compile(rf"\s*({_NUMBER})\s*%\s*")
@@ -42,14 +44,18 @@ def refuse(expected: str) -> PydanticCustomError:
 
 
 def nearest(name: str, known: list[str]) -> str:
-    """Words that name the nearest known name, or all of them when none is near."""
+    """Words that name the nearest known name, or some known ones when none is near."""
     close = get_close_matches(name, known, n=1, cutoff=0.6)
     folded = {other.lower(): other for other in known}
     if not close:
         close = [folded[c] for c in get_close_matches(name.lower(), list(folded), 1, cutoff=0.6)]
     if close:
         return f"did you mean '{close[0]}'?"
-    return f"known: {', '.join(known)}" if known else "none is defined"
+    # As many as a line can hold.
+    ends = itertools.accumulate(len(one) + 2 for one in known)
+    listed = [one for one, end in zip(known, ends, strict=True) if end <= LISTED]
+    more = f" and {len(known) - len(listed)} others" if len(listed) < len(known) else ""
+    return f"known: {', '.join(listed)}{more}" if known else "none is defined"
 
 
 def read_number(text: str) -> float | None:
