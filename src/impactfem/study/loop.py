@@ -21,7 +21,7 @@ from impactfem.files import write_json
 from impactfem.log import LOGGER, Steps, mirrored
 from impactfem.memory import forget_peak, give_back, peak_memory
 from impactfem.motion.from_case import checked_durations
-from impactfem.parallel import on_root, one_blas_thread, rank, size, total
+from impactfem.parallel import on_root, one_blas_thread, rank, size, total, world
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.results.check import Check, log_checks
 from impactfem.results.manifest import file_digest
@@ -191,6 +191,9 @@ def run(
     with ExitStack() as opened:
         opened.enter_context(file_errors())
         opened.enter_context(one_blas_thread())
+        if world() is not None:
+            # It starts on all ranks together: the checks of rank 0 may be the first to need it.
+            import petsc4py.PETSc  # noqa: F401
         estimates: list[Estimate] = []
 
         def prepare() -> Case:
