@@ -85,7 +85,7 @@ def test_a_generated_mesh_gives_none(structured: Broken) -> None:
          'duration = "1679 s"\ntime_step = "0.3358 ms"', "pounding.duration = '1679 s'",
          "100 times the longest motion, 16.79 s"),
         (None, "0.3358 ms", "5 ms", "pounding.time_step = '5 ms'",
-         "1.76 steps in an impact of B1.floor_7-B2.floor_7, which lasts 8.81 ms; 16 are asked"),
+         "1.76 steps in an impact of B1.floor_7-B2.floor_7, which lasts 8.81 ms; 16 are requested"),
         ("pair_published.csv", "frs.", "floors.", "pair_published.csv: name = 'floors.",
          "no result; their names begin with motion"),
     ],

@@ -288,9 +288,9 @@ def test_what_is_given_counts_apart(finished, tmp_path, caplog):
     with caplog.at_level("INFO", "impactfem"):
         words = beside_a_paper(tmp_path / "run").words
     counts = "1 reproduced, 1 differs, 1 given or fitted"
-    assert [r.getMessage() for r in caplog.records if "beside" in r.getMessage()] == [
-        f"report: beside the publication, figures: {counts}",
-        f"report: beside the publication, values: {counts}",
+    assert [r.getMessage() for r in caplog.records if "compared" in r.getMessage()] == [
+        f"report: compared with the publication, figures: {counts}",
+        f"report: compared with the publication, values: {counts}",
     ]
     # On the first page and where the figures are: reproduced, differs, given, and so on.
     rows = [words[k + 1 : k + 20] for k, word in enumerate(words) if word == "figures"]

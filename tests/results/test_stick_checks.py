@@ -235,7 +235,7 @@ def test_whether_spectra_end(checked, end, good):
     found, text = one(checked(end=end), "spectra at 500 Hz")
     assert found is good and text.startswith(
         f"sticks: spectra at 500 Hz are {end:g} times the peak acceleration where they are "
-        "farthest from it (two.floor_1, y), 1.1 asked"
+        "farthest from it (two.floor_1, y) (limit 1.1)"
     )
     assert ("at 1 of 2 points they have not ended" in text) is not good
 

@@ -84,7 +84,7 @@ def ensemble_faults(
     """
     yield from _carried_faults(source, ensemble, transient)
     if any(isinstance(motion, RestMotion) for motion in motions):
-        expected = "expected [[motions]] beside it: ground at rest has no other motions"
+        expected = "expected [[motions]] as well: ground at rest has no other motions"
         yield source.fault(("ensemble",), None, expected)
         return
     recorded = [motion for motion in motions if isinstance(motion, RecordMotion)]

@@ -70,7 +70,8 @@ class CaseFile(Section):
     )
     motions: tuple[MotionEntry, ...] = Field(
         default=(),
-        description="The ground motions, one a direction; left out beside loads, the ground rests.",
+        description="The ground motions, one a direction; with [[loads]] they may be left out, "
+        "and the ground rests.",
     )
     loads: tuple[FloorForces, ...] = Field(
         default=(), description="Forces on floors in addition to the ground motion."

@@ -306,7 +306,8 @@ def _steps(source: Source, case: Case) -> Iterator[Fault]:
     if asked * dt > shortest * (1.0 + SAME):
         text = (
             f"{shortest / dt:.3g} steps in an impact of {name}, which lasts {1e3 * shortest:.3g} "
-            f"ms; {asked} are asked ([pounding] points_per_impact), {1e3 * shortest / asked:.3g} ms"
+            f"ms; {asked} are requested ([pounding] points_per_impact), "
+            f"{1e3 * shortest / asked:.3g} ms"
         )
         yield _written(source, ("pounding", "time_step"), text)
 

@@ -108,7 +108,7 @@ def _render(run: RunFiles) -> str:
     for what, counts in tally if compared else []:
         found = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
         if found:
-            LOGGER.info("report: beside the publication, %s: %s", what, found)
+            LOGGER.info("report: compared with the publication, %s: %s", what, found)
     drawing = run.folder / "figures" / "figure_02_case.png"
     return template.render(
         version=run.provenance["impactfem"],

@@ -35,7 +35,7 @@ def end_check(
     k, c = (int(one) for one in np.unravel_index(int(off.argmax()), off.shape))
     text = (
         f"{stage}: spectra at {last:.4g} Hz are {ratio[k, c]:.3g} times the peak acceleration "
-        f"where they are farthest from it ({points[k]}, {axes[c]}), {ENDED:g} asked"
+        f"where they are farthest from it ({points[k]}, {axes[c]}) (limit {ENDED:g})"
     )
     late = np.flatnonzero((off > np.log(ENDED)).any(axis=1))
     if not late.size:

@@ -141,7 +141,7 @@ def too_much(case: Case, found: Estimate) -> Iterator[Fault]:
     if found.dofs is not None:
         words += f", {found.dofs:.3g} degrees of freedom"
     if held.memory - held.file > machine:
-        file = " beside what can go to a file" if held.file else ""
+        file = " in addition to what can go to a file" if held.file else ""
         expected = (
             f"stage {held.name} needs about {1e-9 * (held.memory - held.file):.3g} GB of memory"
             f"{file}, this machine has {1e-9 * machine:.3g} GB for it; expected longer time steps, "

@@ -105,7 +105,7 @@ class FloorPull:
         rows = PETSc.IS().createGeneral((first + free).astype(PETSc.IntType), comm=K.getComm())
         K_ff = K.createSubMatrix(rows, rows)
         K_ff.setOption(PETSc.Mat.Option.SPD, True)
-        with Factorisation(K_ff, name="the stiffness matrix beside the floor") as factor:
+        with Factorisation(K_ff, name="the stiffness matrix of all but the floor") as factor:
             u[free] = factor.solve_block(-product(K, u[:, None])[free])[:, 0]
         K_ff.destroy()
         rows.destroy()
