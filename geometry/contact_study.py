@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from impactfem.case import Case, load_case
-from impactfem.results.table import Cell, Table
-from impactfem.sticks import contact
-from impactfem.sticks.from_case import calibration_of, system_of
-from impactfem.sticks.pounding import System
-from impactfem.sticks.restitution import kelvin_voigt
-from impactfem.sticks.scalars import stick_scalars
-from impactfem.sticks.stage import run_sticks
+from impactfem.coupling import contact
+from impactfem.coupling.from_case import calibration_of, system_of
+from impactfem.coupling.pounding import System
+from impactfem.coupling.restitution import kelvin_voigt
+from impactfem.plot.table import Cell, Table
+from impactfem.stages.pounding.compute import run_sticks
+from impactfem.stages.pounding.scalars import stick_scalars
 
 STEPS = (1.3432, 0.6716, 0.3358, 0.1679, 0.08395)  # ms
 STIFFNESSES = (1e10, 3e10, 1e11, 3e11, 1e12)  # N/m

@@ -14,8 +14,8 @@ from impactfem.building.mesh_report import mesh_report
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.storey_section import storey_sections
 from impactfem.case import Case, FileMesh, load_case
-from impactfem.errors import ImpactfemError
-from impactfem.results.table import Cell, Table
+from impactfem.plot.table import Cell, Table
+from impactfem.system.errors import ImpactfemError
 
 
 def main() -> None:

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from impactfem.case import SyntheticMotion, load_case
+from impactfem.coupling.from_case import calibration_of, system_of
+from impactfem.coupling.impacts import impacts
+from impactfem.coupling.pounding import interpolate_ground, simulate
 from impactfem.motion.from_case import ground_motions
-from impactfem.sticks.from_case import calibration_of, system_of
-from impactfem.sticks.impacts import impacts
-from impactfem.sticks.pounding import interpolate_ground, simulate
 
 # Section 2, figure 8, and the approach speed that follows from 121 MN with K = 1e11 N/m, xi = 0.12.
 PUBLISHED = {

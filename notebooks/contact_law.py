@@ -33,14 +33,15 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from impactfem import log, study
-from impactfem.errors import InputError
-from impactfem.sticks.contact import effective_mass, kelvin_voigt
-from impactfem.sticks.from_case import calibration_of, system_of
-from impactfem.sticks.impacts import impacts
-from impactfem.sticks.own_law import own_law
-from impactfem.sticks.restitution import exact_chi, kelvin_voigt_xi
-from impactfem.sticks.stage import run_sticks
+from impactfem import study
+from impactfem.coupling.contact import effective_mass, kelvin_voigt
+from impactfem.coupling.from_case import calibration_of, system_of
+from impactfem.coupling.impacts import impacts
+from impactfem.coupling.own_law import own_law
+from impactfem.coupling.restitution import exact_chi, kelvin_voigt_xi
+from impactfem.stages.pounding.compute import run_sticks
+from impactfem.system import log
+from impactfem.system.errors import InputError
 from impactfem.verify.models import collision
 
 log.set_up(verbose=False)

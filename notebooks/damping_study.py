@@ -34,8 +34,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from impactfem import log, study
-from impactfem.results import open_run
+from impactfem import study
+from impactfem.study import open_run
+from impactfem.system import log
 
 log.set_up(verbose=False)
 case = study.check(Path(case_file))

@@ -28,9 +28,10 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from impactfem import log, study
-from impactfem.errors import InputError
-from impactfem.results import open_run
+from impactfem import study
+from impactfem.study import open_run
+from impactfem.system import log
+from impactfem.system.errors import InputError
 
 log.set_up(verbose=False)  # what the program says, as on the command line
 

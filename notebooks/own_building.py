@@ -39,11 +39,12 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from impactfem import log, study
+from impactfem import study
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Beam, Column, Geometry, MeshSize, Wall
 from impactfem.building.storey_section import storey_sections
-from impactfem.results import open_run
+from impactfem.study import open_run
+from impactfem.system import log
 
 log.set_up(verbose=False)
 place = Path(folder)

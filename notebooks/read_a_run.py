@@ -35,7 +35,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from impactfem.results import open_run
+from impactfem.study import open_run
 
 run = open_run(folder)
 print("stores:", ", ".join(run.stores))

@@ -18,8 +18,8 @@ from hypothesis import settings
 
 from impactfem import study
 from impactfem.case.template import write_new_case
-from impactfem.results import floor_products
-from impactfem.study import sticks
+from impactfem.plot import floor_products
+from impactfem.stages.pounding import stage as sticks
 
 # The template, shorter and coarser: an impact lasts some 20 steps.
 SMALL = (

@@ -13,7 +13,7 @@ import scipy.sparse
 import ufl
 
 from impactfem import _fenicsx
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 TRIANGLE = np.array([[0, 1, 2]]), np.array([[0.0, 0, 0], [2.0, 0, 0], [0, 3.0, 0]])
 

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 from impactfem import __version__, study
-from impactfem.errors import ImpactfemError, InputError, SolutionError
-from impactfem.study import sticks
+from impactfem.stages.pounding import stage as sticks
+from impactfem.system.errors import ImpactfemError, InputError, SolutionError
 
 FILES = {"run.log", "summary.json", "provenance.json", "sticks.nc", "motion.nc", "forces.nc"} | {
     "forces.csv",

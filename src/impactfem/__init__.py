@@ -2,8 +2,8 @@
 
 from importlib.metadata import version
 
-from impactfem.cache import place_caches
-from impactfem.parallel import settle_threads
+from impactfem.system.cache import place_caches
+from impactfem.system.parallel import settle_threads
 
 __version__ = version("impactfem")
 

@@ -25,7 +25,7 @@ from dolfinx import fem, mesh
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from impactfem.cache import cache_folder
+from impactfem.system.cache import cache_folder
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

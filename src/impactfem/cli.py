@@ -12,11 +12,12 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from impactfem import __version__, log
-from impactfem.errors import ImpactfemError, InputError, printable
-from impactfem.file_errors import file_errors
-from impactfem.parallel import OtherRankError, abort, all_stop, exit_code, rank, size
-from impactfem.stop import advise, signals_answered
+from impactfem import __version__
+from impactfem.system import log
+from impactfem.system.errors import ImpactfemError, InputError, printable
+from impactfem.system.file_errors import file_errors
+from impactfem.system.parallel import OtherRankError, abort, all_stop, exit_code, rank, size
+from impactfem.system.stop import advise, signals_answered
 
 app = typer.Typer(
     help="Earthquake pounding of adjacent buildings, and what it does to the equipment inside.",
@@ -182,7 +183,7 @@ def compare(
 @app.command()
 def check(case: CaseFile) -> None:
     """Check a case file and all files it names, and estimate what a run takes."""
-    from impactfem.study.loop import checked
+    from impactfem.run.loop import checked
 
     found, estimate = checked(case, mesh=True)
     counts = (

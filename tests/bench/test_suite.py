@@ -6,7 +6,7 @@ from rich.console import Console
 
 from impactfem.bench import spectra, suite
 from impactfem.bench.figure import Figure, as_table
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ from impactfem.building.section import (
     Sections,
     ShellSection,
 )
-from impactfem.own_process import in_own_process
+from impactfem.system.own_process import in_own_process
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -16,7 +16,7 @@ from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import load_case
 from impactfem.case.file_mesh import BeamGroup, FileMesh, ShellGroup
 from impactfem.case.structure import PartMaterial
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 PAIR = Path(__file__).parents[2] / "geometry" / "npp_pair.toml"
 SHELLS = (

@@ -12,7 +12,7 @@ from impactfem.building.mesh import sides
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.quality import areas, radius_ratio
 from impactfem.building.read_mesh import read_mesh
-from impactfem.errors import ImpactfemError, InputError
+from impactfem.system.errors import ImpactfemError, InputError
 
 
 def small_box(**changes) -> Geometry:

@@ -5,7 +5,7 @@ from scipy.sparse.linalg import spsolve
 from impactfem.building.links import RigidLink, carried, linked
 from impactfem.building.part import Part
 from impactfem.building.section import BeamSection
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 E, G = 33e9, 33e9 / 2.4
 H, ARM, REACH = 4.0, 0.7, 1.5

@@ -5,7 +5,7 @@ import pytest
 
 from impactfem._fenicsx import cell_nodes, node_coordinates
 from impactfem.building.local import local_cells
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 from impactfem.building.masses import floor_masses, line_lengths, triangle_areas
 from impactfem.building.part import Part
 from impactfem.building.section import Material
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 RHO = 2500.0
 # The house of conftest by hand, 2500 kg/m3. Storeys of 3.0 and 3.5 m; walls 4 m by 0.5 m and

@@ -8,7 +8,7 @@ import pytest
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.part import Part
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 PLACE = r"\(-?\d+\.\d{3}, -?\d+\.\d{3}, -?\d+\.\d{3}\) m"
 SLAB, WALL, BEAM = Part("floor", 1), Part("storey", 1), Part("beam", 1)

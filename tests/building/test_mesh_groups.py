@@ -9,7 +9,7 @@ import pytest
 from impactfem.building.mesh_groups import assemble
 from impactfem.building.part import Part
 from impactfem.building.raw_mesh import Block, RawMesh
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 FILE = Path("own.msh")
 PLACE = r"\(-?\d+\.\d{3}, -?\d+\.\d{3}, -?\d+\.\d{3}\) m"

@@ -6,7 +6,7 @@ from scipy.sparse.linalg import eigsh, spsolve
 
 from impactfem.building.part import Part
 from impactfem.building.section import BeamSection, Material, Materials
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 SHELL = Part("floor", 1)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.numbering import number_nodes
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 TRIANGLES = np.array([[0, 1, 2, 3, 4, 5], [2, 1, 6, 4, 7, 8]])
 LINES = np.array([[6, 9, 10]])

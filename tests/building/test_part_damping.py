@@ -13,7 +13,7 @@ from impactfem.building.parts import BuildingParts
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, load_case
 from impactfem.case.part_damping import PartDamping as Entry
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 LIGHT = {"mass_coefficient": 0.2, "stiffness_coefficient": 1e-3}

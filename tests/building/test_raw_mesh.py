@@ -8,8 +8,8 @@ import pytest
 from impactfem.building.mesh_groups import assemble
 from impactfem.building.raw_mesh import read_raw
 from impactfem.building.read_mesh import read_mesh
-from impactfem.errors import InputError
-from impactfem.own_process import in_own_process
+from impactfem.system.errors import InputError
+from impactfem.system.own_process import in_own_process
 
 KINDS = {"Point": 15, "Line 3": 8, "Triangle 6": 9}
 

@@ -5,7 +5,7 @@ import pytest
 
 from impactfem.building.part import Part
 from impactfem.building.section_forces import facet_axes, section_forces
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 E, NU = 33e9, 0.2
 T = 0.3

@@ -19,7 +19,7 @@ from impactfem.building.shell_model import (
     shell_model,
 )
 from impactfem.dynamics.factorisation import SingularMatrixError
-from impactfem.errors import ImpactfemError, InputError
+from impactfem.system.errors import ImpactfemError, InputError
 
 STEEL = Material(E=200e9, nu=0.3, rho=8000.0)
 T, LENGTH, WIDTH = 0.1, 2.0, 0.5

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import load_case
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 
 def faults_of(path: Path) -> dict[str, str]:

@@ -7,8 +7,8 @@ import pytest
 from pydantic import ValidationError
 
 from impactfem.case import FrequencyGrid, Spectra, load_case
-from impactfem.errors import InputError
 from impactfem.spectra import logarithmic_frequencies, rg_1_122_frequencies
+from impactfem.system.errors import InputError
 
 GRID = '{ minimum = "0.5 Hz", maximum = "500 Hz", per_decade = 100 }'
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import HertzDampLaw, HertzLaw, HuntCrossleyLaw, JankowskiLaw, load_case
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 WRITTEN = """type = "kelvin-voigt"
 stiffness = "1e11 N/m"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case.device_matrices import DeviceMatrices, NamedMatrix, read_matrix
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 TABLE = """\
 # N/m

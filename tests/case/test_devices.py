@@ -17,7 +17,7 @@ from impactfem.case import (
     load_case,
 )
 from impactfem.case.damping import Damping
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 from .faults import faults_of
 from .texts import added, replaced

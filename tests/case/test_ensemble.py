@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import load_case
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 DATA = Path(__file__).parent / "data"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case.given_spectra import GivenSpectra, GivenSpectrum, read_given_spectra
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 TABLE = """\
 frequency [Hz],acceleration [m/s2],direction,damping [%]

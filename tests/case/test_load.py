@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import Case, RecordMotion, SyntheticMotion, load_case
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 Broken = Callable[..., Path]
 

@@ -11,7 +11,7 @@ import pytest
 from impactfem.case import load_case
 from impactfem.case.loads import early_ends, read_force_table
 from impactfem.case.motions import RestMotion
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 from .faults import faults_of
 from .texts import added

@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from impactfem.case import RecordMotion, load_case
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 BASE = {"direction": "x", "type": "record", "file": "a.csv"}
 TEXT = '[[motions]]\ndirection = "x"\ntype = "record"\nfile = "motion.csv"\n'

@@ -20,7 +20,7 @@ from impactfem.case import (
 )
 from impactfem.case.design_spectrum import read_spectrum
 from impactfem.case.schema import json_schema
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 EC8 = 'type = "ec8"\nspectrum_type = 1\nground = "B"\nreference_acceleration = "2 m/s2"\n'
 DECREE = 'type = "french-decree"\nzone = 4\nground = "B"\n'

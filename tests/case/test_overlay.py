@@ -13,7 +13,7 @@ from impactfem.case.model import CaseFile
 from impactfem.case.overlay import as_toml, overlay_text
 from impactfem.case.place import Place
 from impactfem.case.source import read_source
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 DATA = Path(__file__).parent / "data"
 

@@ -10,7 +10,7 @@ import pytest
 
 from impactfem.case import load_case
 from impactfem.case.pair_distance import pair_distance
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 AXES = 'axis = ["23.1 m", "7.8 m"]', 'axis = ["23.1 m", "23.41 m"]'
 NORMAL = "normal = [0, 1, 0]"

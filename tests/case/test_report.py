@@ -3,7 +3,7 @@
 import pytest
 
 from impactfem.case import load_case
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 REFERENCE = """title = "A paper"
 [[assumptions]]

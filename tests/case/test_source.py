@@ -10,7 +10,7 @@ import pytest
 from impactfem.case import Case, SyntheticMotion, load_case
 from impactfem.case.model import CaseFile
 from impactfem.case.source import MOST_FILES, read_source
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 DATA = Path(__file__).parent / "data"
 Write = Callable[..., Path]

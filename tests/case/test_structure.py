@@ -13,7 +13,7 @@ from impactfem.case import FileMesh, GeneratedMesh, load_case, structure_files
 from impactfem.case.levels import Levels
 from impactfem.case.members import Site, read_members
 from impactfem.case.walls import Wall
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 Structured = Callable[..., Path]
 

@@ -11,7 +11,7 @@ from impactfem.case.leaf import PositiveLength, refuse
 from impactfem.case.published import read_published
 from impactfem.case.table import read_table
 from impactfem.case.targets import Target, read_targets
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 HEADER = (
     "floor,mass [t],Jx [kg m2],Jy [kg m2],Jz [kg m2],Ix [m4],Iy [m4],Iz [m4],"

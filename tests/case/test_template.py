@@ -17,7 +17,7 @@ from impactfem.case.schema import json_schema
 from impactfem.case.template import write_new_case
 from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
 from impactfem.device.from_case import checked_devices
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 TARGETS = "building,mode,frequency [Hz],effective_mass [t]\nwest,1,2.2,500\neast,1,1.5,500\n"
 RECORD = "time [s],acceleration [m/s2]\n0,0\n1,1\n"

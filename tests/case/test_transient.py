@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from impactfem.building.part import parse_group
 from impactfem.case import Probe, Transient, load_case, transient_files
 from impactfem.case.transient import step_fault
-from impactfem.errors import InputError
+from impactfem.system.errors import InputError
 
 from .faults import own_faults
 from .texts import added, replaced

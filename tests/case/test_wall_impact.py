@@ -9,8 +9,8 @@ import pytest
 
 from impactfem.case import KelvinVoigtLaw, WallImpactSetup, load_case
 from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
-from impactfem.wall.experiment import WallExperiment
-from impactfem.wall.impact import SEPARATION
+from impactfem.stages.calibrate.experiment import WallExperiment
+from impactfem.stages.calibrate.impact import SEPARATION
 
 from .faults import own_faults
 from .texts import added, replaced

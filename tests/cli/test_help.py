@@ -5,7 +5,7 @@ import re
 import pytest
 
 from impactfem import __version__
-from impactfem.study.stages import stage_names
+from impactfem.run.stages import stage_names
 
 COMMANDS = ("run", "sweep", "report", "compare", "check", "new", "verify", "bench")
 

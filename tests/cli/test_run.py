@@ -7,10 +7,11 @@ import re
 
 import pytest
 
-from impactfem.errors import SolutionError
-from impactfem.stop import SIGNALS
-from impactfem.study import loop, sticks
-from impactfem.study.folder import locked
+from impactfem.run import loop
+from impactfem.run.folder import locked
+from impactfem.stages.pounding import stage as sticks
+from impactfem.system.errors import SolutionError
+from impactfem.system.stop import SIGNALS
 
 
 def hash_of(folder):

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.errors import SolutionError
-from impactfem.study import sticks
+from impactfem.stages.pounding import stage as sticks
+from impactfem.system.errors import SolutionError
 
 
 class TestSweep:

@@ -7,7 +7,7 @@ from impactfem.device.anchor_force import anchor_force
 from impactfem.device.beam import Beam
 from impactfem.device.coupled import coupled
 from impactfem.device.from_matrices import from_matrices
-from impactfem.errors import ImpactfemError, SolutionError
+from impactfem.system.errors import ImpactfemError, SolutionError
 
 STEP = 1e-3
 

@@ -9,7 +9,7 @@ from impactfem.device.body import Body
 from impactfem.device.modes import device_modes
 from impactfem.device.on_springs import on_springs
 from impactfem.device.springs import BaseSprings
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 BEAM = Beam(2.0, 3.0e6, 5.0e6, stretching=8.0e8, twisting=1.0e6, mass=60.0, elements=6)
 CLAMPED = BaseSprings.of_directions(**dict.fromkeys(("x", "y", "z", "rx", "ry", "rz"), math.inf))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from impactfem.device.body import Body, solid_cylinder
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 
 def test_steiner_about_the_anchor():

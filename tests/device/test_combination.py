@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.device.combination import Combination, combine_modes, correlation
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 F = np.array([10.0, 10.8, 11.5, 40.0])
 XI = np.array([0.02, 0.03, 0.05, 0.02])

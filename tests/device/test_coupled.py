@@ -5,7 +5,7 @@ import scipy.linalg
 from impactfem.device.beam import Beam
 from impactfem.device.coupled import coupled
 from impactfem.device.from_matrices import from_matrices
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 BEAM = Beam(0.46, 8e7, 8e7, mass=45.9)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from impactfem.device.damping import Rayleigh, checked_ratio
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 
 def test_two_per_cent_at_30_and_80_hz():

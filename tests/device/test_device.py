@@ -6,7 +6,7 @@ import pytest
 from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 
 @pytest.fixture

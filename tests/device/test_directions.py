@@ -3,7 +3,7 @@ import pytest
 
 from impactfem.device.directions import PLANES, combine_inputs
 from impactfem.device.springs import COMPONENTS
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 R = np.array([[3.0, 1.0], [4.0, 2.0], [12.0, 2.0]])
 

@@ -3,7 +3,7 @@ import pytest
 from impactfem.device.beam import Beam
 from impactfem.device.fit import Target, fit_device
 from impactfem.device.modes import device_modes
-from impactfem.errors import ImpactfemError, SolutionError
+from impactfem.system.errors import ImpactfemError, SolutionError
 
 
 def targets_of(device):

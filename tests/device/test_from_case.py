@@ -27,7 +27,7 @@ from impactfem.device.from_case import checked_devices, device_of, rules_of
 from impactfem.device.modes import device_modes
 from impactfem.device.rigid_response import Gupta, LindleyYow
 from impactfem.device.rules import Rules
-from impactfem.errors import ImpactfemError, InputError
+from impactfem.system.errors import ImpactfemError, InputError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 RIGID = dict.fromkeys(("x", "y", "z", "rx", "ry", "rz"), "rigid")

@@ -3,7 +3,7 @@ import pytest
 
 from impactfem.device.from_matrices import from_matrices
 from impactfem.device.modes import device_modes
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 K = 1e6 * np.array([[1.0, -1.0, 0.0], [-1.0, 3.0, -2.0], [0.0, -2.0, 2.0]])
 M = np.array([[5.0, 1.0, 0.0], [1.0, 50.0, 0.0], [0.0, 0.0, 7.0]])

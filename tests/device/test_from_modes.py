@@ -8,7 +8,7 @@ from impactfem.device.body import Body
 from impactfem.device.damping import Rayleigh
 from impactfem.device.from_modes import TableMode, from_modes
 from impactfem.device.modes import device_modes
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 TABLE = (
     TableMode(30.51, "y", 1218.9, 0.65),

@@ -9,7 +9,7 @@ from impactfem.device.device import Device
 from impactfem.device.from_matrices import from_matrices
 from impactfem.device.interface import MountedDevice, interface_of
 from impactfem.device.modes import device_modes
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 SHAPES = np.random.default_rng(5).standard_normal((6, 9))
 

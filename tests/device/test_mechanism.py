@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from impactfem.device.mechanism import refuse_mechanism
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 
 def test_a_motion_without_stiffness_is_named():

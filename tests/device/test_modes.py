@@ -4,7 +4,7 @@ import pytest
 from impactfem.device.beam import Beam
 from impactfem.device.damping import Rayleigh
 from impactfem.device.modes import device_modes
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 
 def closed_form(m, h, J, k, kappa):

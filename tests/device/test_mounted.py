@@ -15,8 +15,8 @@ from impactfem.device.interface import MountedDevice
 from impactfem.device.mounted import ModalStructure, mounted_response
 from impactfem.device.on_springs import on_springs
 from impactfem.device.springs import BaseSprings
-from impactfem.errors import ImpactfemError, SolutionError
 from impactfem.sticks.element import rigid_link
+from impactfem.system.errors import ImpactfemError, SolutionError
 
 STEP, SAMPLES = 2e-3, 300
 TIME = STEP * np.arange(SAMPLES)

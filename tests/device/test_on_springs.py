@@ -8,7 +8,7 @@ from impactfem.device.body import Body
 from impactfem.device.modes import device_modes
 from impactfem.device.on_springs import on_springs
 from impactfem.device.springs import COMPONENTS, BaseSprings
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 
 def test_names_and_rigid_mass(pump):

@@ -6,7 +6,7 @@ import pytest
 from impactfem.device.anchor_force import anchor_force
 from impactfem.device.beam import Beam
 from impactfem.device.quantity import anchor_forces, own_accelerations, own_motions
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 STEP = 1e-3
 

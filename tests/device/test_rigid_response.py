@@ -5,7 +5,7 @@ import pytest
 
 from impactfem.device.rigid_response import Gupta, LindleyYow
 from impactfem.device.spectrum import AnchorSpectrum
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 SPECTRUM = AnchorSpectrum(
     "y",

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from impactfem.device.spectrum import AnchorSpectrum
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import response_spectra
+from impactfem.system.errors import ImpactfemError
 
 SPECTRUM = AnchorSpectrum(
     "y",

@@ -11,7 +11,7 @@ from impactfem.device.rigid_response import Gupta, LindleyYow
 from impactfem.device.rules import Rules
 from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
 from impactfem.device.spectrum_analysis import spectrum_analysis
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 
 def spectrum(component="y", zpa=4.0, peak=20.0, anchor=1, displacement=0.0):

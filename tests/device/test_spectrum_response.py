@@ -4,7 +4,7 @@ import pytest
 from impactfem.device.modes import device_modes
 from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.device.spectrum_analysis import spectrum_analysis
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 SPECTRUM = AnchorSpectrum(
     "y", np.array([1.0, 20.0, 500.0]), np.array([0.0, 0.2]), np.array(2 * [[9.0, 9.0, 4.0]]), 4.0

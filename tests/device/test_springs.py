@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.device.springs import BaseSprings
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 EVERY = {"x": 1.0, "y": 2.0, "z": math.inf, "rx": 4.0, "ry": 5.0, "rz": math.inf}
 

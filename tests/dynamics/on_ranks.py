@@ -22,7 +22,7 @@ from impactfem.dynamics.factorisation import Factorisation, SingularMatrixError
 from impactfem.dynamics.modes import modes
 from impactfem.dynamics.newmark import Newmark
 from impactfem.dynamics.participation import participation
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 SIDE = 14  # masses along each side of the grid

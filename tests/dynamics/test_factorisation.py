@@ -8,7 +8,7 @@ from petsc4py import PETSc
 
 from impactfem.dynamics import factorisation
 from impactfem.dynamics.factorisation import BLOCK, Factorisation, SingularMatrixError
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 ORDERING = "impactfem_mat_mumps_icntl_7"
 ROOM = "impactfem_mat_mumps_icntl_14"

@@ -3,7 +3,7 @@ import pytest
 
 from impactfem.dynamics.history import Recorder
 from impactfem.dynamics.state import State
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 
 @pytest.fixture

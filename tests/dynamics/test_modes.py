@@ -5,7 +5,7 @@ import scipy.linalg
 from impactfem.dynamics import modes as room
 from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.dynamics.modes import modes
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 
 def chain_frequency(n, mass=1.0):

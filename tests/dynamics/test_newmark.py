@@ -5,7 +5,7 @@ import pytest
 
 from impactfem.dynamics.history import QUANTITIES
 from impactfem.dynamics.newmark import Newmark, _advance, _right_side
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 PARTS = ("displacement", "velocity", "acceleration", "momentum", "restoring")
 

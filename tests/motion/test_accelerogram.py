@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import Accelerogram
+from impactfem.system.errors import ImpactfemError
 
 
 def test_constant_acceleration():

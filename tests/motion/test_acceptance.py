@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import (
     Accelerogram,
     Criteria,
@@ -13,6 +12,7 @@ from impactfem.motion import (
 )
 from impactfem.motion.acceptance import _longest_run
 from impactfem.spectra import logarithmic_frequencies, response_spectra
+from impactfem.system.errors import ImpactfemError
 
 TARGET = DesignSpectrum(3.0, (0.15, 0.4, 2.0))
 

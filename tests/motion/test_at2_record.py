@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import InputError
 from impactfem.motion import read_record
+from impactfem.system.errors import InputError
 
 GOOD = """PEER NGA STRONG MOTION DATABASE RECORD
 Somewhere 1/1/1999, STATION, 090

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import Accelerogram
 from impactfem.motion.baseline import BaselineCorrection
 from impactfem.spectra import response_spectra
+from impactfem.system.errors import ImpactfemError
 
 
 @pytest.fixture

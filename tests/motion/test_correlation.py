@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import Accelerogram, pair_correlation
+from impactfem.system.errors import ImpactfemError
 
 NOISE = np.random.default_rng(6).standard_normal((2, 4000))
 FIRST, SECOND = (Accelerogram(0.005, a) for a in NOISE)

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import InputError
 from impactfem.motion import read_record
+from impactfem.system.errors import InputError
 from impactfem.verify.record_files import csmip_text
 
 A = np.round(100.0 * np.random.default_rng(3).standard_normal(43), 5)

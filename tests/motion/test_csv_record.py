@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import InputError
 from impactfem.motion import Accelerogram, read_record, write_csv
+from impactfem.system.errors import InputError
 
 GOOD = "time [s],acceleration [m/s2]\n0,0\n0.01,1.5\n0.02,-2\n"
 

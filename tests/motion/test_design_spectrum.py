@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import DesignSpectrum
+from impactfem.system.errors import ImpactfemError
 
 SPECTRUM = DesignSpectrum(2.3, (0.05, 0.25, 2.5))
 

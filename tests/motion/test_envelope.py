@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion.envelope import Envelope
+from impactfem.system.errors import ImpactfemError
 
 
 def test_values_by_hand():

@@ -3,8 +3,8 @@ import logging
 import numpy as np
 import pytest
 
-from impactfem.errors import InputError
 from impactfem.motion import read_record
+from impactfem.system.errors import InputError
 from impactfem.verify.record_files import esm_text
 
 A = np.round(np.random.default_rng(3).standard_normal(50), 6)

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import decree_spectrum, eurocode_spectrum
 from impactfem.motion.eurocode import HORIZONTAL
+from impactfem.system.errors import ImpactfemError
 
 
 def test_level_and_shape():

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from impactfem.case import RecordMotion, SyntheticMotion
-from impactfem.errors import InputError
 from impactfem.motion import Accelerogram, eurocode_spectrum, write_csv
 from impactfem.motion.from_case import (
     checked_durations,
@@ -10,6 +9,7 @@ from impactfem.motion.from_case import (
     ground_motions,
     treated_record,
 )
+from impactfem.system.errors import InputError
 
 A = np.random.default_rng(9).standard_normal(2001)
 

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import (
     Accelerogram,
     DesignSpectrum,
@@ -11,6 +10,7 @@ from impactfem.motion import (
     strong_phase,
 )
 from impactfem.spectra import response_spectra
+from impactfem.system.errors import ImpactfemError
 
 H = 0.005
 

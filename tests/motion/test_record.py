@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import InputError
 from impactfem.motion import read_record
+from impactfem.system.errors import InputError
 from impactfem.verify.record_files import at2_text, cosmos_text, csmip_text, esm_text, knet_text
 
 CSV = "time [s],acceleration [m/s2]\n0,0\n0.01,1.5\n"

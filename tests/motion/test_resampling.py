@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import Accelerogram, resampled
+from impactfem.system.errors import ImpactfemError
 
 T = 20.0
 

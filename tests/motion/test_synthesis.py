@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import Accelerogram, DesignSpectrum, measures, spectral_misfit, synthesise
 from impactfem.motion.synthesis import _to_peak
+from impactfem.system.errors import ImpactfemError
 
 TARGET = DesignSpectrum(2.3, (0.05, 0.25, 2.5))
 PAPER = {

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import DesignSpectrum, TableSpectrum
+from impactfem.system.errors import ImpactfemError
 
 TABLE = TableSpectrum([1.0, 10.0, 100.0], [2.0, 8.0, 4.0], 0.02)
 

@@ -3,8 +3,8 @@ import logging
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion import Accelerogram, Treatment
+from impactfem.system.errors import ImpactfemError
 
 H = 0.01
 T = np.arange(4001) * H

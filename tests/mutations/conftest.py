@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from frame_case import floors_meet, neighbour
+from impactfem.coupling.force_history import ForceHistory, write_forces_csv
 from impactfem.motion import Accelerogram, write_csv
-from impactfem.sticks.force_history import ForceHistory, write_forces_csv
 from impactfem.verify import record_files
 
 TESTS = Path(__file__).parents[1]

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.errors import InputError
-from impactfem.log import in_file_only
-from impactfem.study.loop import checked
+from impactfem.run.loop import checked
+from impactfem.system.errors import InputError
+from impactfem.system.log import in_file_only
 
 from .outcome import outcome
 

@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 from impactfem import cli, study
-from impactfem.archive import read_archive, write_archive
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.mesh_groups import assemble
-from impactfem.errors import Fault, ImpactfemError, InputError
 from impactfem.report.run_files import RunFiles
-from impactfem.study.finished import is_finished, memory_of, seconds_of
+from impactfem.run.finished import is_finished, memory_of, seconds_of
+from impactfem.system.archive import read_archive, write_archive
+from impactfem.system.errors import Fault, ImpactfemError, InputError
 
 from .mutation import flipped, mutated
 from .outcome import outcome

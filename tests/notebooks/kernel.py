@@ -13,8 +13,12 @@ from ipykernel.kernelapp import launch_new_instance
 from matplotlib.axis import Axis
 from matplotlib.ticker import FuncFormatter
 
-from impactfem.results import floor_products
-from impactfem.study import building, calibrate, device, sticks, transient
+from impactfem.plot import floor_products
+from impactfem.stages.building import stage as building
+from impactfem.stages.calibrate import stage as calibrate
+from impactfem.stages.device import stage as device
+from impactfem.stages.pounding import stage as sticks
+from impactfem.stages.transient import stage as transient
 
 FIGURES = (
     (building, "building_pictures"),

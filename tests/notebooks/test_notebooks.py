@@ -19,7 +19,7 @@ from nbclient.exceptions import CellExecutionError, CellTimeoutError
 from nbformat import NotebookNode
 
 from frame_case import pump
-from impactfem.results import open_run
+from impactfem.study import open_run
 
 pytestmark = pytest.mark.slow
 Execute = Callable[..., NotebookNode]

@@ -8,11 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from results.device_store import device_folder
 
 from impactfem.report import overview
 from impactfem.report.overview import _carried_floors, facts
-from impactfem.results.open_store import open_store
-from results.device_store import device_folder
+from impactfem.stages.open_store import open_store
 
 FLOORS = 5
 

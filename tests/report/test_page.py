@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 
 from impactfem import study
 from impactfem.cli import app
-from impactfem.errors import ImpactfemError
 from impactfem.report.page import _tiles, number, quantity, write_report
-from impactfem.results.manifest import file_digest
+from impactfem.stages.manifest import file_digest
+from impactfem.system.errors import ImpactfemError
 
 VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import broaden, corner_frequencies, interpolate_frequency
+from impactfem.system.errors import ImpactfemError
 
 F = np.array([1.0, 5.0, 10.0, 20.0, 100.0])
 PEAK = np.array([1.0, 1.0, 9.0, 1.0, 1.0])

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import (
     logarithmic_frequencies,
     merged_frequencies,
     rg_1_122_frequencies,
     structural_frequencies,
 )
+from impactfem.system.errors import ImpactfemError
 
 
 def test_whole_decades():

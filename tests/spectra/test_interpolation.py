@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import at_common_frequencies, interpolate_damping, interpolate_frequency
+from impactfem.system.errors import ImpactfemError
 
 
 def test_powers_of_frequency_are_kept():

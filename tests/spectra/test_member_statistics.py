@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import FloorSpectrumSet, Station, broaden
 from impactfem.spectra.member_statistics import STATISTICS, over_members, statistic_set
+from impactfem.system.errors import ImpactfemError
 
 F = np.geomspace(1.0, 40.0, 30)
 

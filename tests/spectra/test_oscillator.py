@@ -2,8 +2,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import oscillator_response
+from impactfem.system.errors import ImpactfemError
 
 
 def exact_history(a, h, frequency, damping):

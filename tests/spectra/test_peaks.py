@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import oscillator_response
 from impactfem.spectra.peaks import displacement_peaks, free_vibration_peak, peak_responses
 from impactfem.spectra.recurrence import step_coefficients
+from impactfem.system.errors import ImpactfemError
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 5, 6, 7, 200])

@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import FloorSpectrumSet, Station, broaden, rg_1_122_frequencies
 from impactfem.spectra.clipping import clip_peaks
+from impactfem.system.errors import ImpactfemError
 
 F = rg_1_122_frequencies(100.0, 20)
 STATIONS = (

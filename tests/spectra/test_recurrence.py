@@ -2,8 +2,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.recurrence import phi_functions, step_coefficients
+from impactfem.system.errors import ImpactfemError
 
 
 @pytest.mark.parametrize("size", [1e-12, 1e-6, 1e-3, 0.3, 0.999, 1.001, 3.0, 40.0, 600.0])

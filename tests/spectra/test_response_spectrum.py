@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import response_spectra
 from impactfem.spectra import response_spectrum as module
+from impactfem.system.errors import ImpactfemError
 
 
 def wave(frequency, step, duration=4.0):

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import combine, envelope, fractile, mean
 from impactfem.spectra.statistics import statistic_words
+from impactfem.system.errors import ImpactfemError
 
 AXES = ("motion", "floor", "frequency")
 VALUES = np.random.default_rng(5).lognormal(0.0, 0.5, (9, 3, 4))

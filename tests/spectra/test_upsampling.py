@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.upsampling import upsample, upsampling_factor
+from impactfem.system.errors import ImpactfemError
 
 
 @pytest.mark.parametrize("n", [2, 97, 1000])

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import rigid_frequency
+from impactfem.system.errors import ImpactfemError
 
 F = [1.0, 2.0, 5.0, 10.0, 50.0]
 

@@ -13,11 +13,11 @@ import pytest
 
 from impactfem.case import Case, load_case
 from impactfem.case.template import write_new_case
-from impactfem.sticks.contact import Law, kelvin_voigt
+from impactfem.coupling.contact import Law, kelvin_voigt
+from impactfem.coupling.pounding import End, Pair, System
+from impactfem.stages.pounding.compute import StickStudy, run_sticks
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
-from impactfem.sticks.pounding import End, Pair, System
-from impactfem.sticks.stage import StickStudy, run_sticks
 from impactfem.sticks.stick import Floor, build_stick
 
 # No two values alike, so that a mistaken axis shows.

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.errors import ImpactfemError, SolutionError
 from impactfem.sticks.calibration import (
     Bounds,
     Parameters,
@@ -14,6 +13,7 @@ from impactfem.sticks.calibration import (
 )
 from impactfem.sticks.modes import DIRECTIONS, modes
 from impactfem.sticks.stick import build_stick
+from impactfem.system.errors import ImpactfemError, SolutionError
 
 TRUE = Parameters(0.37, np.array([4.1, 3.3, 3.0]), 0.45, 0.15)
 BOUNDS = Bounds(

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from impactfem.errors import SolutionError
 from impactfem.sticks.modes import DIRECTIONS, FAMILIES, modes
 from impactfem.sticks.stick import build_stick, mass_on_spring
+from impactfem.system.errors import SolutionError
 
 UY, RX = 1, 3
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from impactfem.errors import ImpactfemError
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.stick import build_stick, mass_on_spring
+from impactfem.system.errors import ImpactfemError
 
 UX, UY, UZ, RX, RY, RZ = range(6)
 Y = np.array([0.0, 1.0, 0.0])

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from impactfem.transient import band
+from impactfem.reduction import band
 from impactfem.verify import error_band
 from impactfem.verify.shell_motion import ReducedMotion
 

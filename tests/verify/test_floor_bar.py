@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.results.transient_physics import arrivals, crossing_time
+from impactfem.stages.transient.physics import arrivals, crossing_time
 from impactfem.verify import floor_bar as benchmark
 from impactfem.verify.bar import Bar, EdgeWall
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from impactfem.errors import ImpactfemError, InputError
+from impactfem.system.errors import ImpactfemError, InputError
 from impactfem.verify import manual
 from impactfem.verify.row import Row
 from impactfem.verify.shipped import shipped_case

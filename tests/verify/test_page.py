@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.errors import ImpactfemError, InputError
+from impactfem.system.errors import ImpactfemError, InputError
 from impactfem.verify import page as module
 from impactfem.verify.manual import BENCHMARKS, FULL, verify
 from impactfem.verify.page import main, page, read_entries, section

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from impactfem.case import load_case
-from impactfem.transient import response
+from impactfem.reduction import response
 from impactfem.verify import paper_transient
 from impactfem.verify.shipped import shipped_case
 

@@ -17,7 +17,7 @@ from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.modes import modes
-from impactfem.parallel import communicator
+from impactfem.system.parallel import communicator
 from impactfem.verify.shipped import shipped_case
 
 CASE = "npp_pair_fine.toml"

@@ -7,9 +7,9 @@ import time
 from impactfem.bench.figure import Figure
 from impactfem.bench.timing import best_time
 from impactfem.case import load_case
+from impactfem.coupling.from_case import calibration_of, system_of
+from impactfem.coupling.pounding import interpolate_ground, simulate
 from impactfem.motion.from_case import ground_motions
-from impactfem.sticks.from_case import calibration_of, system_of
-from impactfem.sticks.pounding import interpolate_ground, simulate
 from impactfem.verify.shipped import shipped_case
 
 STEPS = 50_000

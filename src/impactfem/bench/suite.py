@@ -9,10 +9,10 @@ from pathlib import Path
 from impactfem.bench.figure import Figure
 from impactfem.bench.spectra import spectrum_figures
 from impactfem.bench.sticks import stick_figures
-from impactfem.errors import Fault, InputError
-from impactfem.files import write_json
-from impactfem.log import Steps
-from impactfem.parallel import one_blas_thread
+from impactfem.system.errors import Fault, InputError
+from impactfem.system.files import write_json
+from impactfem.system.log import Steps
+from impactfem.system.parallel import one_blas_thread
 
 
 def _building() -> list[Figure]:

@@ -20,20 +20,20 @@ from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, load_case
+from impactfem.coupling.force_history import ForceHistory
+from impactfem.coupling.from_case import calibration_of
 from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions
-from impactfem.parallel import communicator, threads
+from impactfem.reduction.band import response_band
+from impactfem.reduction.loads import Loads
+from impactfem.reduction.probes import case_probes
+from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
+from impactfem.reduction.response import modal_histories, node_response, node_spectra
 from impactfem.spectra import response_spectra
-from impactfem.sticks.force_history import ForceHistory
-from impactfem.sticks.from_case import calibration_of
-from impactfem.sticks.pounded import pounded
-from impactfem.transient.band import response_band
-from impactfem.transient.loads import Loads
-from impactfem.transient.maps import floor_maps, looked_at
-from impactfem.transient.prepared import case_loads, lightest_damping, transient_of
-from impactfem.transient.probes import case_probes
-from impactfem.transient.reduced_basis import ReducedBasis, build_basis
-from impactfem.transient.response import modal_histories, node_response, node_spectra
+from impactfem.stages.pounding.pounded import pounded
+from impactfem.stages.transient.maps import floor_maps, looked_at
+from impactfem.stages.transient.prepared import case_loads, lightest_damping, transient_of
+from impactfem.system.parallel import communicator, threads
 from impactfem.verify.shipped import shipped_case
 
 Array = NDArray[np.float64]

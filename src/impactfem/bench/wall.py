@@ -16,13 +16,15 @@ from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.case import load_case
-from impactfem.dynamics.unilateral_full import FullMotion
-from impactfem.parallel import communicator
-from impactfem.verify.shipped import shipped_case
-from impactfem.wall.building_model import WallModel, WallPatterns, reduced_wall_model, wall_patterns
-from impactfem.wall.building_run import run_reduced
-from impactfem.wall.experiment import WallExperiment
-from impactfem.wall.stage import (
+from impactfem.coupling.unilateral_full import FullMotion
+from impactfem.stages.calibrate.building_model import (
+    WallModel,
+    WallPatterns,
+    reduced_wall_model,
+    wall_patterns,
+)
+from impactfem.stages.calibrate.building_run import run_reduced
+from impactfem.stages.calibrate.compute import (
     LARGEST,
     MAXIMUM_FREQUENCY,
     TOLERANCE,
@@ -30,6 +32,9 @@ from impactfem.wall.stage import (
     prepare,
     wall_probes,
 )
+from impactfem.stages.calibrate.experiment import WallExperiment
+from impactfem.system.parallel import communicator
+from impactfem.verify.shipped import shipped_case
 
 Array = NDArray[np.float64]
 

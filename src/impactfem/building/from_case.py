@@ -25,7 +25,7 @@ from impactfem.case.file_mesh import BeamGroup, FileMesh
 from impactfem.case.generated_mesh import GeneratedMesh
 from impactfem.case.materials import Material as CaseMaterial
 from impactfem.case.structure import Structure
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 
 def geometry_of(case: Case) -> Geometry:

@@ -15,9 +15,9 @@ from typing import Any
 from impactfem.building.geometry import ACROTERION, SIDES, Geometry, Wall
 from impactfem.building.gmsh_session import gmsh_session
 from impactfem.building.part import Mark, Part, usable_name
-from impactfem.errors import Fault, ImpactfemError, InputError
-from impactfem.files import atomic
-from impactfem.own_process import in_own_process
+from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.files import atomic
+from impactfem.system.own_process import in_own_process
 
 Point = tuple[float, float, float]
 Entity = tuple[int, int]

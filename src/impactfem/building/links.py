@@ -12,7 +12,7 @@ from petsc4py import PETSc
 from impactfem.building.local import DOFS
 from impactfem.building.model import BuildingModel
 from impactfem.building.rigid_body import rigid_body
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem._fenicsx import blocked_space, cell_nodes, local_mesh, node_coordinates
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

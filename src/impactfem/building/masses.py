@@ -11,7 +11,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.building.part import Part
 from impactfem.building.quality import areas as triangle_areas
 from impactfem.building.section import Materials, Sections
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 

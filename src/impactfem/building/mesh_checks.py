@@ -18,7 +18,7 @@ from impactfem.building.conformity import (
 )
 from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.quality import radius_ratio
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from impactfem.building.mesh import BuildingMesh, place, sides
 from impactfem.building.part import SCHEME, Mark, Part, parse_group
 from impactfem.building.raw_mesh import Block, RawMesh
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 Ints = NDArray[np.int64]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 Index = NDArray[np.int64]
 

@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 SHELLS = ("floor", "storey")
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.building.gmsh_session import gmsh_session
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 Ints = NDArray[np.int64]
 

@@ -8,7 +8,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.mesh_groups import assemble
 from impactfem.building.raw_mesh import EXPECTED, read_raw
-from impactfem.own_process import read_in_own_process
+from impactfem.system.own_process import read_in_own_process
 
 
 def read_mesh(path: Path) -> BuildingMesh:

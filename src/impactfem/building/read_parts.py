@@ -17,7 +17,7 @@ from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Case
 from impactfem.case.buildings import Building
 from impactfem.case.generated_mesh import GeneratedMesh
-from impactfem.errors import Fault, InputError, SolutionError
+from impactfem.system.errors import Fault, InputError, SolutionError
 
 HEIGHT = 0.1
 """Largest difference of a storey's height in the mesh from that in the floor table [m].

@@ -18,7 +18,7 @@ from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.model import shell_fields
 from impactfem.building.parts import BuildingParts, ShellCells
 from impactfem.building.shell import section_force_vector
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -35,8 +35,8 @@ from impactfem.building.section import (
     Sections,
     ShellSection,
 )
-from impactfem.errors import Fault, ImpactfemError, InputError
-from impactfem.own_process import read_in_own_process
+from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.own_process import read_in_own_process
 
 if TYPE_CHECKING:
     from impactfem.building.section_forces import SectionForceField

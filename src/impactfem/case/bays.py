@@ -15,7 +15,7 @@ from impactfem.case.leaf import Depth, Length, PositiveLength, Text, Whole, near
 from impactfem.case.members import TOUCH, Site
 from impactfem.case.table import Table, column_key, read_table
 from impactfem.case.walls import Wall
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 
 class Bay(Section):

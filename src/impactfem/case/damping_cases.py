@@ -12,7 +12,7 @@ from impactfem.case.damping import Damping
 from impactfem.case.leaf import Name, refuse
 from impactfem.case.named_files import tables_of
 from impactfem.case.source import Source
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 OWN = "own"
 """Stands in results for the dampings that the buildings have without a damping case."""

@@ -23,7 +23,7 @@ from impactfem.case.leaf import (
     refuse,
 )
 from impactfem.case.table import MOST_POINTS, column_key, read_table
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 Ground = Literal["A", "B", "C", "D", "E"]
 

@@ -14,7 +14,7 @@ from pydantic import Field
 from impactfem.case.base import Section
 from impactfem.case.leaf import File, read_number
 from impactfem.case.text import read_text
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 _ANCHORED = re.compile(r"([1-9][0-9]*)\.(r?[xyz])")

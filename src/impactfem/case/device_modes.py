@@ -11,7 +11,7 @@ from impactfem.case.base import Section, present
 from impactfem.case.leaf import Frequency, Length, Quantity, Ratio, Words, refuse
 from impactfem.case.table import Table, read_table
 from impactfem.case.unit import INERTIA, MASS
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 
 class DeviceMode(Section):

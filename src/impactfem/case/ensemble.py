@@ -13,7 +13,7 @@ from impactfem.case.leaf import FileName, Whole, refuse
 from impactfem.case.motions import Motion, RecordMotion, RestMotion
 from impactfem.case.source import Source
 from impactfem.case.transient import Transient
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 Folder = Annotated[Path, FileName()]
 

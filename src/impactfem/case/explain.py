@@ -13,7 +13,7 @@ from pydantic_core import ErrorDetails
 from impactfem.case.leaf import Leaf, nearest
 from impactfem.case.place import Place, field_at, fields_by_key, step, value_at
 from impactfem.case.source import Source
-from impactfem.errors import MOST_FAULTS, Fault
+from impactfem.system.errors import MOST_FAULTS, Fault
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.

@@ -23,7 +23,7 @@ from impactfem.case.leaf import (
 )
 from impactfem.case.table import Table, column_key, read_table
 from impactfem.case.unit import LENGTH
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 MOST_FLOORS = 200
 

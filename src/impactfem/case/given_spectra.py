@@ -17,7 +17,7 @@ from impactfem.case.base import Section
 from impactfem.case.leaf import Acceleration, Frequency, Ratio, Whole, Words, read_number
 from impactfem.case.table import MOST_POINTS, column_key, read_table
 from impactfem.case.text import read_text
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 PRODUCT = ("building", "floor", "direction", "damping [-]", "frequency [Hz]", "broadened [m/s2]")
 """Columns of `products/floor_spectra.csv` that are read; it has more."""

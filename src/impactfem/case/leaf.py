@@ -25,7 +25,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from impactfem.case import unit as units
 from impactfem.case.unit import Kind, UnitError
-from impactfem.errors import CONTROL
+from impactfem.system.errors import CONTROL
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _LARGEST = 2**31 - 1  # what every library that counts steps or takes a seed can hold

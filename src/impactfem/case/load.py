@@ -47,7 +47,7 @@ from impactfem.case.wall_impact import (
     resolve_wall_impact,
     wall_impact_faults,
 )
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 
 def load_case(path: str | Path) -> Case:

@@ -18,7 +18,7 @@ from impactfem.case.leaf import File, Number, nearest, read_number
 from impactfem.case.table import column_key
 from impactfem.case.text import read_text, wrong_separators
 from impactfem.case.unit import FORCE, TIME, Kind, UnitError, si_factor
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 Array = NDArray[np.float64]
 TABLE = "a table of forces (CSV) with the header time [s],<building>.floor_<k> [N]"

@@ -15,7 +15,7 @@ from pydantic import ValidationInfo, field_validator
 from impactfem.case.base import Section, present
 from impactfem.case.leaf import LONGEST_NAME, Words, refuse
 from impactfem.case.table import Table, column_key, read_table
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 TOUCH = 1e-6  # m: what is closer than this touches
 

@@ -30,7 +30,7 @@ from impactfem.case.table import Table
 from impactfem.case.targets import Target, read_targets
 from impactfem.case.text import read_bytes
 from impactfem.case.walls import Wall
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 _LENGTH: TypeAdapter[float] = TypeAdapter(PositiveLength)
 

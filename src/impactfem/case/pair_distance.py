@@ -9,7 +9,7 @@ from impactfem.case.buildings import Building
 from impactfem.case.contacts import Contact, ContactEntry, expand
 from impactfem.case.model import Case
 from impactfem.case.source import Source
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 SMALLEST, PART = 1e-3, 0.1
 """Distance and gap may differ by so much [m], or by this part of the gap, and count as the same."""

@@ -11,7 +11,7 @@ from impactfem.case.damping import Damping
 from impactfem.case.leaf import Text
 from impactfem.case.place import value_at
 from impactfem.case.source import Source
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 PLACE = ("structure", "damping")
 REDUCED = {

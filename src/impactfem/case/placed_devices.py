@@ -19,7 +19,7 @@ from impactfem.case.place import Place, value_at
 from impactfem.case.probe import Probe
 from impactfem.case.source import Source
 from impactfem.case.structure import StructureEntry
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 
 @dataclass(frozen=True)

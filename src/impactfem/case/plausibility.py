@@ -22,7 +22,7 @@ from impactfem.case.model import Case, CaseFile
 from impactfem.case.named_files import tables_of
 from impactfem.case.place import Place, step, value_at
 from impactfem.case.source import Source, read_source
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from impactfem.case.base import Section
 from impactfem.case.leaf import Text, read_number
 from impactfem.case.table import column_key, read_table
 from impactfem.case.unit import UnitError, to_si
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 Relation = Literal["=", ">", "<"]
 Kind = Literal["result", "input", "fitted", "scaled", "selected", "derived"]

@@ -16,7 +16,7 @@ from impactfem.case.leaf import File, Prose, Text, Weight, nearest
 from impactfem.case.published import Kind
 from impactfem.case.source import Source, parse
 from impactfem.case.text import LARGEST_TOML, read_text
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 REFERENCE = "what the study stands beside (TOML)"
 

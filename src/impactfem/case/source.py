@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from impactfem.case.leaf import FileName
 from impactfem.case.place import Place, dotted, field_at, value_at
 from impactfem.case.text import LARGEST_TOML, read_text
-from impactfem.errors import CONTROL, Fault, InputError
+from impactfem.system.errors import CONTROL, Fault, InputError
 
 EXTENDS = "extends"
 MOST_FILES = 50

@@ -22,7 +22,7 @@ from impactfem.case.named_files import tables_of
 from impactfem.case.place import value_at
 from impactfem.case.source import Source
 from impactfem.case.transient import Transient
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 Entry = TypeVar("Entry", bound=Section)
 

@@ -16,7 +16,7 @@ from impactfem.case.leaf import Quantity, Ratio, Whole, Words, nearest, read_num
 from impactfem.case.levels import Levels
 from impactfem.case.text import read_text, wrong_separators
 from impactfem.case.unit import UnitError, scale, si_factor
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 Row = TypeVar("Row", bound=Section)
 CellLeaf = Quantity | Ratio | Whole | Words | Levels

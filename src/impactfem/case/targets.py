@@ -11,7 +11,7 @@ from pydantic import Field
 from impactfem.case.base import Section
 from impactfem.case.leaf import Frequency, Mass, Text, Weight, Whole, nearest
 from impactfem.case.table import Table, column_key, read_table
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 
 class Target(Section):

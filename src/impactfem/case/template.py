@@ -7,7 +7,7 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
-from impactfem.errors import Fault, InputError
+from impactfem.system.errors import Fault, InputError
 
 __all__ = ["write_new_case"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 LARGEST = 20_000_000
 """Size of the largest table [byte]."""

@@ -29,7 +29,7 @@ from impactfem.case.probe import OUTSIDE, Probe, name_fault
 from impactfem.case.source import Source
 from impactfem.case.structure import Mesh
 from impactfem.case.time_step import half_of_duration, step_fault
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 SHIFT = 30.0
 """Frequency that reduced bases are expanded about, where the case names none [Hz]."""

@@ -13,7 +13,7 @@ from impactfem.case.contacts import ContactEntry, ContactLaw, FloorNumbers, Kelv
 from impactfem.case.leaf import Depth, Duration, Length, Ratio, Time, TimeStep, Whole, refuse
 from impactfem.case.source import Source
 from impactfem.case.time_step import half_of_duration
-from impactfem.errors import Fault
+from impactfem.system.errors import Fault
 
 TOP_FLOORS = 3
 """Number of floors that may hit the wall when the case file names none (paper, section 3.2.2)."""

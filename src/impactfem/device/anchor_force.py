@@ -37,8 +37,8 @@ from scipy import constants
 from impactfem.device.balance import LARGEST_IMBALANCE, base_imbalance
 from impactfem.device.device import Device
 from impactfem.device.modes import DeviceModes, device_modes
-from impactfem.errors import SolutionError
 from impactfem.spectra import oscillator_response
+from impactfem.system.errors import SolutionError
 
 Array = npt.NDArray[np.float64]
 

@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.device.device import Device
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 

@@ -26,7 +26,7 @@ from impactfem.device.damping import Rayleigh, checked_ratio
 from impactfem.device.mechanism import refuse_mechanism
 from impactfem.device.natural import natural_modes
 from impactfem.device.springs import COMPONENTS
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 

@@ -23,7 +23,7 @@ from scipy.optimize import least_squares
 
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
-from impactfem.errors import ImpactfemError, SolutionError
+from impactfem.system.errors import ImpactfemError, SolutionError
 
 Array = npt.NDArray[np.float64]
 

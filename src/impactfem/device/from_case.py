@@ -24,8 +24,8 @@ from impactfem.device.rules import Rules
 from impactfem.device.spectrum import NotRigidError
 from impactfem.device.spectrum_analysis import spectrum_analysis
 from impactfem.device.springs import COMPONENTS, BaseSprings
-from impactfem.errors import Fault, ImpactfemError, InputError
-from impactfem.log import LOGGER
+from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.log import LOGGER
 
 
 def device_of(setup: DeviceSetup) -> Device:

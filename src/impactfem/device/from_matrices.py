@@ -24,7 +24,7 @@ import scipy.linalg
 from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.mechanism import refuse_mechanism
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 

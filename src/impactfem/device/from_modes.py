@@ -13,7 +13,7 @@ from impactfem.device.body import Body
 from impactfem.device.damping import Rayleigh, checked_ratio
 from impactfem.device.device import Device
 from impactfem.device.springs import COMPONENTS
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 

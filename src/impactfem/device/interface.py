@@ -22,7 +22,7 @@ from impactfem.device.body import Body
 from impactfem.device.coupled import coupled
 from impactfem.device.device import Device
 from impactfem.device.natural import WITH_MASS, natural_modes
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

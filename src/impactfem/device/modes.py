@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from impactfem.device.device import Device
 from impactfem.device.natural import natural_modes
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 

@@ -28,7 +28,7 @@ from impactfem.device.body import Body
 from impactfem.device.interface import Interface, MountedDevice, interface_of
 from impactfem.device.mounted_march import March, march
 from impactfem.dynamics.energy import Energy
-from impactfem.errors import ImpactfemError, SolutionError
+from impactfem.system.errors import ImpactfemError, SolutionError
 
 Array = npt.NDArray[np.float64]
 

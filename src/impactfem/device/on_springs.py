@@ -19,8 +19,8 @@ from impactfem.device.body import Body
 from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.springs import COMPONENTS, BaseSprings
-from impactfem.errors import ImpactfemError
 from impactfem.sticks.element import rigid_link
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 

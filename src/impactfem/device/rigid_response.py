@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.device.springs import COMPONENTS
-from impactfem.errors import ImpactfemError
 from impactfem.spectra import (
     Method,
     at_common_frequencies,
@@ -28,6 +27,7 @@ from impactfem.spectra import (
 )
 from impactfem.spectra.broadening import Ratio
 from impactfem.spectra.zero_period import ZPA_TOLERANCE
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 

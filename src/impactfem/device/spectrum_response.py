@@ -11,7 +11,7 @@ from impactfem.device.directions import InputRule, combine_inputs
 from impactfem.device.modes import DeviceModes
 from impactfem.device.quantity import Quantities
 from impactfem.device.spectrum import AnchorSpectrum
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
 Cell = str | float | int | None

@@ -12,9 +12,9 @@ from petsc4py import PETSc
 
 from impactfem.dynamics.columns import random_column, row_of_largest, wrapped
 from impactfem.dynamics.held import Held
-from impactfem.errors import SolutionError
-from impactfem.memory import give_back
-from impactfem.parallel import all_blas_threads
+from impactfem.system.errors import SolutionError
+from impactfem.system.memory import give_back
+from impactfem.system.parallel import all_blas_threads
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from petsc4py import PETSc
 
 from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.state import State
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from slepc4py import SLEPc
 from impactfem.dynamics.columns import inner, product, random_column, row_of_largest, wrapped
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.pencil import combined
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 

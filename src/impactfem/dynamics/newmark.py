@@ -26,7 +26,7 @@ from impactfem.dynamics.held import Held
 from impactfem.dynamics.history import QUANTITIES, History, Recorder
 from impactfem.dynamics.pencil import combined
 from impactfem.dynamics.state import State
-from impactfem.errors import SolutionError
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 

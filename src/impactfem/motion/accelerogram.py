@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.upsampling import upsample
+from impactfem.system.errors import ImpactfemError
 
 FloatArray = npt.NDArray[np.float64]
 

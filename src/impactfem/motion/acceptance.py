@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.misfit import Misfit, spectral_misfit
 from impactfem.motion.power_spectrum import (
@@ -19,6 +18,7 @@ from impactfem.motion.power_spectrum import (
     strong_phase,
 )
 from impactfem.motion.target import Target
+from impactfem.system.errors import ImpactfemError
 
 FloatArray = npt.NDArray[np.float64]
 

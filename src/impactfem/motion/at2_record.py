@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from impactfem.errors import Fault, InputError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.record_text import (
     ACCELERATION_UNITS,
@@ -18,6 +17,7 @@ from impactfem.motion.record_text import (
     plain_unit,
     read_lines,
 )
+from impactfem.system.errors import Fault, InputError
 
 _EXPECTED = (
     "a PEER AT2 record: two lines of title, 'ACCELERATION TIME SERIES IN UNITS OF G',"

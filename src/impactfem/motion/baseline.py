@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 FloatArray = npt.NDArray[np.float64]
 

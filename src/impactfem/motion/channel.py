@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from impactfem.errors import Fault, InputError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.record_text import fixed_columns, input_error, number, same_name
+from impactfem.system.errors import Fault, InputError
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion.accelerogram import Accelerogram
+from impactfem.system.errors import ImpactfemError
 
 LIMIT = 0.16
 

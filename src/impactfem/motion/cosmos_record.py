@@ -7,7 +7,6 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from impactfem.errors import Fault, InputError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.channel import Channel, chosen_channel, read_channel
 from impactfem.motion.record_text import (
@@ -17,6 +16,7 @@ from impactfem.motion.record_text import (
     plain_unit,
     read_lines,
 )
+from impactfem.system.errors import Fault, InputError
 
 _EXPECTED = (
     "a COSMOS record: 'Corrected acceleration (Format v01.20 with 13 text lines)', its header"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from impactfem.errors import Fault, InputError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.channel import Channel, chosen_channel, read_channel
 from impactfem.motion.record_text import ACCELERATION_UNITS, number, plain_unit, read_lines
+from impactfem.system.errors import Fault, InputError
 
 HEADER_LINES = 45  # 25 of text, 7 of integers, 13 of real numbers
 

@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.case.text import wrong_separators
-from impactfem.errors import Fault, InputError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.record_text import (
     ACCELERATION_UNITS,
@@ -22,6 +21,7 @@ from impactfem.motion.record_text import (
     read_lines,
     same_name,
 )
+from impactfem.system.errors import Fault, InputError
 
 FloatArray = npt.NDArray[np.float64]
 

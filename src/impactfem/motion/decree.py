@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion.design_spectrum import DesignSpectrum
 from impactfem.motion.eurocode import Shape, ground_shape, shaped
+from impactfem.system.errors import ImpactfemError
 
 # Arrêté of 22 October 2010, article 4: a_gr by zone of seismicity [m/s2].
 REFERENCE_ACCELERATION = {1: 0.4, 2: 0.7, 3: 1.1, 4: 1.6, 5: 3.0}

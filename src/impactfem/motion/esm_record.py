@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from impactfem.errors import Fault
-from impactfem.log import LOGGER
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.record_text import (
     ACCELERATION_UNITS,
@@ -18,6 +16,8 @@ from impactfem.motion.record_text import (
     plain_unit,
     read_lines,
 )
+from impactfem.system.errors import Fault
+from impactfem.system.log import LOGGER
 
 HEADER_LINES = 64  # of the header format DYNA 1.2
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion.design_spectrum import DesignSpectrum
+from impactfem.system.errors import ImpactfemError
 
 HORIZONTAL_AMPLIFICATION = 2.5  # equations 3.2 to 3.5
 VERTICAL_AMPLIFICATION = 3.0  # equations 3.8 to 3.11

@@ -17,8 +17,6 @@ from impactfem.case import (
 )
 from impactfem.case import TableSpectrum as TableEntry
 from impactfem.case.design_spectrum import read_spectrum
-from impactfem.errors import Fault, ImpactfemError, InputError
-from impactfem.log import quiet
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.acceptance import Acceptance, acceptance
 from impactfem.motion.decree import decree_spectrum
@@ -31,6 +29,8 @@ from impactfem.motion.synthesis import default_range, synthesise
 from impactfem.motion.table_spectrum import TableSpectrum
 from impactfem.motion.treatment import Treatment
 from impactfem.spectra import ResponseSpectra, logarithmic_frequencies, response_spectra
+from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.log import quiet
 
 RECORD_DAMPING = 0.05  # of the spectrum that describes a record, by custom
 SPECTRUM_RANGE = (0.2, 100.0, 200)  # lowest and highest frequency [Hz], points a decade

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import Fault
-from impactfem.log import LOGGER
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.record_text import check_component, input_error, number, read_lines
+from impactfem.system.errors import Fault
+from impactfem.system.log import LOGGER
 
 HEADER_LINES = 17
 TRIGGER_DELAY = 15.0  # s, that the recorders add to the Record Time

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import fft
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.measures import STANDARD_GRAVITY
 from impactfem.motion.target import Target
 from impactfem.spectra import logarithmic_frequencies
+from impactfem.system.errors import ImpactfemError
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from impactfem.case.record_format import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING
-from impactfem.errors import Fault, ImpactfemError, InputError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.at2_record import read_at2
 from impactfem.motion.cosmos_record import read_cosmos
@@ -18,6 +17,7 @@ from impactfem.motion.csv_record import read_csv
 from impactfem.motion.esm_record import read_esm
 from impactfem.motion.knet_record import read_knet
 from impactfem.motion.record_text import read_lines
+from impactfem.system.errors import Fault, ImpactfemError, InputError
 
 _READERS: dict[str, Callable[[Path, str | None], Accelerogram]] = {
     "csv": read_csv,

@@ -6,8 +6,8 @@ import math
 import re
 from pathlib import Path
 
-from impactfem.errors import Fault, InputError
 from impactfem.motion.measures import STANDARD_GRAVITY
+from impactfem.system.errors import Fault, InputError
 
 _MOST_FAULTS = 20
 

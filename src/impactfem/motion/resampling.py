@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 from scipy import fft
 
-from impactfem.errors import ImpactfemError
 from impactfem.motion.accelerogram import Accelerogram
+from impactfem.system.errors import ImpactfemError
 
 _LARGEST_RATIO = 100_000  # of the whole numbers that make the ratio of the steps
 _MOST_SAMPLES = 10_000_000

@@ -32,7 +32,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy import fft
 
-from impactfem.errors import ImpactfemError, SolutionError
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.baseline import BaselineCorrection
 from impactfem.motion.envelope import Envelope
@@ -42,6 +41,7 @@ from impactfem.spectra import logarithmic_frequencies
 from impactfem.spectra.peaks import displacement_peaks
 from impactfem.spectra.recurrence import step_coefficients
 from impactfem.spectra.upsampling import upsample, upsampling_factor
+from impactfem.system.errors import ImpactfemError, SolutionError
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 
 def positive_frequencies(frequency: npt.ArrayLike) -> npt.NDArray[np.float64]:

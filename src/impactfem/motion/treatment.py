@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
-from impactfem.errors import ImpactfemError
-from impactfem.log import LOGGER
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.baseline import BaselineCorrection
 from impactfem.motion.resampling import resampled
+from impactfem.system.errors import ImpactfemError
+from impactfem.system.log import LOGGER
 
 FloatArray = npt.NDArray[np.float64]
 Baseline = Literal["none", "mean", "linear", "rest"]

@@ -7,7 +7,7 @@ import csv
 import html
 from pathlib import Path
 
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 ROWS = 400
 """Rows of a table that a page shows; the rest is in the file."""

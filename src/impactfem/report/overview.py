@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 
 from impactfem.report.run_files import RunFiles
-from impactfem.results.device_verdict import LOADS, anchors, rigid_words, shortfall
-from impactfem.results.device_view import DeviceView
-from impactfem.results.transient_view import XYZ, TransientView
 from impactfem.spectra.member_statistics import over_members
+from impactfem.stages.device.verdict import LOADS, anchors, rigid_words, shortfall
+from impactfem.stages.device.view import DeviceView
+from impactfem.stages.transient.view import XYZ, TransientView
 
 FLOORS = 3
 """So many floors are shown where not all that are hit are."""

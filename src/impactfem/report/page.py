@@ -14,8 +14,6 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from impactfem.files import atomic
-from impactfem.log import LOGGER
 from impactfem.report.assumptions import assumptions, wall_is_used
 from impactfem.report.beside import (
     ABSENT,
@@ -35,6 +33,8 @@ from impactfem.report.embed import csv_table, data_address, frame_document
 from impactfem.report.overview import facts
 from impactfem.report.plots import Plot, plots_of
 from impactfem.report.run_files import COMPARISON, RunFiles
+from impactfem.system.files import atomic
+from impactfem.system.log import LOGGER
 
 REPORT = "report.html"
 TITLES = {

@@ -11,11 +11,11 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from impactfem.report.run_files import RunFiles
-from impactfem.results.design_products import design_products_of
-from impactfem.results.device_verdict import LOADS
-from impactfem.results.device_view import WITH, WITHOUT, DeviceView
-from impactfem.results.transient_view import XYZ, TransientView
 from impactfem.spectra.member_statistics import STATISTICS
+from impactfem.stages.design.products import design_products_of
+from impactfem.stages.device.verdict import LOADS
+from impactfem.stages.device.view import WITH, WITHOUT, DeviceView
+from impactfem.stages.transient.view import XYZ, TransientView
 
 Array = NDArray[np.float64]
 

@@ -12,12 +12,12 @@ from typing import Any
 import xarray as xr
 from pydantic import ValidationError
 
-from impactfem.errors import Fault, ImpactfemError, InputError
-from impactfem.log import LOGGER
-from impactfem.results.manifest import Manifest, changed_file, manifest_file, read_manifest
-from impactfem.results.open_store import open_store
-from impactfem.results.overview import OVERVIEW
-from impactfem.results.provenance import Provenance
+from impactfem.report.run_figures import OVERVIEW
+from impactfem.stages.manifest import Manifest, changed_file, manifest_file, read_manifest
+from impactfem.stages.open_store import open_store
+from impactfem.stages.provenance import Provenance
+from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.log import LOGGER
 
 COMPARISON = "comparison"
 """What `impactfem compare` writes is listed as if it were a stage, which no run has."""

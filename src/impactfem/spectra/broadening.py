@@ -24,13 +24,13 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.frequency_list import SAME, FloatArray, merged_frequencies
 from impactfem.spectra.interpolation import (
     checked_frequency,
     checked_values,
     interpolate_frequency,
 )
+from impactfem.system.errors import ImpactfemError
 
 Ratio = float | tuple[float, float]
 """How far peaks may lie off, of their frequency: l = u, or (l, u) [-]."""

@@ -24,9 +24,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.frequency_list import FloatArray
 from impactfem.spectra.interpolation import checked_frequency, checked_values
+from impactfem.system.errors import ImpactfemError
 
 REDUCTION = 0.15
 BAND_LEVEL = 0.8

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 FloatArray = npt.NDArray[np.float64]
 

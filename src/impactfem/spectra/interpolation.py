@@ -20,8 +20,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.frequency_list import SAME, FloatArray, merged_frequencies
+from impactfem.system.errors import ImpactfemError
 
 
 def interpolate_frequency(

@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.frequency_list import FloatArray
 from impactfem.spectra.product import FloorSpectrumSet
 from impactfem.spectra.statistics import fractile, mean
+from impactfem.system.errors import ImpactfemError
 
 STATISTICS = {
     "median": "median",

@@ -8,13 +8,13 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.recurrence import (
     ComplexArray,
     FloatArray,
     StepCoefficients,
     step_coefficients,
 )
+from impactfem.system.errors import ImpactfemError
 
 
 @dataclass(frozen=True)

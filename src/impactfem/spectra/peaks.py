@@ -16,8 +16,8 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.recurrence import ComplexArray, FloatArray, StepCoefficients
+from impactfem.system.errors import ImpactfemError
 
 # Oscillators in one block: 13 rows of so many doubles stay in a first-level cache of 32 KiB.
 _BLOCK = 256

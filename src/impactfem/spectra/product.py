@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.broadening import Ratio, broaden, corner_frequencies, sides
 from impactfem.spectra.clipping import LARGEST_DAMPING, ClippedPeak, clip_peaks
 from impactfem.spectra.frequency_list import FloatArray
 from impactfem.spectra.interpolation import checked_frequency, checked_values
 from impactfem.spectra.statistics import Statistic, combine, envelope, statistic_words
 from impactfem.spectra.zero_period import rigid_frequency
+from impactfem.system.errors import ImpactfemError
 
 AXES = ("motion", "damping", "station", "direction", "frequency")
 ZPA_AXES = ("motion", "station", "direction")

@@ -8,12 +8,12 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.in_step import in_step_peak_responses
 from impactfem.spectra.peaks import displacement_peaks, peak_responses
 from impactfem.spectra.recurrence import FloatArray, StepCoefficients, step_coefficients
 from impactfem.spectra.sampling import sampling_loss
 from impactfem.spectra.upsampling import upsample, upsampling_factor
+from impactfem.system.errors import ImpactfemError
 
 Method = Literal["upsampled", "in-step"]
 

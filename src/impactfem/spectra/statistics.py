@@ -29,8 +29,8 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.frequency_list import FloatArray
+from impactfem.system.errors import ImpactfemError
 
 FractileMethod = Literal["empirical", "lognormal"]
 Statistic = Literal["envelope", "mean"] | float

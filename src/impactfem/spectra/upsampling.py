@@ -7,8 +7,8 @@ import math
 import numpy as np
 from scipy import fft
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.recurrence import FloatArray
+from impactfem.system.errors import ImpactfemError
 
 
 def upsampling_factor(time_step: float, frequency: float, points_per_cycle: float) -> int:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.errors import ImpactfemError
 from impactfem.spectra.frequency_list import FloatArray
 from impactfem.spectra.interpolation import checked_frequency, checked_values
+from impactfem.system.errors import ImpactfemError
 
 ZPA_TOLERANCE = 0.05
 ENDED = 1.1

@@ -11,9 +11,9 @@ import scipy.linalg
 import scipy.optimize
 from numpy.typing import NDArray
 
-from impactfem.errors import ImpactfemError, SolutionError
 from impactfem.sticks.modes import FAMILIES
 from impactfem.sticks.stick import Stick
+from impactfem.system.errors import ImpactfemError, SolutionError
 
 Array = NDArray[np.float64]
 

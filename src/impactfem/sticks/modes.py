@@ -8,8 +8,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from impactfem.errors import SolutionError
 from impactfem.sticks.stick import Stick
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.errors import ImpactfemError
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section, rigid_link, storey_stiffness
+from impactfem.system.errors import ImpactfemError
 
 Array = NDArray[np.float64]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactfem.sticks import restitution
-from impactfem.sticks.contact import Law, kelvin_voigt
-from impactfem.sticks.impacts import impacts
-from impactfem.sticks.pounding import Update
+from impactfem.coupling import restitution
+from impactfem.coupling.contact import Law, kelvin_voigt
+from impactfem.coupling.impacts import impacts
+from impactfem.coupling.pounding import Update
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.verify.models import against_wall, collision, fitted_order
 from impactfem.verify.row import Row

@@ -15,7 +15,7 @@ from impactfem.verify.row import Row
 from impactfem.verify.shell_motion import Damping, ReducedMotion
 
 if TYPE_CHECKING:
-    from impactfem.transient.effectivity import Effectivity
+    from impactfem.reduction.effectivity import Effectivity
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def band_on_frame() -> list[Row]:
 
     Counted are thirds of octaves with an error above a ten-thousandth of the spectrum.
     """
-    from impactfem.transient.effectivity import LEAST, MOST, together
+    from impactfem.reduction.effectivity import LEAST, MOST, together
 
     frame = shipped_frame()
     amplitudes = _amplitudes()
@@ -75,9 +75,9 @@ def band_on_frame() -> list[Row]:
 
 def _models(frame: Frame, vectors: int) -> list[ReducedMotion]:
     """The model of a basis, then those that it is nested in."""
-    from impactfem.dynamics.krylov import KrylovBasis
-    from impactfem.dynamics.larger_models import larger_models
-    from impactfem.dynamics.reduced import reduced_model
+    from impactfem.reduction.krylov import KrylovBasis
+    from impactfem.reduction.larger_models import larger_models
+    from impactfem.reduction.reduced import reduced_model
 
     moving = frame.moving
     K, M = petsc_matrix(moving.K), petsc_matrix(moving.M)
@@ -100,8 +100,8 @@ def _of_one(
     truth: Array,
 ) -> Effectivity:
     """Of the band that larger models tell of a model."""
-    from impactfem.transient.band import LARGER, SAFETY, WIDTH, spectrum_difference
-    from impactfem.transient.effectivity import effectivity
+    from impactfem.reduction.band import LARGER, SAFETY, WIDTH, spectrum_difference
+    from impactfem.reduction.effectivity import effectivity
 
     psa, *others = (
         _spectra(one.motion(amplitudes, STEP, damping, "newmark")["acceleration"])

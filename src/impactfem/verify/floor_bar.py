@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from impactfem.building import geometry
 from impactfem.case import Case, load_case
-from impactfem.results.transient_physics import arrivals, crossing_time
 from impactfem.spectra import response_spectra
+from impactfem.stages.transient.physics import arrivals, crossing_time
 from impactfem.verify.bar import Bar, EdgeWall
 from impactfem.verify.row import Row
 from impactfem.verify.shipped import shipped_case
@@ -26,9 +26,9 @@ from impactfem.verify.shipped import shipped_case
 if TYPE_CHECKING:
     from impactfem.building.floor_bar import FloorBar
     from impactfem.building.parts import BuildingParts
-    from impactfem.transient.loads import Loads
-    from impactfem.wall.experiment import WallExperiment
-    from impactfem.wall.impact import WallImpact
+    from impactfem.reduction.loads import Loads
+    from impactfem.stages.calibrate.experiment import WallExperiment
+    from impactfem.stages.calibrate.impact import WallImpact
 
 Array = NDArray[np.float64]
 Damping = tuple[float, float]
@@ -180,7 +180,7 @@ def _solver_rows() -> list[Row]:
 
 def _pulse_rows(parts: BuildingParts, bar: FloorBar) -> list[Row]:
     """Accelerations at both edges and the centre, spectra, and the crossing by the peak."""
-    from impactfem.transient.loads import EdgeForce, Loads
+    from impactfem.reduction.loads import EdgeForce, Loads
 
     time = STEP * np.arange(round((QUIET + WINDOW) / STEP) + 1)
     since = time - QUIET
@@ -251,9 +251,9 @@ def _line_in_3d(
     from mpi4py import MPI
 
     from impactfem.building.model import assemble_building
-    from impactfem.transient.probes import standard_probes
-    from impactfem.transient.reduced_basis import build_basis
-    from impactfem.transient.response import modal_histories, node_response
+    from impactfem.reduction.probes import standard_probes
+    from impactfem.reduction.reduced_basis import build_basis
+    from impactfem.reduction.response import modal_histories, node_response
 
     mesh = parts.mesh
     line = [p.node for p in standard_probes(mesh, floor) if p.name.startswith("line_")]
@@ -287,7 +287,7 @@ def _at(bar: Bar, values: Array, distance: Array) -> Array:
 
 
 def _wall_rows(parts: BuildingParts, bar: FloorBar) -> list[Row]:
-    from impactfem.wall.experiment import WallExperiment
+    from impactfem.stages.calibrate.experiment import WallExperiment
 
     experiment = WallExperiment((1,), 1, DISPLACED, 0.0, WALL_WINDOW, WALL_STEP)
     rows = []
@@ -326,10 +326,15 @@ def _impacts(
     from mpi4py import MPI
 
     from impactfem.building.model import assemble_building
-    from impactfem.wall.building_model import reduced_wall_model, wall_patterns
-    from impactfem.wall.building_run import run_reduced
-    from impactfem.wall.impact import floor_impacts
-    from impactfem.wall.stage import LARGEST, MAXIMUM_FREQUENCY, TOLERANCE, wall_probes
+    from impactfem.stages.calibrate.building_model import reduced_wall_model, wall_patterns
+    from impactfem.stages.calibrate.building_run import run_reduced
+    from impactfem.stages.calibrate.compute import (
+        LARGEST,
+        MAXIMUM_FREQUENCY,
+        TOLERANCE,
+        wall_probes,
+    )
+    from impactfem.stages.calibrate.impact import floor_impacts
 
     floors, mesh = experiment.floors, parts.mesh
     model = assemble_building(MPI.COMM_SELF, parts)
@@ -479,7 +484,7 @@ def _spectrum_rows(kind: str, own: Array, floor: Array, step: float) -> list[Row
 def _crossing_rows(
     bar: FloorBar, own: Array, floor: Array, distance: Array, loads: Loads, force: Array
 ) -> list[Row]:
-    from impactfem.transient.stage import main_impact
+    from impactfem.stages.transient.compute import main_impact
 
     impact = main_impact(loads)
     if impact is None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.dynamics.contact_history import ContactHistory
-from impactfem.dynamics.unilateral import unilateral_response
-from impactfem.dynamics.unilateral_modal import ModalMotion
+from impactfem.coupling.contact_history import ContactHistory
+from impactfem.coupling.unilateral import unilateral_response
+from impactfem.coupling.unilateral_modal import ModalMotion
 from impactfem.verify.row import Row
 
 Array = NDArray[np.float64]

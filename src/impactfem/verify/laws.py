@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactfem.sticks.contact import (
+from impactfem.coupling.contact import (
     Law,
     hertz,
     hertz_damp,
@@ -12,10 +12,10 @@ from impactfem.sticks.contact import (
     jankowski,
     kelvin_voigt,
 )
+from impactfem.coupling.impacts import impacts
+from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
-from impactfem.sticks.impacts import impacts
-from impactfem.sticks.pounding import End, Pair, System, simulate
 from impactfem.sticks.stick import Floor, build_stick
 from impactfem.verify.models import collision
 from impactfem.verify.row import Row

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from rich.table import Table
 
-from impactfem.errors import Fault, InputError
-from impactfem.files import write_json
-from impactfem.log import Steps
-from impactfem.parallel import one_blas_thread, rank
+from impactfem.system.errors import Fault, InputError
+from impactfem.system.files import write_json
+from impactfem.system.log import Steps
+from impactfem.system.parallel import one_blas_thread, rank
 from impactfem.verify import (
     bar_impact,
     beams,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.sticks.contact import Law
-from impactfem.sticks.pounding import End, Pair, Response, System, Update, simulate
+from impactfem.coupling.contact import Law
+from impactfem.coupling.pounding import End, Pair, Response, System, Update, simulate
 from impactfem.sticks.stick import Stick, mass_on_spring
 from impactfem.verify.row import Row
 

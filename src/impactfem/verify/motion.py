@@ -8,7 +8,6 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.log import quiet
 from impactfem.motion import (
     STANDARD_GRAVITY,
     Accelerogram,
@@ -17,6 +16,7 @@ from impactfem.motion import (
     read_record,
     write_csv,
 )
+from impactfem.system.log import quiet
 from impactfem.verify.record_files import (
     at2_text,
     cosmos_text,

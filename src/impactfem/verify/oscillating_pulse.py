@@ -35,8 +35,8 @@ def modal_equation() -> list[Row]:
     The step takes the load as straight between its samples: with 400 samples a wave that leaves
     (2π/400)²/12, 2e-5. A triangular pulse is straight: the steps are exact for it.
     """
-    from impactfem.dynamics.modal_response import modal_response
-    from impactfem.dynamics.reduced import ReducedModel
+    from impactfem.reduction.modal_response import modal_response
+    from impactfem.reduction.reduced import ReducedModel
 
     omega = 2.0 * math.pi * 7.0
     model = ReducedModel(

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from impactfem.errors import Fault, ImpactfemError, InputError
+from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.verify.manual import BENCHMARKS, FULL
 
 __all__ = ["NAME", "page", "read_entries", "section", "write_page"]

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from impactfem.case import Building, Case, ContactPoint, Damping, load_case
 from impactfem.case.facing import facing_floors
+from impactfem.coupling.contact import kelvin_voigt
+from impactfem.coupling.facing import approaches
+from impactfem.coupling.from_case import system_of
+from impactfem.coupling.impacts import impacts
+from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.sticks import stick as sticks
-from impactfem.sticks.contact import kelvin_voigt
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
-from impactfem.sticks.facing import approaches
-from impactfem.sticks.from_case import system_of
-from impactfem.sticks.impacts import impacts
-from impactfem.sticks.pounding import End, Pair, System, simulate
 from impactfem.sticks.stick import Stick, build_stick, mass_on_spring
 from impactfem.verify.models import Y
 from impactfem.verify.row import Row

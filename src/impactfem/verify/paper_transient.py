@@ -14,21 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Case, load_case
-from impactfem.log import LOGGER
+from impactfem.coupling.force_history import write_forces
+from impactfem.coupling.from_case import calibration_of
 from impactfem.motion.from_case import ground_motions
-from impactfem.sticks.force_history import write_forces
-from impactfem.sticks.from_case import calibration_of
-from impactfem.sticks.pounded import pounded
+from impactfem.stages.pounding.pounded import pounded
+from impactfem.system.log import LOGGER
 from impactfem.verify.row import Row
 from impactfem.verify.shipped import shipped_case
 
 if TYPE_CHECKING:
     from impactfem.building.model import BuildingModel
-    from impactfem.transient.effectivity import Effectivity
-    from impactfem.transient.full_run import FullRun
-    from impactfem.transient.prepared import Prepared
-    from impactfem.transient.reduced_basis import ReducedBasis
-    from impactfem.transient.response import NodeResponse
+    from impactfem.reduction.effectivity import Effectivity
+    from impactfem.reduction.reduced_basis import ReducedBasis
+    from impactfem.reduction.response import NodeResponse
+    from impactfem.stages.transient.full_run import FullRun
+    from impactfem.stages.transient.prepared import Prepared
 
 Array = NDArray[np.float64]
 
@@ -82,8 +82,8 @@ def reduced_against_full(
         SolutionError: The basis does not reach its tolerance.
     """
     # Only here: the manual is read, and its other benchmarks run, without dolfinx.
-    from impactfem.transient.effectivity import together
-    from impactfem.transient.response import modal_histories, node_response
+    from impactfem.reduction.effectivity import together
+    from impactfem.reduction.response import modal_histories, node_response
 
     case = _case(case_file, window)
     with tempfile.TemporaryDirectory() as name:
@@ -147,8 +147,8 @@ def _both_models(case: Case, prepared: Prepared) -> _BothModels:
     from mpi4py import MPI
 
     from impactfem.building.model import assemble_building
-    from impactfem.transient.prepared import transient_of
-    from impactfem.transient.reduced_basis import build_basis
+    from impactfem.reduction.reduced_basis import build_basis
+    from impactfem.stages.transient.prepared import transient_of
 
     transient, loads = transient_of(case), prepared.loads
     nodes = np.array([probe.node for probe in prepared.probes])
@@ -180,7 +180,7 @@ def _both_models(case: Case, prepared: Prepared) -> _BothModels:
 
 
 def _full_run(both: _BothModels, label: str, damping: tuple[float, float], folder: Path) -> FullRun:
-    from impactfem.transient.full_run import run_full
+    from impactfem.stages.transient.full_run import run_full
 
     loads = both.prepared.loads
     return run_full(
@@ -240,7 +240,7 @@ def _prepared(case: Case, folder: Path, window: float) -> Prepared:
     """Mesh, and the forces of the sticks, as the stages would make them."""
     from impactfem.building.from_case import geometry_of
     from impactfem.building.generate import generate
-    from impactfem.transient.prepared import prepare
+    from impactfem.stages.transient.prepared import prepare
 
     structure = case.structure
     if structure is None:
@@ -256,7 +256,7 @@ def _spectrum_rows(
     both: _BothModels, label: str, reduced: NodeResponse, full: NodeResponse
 ) -> Iterator[Row]:
     """The worst error by place, and how many spectra it is of."""
-    from impactfem.transient.response import node_spectra
+    from impactfem.reduction.response import node_spectra
 
     probes = both.prepared.probes
     n = len(probes)
@@ -290,9 +290,9 @@ def _told(
     full: NodeResponse,
 ) -> Effectivity:
     """The error band over the true error of the spectra; what the band misses is logged."""
-    from impactfem.transient.band import response_band
-    from impactfem.transient.effectivity import effectivity
-    from impactfem.transient.response import node_spectra
+    from impactfem.reduction.band import response_band
+    from impactfem.reduction.effectivity import effectivity
+    from impactfem.reduction.response import node_spectra
 
     prepared = both.prepared
     shown = both.case.spectra.model_copy(update={"damping": (SPECTRUM_DAMPING,)})
@@ -330,7 +330,7 @@ def _energy_row(label: str, run: FullRun) -> Row:
 
 
 def _band_row(told: Effectivity) -> Row:
-    from impactfem.transient.effectivity import LEAST, MOST
+    from impactfem.reduction.effectivity import LEAST, MOST
 
     return Row(
         NAME,

@@ -12,7 +12,7 @@ from impactfem.building.shell_model import ShellModel, petsc_matrix
 
 if TYPE_CHECKING:
     from impactfem.dynamics.history import History
-    from impactfem.dynamics.reduced import ReducedModel
+    from impactfem.reduction.reduced import ReducedModel
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -87,8 +87,8 @@ class MovingModel:
             shift: Frequency of the shift [Hz].
             vectors: Fewest vectors of the basis, as far as the loads reach so many.
         """
-        from impactfem.dynamics.krylov import KrylovBasis
-        from impactfem.dynamics.reduced import reduced_model
+        from impactfem.reduction.krylov import KrylovBasis
+        from impactfem.reduction.reduced import reduced_model
 
         K, M = petsc_matrix(self.K), petsc_matrix(self.M)
         with KrylovBasis(K, M, (2.0 * np.pi * shift) ** 2) as basis:
@@ -125,7 +125,7 @@ class ReducedMotion:
             damping: The damping.
             scheme: "exact" for loads that are straight between the times, or "newmark".
         """
-        from impactfem.dynamics.modal_response import modal_response
+        from impactfem.reduction.modal_response import modal_response
 
         z = modal_response(
             self.model, amplitudes, time_step, damping.alpha, damping.beta, scheme=scheme

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import impactfem
-from impactfem.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError
 
 
 def shipped_case(name: str) -> Path:

@@ -10,11 +10,11 @@ import numpy as np
 import scipy.optimize
 
 from impactfem.case import load_case
+from impactfem.stages.pounding.compute import run_sticks
+from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.modes import modes
-from impactfem.sticks.scalars import stick_scalars
-from impactfem.sticks.stage import run_sticks
 from impactfem.sticks.stick import Floor, Stick, build_stick
 from impactfem.verify.row import Row
 from impactfem.verify.shipped import shipped_case

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from impactfem.building.gmsh_session import gmsh_session
 from impactfem.building.section import Material
 from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, Shells, line_load, shell_model
-from impactfem.own_process import in_own_process
+from impactfem.system.own_process import in_own_process
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import Map, lines_at, panel, quadratic
 

@@ -12,9 +12,9 @@ import scipy.optimize
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.dynamics.contact_history import ContactHistory
-from impactfem.dynamics.unilateral import unilateral_response
-from impactfem.dynamics.unilateral_modal import ModalMotion
+from impactfem.coupling.contact_history import ContactHistory
+from impactfem.coupling.unilateral import unilateral_response
+from impactfem.coupling.unilateral_modal import ModalMotion
 from impactfem.verify.row import Row
 
 Array = NDArray[np.float64]
@@ -139,7 +139,7 @@ def full_bar(elements: int, beta: float) -> ContactHistory:
     """The impact in full order."""
     from petsc4py import PETSc
 
-    from impactfem.dynamics.unilateral_full import FullMotion
+    from impactfem.coupling.unilateral_full import FullMotion
 
     K, M = (
         PETSc.Mat().createAIJ(A.shape, csr=(A.indptr, A.indices, A.data), comm=PETSc.COMM_SELF)

@@ -1,0 +1,1 @@
+"""What touches: contact laws, sticks that pound, unilateral contact, impacts, energy."""

@@ -1,0 +1,260 @@
+"""Contact laws: the force between two points from their penetration and its rate.
+
+A law is one small compiled function ``(parameters, p, v, v0) -> (F, dF/dp, dF/dv)`` with the
+penetration p > 0 [m], its rate v [m/s], the speed of approach v0 with which this contact began
+[m/s], and the force F [N], positive in compression. `law_force` picks it by its code; `own_law`
+makes further laws.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.coupling import restitution as relations
+from impactfem.coupling.own_force import own_force
+
+KELVIN_VOIGT = 0
+KELVIN_VOIGT_NO_TENSION = 1
+HERTZ = 2
+JANKOWSKI = 3
+N_PARAMETERS = 4
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Law:
+    """A contact law for one pair, ready for the loop.
+
+    Args:
+        name: What it is, in the words of the case file.
+        code: Which compiled law; above JANKOWSKI, the address of one's own.
+        parameters: Its parameters, shape (N_PARAMETERS,): the stiffness K [N/m or N/m^1.5], then
+            those of the law's function.
+        asked: The restitution asked [-].
+        epsilon: The restitution that two free masses get from it [-].
+        xi: Its damping ratio [-]; nan for a law that has none.
+        mass: Effective mass of the two points [kg].
+    """
+
+    name: str
+    code: int
+    parameters: Array
+    asked: float
+    epsilon: float
+    xi: float
+    mass: float
+
+    @property
+    def stiffness(self) -> float:
+        """The stiffness K [N/m or N/m^1.5]."""
+        return float(self.parameters[0])
+
+    @property
+    def linear(self) -> bool:
+        """Whether the elastic force goes with p; else with p^1.5."""
+        return self.code in (KELVIN_VOIGT, KELVIN_VOIGT_NO_TENSION)
+
+    @property
+    def stiffness_unit(self) -> str:
+        """Unit of the stiffness."""
+        return "N/m" if self.linear else "N/m^1.5"
+
+    def duration(self, speed: float) -> float:
+        """Duration of an impact of two free masses [s].
+
+        Kelvin-Voigt: until p = 0, π / Ω_D, or until the force is zero where it may not pull. Hertz:
+        2.9433 p_max / v₀ with p_max = (5 m v₀² / (4 K))^(2/5), that of the elastic impact
+        (Goldsmith 1960, Impact, section 4.2); Hertz-damp and Hunt-Crossley last up to 1.5 times
+        as long at ε = 0.1, Jankowski up to 2 % less.
+
+        Args:
+            speed: Speed of approach v₀ [m/s]; Kelvin-Voigt does not depend on it.
+        """
+        K, m = self.stiffness, self.mass
+        if self.linear:
+            tension = self.code == KELVIN_VOIGT
+            return relations.kelvin_voigt_phase(self.xi, tension=tension) / float(np.sqrt(K / m))
+        if speed <= 0.0:
+            return float("inf")
+        return float(2.94328 * (1.25 * m / K) ** 0.4 * speed**-0.2)
+
+    def onset_force(self, speed: float) -> float:
+        """Force with which contact begins [N]: C v₀ for Kelvin-Voigt, zero for the others."""
+        return law_force(self.code, self.parameters, 1e-300, speed, speed)[0]
+
+    def describe(self) -> str:
+        """The law in words and numbers, for other programs and people."""
+        return (
+            f"{self.name}: stiffness {self.stiffness:.9g} {self.stiffness_unit}, restitution asked "
+            f"{self.asked:.6g}, of two free masses {self.epsilon:.6g}, effective mass "
+            f"{self.mass:.9g} kg"
+        )
+
+
+def effective_mass(m1: float, m2: float) -> float:
+    """Effective mass m₁ m₂ / (m₁ + m₂) of two masses in contact [kg]; infinite ones count."""
+    return 1.0 / (1.0 / m1 + 1.0 / m2)
+
+
+def kelvin_voigt(K: float, xi: float, mass: float, *, tension: bool = True) -> Law:
+    """The Kelvin-Voigt law of a pair: F = K p + C v, C = 2 ξ √(K m) (paper, equations 2 and 3).
+
+    Its force jumps at onset to C v₀ and, with tension, pulls at the end.
+
+    Args:
+        K: Penalty stiffness [N/m].
+        xi: Damping ratio at contact ξ_c [-].
+        mass: Effective mass of the pair [kg].
+        tension: Whether the contact may pull at its end, as in the paper.
+    """
+    epsilon = relations.kelvin_voigt(xi, tension=tension)
+    code = KELVIN_VOIGT if tension else KELVIN_VOIGT_NO_TENSION
+    name = "kelvin-voigt" if tension else "kelvin-voigt without tension"
+    C = 2.0 * xi * np.sqrt(K * mass)
+    return Law(name, code, _parameters(K, C), epsilon, epsilon, xi, mass)
+
+
+def hertz(K: float, mass: float) -> Law:
+    """Hertz's elastic contact: F = K p^1.5 (Hertz 1881; Goldsmith 1960, Impact).
+
+    Args:
+        K: Stiffness [N/m^1.5].
+        mass: Effective mass of the pair [kg].
+    """
+    return Law("hertz", HERTZ, _parameters(K, 0.0), 1.0, 1.0, np.nan, mass)
+
+
+def hertz_damp(
+    K: float, epsilon: float, mass: float, *, exact: bool = False, slowest: float = 1e-3
+) -> Law:
+    """Hertz contact with damping: F = K p^1.5 (1 + χ v / v₀), χ = 3/4 (1 - ε²).
+
+    Muthukumar and DesRoches 2006, Earthquake Engineering and Structural Dynamics 35, 811-828,
+    after Lankarani and Nikravesh 1990. Their χ equates the loss to the drop of the kinetic energy
+    with the elastic path, good for ε near 1.
+
+    Args:
+        K: Stiffness [N/m^1.5].
+        epsilon: Restitution asked, 0 < ε <= 1 [-].
+        mass: Effective mass of the pair [kg].
+        exact: Take the χ that returns ε exactly instead of the published one.
+        slowest: Least v₀ that the law takes into account [m/s]: a contact that begins at rest
+            would be damped without bound.
+    """
+    chi = relations.exact_chi(epsilon) if exact else 0.75 * (1.0 - epsilon**2)
+    return _damped_hertz("hertz-damp", K, chi, epsilon, mass, slowest)
+
+
+def hunt_crossley(
+    K: float, epsilon: float, mass: float, *, exact: bool = False, slowest: float = 1e-3
+) -> Law:
+    """Hunt and Crossley's law: F = K p^1.5 (1 + χ v / v₀), χ = 3/2 (1 - ε).
+
+    Hunt and Crossley 1975, Journal of Applied Mechanics 42, 440-445; good for ε near 1. With
+    `exact` it is the same law as `hertz_damp`. Arguments as there.
+    """
+    chi = relations.exact_chi(epsilon) if exact else 1.5 * (1.0 - epsilon)
+    return _damped_hertz("hunt-crossley", K, chi, epsilon, mass, slowest)
+
+
+def jankowski(K: float, epsilon: float, mass: float, *, exact: bool = False) -> Law:
+    """Jankowski's law: F = β p^1.5 + c v while approaching, F = β p^1.5 while parting.
+
+    With c = 2 ξ √(β √p m) and ξ = 9 √5 / 2 (1 - ε²) / (ε (ε (9π - 16) + 16)) (Jankowski 2005 and
+    2006, Earthquake Engineering and Structural Dynamics 34, 595-611, and 35, 517-524).
+
+    Args:
+        K: Stiffness β [N/m^1.5].
+        epsilon: Restitution asked, 0 < ε <= 1 [-].
+        mass: Effective mass of the pair [kg].
+        exact: Take the ξ that returns ε exactly instead of the published one.
+    """
+    if exact:
+        xi = relations.exact_jankowski_xi(epsilon)
+    else:
+        xi = relations.published_jankowski_xi(epsilon)
+    parameters = _parameters(K, 2.0 * xi * np.sqrt(K * mass))
+    return Law("jankowski", JANKOWSKI, parameters, epsilon, relations.jankowski(xi), xi, mass)
+
+
+def _damped_hertz(
+    name: str, K: float, chi: float, epsilon: float, mass: float, slowest: float
+) -> Law:
+    parameters = _parameters(K, chi, slowest)
+    return Law(name, HERTZ, parameters, epsilon, relations.damped_hertz(chi), np.nan, mass)
+
+
+def _parameters(*values: float) -> Array:
+    parameters = np.zeros(N_PARAMETERS)
+    parameters[: len(values)] = values
+    return parameters
+
+
+@numba.njit(cache=True)
+def kelvin_voigt_force(parameters: Array, p: float, v: float) -> tuple[float, float, float]:
+    """F = K p + C v; pulls near the end of the contact (paper, equation 2)."""
+    K, C = parameters[0], parameters[1]
+    return K * p + C * v, K, C
+
+
+@numba.njit(cache=True)
+def kelvin_voigt_no_tension_force(
+    parameters: Array, p: float, v: float
+) -> tuple[float, float, float]:
+    """F = max(0, K p + C v)."""
+    K, C = parameters[0], parameters[1]
+    F = K * p + C * v
+    if F <= 0.0:
+        return 0.0, 0.0, 0.0
+    return F, K, C
+
+
+@numba.njit(cache=True)
+def damped_hertz_force(
+    parameters: Array, p: float, v: float, v0: float
+) -> tuple[float, float, float]:
+    """F = max(0, K p^1.5 (1 + χ v / v₀)); elastic with χ = 0."""
+    K, chi = parameters[0], parameters[1]
+    elastic = K * p * np.sqrt(p)
+    mu = 0.0
+    if chi != 0.0:
+        mu = chi / max(v0, parameters[2])
+    factor = 1.0 + mu * v
+    if factor <= 0.0:
+        return 0.0, 0.0, 0.0
+    return elastic * factor, 1.5 * K * np.sqrt(p) * factor, elastic * mu
+
+
+@numba.njit(cache=True)
+def jankowski_force(parameters: Array, p: float, v: float) -> tuple[float, float, float]:
+    """F = β p^1.5 + 2 ξ √(β m) p^0.25 v while v > 0, else β p^1.5."""
+    beta, c = parameters[0], parameters[1]
+    F = beta * p * np.sqrt(p)
+    k = 1.5 * beta * np.sqrt(p)
+    if v <= 0.0:
+        return F, k, 0.0
+    root = np.sqrt(np.sqrt(p))
+    return F + c * root * v, k + 0.25 * c * root / p * v, c * root
+
+
+@numba.njit(cache=True)
+def law_force(
+    code: int, parameters: Array, p: float, v: float, v0: float
+) -> tuple[float, float, float]:
+    """Force and derivatives of the law with this code; (0, 0, 0) without penetration."""
+    if p <= 0.0:
+        return 0.0, 0.0, 0.0
+    if code == KELVIN_VOIGT:
+        return kelvin_voigt_force(parameters, p, v)
+    if code == KELVIN_VOIGT_NO_TENSION:
+        return kelvin_voigt_no_tension_force(parameters, p, v)
+    if code == HERTZ:
+        return damped_hertz_force(parameters, p, v, v0)
+    if code == JANKOWSKI:
+        return jankowski_force(parameters, p, v)
+    return own_force(code, parameters, p, v, v0)

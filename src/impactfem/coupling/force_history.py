@@ -1,0 +1,247 @@
+"""The impact-force history: what the sticks hand to the 3D model (`forces.nc`, or CSV).
+
+`forces.nc` is NetCDF 4 with the dimensions `time`, `pair` and `axis` (x, y, z):
+
+- `time` (time) [s], uniform, from 0
+- `force` (time, pair) [N], positive in compression: building a feels -F n, building b feels +F n
+- `pair` (pair): unique names
+- `building_a`, `building_b` (pair): names; an empty `building_b` is a rigid wall
+- `floor_a`, `floor_b` (pair): floor numbers
+- `relative_height_a`, `relative_height_b` (pair): 0 to 1 in the storey below that floor, nan for a
+  point of the floor itself
+- `offset_a`, `offset_b` (pair, axis) [m]: from the building's axis at that height
+- `normal` (pair, axis): unit vector n from a to b
+- `gap` (pair) [m], `law` (pair): the contact law in words and numbers
+- attributes `title`, `case_hash`, and `inputs`, the hash of what the stage depends on
+
+A file of another program needs `time`, `force` and `pair`; of the rest what is there is read and
+must be whole.
+
+A CSV file has the columns `time [s]` and one `<pair name> [N]` for each pair; points and normals
+come from the case file then.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.integrate import trapezoid
+
+from impactfem.coupling.pair_ends import AXES, PairEnds, read_ends
+from impactfem.coupling.pounding import End, Response
+from impactfem.system.errors import Fault, InputError
+from impactfem.system.files import atomic, write_netcdf
+from impactfem.system.own_process import read_in_own_process
+
+Array = NDArray[np.float64]
+FORCES = "a force history (NetCDF or CSV)"
+REQUIRED = {"time": "s", "force": "N"}
+
+
+@dataclass(frozen=True)
+class ForceHistory:
+    """Impact forces over time.
+
+    Args:
+        time: Times, uniform, shape (n_t,) [s].
+        pairs: Unique names of the pairs.
+        force: Forces, positive in compression, shape (n_t, m) [N].
+        case_hash: Hash of the case that made them; empty where unknown.
+        inputs: Hash of what the stage that made them depends on; empty where unknown.
+        ends: What the pairs are between, as far as the file says so.
+    """
+
+    time: Array
+    pairs: tuple[str, ...]
+    force: Array
+    case_hash: str = ""
+    inputs: str = ""
+    ends: PairEnds = field(default_factory=PairEnds)
+
+    @classmethod
+    def of_response(cls, response: Response) -> ForceHistory:
+        """The forces of a response of the sticks."""
+        names = tuple(pair.name for pair in response.system.pairs)
+        return cls(response.time, names, response.force)
+
+    @property
+    def impulse(self) -> Array:
+        """Time integral of each pair's force by the trapezoidal rule, shape (m,) [N s]."""
+        return np.asarray(trapezoid(self.force, self.time, axis=0))
+
+    def of(self, columns: Sequence[int]) -> ForceHistory:
+        """The history of some of the pairs, by their indices."""
+        chosen = list(columns)
+        return replace(
+            self,
+            pairs=tuple(self.pairs[j] for j in chosen),
+            force=self.force[:, chosen],
+            ends=self.ends.of(chosen),
+        )
+
+
+def write_forces(path: Path, response: Response, case_hash: str, key: str = "") -> None:
+    """Write the forces of a response as `forces.nc` (see the module) in one piece.
+
+    Args:
+        path: The file.
+        response: The response of the sticks.
+        case_hash: Hash of the case.
+        key: Hash of the stage's inputs, the attribute `inputs`.
+    """
+    pairs = response.system.pairs
+    data: dict[str, tuple[object, ...]] = {
+        "force": (
+            ("time", "pair"),
+            response.force,
+            {"units": "N", "long_name": "contact force, positive in compression"},
+        ),
+        "normal": (("pair", "axis"), np.array([pair.normal for pair in pairs]).reshape(-1, 3)),
+        "gap": ("pair", np.array([pair.gap for pair in pairs]), {"units": "m"}),
+        "law": ("pair", np.array([pair.law.describe() for pair in pairs], dtype=object)),
+    }
+    for side in ("a", "b"):
+        ends: list[End | None] = [getattr(pair, side) for pair in pairs]
+        data[f"building_{side}"] = (
+            "pair",
+            np.array([end.building if end else "" for end in ends], dtype=object),
+        )
+        data[f"floor_{side}"] = ("pair", np.array([end.floor if end else 0 for end in ends]))
+        heights = [
+            np.nan if end is None or end.relative_height is None else end.relative_height
+            for end in ends
+        ]
+        data[f"relative_height_{side}"] = ("pair", np.array(heights, dtype=float))
+        offsets = np.array([end.offset if end else (0.0, 0.0, 0.0) for end in ends])
+        data[f"offset_{side}"] = (("pair", "axis"), offsets.reshape(-1, 3), {"units": "m"})
+    dataset = xr.Dataset(
+        data,
+        coords={
+            "time": ("time", response.time, {"units": "s"}),
+            "pair": ("pair", np.array([pair.name for pair in pairs], dtype=object)),
+            "axis": ("axis", np.array(AXES, dtype=object)),
+        },
+        attrs={"title": "impact forces between sticks", "case_hash": case_hash, "inputs": key},
+    )
+    write_netcdf(path, dataset)
+
+
+def write_forces_csv(path: Path, history: ForceHistory) -> None:
+    """Write a force history as CSV with units in the header."""
+    with atomic(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
+        stream.write(",".join(["time [s]", *(f"{name} [N]" for name in history.pairs)]) + "\n")
+        formats = ["%.17g"] + ["%.9g"] * len(history.pairs)
+        values = np.column_stack([history.time, history.force])
+        lines: Any = stream  # text; NumPy's stubs disagree on what it may be
+        np.savetxt(lines, values, delimiter=",", fmt=formats)
+
+
+def check_forces(path: Path) -> ForceHistory:
+    """Read a force history that is given, and see that `read_forces` can. Not collective.
+
+    HDF5 may crash on a damaged file of NetCDF: it is tried in a process of its own.
+
+    Raises:
+        InputError: As `read_forces`; or HDF5 crashed.
+    """
+    if path.suffix.lower() == ".csv":
+        return read_forces(path)
+    return read_in_own_process(read_forces, path, FORCES)
+
+
+def read_forces(path: Path) -> ForceHistory:
+    """Read `forces.nc` or a CSV of the same content, from this program or another.
+
+    Raises:
+        InputError: The file cannot be read, or lacks something, or holds values that are not
+            finite, or its time is not uniform.
+    """
+    try:
+        history = _read_csv(path) if path.suffix.lower() == ".csv" else _read_netcdf(path)
+    except (OSError, csv.Error, ValueError) as error:
+        raise InputError(
+            [Fault(path, "", None, f"expected a readable force history (NetCDF or CSV): {error}")]
+        ) from error
+    faults = []
+    steps = np.diff(history.time)
+    if history.time.size < 2 or not np.all(steps > 0.0):
+        faults.append(Fault(path, "time", None, "expected at least two times, ascending"))
+    elif np.abs(steps - steps.mean()).max() > 1e-6 * steps.mean():
+        faults.append(Fault(path, "time", None, "expected a uniform time step"))
+    elif abs(history.time[0]) > 1e-6 * steps.mean():
+        faults.append(Fault(path, "time", float(history.time[0]), "expected a first time of 0 s"))
+    if not (np.isfinite(history.time).all() and np.isfinite(history.force).all()):
+        faults.append(Fault(path, "force", "nan", "expected finite values only"))
+    if len(set(history.pairs)) < len(history.pairs):
+        faults.append(
+            Fault(path, "pair", list(history.pairs), "expected a unique name for each pair")
+        )
+    if faults:
+        raise InputError(faults)
+    return history
+
+
+def _read_netcdf(path: Path) -> ForceHistory:
+    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        faults = []
+        for name, unit in REQUIRED.items():
+            if name not in dataset.variables:
+                faults.append(
+                    Fault(path, name, None, f"expected a variable of this name in {unit}")
+                )
+            elif dataset[name].attrs.get("units") != unit:
+                found = dataset[name].attrs.get("units")
+                faults.append(Fault(path, f"{name}.units", found, f"expected the unit {unit!r}"))
+        if "pair" not in dataset.variables:
+            faults.append(Fault(path, "pair", None, "expected the names of the contact pairs"))
+        elif not faults and dataset["force"].dims != ("time", "pair"):
+            found = dataset["force"].dims
+            faults.append(Fault(path, "force", found, "expected the dimensions (time, pair)"))
+        ends = PairEnds() if faults else read_ends(path, dataset, faults)
+        if faults:
+            raise InputError(faults)
+        return ForceHistory(
+            time=np.array(dataset["time"], dtype=float),
+            pairs=tuple(str(name) for name in dataset["pair"].values),
+            force=np.array(dataset["force"], dtype=float),
+            case_hash=str(dataset.attrs.get("case_hash", "")),
+            inputs=str(dataset.attrs.get("inputs", "")),
+            ends=ends,
+        )
+
+
+def _read_csv(path: Path) -> ForceHistory:
+    with path.open(newline="", encoding="utf-8-sig") as stream:
+        header = next(csv.reader(stream), [])
+        if not header or header[0].strip() != "time [s]":
+            found = header[0] if header else None
+            raise InputError([Fault(path, "line 1", found, "expected the first column 'time [s]'")])
+        wrong = [cell for cell in header[1:] if not cell.strip().endswith(" [N]")]
+        if wrong or len(header) < 2:
+            raise InputError(
+                [
+                    Fault(
+                        path,
+                        "line 1",
+                        wrong or None,
+                        "expected a column '<pair name> [N]' for each pair",
+                    )
+                ]
+            )
+        lines = [line for line in stream if line.strip()]
+    if len(lines) < 2:
+        raise InputError(
+            [Fault(path, "", None, "expected at least two lines of values below the header")]
+        )
+    values = np.loadtxt(lines, delimiter=",", ndmin=2)
+    if values.shape[1] != len(header):
+        raise ValueError(f"{len(header)} columns in the header, {values.shape[1]} below")
+    names = tuple(cell.strip()[: -len(" [N]")] for cell in header[1:])
+    return ForceHistory(values[:, 0], names, values[:, 1:])

@@ -1,0 +1,254 @@
+"""From the case file's buildings and contacts to sticks, pairs and calibration."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import trapezoid
+
+from impactfem.case import (
+    Building,
+    Case,
+    Contact,
+    ContactPoint,
+    HertzDampLaw,
+    HertzLaw,
+    JankowskiLaw,
+    KelvinVoigtLaw,
+)
+from impactfem.case.loads import ForceTable, read_force_table
+from impactfem.coupling import contact as laws
+from impactfem.coupling import restitution
+from impactfem.coupling.contact import Law, effective_mass
+from impactfem.coupling.pounding import End, Load, Pair, System
+from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
+from impactfem.sticks.damping import Rayleigh
+from impactfem.sticks.element import Section
+from impactfem.sticks.stick import Floor, Stick, build_stick
+from impactfem.system.errors import Fault, InputError
+from impactfem.system.log import LOGGER
+
+Array = NDArray[np.float64]
+COARSE = 0.01
+"""Part of an impulse that samples may miss before it is warned of."""
+
+
+def given_parameters(building: Building) -> Parameters:
+    """The values that the case file and its floor table give, before any calibration."""
+    return Parameters(
+        factor=building.stiffness_factor,
+        heights=np.array([floor.storey_height for floor in building.floors]),
+        below=building.rigid_below,
+        above=building.rigid_above,
+    )
+
+
+def stick_of(
+    building: Building,
+    parameters: Parameters | None = None,
+    storey_points: tuple[tuple[int, float], ...] = (),
+) -> Stick:
+    """The stick of a building.
+
+    Args:
+        building: The building.
+        parameters: Calibrated values; those of the case file when None.
+        storey_points: Points inside storeys, see `build_stick`.
+    """
+    values = parameters or given_parameters(building)
+    alpha, beta = building.damping.coefficients
+    young = building.material.young_modulus
+    shear = young / (2.0 * (1.0 + building.material.poisson_ratio))
+    moment = building.second_moment_factor
+    floors = []
+    for row, height in zip(building.floors, values.heights, strict=True):
+        s = values.factor * row.storey_stiffness_factor
+        section = Section(
+            E=s * young,
+            G=s * shear,
+            A=row.A,
+            Avx=row.Avz,
+            Avy=row.Avy,
+            Ix=moment * row.Ix,
+            Iy=moment * row.Iy,
+            Iz=row.Iz,
+        )
+        inertia = (row.Jx, row.Jy, row.Jz)
+        damping = Rayleigh(alpha, beta)
+        floors.append(
+            Floor(
+                number=row.floor,
+                mass=row.mass,
+                inertia=inertia,
+                height=float(height),
+                section=section,
+                damping=damping,
+                below=values.below,
+                above=values.above,
+            )
+        )
+    return build_stick(
+        building.name, floors, axis=building.axis, base=building.base, storey_points=storey_points
+    )
+
+
+def calibration_of(case: Case) -> Calibration | None:
+    """Fit the sticks to the targets of the case, or say how far the given values are from them.
+
+    Returns:
+        None when the case has no calibration.
+    """
+    asked = case.calibration
+    if asked is None:
+        return None
+    buildings = {building.name: building for building in case.buildings}
+    targets = [
+        Target(
+            row.building,
+            row.mode,
+            row.frequency,
+            row.effective_mass,
+            row.frequency_weight,
+            row.mass_weight,
+        )
+        for row in asked.targets
+    ]
+    first = buildings[targets[0].building]
+    start = given_parameters(first)
+
+    def make(name: str, parameters: Parameters) -> Stick:
+        return stick_of(buildings[name], parameters)
+
+    if asked.mode == "given":
+        return assess(make, targets, start, direction=asked.direction)
+    bounds = Bounds(
+        factor=asked.stiffness_factor,
+        height_min=np.array([row.storey_height_min for row in first.floors]),
+        height_max=np.array([row.storey_height_max for row in first.floors]),
+        height=asked.height,
+        rigid_depth=asked.rigid_depth,
+    )
+    return calibrate(
+        make,
+        targets,
+        bounds,
+        direction=asked.direction,
+        start=start,
+        starts=asked.starts,
+        seed=asked.seed,
+    )
+
+
+def system_of(case: Case, calibration: Calibration | None) -> System:
+    """The sticks of all buildings and the pairs between them.
+
+    Args:
+        case: The case.
+        calibration: Its values go to the buildings that its targets name; the others keep the
+            case file's.
+    """
+    calibrated = {target.building for target in calibration.targets} if calibration else set()
+    points: dict[str, list[tuple[int, float]]] = {}
+    for contact in case.contacts:
+        for point in (contact.a, contact.b):
+            if point.storey is not None and point.relative_height is not None:
+                points.setdefault(point.building, []).append((point.storey, point.relative_height))
+    sticks = {
+        building.name: stick_of(
+            building,
+            calibration.parameters if calibration and building.name in calibrated else None,
+            tuple(points.get(building.name, ())),
+        )
+        for building in case.buildings
+    }
+    pairs = tuple(_pair(case, contact, sticks) for contact in case.contacts)
+    return System(tuple(sticks.values()), pairs)
+
+
+def loads_of(case: Case, system: System, time_step: float, n_t: int) -> list[Load]:
+    """The loads of a case, on the mass centres of the floors, at the times of a response.
+
+    Args:
+        case: The case.
+        system: Its sticks.
+        time_step: Δt [s].
+        n_t: Number of times.
+
+    Raises:
+        InputError: A table of forces is not usable any more.
+    """
+    time = time_step * np.arange(n_t)
+    found = []
+    for loads in case.loads:
+        faults: list[Fault] = []
+        table = read_force_table(loads.file, faults)
+        if table is None:
+            raise InputError(faults)
+        direction = np.array(loads.direction)
+        for (building, floor), force in zip(table.floors, table.at(time).T, strict=True):
+            found.append(Load(End.of_floor(system.stick(building), floor), direction, force))
+        _warn_of_coarse_steps(table, time, loads.file.name)
+    return found
+
+
+def _warn_of_coarse_steps(table: ForceTable, time: Array, name: str) -> None:
+    """Say so where samples at the time step miss a part of an impulse."""
+    fine = np.union1d(time, table.time[table.time <= time[-1]])
+    exact, sampled = (trapezoid(table.at(at), at, axis=0) for at in (fine, time))
+    size = trapezoid(np.abs(table.at(fine)), fine, axis=0)
+    off = float(np.max(np.abs(sampled - exact) / np.maximum(size, 1e-300), initial=0.0))
+    if off > COARSE:
+        LOGGER.warning(
+            "warning: %s: at pounding.time_step an impulse is %.2g %% off; expected a smaller step",
+            name,
+            100.0 * off,
+        )
+
+
+def _pair(case: Case, contact: Contact, sticks: dict[str, Stick]) -> Pair:
+    normal = np.array(contact.normal)
+    ends = []
+    masses = []
+    for point in (contact.a, contact.b):
+        stick = sticks[point.building]
+        end = _end(stick, point)
+        ends.append(end)
+        masses.append(stick.point_mass(end.master, end.offset, normal))
+    return Pair(
+        name=contact.name,
+        a=ends[0],
+        b=ends[1],
+        normal=normal,
+        gap=contact.gap,
+        law=_law(case, contact.law, effective_mass(masses[0], masses[1])),
+        area=contact.bearing_area,
+    )
+
+
+def _end(stick: Stick, point: ContactPoint) -> End:
+    if point.floor is not None:
+        return End.of_floor(stick, point.floor, point.offset)
+    storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
+    master = stick.storey_points[storey, height]
+    return End(stick.name, master, point.offset, storey, height)
+
+
+def _law(case: Case, name: str, mass: float) -> Law:
+    law = case.contact_laws[name]
+    if isinstance(law, KelvinVoigtLaw):
+        if law.stiffness == "calibrated" or law.restitution == "calibrated":
+            raise ValueError(
+                f"the contact law {name} still asks for calibrated values; "
+                "study.calibrated_contact.with_calibrated_contact gives them"
+            )
+        xi = law.damping_ratio
+        if xi is None:
+            xi = restitution.kelvin_voigt_xi(law.restitution or 1.0, tension=law.tension)
+        return laws.kelvin_voigt(law.stiffness, xi, mass, tension=law.tension)
+    if isinstance(law, HertzLaw):
+        return laws.hertz(law.stiffness, mass)
+    exact = law.relation == "exact"
+    if isinstance(law, JankowskiLaw):
+        return laws.jankowski(law.stiffness, law.restitution, mass, exact=exact)
+    make = laws.hertz_damp if isinstance(law, HertzDampLaw) else laws.hunt_crossley
+    return make(law.stiffness, law.restitution, mass, exact=exact, slowest=law.slowest_approach)

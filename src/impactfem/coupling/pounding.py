@@ -1,0 +1,388 @@
+"""Several sticks on the same ground, with pairs of points that may touch and forces on points.
+
+mass = mass_on_spring("mass", 1e3, frequency=2.0, damping_ratio=0.05)
+pulse = Load(End.of_floor(mass, 1), np.array([0.0, 1.0, 0.0]), force)   # force: (n_t,) [N]
+response = simulate(System((mass,), ()), np.zeros((n_t, 3)), dt, loads=[pulse])
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from impactfem.coupling.contact import N_PARAMETERS, Law
+from impactfem.coupling.newmark import march
+from impactfem.sticks.stick import Stick
+from impactfem.system.errors import ImpactfemError, SolutionError
+
+Array = NDArray[np.float64]
+Update = Literal["implicit", "lagged"]
+UNSTABLE = (
+    "a lagged contact force is only conditionally stable: take a smaller pounding.time_step or "
+    "update = 'implicit'"
+)
+
+
+@dataclass(frozen=True)
+class End:
+    """One end of a pair: a point tied to a master of a stick.
+
+    Args:
+        building: Name of the stick.
+        master: Index of the master.
+        offset: From the master to the point [m].
+        floor: Number of the floor, or of the floor above for a point inside a storey.
+        relative_height: Height in the storey's flexible part, 0 to 1; None for a point of a floor.
+    """
+
+    building: str
+    master: int
+    offset: tuple[float, float, float]
+    floor: int
+    relative_height: float | None = None
+
+    @classmethod
+    def of_floor(
+        cls, stick: Stick, floor: int, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ) -> End:
+        """A point of a floor.
+
+        Args:
+            stick: The building.
+            floor: Number of the floor.
+            offset: From its mass centre to the point [m].
+
+        Raises:
+            ImpactfemError: The stick has no such floor.
+        """
+        return cls(stick.name, stick.floor_master(floor), offset, floor)
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """An external force on a point, in addition to the ground motion.
+
+    Args:
+        at: The point.
+        direction: Unit vector along which a positive force acts, shape (3,).
+        force: Its history at the times of the response, shape (n_t,) [N].
+    """
+
+    at: End
+    direction: Array
+    force: Array
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two points that may touch.
+
+    The gap function is δ = g + n · (u_b - u_a), negative in contact; the force F on the points is
+    -F n on a and +F n on b.
+
+    Args:
+        name: Unique name.
+        a: The first end.
+        b: The second end; None for a rigid wall that moves with the ground.
+        normal: Unit vector n from a to b, shape (3,).
+        gap: Gap g at rest [m].
+        law: The contact law.
+        area: Bearing area [m2]; None where unknown.
+    """
+
+    name: str
+    a: End
+    b: End | None
+    normal: Array
+    gap: float
+    law: Law
+    area: float | None = None
+
+
+@dataclass(frozen=True)
+class System:
+    """Sticks side by side and the pairs between them; matrices are block diagonal.
+
+    Args:
+        sticks: The buildings.
+        pairs: The pairs of points that may touch.
+    """
+
+    sticks: tuple[Stick, ...]
+    pairs: tuple[Pair, ...]
+
+    @cached_property
+    def offsets(self) -> dict[str, int]:
+        """First degree of freedom of each building."""
+        starts = np.cumsum([0] + [stick.n for stick in self.sticks])
+        return {stick.name: int(start) for stick, start in zip(self.sticks, starts, strict=False)}
+
+    @cached_property
+    def M(self) -> Array:
+        """Mass matrix, shape (n, n)."""
+        return np.asarray(scipy.linalg.block_diag(*(stick.M for stick in self.sticks)))
+
+    @cached_property
+    def C(self) -> Array:
+        """Damping matrix, shape (n, n)."""
+        return np.asarray(scipy.linalg.block_diag(*(stick.C for stick in self.sticks)))
+
+    @cached_property
+    def K(self) -> Array:
+        """Stiffness matrix, shape (n, n)."""
+        return np.asarray(scipy.linalg.block_diag(*(stick.K for stick in self.sticks)))
+
+    @cached_property
+    def J(self) -> Array:
+        """Rows that give each pair's n · (u_b - u_a), shape (m, n)."""
+        rows = np.zeros((len(self.pairs), self.M.shape[0]))
+        for row, pair in zip(rows, self.pairs, strict=True):
+            for end, sign in ((pair.a, -1.0), (pair.b, 1.0)):
+                if end is None:
+                    continue
+                row += sign * self.row(end, pair.normal)
+        return rows
+
+    def row(self, end: End, direction: Array) -> Array:
+        """Row that gives a point's translation along a direction, shape (n,)."""
+        stick = self.stick(end.building)
+        start = self.offsets[stick.name]
+        row = np.zeros(self.M.shape[0])
+        row[start : start + stick.n] = direction @ stick.translation(end.master, end.offset)
+        return row
+
+    @cached_property
+    def ground(self) -> Array:
+        """Displacements of all masters for a unit ground translation x, y, z; shape (n, 3)."""
+        return np.vstack([stick.rigid_body()[:, :3] for stick in self.sticks])
+
+    def stick(self, name: str) -> Stick:
+        """The building of this name."""
+        return next(stick for stick in self.sticks if stick.name == name)
+
+    def floor_dofs(self, building: str) -> NDArray[np.int64]:
+        """Degrees of freedom of a building's floors, shape (n_floors, 6)."""
+        start = self.offsets[building]
+        count = len(self.stick(building).floors)
+        return start + np.arange(6 * count, dtype=np.int64).reshape(count, 6)
+
+    def without_contact(self) -> System:
+        """The same buildings, nothing between them."""
+        return replace(self, pairs=())
+
+    def with_laws(self, make: Callable[[Pair], Law]) -> System:
+        """The same buildings and pairs under other contact laws.
+
+        Args:
+            make: Gives the law of a pair, with the effective mass of the one that it has.
+        """
+        pairs = tuple(replace(pair, law=make(pair)) for pair in self.pairs)
+        return replace(self, pairs=pairs)
+
+
+@dataclass(frozen=True)
+class Response:
+    """What `simulate` computed, relative to the ground.
+
+    Args:
+        system: The system.
+        time_step: Time step [s].
+        u: Displacements, shape (n_t, n) [m, rad].
+        v: Velocities, shape (n_t, n).
+        force: Contact forces, positive in compression, shape (n_t, m) [N].
+        ground: Ground acceleration along x, y, z, shape (n_t, 3) [m/s2].
+        loads: External forces in addition to it.
+    """
+
+    system: System
+    time_step: float
+    u: Array
+    v: Array
+    force: Array
+    ground: Array
+    loads: tuple[Load, ...] = ()
+
+    @cached_property
+    def time(self) -> Array:
+        """Times, shape (n_t,) [s]."""
+        return np.asarray(self.time_step * np.arange(self.u.shape[0]), dtype=np.float64)
+
+    @cached_property
+    def moving(self) -> NDArray[np.int64]:
+        """Degrees of freedom that move at all."""
+        return np.flatnonzero(self.u.any(axis=0) | self.v.any(axis=0))
+
+    @property
+    def external(self) -> Array:
+        """External forces -M r a_g and those of the loads, shape (n_t, n)."""
+        external = -self.ground @ (self.system.M @ self.system.ground).T
+        for load in self.loads:
+            external += np.outer(load.force, self.system.row(load.at, load.direction))
+        return np.asarray(external)
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """Accelerations relative to the ground, from the equilibrium, shape (n_t, n).
+
+        Points without mass have none of their own: they get zero.
+        """
+        system = self.system
+        balance = self.external
+        # Mostly one or two directions move: the products of the others are zeros.
+        here = np.ix_(self.moving, self.moving)
+        balance[:, self.moving] -= self.v[:, self.moving] @ system.C[here]
+        balance[:, self.moving] -= self.u[:, self.moving] @ system.K[here]
+        if system.pairs:
+            balance += self.force @ system.J
+        mass = np.diag(system.M)
+        return np.divide(balance, mass, out=np.zeros_like(balance), where=mass > 0.0)
+
+    @cached_property
+    def absolute_acceleration(self) -> Array:
+        """Accelerations with the ground's added, shape (n_t, n)."""
+        return self.acceleration + self.ground @ self.system.ground.T
+
+    @cached_property
+    def gap(self) -> Array:
+        """Gap function of each pair, shape (n_t, m) [m]; negative in contact."""
+        rest = np.array([pair.gap for pair in self.system.pairs])
+        return np.asarray(rest + self.u @ self.system.J.T)
+
+    @cached_property
+    def gap_rate(self) -> Array:
+        """Rate of the gap function, shape (n_t, m) [m/s]."""
+        return self.v @ self.system.J.T
+
+
+def simulate(
+    system: System,
+    ground: Array,
+    time_step: float,
+    *,
+    update: Update = "implicit",
+    u0: Array | None = None,
+    v0: Array | None = None,
+    loads: Sequence[Load] = (),
+) -> Response:
+    """Response of the sticks to the ground motion and to forces on points, with contact.
+
+    All sticks stand on the same ground: gaps are those of displacements relative to it.
+
+    Newmark's average acceleration; the contact force is implicit at the new time, or lagged one
+    step as equation 2 of the paper prints it.
+
+    Args:
+        system: The buildings and pairs.
+        ground: Ground acceleration along x, y, z at every step, shape (n_t, 3) [m/s2].
+        time_step: Time step [s].
+        update: "implicit" or "lagged".
+        u0: Displacements at the start, shape (n,); zero when None.
+        v0: Velocities at the start, shape (n,); zero when None.
+        loads: External forces in addition to the ground motion.
+
+    Raises:
+        ImpactfemError: The start already penetrates, or shapes do not fit.
+        SolutionError: The response is not finite, or the contact forces do not converge.
+    """
+    n, m = system.M.shape[0], len(system.pairs)
+    if ground.ndim != 2 or ground.shape[1] != 3:
+        raise ImpactfemError(f"ground must have shape (n_t, 3), got {ground.shape}")
+    n_t = ground.shape[0]
+    for load in loads:
+        if np.shape(load.force) != (n_t,):
+            where = f"{load.at.building}, floor {load.at.floor}"
+            found = np.shape(load.force)
+            raise ImpactfemError(f"force on {where}: expected shape ({n_t},), got {found}")
+    S_inv = np.zeros((n, n))
+    for stick in system.sticks:
+        block = slice(system.offsets[stick.name], system.offsets[stick.name] + stick.n)
+        S = 2.0 / time_step * stick.M + stick.C + time_step / 2.0 * stick.K
+        inverse = np.linalg.inv(S)
+        S_inv[block, block] = (inverse + inverse.T) / 2.0
+    J = np.ascontiguousarray(system.J)
+    gap = np.array([pair.gap for pair in system.pairs], dtype=float)
+    u, v, force = np.zeros((n_t, n)), np.zeros((n_t, n)), np.zeros((n_t, m))
+    if u0 is not None:
+        u[0] = u0
+    if v0 is not None:
+        v[0] = v0
+    if np.any(gap + J @ u[0] < 0.0):
+        worst = int(np.argmin(gap + J @ u[0]))
+        raise ImpactfemError(f"pair {system.pairs[worst].name} penetrates at the start")
+    done = march(
+        time_step,
+        system.K,
+        system.M,
+        S_inv,
+        np.vstack(
+            [
+                -(system.M @ system.ground).T,
+                *(system.row(load.at, load.direction) for load in loads),
+            ]
+        ),
+        np.column_stack([ground, *(load.force for load in loads)]).astype(np.float64),
+        J,
+        np.ascontiguousarray(J @ S_inv),
+        gap,
+        np.array([pair.law.code for pair in system.pairs], dtype=np.int64),
+        np.array([pair.law.parameters for pair in system.pairs]).reshape(m, N_PARAMETERS),
+        update == "lagged",
+        u,
+        v,
+        force,
+    )
+    if done < n_t:
+        raise SolutionError(
+            f"contact forces did not converge at t = {done * time_step:.6g} s; "
+            "a smaller pounding.time_step or a softer contact law would help"
+        )
+    if not np.isfinite(u[-1]).all():
+        raise SolutionError(f"the response grew without bound; {UNSTABLE}")
+    response = Response(
+        system, time_step, u, v, force, np.asarray(ground, dtype=float), tuple(loads)
+    )
+    if update == "lagged":
+        _refuse_created_energy(response)
+    return response
+
+
+def _refuse_created_energy(response: Response) -> None:
+    """A contact that gave the buildings more energy than all else did is a blow-up."""
+    F, J = response.force, response.system.J
+    work = 0.5 * float(np.sum(np.diff(response.u @ J.T, axis=0) * (F[:-1] + F[1:])))
+    f = response.external
+    given = float(np.sum(np.abs(0.5 * np.sum(np.diff(response.u, axis=0) * (f[:-1] + f[1:]), 1))))
+    v0, u0 = response.v[0], response.u[0]
+    given += 0.5 * float(v0 @ response.system.M @ v0 + u0 @ response.system.K @ u0)
+    if work > given:
+        raise SolutionError(f"the lagged contact forces created energy, {work:.3g} J; {UNSTABLE}")
+
+
+def interpolate_ground(
+    histories: Sequence[tuple[int, float, Array]], time_step: float, n_t: int
+) -> Array:
+    """Ground acceleration at every step, linear between samples and zero after a record's end.
+
+    Args:
+        histories: A component (0, 1, 2 for x, y, z), its time step [s] and samples [m/s2] each;
+            components of the same direction add.
+        time_step: Time step of the result [s].
+        n_t: Number of times.
+
+    Returns:
+        Shape (n_t, 3) [m/s2].
+    """
+    time = time_step * np.arange(n_t)
+    ground = np.zeros((n_t, 3))
+    for component, dt, samples in histories:
+        end = dt * (samples.size - 1)
+        # A time that rounding puts behind the last sample still is that sample's.
+        inside = np.where(np.abs(time - end) <= 1e-9 * end, end, time)
+        ground[:, component] += np.interp(inside, dt * np.arange(samples.size), samples, right=0.0)
+    return ground

@@ -1,0 +1,247 @@
+"""A structure before rigid walls: Moreau's time stepping with the θ rule.
+
+    M ü + C u̇ + K u = f − G p,   0 ≤ p ⟂ γ − Gᵀ u ≥ 0
+
+with a gap γ for each column of G. A step h with impulses P ≥ 0 (x_θ = (1 − θ) x₀ + θ x₁) is
+
+    M (v₁ − v₀) = h (f_θ − C v_θ − K u_θ) − G P,   u₁ = u₀ + h v_θ,
+
+so that v_θ = M̂⁻¹ (M v₀ + θ h (f_θ − K u₀) − θ G P) with M̂ = M + θ h C + θ² h² K, and the closing
+speeds s = Gᵀ v obey s₁ = s₁(P = 0) − W P with the Delassus operator W = Gᵀ M̂⁻¹ G. The constraints
+that take part are those that a stop in this step would leave at the wall or behind it,
+
+    γ − Gᵀ u₀ ≤ (1 − θ) h s₀,   with   0 ≤ P ⟂ −(s₁ + e s₀) ≥ 0,
+
+the complementarity problem with W and q = −(s₁(P = 0) + e s₀). The impulses work
+
+    −v_θᵀ G P = −Σ (1 − θ (1 + e)) s₀ P,
+
+which is never positive if θ (1 + e) ≤ 1 and s₀ ≥ 0 (Acary, ZAMM 96 (2016) 585). Where a constraint
+that is behind the wall opens, s₀ < 0, this would be a gain: there e is (1 − θ)/θ instead, which is
+s_θ ≤ 0. The impulse then does no work, and the constraint does not go further behind the wall. The
+law is continuous in s₀, so that rounding about s₀ = 0 does not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from impactfem.coupling.complementarity import Complementarity, Mask
+from impactfem.coupling.contact_history import ContactEnergy, ContactHistory
+from impactfem.system.errors import SolutionError
+
+Array = NDArray[np.float64]
+
+SLACK = 1e-9
+"""Part of the way in a step, at the largest speed so far, that counts as at the wall."""
+REPORT = 50
+"""Steps between two reports of the progress."""
+
+
+class Motion(Protocol):
+    """The θ rule of a structure. What is seen of it are its constraints and probes, [G L]ᵀ x.
+
+    Methods are collective, and what they return is the same on all ranks.
+    """
+
+    time_step: float
+    theta: float
+    constraints: int
+    patterns: int
+
+    def delassus(self) -> Array:
+        """W = Gᵀ M̂⁻¹ G, shape (m, m)."""
+
+    def start(self, displacement: Array | None, velocity: Array | None) -> tuple[Array, Array]:
+        """Set u and v, zero when None; what is seen of both, shape (m + n_probes,) each."""
+
+    def free(self, amplitude: Array) -> Array:
+        """Find v_θ of a step without impulses, under the loads f_θ; what is seen of it.
+
+        Args:
+            amplitude: (1 − θ) and θ times the amplitudes of the loads before and after.
+        """
+
+    def push(self, impulse: Array) -> Array:
+        """Find v_θ of the step with the impulses P, shape (m,); what is seen of it."""
+
+    def advance(self) -> tuple[float, ...]:
+        """Make the step with the v_θ found last.
+
+        Returns:
+            Kinetic and elastic energy after it, and what the damping and the rule have taken in
+            it and the loads put in [J].
+        """
+
+    def stored(self) -> tuple[float, float]:
+        """Kinetic and elastic energy [J]."""
+
+
+def check_rule(time_step: float, theta: float) -> None:
+    """Raise SolutionError for a step that is not positive and for θ outside [½, 1]."""
+    if not time_step > 0.0:
+        raise SolutionError(f"a time step of {time_step} s: it must be positive")
+    if not 0.5 <= theta <= 1.0:
+        raise SolutionError(f"θ = {theta}: it must be from 0.5 to 1")
+
+
+def unilateral_response(
+    motion: Motion,
+    gap: ArrayLike,
+    steps: int,
+    *,
+    displacement: Array | None = None,
+    velocity: Array | None = None,
+    amplitudes: Array | None = None,
+    restitution: ArrayLike = 0.0,
+    progress: Callable[[float], None] = lambda part: None,
+) -> ContactHistory:
+    """Step a structure from a given state between its constraints. Collective.
+
+    Args:
+        motion: The structure; left at the last step, for `displacement` and `velocity` of it.
+        gap: γ of each constraint in the undeformed structure, shape (m,) or one for all, in the
+            unit of Gᵀ u.
+        steps: Number of steps, n_t - 1.
+        displacement: u₀, as `motion` takes it; default 0.
+        velocity: v₀, likewise; default 0.
+        amplitudes: Amplitudes of the loads at all times, shape (n_t, n_patterns); no loads when
+            None.
+        restitution: Newton's e of each constraint, shape (m,) or one for all, from 0 to
+            (1 − θ)/θ. The e of nodes is not that of a building: without it, a mesh loses only the
+            energy of its contact nodes, which falls with their mass.
+        progress: Called with the part of the steps that is done.
+
+    Returns:
+        The history, the state at the start included.
+
+    Raises:
+        SolutionError: No constraints, numbers of the wrong shape or size, a constraint that is
+            violated at the start, dependent constraints, a response that is not finite.
+    """
+    theta, h, m = motion.theta, motion.time_step, motion.constraints
+    if m == 0:
+        raise SolutionError("there are no constraints that the structure could meet")
+    gaps, neutral = _per_constraint(gap, m, "gaps"), (1.0 - theta) / theta
+    e = _restitutions(restitution, m, theta)
+    if steps < 1:
+        raise SolutionError(f"{steps} steps: at least one is needed")
+    loads = _loads(amplitudes, (steps + 1, motion.patterns))
+    problem = Complementarity(motion.delassus(), name="the Delassus operator of the constraints")
+
+    x, v = motion.start(displacement, velocity)
+    records = _Records(steps, m, x.size)
+    _refuse_violated(gaps, x[:m])
+    records.put(0, gaps, x, v, np.zeros(m), 0.0, (*motion.stored(), 0.0, 0.0, 0.0, 0.0))
+    active: Mask = np.zeros(m, dtype=np.bool_)
+    nothing: Array = np.zeros(m)
+    fastest = _largest(problem.scale * v[:m])
+    for step in range(1, steps + 1):
+        mean = motion.free((1.0 - theta) * loads[step - 1] + theta * loads[step])
+        if not np.all(np.isfinite(mean)):
+            raise SolutionError(f"the response is not finite in step {step}")
+        before = v[:m]
+        after = (mean[:m] - (1.0 - theta) * before) / theta
+        fastest = max(fastest, _largest(problem.scale * after))
+        slack = SLACK * h * fastest / problem.scale
+        among = gaps - x[:m] <= (1.0 - theta) * h * before + slack
+        impulse: Array = nothing
+        bounce = np.where(before >= 0.0, e, neutral) * before
+        if np.any(among):
+            found = problem.solve(-(after + bounce), active=active, among=among)
+            impulse, active = found.p, found.active
+        if np.any(impulse):
+            mean = motion.push(impulse)
+        v = np.asarray((mean - (1.0 - theta) * v) / theta, dtype=np.float64)
+        x = np.asarray(x + h * mean, dtype=np.float64)
+        # From the velocities that the structure has, not from W.
+        w, p = -problem.scale * (v[:m] + bounce), impulse / problem.scale
+        residual = _largest(np.minimum(w, p)[among]) / fastest if fastest > 0.0 else 0.0
+        records.put(
+            step, gaps, x, v, impulse, residual, (*motion.advance(), -float(mean[:m] @ impulse))
+        )
+        if step % REPORT == 0 or step == steps:
+            progress(step / steps)
+    return records.history(h)
+
+
+class _Records:
+    """The rows of a history."""
+
+    def __init__(self, steps: int, m: int, seen: int) -> None:
+        self.m = m
+        self.impulse, self.gap = np.zeros((steps + 1, m)), np.zeros((steps + 1, m))
+        self.x, self.v = np.zeros((steps + 1, seen - m)), np.zeros((steps + 1, seen - m))
+        self.residual = np.zeros(steps + 1)
+        self.energies = np.zeros((steps + 1, 6))
+
+    def put(
+        self,
+        step: int,
+        gaps: Array,
+        x: Array,
+        v: Array,
+        impulse: Array,
+        residual: float,
+        energies: tuple[float, ...],
+    ) -> None:
+        self.impulse[step], self.gap[step] = impulse, gaps - x[: self.m]
+        self.x[step], self.v[step] = x[self.m :], v[self.m :]
+        self.residual[step], self.energies[step] = residual, energies
+
+    def history(self, h: float) -> ContactHistory:
+        kinetic, elastic = self.energies[:, 0].copy(), self.energies[:, 1].copy()
+        damped, numerical, work, contact = np.cumsum(self.energies[:, 2:], axis=0).T
+        return ContactHistory(
+            time=h * np.arange(len(self.residual), dtype=np.float64),
+            impulse=self.impulse,
+            gap=self.gap,
+            displacement=self.x,
+            velocity=self.v,
+            residual=self.residual,
+            energy=ContactEnergy(kinetic, elastic, damped, numerical, work, contact),
+        )
+
+
+def _per_constraint(values: ArrayLike, m: int, name: str) -> Array:
+    given: Array = np.asarray(values, dtype=np.float64)
+    if given.shape not in ((), (m,)) or not np.all(np.isfinite(given)):
+        raise SolutionError(
+            f"{name} of shape {given.shape}: {m} finite numbers, or one, are needed"
+        )
+    return np.full(m, given) if given.ndim == 0 else given
+
+
+def _restitutions(values: ArrayLike, m: int, theta: float) -> Array:
+    e, neutral = _per_constraint(values, m, "restitutions"), (1.0 - theta) / theta
+    if np.any(e < 0.0) or np.any(e > neutral * (1.0 + 1e-12)):
+        raise SolutionError(
+            f"restitutions from {e.min():g} to {e.max():g}: with θ = {theta:g} they must be from 0"
+            f" to {neutral:g}"
+        )
+    return e
+
+
+def _loads(amplitudes: Array | None, shape: tuple[int, int]) -> Array:
+    loads: Array = np.zeros(shape) if amplitudes is None else np.asarray(amplitudes, dtype=float)
+    if loads.shape != shape:
+        raise SolutionError(f"amplitudes of the loads of shape {loads.shape}, not {shape}")
+    return loads
+
+
+def _refuse_violated(gaps: Array, x: Array) -> None:
+    room = gaps - x
+    bad = np.flatnonzero(room < -SLACK * np.maximum(np.abs(gaps), np.abs(x)))
+    if bad.size:
+        raise SolutionError(
+            f"{bad.size} of {len(gaps)} constraints are violated at the start: constraint {bad[0]}"
+            f" by {-room[bad[0]]:g}"
+        )
+
+
+def _largest(values: Array) -> float:
+    return float(np.max(np.abs(values), initial=0.0))

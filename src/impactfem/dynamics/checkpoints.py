@@ -1,0 +1,127 @@
+"""Checkpoints: states of all ranks at one step, with what was recorded until then."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from impactfem.dynamics.energy import Energy
+from impactfem.dynamics.history import History
+from impactfem.dynamics.state import State
+from impactfem.system.archive import read_archive, write_archive
+from impactfem.system.files import write_json
+from impactfem.system.log import LOGGER
+
+
+class Checkpoints:
+    """The last checkpoint of a run, in a folder.
+
+    Each rank writes a file of its own; the list that names the step is written last of all, so that
+    a kill leaves the checkpoint before, or this one.
+
+    Args:
+        comm: Communicator of the run.
+        folder: The folder; it is made when it is needed.
+        key: Hash of what the run depends on.
+    """
+
+    def __init__(self, comm: Any, folder: Path, key: str) -> None:
+        self._comm, self._folder = comm, folder
+        # The rows of a rank, and the order of sums, change with the number of ranks.
+        self._key = f"{key}, {comm.size} ranks"
+        self._index = folder / "checkpoint.json"
+
+    def write(self, state: State, history: History) -> None:
+        """Write a checkpoint; those before go. Collective.
+
+        Args:
+            state: The state; each rank has its rows.
+            history: What was recorded from step 0 up to this step; that of rank 0 counts.
+
+        Raises:
+            ImpactfemError: A file cannot be written.
+        """
+        step = state.step
+        if self._comm.rank == 0:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        self._comm.barrier()
+        numbers = {field.name: getattr(state, field.name) for field in fields(State)}
+        write_archive(self._state(step), self._key, numbers)
+        if self._comm.rank == 0:
+            energy = {f.name: getattr(history.energy, f.name) for f in fields(Energy)}
+            content = energy | history.motion | {"time": history.time}
+            write_archive(self._history(step), self._key, content)
+        self._comm.barrier()
+        if self._comm.rank == 0:
+            write_json(self._index, {"step": step, "key": self._key})
+            for path in self._folder.glob("*.npz"):
+                if not path.stem.endswith(f"_{step}"):
+                    path.unlink()
+        self._comm.barrier()
+
+    def read(self) -> tuple[State, History] | None:
+        """The last checkpoint of this run on so many ranks. Collective.
+
+        Returns:
+            State and history, or None where there is no checkpoint that can be used; one that
+            cannot is removed.
+        """
+        step = self._comm.bcast(self._listed() if self._comm.rank == 0 else None)
+        state = self._read_state(step) if step is not None else None
+        history = self._read_history(step) if step is not None and self._comm.rank == 0 else None
+        history = self._comm.bcast(history)
+        whole = all(self._comm.allgather(state is not None and history is not None))
+        if state is None or history is None or not whole:
+            self.remove()
+            return None
+        return state, history
+
+    def remove(self) -> None:
+        """Remove all checkpoints. Collective."""
+        if self._comm.rank == 0:
+            remove_checkpoints(self._folder)
+        self._comm.barrier()
+
+    def _listed(self) -> int | None:
+        try:
+            found = json.loads(self._index.read_text(encoding="utf-8"))
+            return int(found["step"]) if found["key"] == self._key else None
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            LOGGER.warning("warning: %s is damaged (%s); computed again", self._index, error)
+            return None
+
+    def _read_state(self, step: int) -> State | None:
+        content = read_archive(self._state(step), self._key)
+        if content is None:
+            return None
+        numbers = {field.name: content[field.name] for field in fields(State)}
+        numbers["step"] = int(numbers["step"])
+        for total in ("damped", "input"):
+            numbers[total] = float(numbers[total])
+        return State(**numbers)
+
+    def _read_history(self, step: int) -> History | None:
+        content = read_archive(self._history(step), self._key)
+        if content is None:
+            return None
+        del content["key"]
+        energy = Energy(*(content.pop(field.name) for field in fields(Energy)))
+        return History(content.pop("time"), content, energy)
+
+    def _state(self, step: int) -> Path:
+        return self._folder / f"state_{self._comm.rank}_{step}.npz"
+
+    def _history(self, step: int) -> Path:
+        return self._folder / f"history_{step}.npz"
+
+
+def remove_checkpoints(folder: Path) -> None:
+    """Remove the checkpoints of a run, and what a kill left of one. Not collective."""
+    if folder.is_dir():
+        for path in folder.iterdir():
+            path.unlink()
+        folder.rmdir()

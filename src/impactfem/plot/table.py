@@ -1,0 +1,87 @@
+"""A table of results: columns with units, written as CSV or shown as text."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table as RichTable
+
+from impactfem.system.files import atomic
+
+Cell = str | float | int | None
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Args:
+        name: File name without ending.
+        title: What it shows.
+        columns: Name and unit of each column; "" for a column of words.
+        rows: The cells; None where there is no value.
+    """
+
+    name: str
+    title: str
+    columns: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+    def comparing(self, names: Collection[str], words: str = "") -> Table:
+        """The table without columns that have nothing to compare with: all of them, or none.
+
+        Args:
+            names: Columns that are empty where a case has no published values.
+            words: What the title says of them where one has a value.
+        """
+        places = [k for k, (name, _) in enumerate(self.columns) if name in names]
+        if any(row[k] is not None for row in self.rows for k in places):
+            return replace(self, title=f"{self.title}{words}")
+        kept = [k for k in range(len(self.columns)) if k not in places]
+        return replace(
+            self,
+            columns=tuple(self.columns[k] for k in kept),
+            rows=tuple(tuple(row[k] for k in kept) for row in self.rows),
+        )
+
+    def write_csv(self, folder: Path) -> Path:
+        """Write the table as CSV with units in its header; returns the file."""
+        path = folder / f"{self.name}.csv"
+        with atomic(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(f"{name} [{unit}]" if unit else name for name, unit in self.columns)
+            for row in self.rows:
+                writer.writerow("" if cell is None else cell for cell in row)
+        return path
+
+    def as_text(self, width: int = 140) -> str:
+        """The table as text of at most so many characters a line."""
+        table = RichTable(title=self.title, box=box.SIMPLE, title_justify="left")
+        for name, unit in self.columns:
+            table.add_column(f"{name}\n[{unit}]" if unit else name, justify="right")
+        for row in self.rows:
+            table.add_row(*(_text(cell) for cell in row))
+        stream = io.StringIO()
+        # Plain text: in a notebook rich would show the table there, or colour it.
+        console = Console(
+            file=stream,
+            width=width,
+            markup=False,
+            highlight=False,
+            force_jupyter=False,
+            force_terminal=False,
+        )
+        console.print(table)
+        return stream.getvalue().rstrip()
+
+
+def _text(cell: Cell) -> str:
+    if cell is None:
+        return "-"
+    return f"{cell:.4g}" if isinstance(cell, float) else str(cell)

@@ -1,0 +1,198 @@
+"""A block Krylov basis of stiffness, mass and load patterns, which does not depend on damping.
+
+With C = α M + β K the response to the load F at the angular frequency ω solves
+
+    (K + σ M) x = F / (1 + iωβ),   σ = iω (iω + α) / (1 + iωβ).
+
+With one real shift σ0 > 0 and A = (K + σ0 M)⁻¹ M this is (I + (σ − σ0) A) x = x0 / (1 + iωβ),
+x0 = (K + σ0 M)⁻¹ F. The columns of x0, A x0, A² x0, ... span one space for all ω, α and β. Its
+basis V, with Vᵀ M V = I, fulfils A V = V T + Q S, where the few columns of Q are M-orthogonal to V.
+
+Beattie and Gugercin, Krylov-based model reduction of second-order systems with proportional
+damping, CDC 2005; full reorthogonalisation as in Grimme, Sorensen and Van Dooren (1996).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from impactfem.dynamics.columns import inner, product
+from impactfem.dynamics.factorisation import Factorisation
+from impactfem.dynamics.held import Held
+from impactfem.dynamics.pencil import combined
+from impactfem.reduction.orthonormal import Orthonormal
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+AT_ONCE = 16
+"""Columns whose norms are taken at once."""
+
+
+class KrylovBasis(Held):
+    """The basis, built block by block. A context manager that frees the factorisation.
+
+    Making one, and its methods but `rows`, are collective.
+
+    Args:
+        K: Stiffness, symmetric, positive definite (AIJ).
+        M: Mass, symmetric, positive definite (AIJ), on part of the pattern of K.
+        shift: σ0 [1/s2].
+
+    Raises:
+        SolutionError: K + σ0 M is not positive definite.
+    """
+
+    def __init__(self, K: PETSc.Mat, M: PETSc.Mat, shift: float) -> None:
+        self.shift = shift
+        self.K, self.M = K, M
+        shifted = combined(1.0, K, shift, M)
+        self._factor = Factorisation(shifted, name="the shifted stiffness matrix")
+        shifted.destroy()
+        # First the vectors of V, then those of Q; and M times the latter.
+        self.vectors = Orthonormal(M)
+        self._size = 0
+        self._MQ: Array = np.zeros((M.getLocalSize()[0], 0), order="F")
+        self._T: Array = np.zeros((0, 0))
+        self._R: Array = np.zeros((0, 0))
+        self._sizes: list[int] = []
+
+    def destroy(self) -> None:
+        """Free the factorisation; the basis stays and cannot grow any more. Collective."""
+        self._factor.destroy()
+
+    def solve(self, F: Any) -> Array:
+        """(K + σ0 M)⁻¹ F, shape (n_local, k), Fortran order. Collective.
+
+        Args:
+            F: Columns, shape (n_local, k), an array or of `scipy.sparse`.
+        """
+        return self._factor.solve_block(F)
+
+    @property
+    def size(self) -> int:
+        """Number of vectors of the reduced space."""
+        return self._size
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """The size after each block step: those of the spaces nested in this one."""
+        return tuple(self._sizes)
+
+    @property
+    def V(self) -> Array:
+        """The basis at this rank's rows, shape (n_local, size): a copy, unless it is small."""
+        return self.vectors.columns(0, self._size)
+
+    def seen(self, L: Any) -> Array:
+        """Lᵀ V, shape (k, size), the same on all ranks. Collective.
+
+        Args:
+            L: Rows of this rank of what is looked at, shape (n_local, k), an array or of
+                `scipy.sparse`.
+        """
+        return self.vectors.seen(L, self._size)
+
+    def rows(self, index: Index) -> Array:
+        """The basis at some of this rank's rows, without a copy of the others.
+
+        Args:
+            index: The rows, counted from the first of this rank, of any shape.
+
+        Returns:
+            The shape of `index` with the size of the basis as a further axis.
+        """
+        return self.vectors.rows(index, self._size)
+
+    @property
+    def T(self) -> Array:
+        """Vᵀ M A V, shape (size, size) [s2]."""
+        return self._T[: self._size, : self._size]
+
+    @property
+    def R(self) -> Array:
+        """Coordinates of (K + σ0 M)⁻¹ F of each load pattern, shape (size, n_patterns)."""
+        return self._R[: self._size]
+
+    @property
+    def Q(self) -> Array:
+        """The tail: what A V has outside the space, shape (n_local, n_tail)."""
+        return self.vectors.columns(self._size, self.vectors.count)
+
+    @property
+    def S(self) -> Array:
+        """Qᵀ M A V, shape (n_tail, size) [s2]."""
+        return self._T[self._size :, : self._size]
+
+    def shifted_tail(self) -> Array:
+        """(K + σ0 M) Q, shape (n_local, n_tail). Collective."""
+        Z = self.shift * self._MQ
+        Z += product(self.K, self.Q)
+        return Z
+
+    def dual_norm(self, F: Array) -> Array:
+        """√(fᵀ (K + σ0 M)⁻¹ f) of each column. Collective.
+
+        Args:
+            F: Loads, or the rows of probes as columns, shape (n_local, k).
+
+        Returns:
+            Shape (k,).
+        """
+        squares = np.empty(F.shape[1])
+        # All solutions at once would be as large as many vectors of the basis.
+        for first in range(0, F.shape[1], AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            squares[part] = np.diag(inner(self.M, F[:, part], self.solve(F[:, part])))
+        return np.asarray(np.sqrt(np.maximum(squares, 0.0)), dtype=np.float64)
+
+    def add(self, F: Any) -> None:
+        """Add load patterns; the space of those before stays. Collective.
+
+        Patterns that are zero, or that depend on others, bring in no vector.
+
+        Args:
+            F: Load patterns at this rank's rows, shape (n_local, m), an array or of
+                `scipy.sparse`.
+
+        Raises:
+            SolutionError: A pattern has values that are not numbers.
+        """
+        before = self._R.shape[1]
+        coordinates, image = self.vectors.append(self.solve(F))
+        self._R = _padded(self._R, self.vectors.count, before + F.shape[1])
+        self._R[:, before:] = coordinates
+        self._MQ = np.hstack([self._MQ, image])
+        self.grow(1)
+
+    def grow(self, steps: int) -> int:
+        """Take the space some block steps further. Collective.
+
+        Returns:
+            Number of vectors that came into the space; fewer, or none, when it holds all that the
+            loads can reach.
+        """
+        before = self._size
+        for _ in range(steps):
+            tail = slice(self._size, self.vectors.count)
+            if tail.start == tail.stop:
+                break
+            # A is self-adjoint: A Q has no part in the vectors before the last block step.
+            near = self._sizes[-2] if len(self._sizes) > 1 else 0
+            coordinates, self._MQ = self.vectors.append(self.solve(self._MQ), near)
+            self._T = _padded(self._T, self.vectors.count, self.vectors.count)
+            self._T[:, tail] = coordinates
+            self._T[tail, :] = coordinates.T
+            self._R = _padded(self._R, self.vectors.count, self._R.shape[1])
+            self._size = tail.stop
+            self._sizes.append(self._size)
+        return self._size - before
+
+
+def _padded(A: Array, rows: int, columns: int) -> Array:
+    padded = np.pad(A, ((0, rows - A.shape[0]), (0, columns - A.shape[1])))
+    return np.asarray(padded, dtype=np.float64)

@@ -1,0 +1,159 @@
+"""The loads of the 3D model: the ground motion, and the impact forces on the floors' edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import trapezoid
+
+from impactfem.building.edge_load import edge_load
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.model import BuildingModel
+from impactfem.coupling.force_history import ForceHistory
+from impactfem.coupling.pounding import interpolate_ground
+from impactfem.reduction.resampling import project
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EdgeForce:
+    """The force on the edge of a floor.
+
+    Args:
+        name: Its name, "floor 8".
+        floor: Number of the floor.
+        direction: Unit vector along which a positive amplitude acts on the building.
+    """
+
+    name: str
+    floor: int
+    direction: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Loads as fixed patterns in space with amplitudes in time.
+
+    The ground motion comes first: displacements are relative to the ground, which moves with the
+    acceleration a, so that its load is −M r a.
+
+    Args:
+        time_step: Δt [s].
+        ground: Ground acceleration, shape (n_steps + 1, 3) [m/s2].
+        directions: Components (0, 1, 2) in which the ground moves.
+        edges: The forces on edges; only those that are not zero.
+        force: Their amplitudes, shape (n_steps + 1, n_edges) [N].
+        impulse_error: Largest difference of an impulse before and after resampling, over the
+            largest impulse.
+        external: Part of `force` that is no contact force, of the loads of the case, same shape;
+            None without.
+
+    Raises:
+        ValueError: Two forces have the same name.
+    """
+
+    time_step: float
+    ground: Array
+    directions: tuple[int, ...]
+    edges: tuple[EdgeForce, ...]
+    force: Array
+    impulse_error: float
+    external: Array | None = None
+
+    def __post_init__(self) -> None:
+        # Amplitudes find their patterns by name.
+        if len(set(self.names)) < len(self.names):
+            raise ValueError(f"loads of the same name: {', '.join(self.names)}")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the patterns in their order."""
+        return (*(f"ground {'xyz'[c]}" for c in self.directions), *(e.name for e in self.edges))
+
+    @property
+    def amplitudes(self) -> Array:
+        """Amplitudes of all patterns, shape (n_steps + 1, n_patterns) [m/s2, N]."""
+        return np.column_stack([self.ground[:, list(self.directions)], self.force])
+
+    def without_impacts(self) -> Loads:
+        """The same without the contact forces."""
+        own = np.zeros_like(self.force) if self.external is None else self.external
+        acting = np.any(own != 0.0, axis=0)
+        edges = tuple(edge for edge, acts in zip(self.edges, acting, strict=True) if acts)
+        return replace(self, edges=edges, force=own[:, acting], external=own[:, acting])
+
+    def patterns(self, model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> Array:
+        """Patterns at this rank's rows, shape (n_local, n_patterns).
+
+        Args:
+            model: The building.
+            mesh: Its mesh.
+            eccentricity: Of the line loads, along the edges [m].
+        """
+        columns = [-model.ground[:, c] for c in self.directions]
+        for edge in self.edges:
+            load = edge_load(mesh, edge.floor, eccentricity)
+            columns.append(load.vector(model, edge.direction))
+        return np.asfortranarray(np.column_stack(columns))
+
+
+def make_loads(
+    motions: list[tuple[int, float, Array]],
+    forces: ForceHistory,
+    edges: list[EdgeForce],
+    time_step: float,
+    n_steps: int,
+    external: int = 0,
+) -> Loads:
+    """Loads at the time step of the 3D model.
+
+    Args:
+        motions: Component, time step [s] and acceleration [m/s2] of each ground motion.
+        forces: Impact forces.
+        edges: What each of their pairs does to the building, in the order of the pairs; forces on
+            the same edge add, along the direction of the first one.
+        time_step: Δt [s].
+        n_steps: Number of steps.
+        external: Number of pairs, the last ones, that are loads of the case and no contacts.
+    """
+    by_edge: dict[EdgeForce, Array] = {}
+    own: dict[EdgeForce, Array] = {}
+    contacts = len(edges) - external
+    for j, (edge, history) in enumerate(zip(edges, forces.force.T, strict=True)):
+        x, y, z = edge.direction
+        opposite = EdgeForce(edge.name, edge.floor, (-x, -y, -z))
+        at, sign = (opposite, -1.0) if opposite in by_edge else (edge, 1.0)
+        by_edge[at] = by_edge.get(at, 0.0) + sign * history
+        own[at] = own.get(at, 0.0) + (sign * history if j >= contacts else 0.0 * history)
+    given: Array = np.zeros((len(forces.time), len(by_edge)))
+    loaded = np.zeros_like(given)
+    for j, at in enumerate(by_edge):
+        given[:, j], loaded[:, j] = by_edge[at], own[at]
+    force = project(forces.time, given, time_step, n_steps)
+    # A pattern without force, within this time, would only make the reduced basis larger.
+    acting = np.any(force != 0.0, axis=0)
+    acted = given[:, acting]
+    force = force[:, acting]
+    before = _integral(forces.time, acted, time_step * n_steps)
+    grid = time_step * np.arange(n_steps + 1, dtype=np.float64)
+    after = _integral(grid, force, time_step * n_steps)
+    largest = np.abs(before).max(initial=0.0)
+    return Loads(
+        time_step=time_step,
+        ground=interpolate_ground(motions, time_step, n_steps + 1),
+        directions=tuple(sorted({component for component, _, _ in motions})),
+        edges=tuple(edge for edge, acts in zip(by_edge, acting, strict=True) if acts),
+        force=force,
+        impulse_error=float(np.abs(after - before).max(initial=0.0) / largest) if largest else 0.0,
+        external=project(forces.time, loaded, time_step, n_steps)[:, acting] if external else None,
+    )
+
+
+def _integral(time: Array, values: Array, end: float) -> Array:
+    """∫ f dt from 0 to the end of a function that is straight between its samples, shape (m,)."""
+    inside = np.append(time[time < end], end)
+    f = [np.interp(inside, time, column, right=0.0) for column in values.T]
+    return np.array([trapezoid(column, inside) for column in f])

@@ -1,0 +1,188 @@
+"""Vectors that are orthonormal in a mass, which grow in number block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+from scipy.linalg.blas import dgemm
+
+from impactfem.dynamics.columns import inner, product
+from impactfem.reduction.room import Room, room
+from impactfem.system.errors import SolutionError
+from impactfem.system.parallel import all_blas_threads
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+DEPENDENT = 1e-9
+"""Part of a vector outside the basis, over its length, up to which it counts as dependent: the
+rounding of a solve."""
+
+SMALL = 0.1
+"""Part of a vector inside the others, over its length, that is too much for rounding."""
+
+GONE = 0.5
+"""Length that is left of a vector of length one which counts as none."""
+
+CHUNK = 64
+"""Vectors that memory is set aside for at once. The system gives it when they are written."""
+
+
+class Orthonormal:
+    """Columns V with Vᵀ M V = I, each rank holding its rows.
+
+    Methods are collective, but `rows` and `columns`.
+
+    Args:
+        M: Mass, symmetric, positive definite (AIJ).
+    """
+
+    def __init__(self, M: PETSc.Mat) -> None:
+        self.M = M
+        self.count = 0
+        self._chunks: list[Room] = []
+
+    @all_blas_threads()
+    def append(self, X: Array, near: int = 0) -> tuple[Array, Array]:
+        """Take in what X has outside the columns there are. X is overwritten.
+
+        Args:
+            X: Columns, shape (n_local, k), Fortran order.
+            near: The first of the columns there are in which X has parts, but for rounding.
+
+        Returns:
+            The coordinates of X in all columns, shape (count, k); and M times the new ones, shape
+            (n_local, number of new columns).
+
+        Raises:
+            SolutionError: X has values that are not numbers.
+        """
+        MX = product(self.M, X)
+        length = np.sqrt(np.diag(inner(self.M, X, MX)))
+        if not np.all(np.isfinite(length)):
+            raise SolutionError("a load pattern has values that are not numbers")
+        coordinates = np.zeros((self.count, X.shape[1]))
+        B: Array = np.eye(X.shape[1])
+        # Twice is enough, and needed: what is left of a nearly dependent vector is mostly rounding.
+        # Once more, where the second time takes away more than rounding; a vector that is then not
+        # there any more was rounding itself.
+        first, least = near, DEPENDENT * length
+        for attempt in range(3):
+            known = self._subtract(first, X, MX)
+            coordinates[first:] += known @ B
+            X, MX, inside = _orthonormal(self.M, X, product(self.M, X), least)
+            B = inside @ B
+            first = 0
+            least = np.full(X.shape[1], 0.0 if attempt == 0 else GONE)
+            if attempt == 1 and np.abs(known).max(initial=0.0) <= SMALL:
+                break
+        self._store(X)
+        return np.vstack([coordinates, B]), MX
+
+    def rows(self, index: Index, last: int) -> Array:
+        """Some of this rank's rows of the first columns, without a copy of the others.
+
+        Args:
+            index: The rows, counted from the first of this rank, of any shape.
+            last: Number of columns.
+
+        Returns:
+            The shape of `index` with the columns as a further axis.
+        """
+        pieces = [piece[index] for piece in self.pieces(0, last)]
+        return np.concatenate([np.empty((*np.shape(index), 0)), *pieces], axis=-1)
+
+    def seen(self, L: Any, last: int) -> Array:
+        """Lᵀ V of the first columns, shape (k, last), the same on all ranks.
+
+        Args:
+            L: Rows of this rank of what is looked at, shape (n_local, k), an array or of
+                `scipy.sparse`.
+            last: Number of columns.
+        """
+        pieces = [L.T @ piece for piece in self.pieces(0, last)]
+        local = np.concatenate([np.empty((L.shape[1], 0)), *pieces], axis=1)
+        total: Array = self.M.getComm().tompi4py().allreduce(local)
+        return total
+
+    def combination(self, coordinates: Array) -> Array:
+        """V c of the first columns, shape (n_local, k), Fortran order.
+
+        Args:
+            coordinates: c, shape (number of columns, k).
+        """
+        X = np.zeros((self.M.getLocalSize()[0], coordinates.shape[1]), order="F")
+        first = 0
+        for V in self.pieces(0, len(coordinates)):
+            X += V @ coordinates[first : first + V.shape[1]]
+            first += V.shape[1]
+        return X
+
+    def _subtract(self, first: int, X: Array, MX: Array) -> Array:
+        """Take V (Vᵀ M X) of the vectors V from the first on off X; gives Vᵀ M X."""
+        comm = self.M.getComm().tompi4py()
+        known = [np.empty((0, MX.shape[1]))]
+        for V in self.pieces(first, self.count):
+            known.append(comm.allreduce(np.asarray(V.T @ MX)))
+            if X.size and V.size:
+                # In place: a product of its own would be as large as X, and be added slowly.
+                dgemm(-1.0, V, known[-1], beta=1.0, c=X, overwrite_c=True)
+        return np.concatenate(known)
+
+    def _store(self, X: Array) -> None:
+        for x in X.T:
+            at = self.count % CHUNK
+            if at == 0:
+                self._chunks.append(room(X.shape[0], CHUNK, self.M.getComm().getSize()))
+            self._chunks[-1].array[:, at] = x
+            self.count += 1
+
+    def pieces(self, first: int, last: int) -> Iterator[Array]:
+        """The columns of a range, as they are stored: blocks of memory side by side.
+
+        One after the other: those in files may be too large to have all of them at hand.
+        """
+        for start, chunk in zip(range(0, last, CHUNK), self._chunks, strict=False):
+            begin, end = max(first - start, 0), min(last - start, CHUNK)
+            if begin < end:
+                yield chunk.fetch()[:, begin:end]
+
+    def columns(self, first: int, last: int) -> Array:
+        """The columns of a range, shape (n_local, last - first): a copy, unless they are few."""
+        pieces = list(self.pieces(first, last))
+        if len(pieces) == 1:
+            return pieces[0]
+        return np.hstack([np.empty((self.M.getLocalSize()[0], 0), order="F"), *pieces])
+
+
+def _orthonormal(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array, Array, Array]:
+    """M-orthonormal columns Q, M Q and B, with X = Q B but for what is left out; X is overwritten.
+
+    Column by column: a Gram matrix of the block would lose half of the digits.
+
+    Args:
+        M: Mass.
+        X: Columns, shape (n_local, k).
+        MX: M X; overwritten.
+        least: Length up to which what is left of each column is left out, shape (k,).
+    """
+    B = np.zeros((X.shape[1], X.shape[1]))
+    n = 0
+    for j in range(X.shape[1]):
+        x, Mx = X[:, j], MX[:, j]
+        # Twice, too: one pass over many nearly dependent columns leaves none of them orthogonal.
+        for _ in range(2):
+            known = inner(M, X[:, :n], Mx[:, None])[:, 0]
+            x -= X[:, :n] @ known
+            Mx -= MX[:, :n] @ known
+            B[:n, j] += known
+        left = float(np.sqrt(max(inner(M, x[:, None], Mx[:, None])[0, 0], 0.0)))
+        if left > least[j]:
+            X[:, n], MX[:, n] = x / left, Mx / left
+            B[n, j] = left
+            n += 1
+    return X[:, :n], MX[:, :n], B[:n]

@@ -1,0 +1,217 @@
+"""The reduced model in modal form: one for all dampings.
+
+In the space of a Krylov basis (see `krylov`) the response to the load p(t) of a pattern is
+x = Φ z with Φ = V Y, where T Y = Y Θ, Yᵀ Y = I, and
+
+    z̈ + (α + β λ) ż + λ z = b p(t),   λ = 1/θ − σ0,   b = Θ⁻¹ Yᵀ R.
+
+Its residual at the angular frequency ω, for p = exp(iωt), lies in a few directions,
+
+    r = F − (K + iωC − ω²M) x = −(σ − σ0) (1 + iωβ) (K + σ0 M) Q S Y z.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.dynamics.columns import inner
+from impactfem.reduction.krylov import KrylovBasis
+from impactfem.system.errors import SolutionError
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedModel:
+    """Modal equations of a Krylov space.
+
+    Args:
+        eigenvalue: λ, ascending, shape (r,) [1/s2].
+        load: b, shape (r, n_patterns).
+        coordinates: Y, shape (size of the basis, r).
+        shift: σ0 [1/s2].
+        tail: S Y, shape (n_tail, r) [s2].
+    """
+
+    eigenvalue: Array
+    load: Array
+    coordinates: Array
+    shift: float
+    tail: Array
+
+    @property
+    def frequency(self) -> Array:
+        """√λ / 2π, shape (r,) [Hz]. The low ones are natural frequencies of the structure."""
+        return np.asarray(np.sqrt(np.maximum(self.eigenvalue, 0.0)) / (2.0 * math.pi))
+
+    def shapes(self, basis: Array) -> Array:
+        """Φ at some rows of the basis.
+
+        Args:
+            basis: Rows of V, shape (n, size), of this basis or of one that it is nested in.
+
+        Returns:
+            The same rows of Φ, shape (n, r).
+        """
+        return np.asarray(basis[:, : len(self.coordinates)] @ self.coordinates, dtype=np.float64)
+
+    def amplitude(self, omega: Array, alpha: float, beta: float) -> Complex:
+        """Modal coordinates z for the loads exp(iωt), one pattern at a time.
+
+        Args:
+            omega: ω, shape (n,) [rad/s].
+            alpha: α [1/s].
+            beta: β [s].
+
+        Returns:
+            Shape (n, r, n_patterns).
+        """
+        return np.asarray(self._factor(omega, alpha, beta)[:, :, None] * self.load)
+
+    def transfer(self, basis: Array, omega: Array, alpha: float, beta: float) -> Complex:
+        """Displacements at some rows under the loads exp(iωt), one pattern at a time.
+
+        Args:
+            basis: As of `shapes`.
+            omega: ω, shape (n_freq,) [rad/s].
+            alpha: α [1/s].
+            beta: β [s].
+
+        Returns:
+            Shape (n_freq, n, n_patterns) [m per unit of the load].
+        """
+        shapes, factor = self.shapes(basis), self._factor(omega, alpha, beta)
+        return np.stack([factor @ (shapes * b).T for b in self.load.T], axis=-1)
+
+    def outside(self, omega: Array, alpha: float, beta: float) -> Complex:
+        """What A x has outside the space under the loads exp(iωt): w = S Y z.
+
+        Args:
+            omega: ω, shape (n,) [rad/s].
+            alpha: α [1/s].
+            beta: β [s].
+
+        Returns:
+            Shape (n, n_tail, n_patterns); its norm is that of A x there in the mass.
+        """
+        return np.asarray(self.tail @ self.amplitude(omega, alpha, beta))
+
+    def _factor(self, omega: Array, alpha: float, beta: float) -> Complex:
+        """1 / (λ + iω (α + β λ) − ω²), shape (n_freq, r)."""
+        s = 1j * np.asarray(omega)[:, None]
+        damping = alpha + beta * self.eigenvalue
+        return np.asarray(1.0 / (s * s + damping * s + self.eigenvalue), dtype=np.complex128)
+
+
+def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
+    """The modal equations of a basis, or of the first vectors of it: a nested, coarser model.
+
+    Args:
+        basis: The basis.
+        size: Number of its vectors to take; all when None. Those of `basis.sizes` give the models
+            that the basis had on its way.
+
+    Raises:
+        SolutionError: There are not so many vectors, or they do not hold all load patterns.
+    """
+    n = basis.size if size is None else size
+    if not 0 <= n <= basis.size:
+        raise SolutionError(f"{n} vectors of a reduced basis of {basis.size}")
+    T, R = basis.T, basis.R
+    if np.any(R[n:]):
+        raise SolutionError(f"the first {n} vectors of the reduced basis do not hold all loads")
+    # What A V_n has outside V_n: the later vectors of the basis, and the tail.
+    outside = np.vstack([T[n:, :n], basis.S[:, :n]])
+    theta, Y = np.linalg.eigh(0.5 * (T[:n, :n] + T[:n, :n].T))
+    # As M is definite, θ > 0 but for rounding.
+    keep = theta > 1e-14 * np.max(theta, initial=0.0)
+    theta, Y = theta[keep][::-1], Y[:, keep][:, ::-1]
+    return ReducedModel(
+        eigenvalue=1.0 / theta - basis.shift,
+        load=(Y.T @ R[:n]) / theta[:, None],
+        coordinates=np.ascontiguousarray(Y),
+        shift=basis.shift,
+        tail=outside @ Y,
+    )
+
+
+def nested_size(basis: KrylovBasis, share: float) -> int:
+    """The size of a nested model that has about a share of the vectors.
+
+    Args:
+        basis: The basis.
+        share: Wanted size over the size of the basis, below 1.
+
+    Raises:
+        SolutionError: The basis has not taken a block step since the last loads came in.
+    """
+    sizes = [n for n in basis.sizes if n < basis.size and not np.any(basis.R[n:])]
+    if not sizes:
+        raise SolutionError("no smaller space of the reduced basis holds all loads: let it grow")
+    return min(sizes, key=lambda n: abs(n - share * basis.size))
+
+
+def shift_of(omega: Array, alpha: float, beta: float) -> Complex:
+    """σ = iω (iω + α) / (1 + iωβ) of each ω, shape (n,) [1/s2]."""
+    s = 1j * np.asarray(omega)
+    return np.asarray(s * (s + alpha) / (1.0 + s * beta), dtype=np.complex128)
+
+
+class Residual:
+    """Norms of the residual of the model of all of a basis, √(rᴴ (K + σ0 M)⁻¹ r).
+
+    They are |σ − σ0| |1 + iωβ| √(wᴴ Qᵀ (K + σ0 M) Q w) with w = S Y z: this norm costs no solve.
+    Making one is collective.
+
+    Args:
+        basis: The basis as it stands.
+
+    `gram` is Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail).
+    """
+
+    def __init__(self, basis: KrylovBasis) -> None:
+        self.gram = inner(basis.M, basis.Q, basis.shifted_tail())
+        self._size = basis.size
+
+    def norms(self, model: ReducedModel, omega: Array, alpha: float, beta: float) -> Array:
+        """‖r‖ for the loads exp(iωt), one pattern at a time.
+
+        Args:
+            model: The reduced model of all of the basis.
+            omega: ω, shape (n,) [rad/s].
+            alpha: α [1/s].
+            beta: β [s].
+
+        Returns:
+            Shape (n, n_patterns).
+
+        Raises:
+            SolutionError: The model is a nested one, or of the basis before it grew.
+        """
+        if (len(model.coordinates), len(model.tail)) != (self._size, len(self.gram)):
+            raise SolutionError("the residual of another model than that of the whole basis")
+        return residual_norms(self.gram, model, omega, alpha, beta)
+
+
+def residual_norms(
+    gram: Array, model: ReducedModel, omega: Array, alpha: float, beta: float
+) -> Array:
+    """Norms of the residual, as of `Residual`, from Qᵀ (K + σ0 M) Q; shape (n, n_patterns).
+
+    Args:
+        gram: Qᵀ (K + σ0 M) Q of the whole basis, shape (n_tail, n_tail).
+        model: The reduced model of all of the basis.
+        omega: ω, shape (n,) [rad/s].
+        alpha: α [1/s].
+        beta: β [s].
+    """
+    w = model.outside(omega, alpha, beta)
+    squares = np.sum(w.conj() * (gram @ w), axis=1).real
+    away = np.abs(shift_of(omega, alpha, beta) - model.shift)
+    scale = away * np.abs(1.0 + 1j * beta * np.asarray(omega))
+    return np.asarray(scale[:, None] * np.sqrt(np.maximum(squares, 0.0)))

@@ -1,0 +1,290 @@
+"""A page with the building in 3D that one can turn: it needs neither a network nor other files."""
+
+from __future__ import annotations
+
+import html
+import io
+import json
+import re
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.colors import to_hex
+from numpy.typing import NDArray
+
+from impactfem.plot.floor_field import COLOURS
+from impactfem.plot.scene import (
+    FAMILIES,
+    OUTLINE,
+    balls,
+    beam_grid,
+    corners,
+    impact_view,
+    plotter,
+    segments,
+    shell_grid,
+    surface,
+)
+from impactfem.plot.style import BLUE, GREEN, RED
+from impactfem.stages.device.pictures import device_size, standing
+from impactfem.stages.device.view import DeviceView
+from impactfem.stages.open_store import open_store
+from impactfem.stages.transient.view import TransientView
+from impactfem.system.files import atomic
+from impactfem.system.own_process import in_own_process
+
+Array = NDArray[np.float64]
+
+PAGE = "building_scene.html"
+WALL, OPACITY = "#8fb4d9", 0.25
+STEPS = 12
+"""Colours of the scale between which it is straight."""
+FLAT = 1e-6
+"""How far vertices of a slab may differ in height [m]."""
+BALL = 0.02
+"""Radius of what marks a device over the size of the building."""
+FAVICONS = re.compile(r"`https?://[^`]*favicon[^`]*`")
+"""What the viewer would fetch: its icons."""
+
+
+@dataclass
+class Scale:
+    """A scale of colours.
+
+    Args:
+        label: What the colours mean, with the unit.
+        low: Value of the first colour.
+        high: Value of the last one.
+    """
+
+    label: str
+    low: float
+    high: float
+
+
+@dataclass
+class Notes:
+    """What stands beside the building.
+
+    Args:
+        title: Of the page.
+        entries: Label and colour of what is shown.
+        scale: Of the colours of the slabs; None where they have one colour.
+    """
+
+    title: str
+    entries: list[tuple[str, str]] = field(default_factory=list)
+    scale: Scale | None = None
+
+
+def write_scene(folder: Path) -> list[Path]:
+    """Write `figures/building_scene.html`, in a process of its own.
+
+    Slabs have the colours of their peak acceleration where `transient_maps.nc` has it. Impact edges
+    are marked, and the devices of `device.nc`.
+
+    Args:
+        folder: The run's folder.
+
+    Returns:
+        The file; none without `building.nc`.
+
+    Raises:
+        ImpactfemError: The file cannot be written, or the process that draws crashed, as it does
+            where OpenGL is missing (Debian's libegl1 and libgl1).
+    """
+    return in_own_process(draw, folder) if (folder / "building.nc").is_file() else []
+
+
+def draw(folder: Path) -> list[Path]:
+    """Write what `write_scene` gives, in this process."""
+    target = folder / "figures"
+    target.mkdir(exist_ok=True)
+    scene = plotter()
+    with open_store(folder / "building.nc") as building:
+        notes = Notes(f"Building {building.attrs.get('building', '')}".strip())
+        _slabs(scene, notes, building, folder)
+        _others(scene, notes, building)
+        _edges(scene, notes, building)
+        if (folder / "device.nc").is_file():
+            with open_store(folder / "device.nc") as store:
+                _devices(scene, notes, building, DeviceView(store))
+        scene.view_vector(impact_view(building), viewup=(0.0, 0.0, 1.0))
+        scene.reset_camera()
+    with atomic(target / PAGE) as temporary:
+        temporary.write_text(_page(scene, notes), encoding="utf-8")
+    scene.close()
+    return [target / PAGE]
+
+
+def _slabs(scene: Any, notes: Notes, building: xr.Dataset, folder: Path) -> None:
+    """The floors, in the colours of their peak acceleration if it is known."""
+    grid = shell_grid(building, "floor")
+    if not grid.n_cells:
+        return
+    values = _peaks(folder, building.sizes["node"])
+    look: dict[str, Any] = {"color": FAMILIES["floor"][1]}
+    if values is None:
+        notes.entries.append(FAMILIES["floor"])
+    else:
+        direction, peak = values
+        grid.point_data["peak"] = peak.astype(np.float32)
+        shown = peak[_level(building)]
+        low, high = float(shown.min()), float(shown.max())
+        label = f"slabs: peak acceleration along {direction} [m/s²]"
+        notes.scale = Scale(label, low, high)
+        look = {"scalars": "peak", "cmap": COLOURS, "clim": (low, high), "show_scalar_bar": False}
+    scene.add_mesh(_light(surface(grid)), lighting=False, **look)
+
+
+def _level(building: xr.Dataset) -> NDArray[np.int64]:
+    """Vertices of slabs that are level: not those of what stands on them, as an acroterion."""
+    names = [str(name) for name in building["shell_part_name"].values]
+    floors = np.array([name.split("_")[0] == "floor" for name in names], dtype=bool)
+    cells = building["triangle_node"].values[floors[building["triangle_part"].values]][:, :3]
+    z = building["node_position"].values[cells, 2]
+    level = np.ptp(z, axis=1) < FLAT
+    return np.asarray(np.unique(cells[level] if level.any() else cells))
+
+
+def _peaks(folder: Path, nodes: int) -> tuple[str, Array] | None:
+    """The shown direction, and peak accelerations along it by node [m/s2]; nan off the floors."""
+    if not (folder / "transient_maps.nc").is_file():
+        return None
+    with (
+        open_store(folder / "transient_maps.nc") as maps,
+        open_store(folder / "transient.nc") as store,
+    ):
+        direction = TransientView(store).direction
+        peak = np.full(nodes, np.nan)
+        peak[maps["node_number"].values] = maps["pfa"].values[:, "xyz".index(direction)]
+    return direction, peak
+
+
+def _others(scene: Any, notes: Notes, building: xr.Dataset) -> None:
+    """Walls that are seen through, the outlines of all shells, beams and columns."""
+    walls = shell_grid(building, "storey")
+    if walls.n_cells:
+        scene.add_mesh(_light(surface(walls)), color=WALL, opacity=OPACITY, lighting=False)
+        notes.entries.append(("walls", WALL))
+    shells = surface(shell_grid(building))
+    if shells.n_cells:
+        scene.add_mesh(_light(corners(shells)), color=OUTLINE, line_width=1.0)
+    for family, colour in (("beam", OUTLINE), ("column", GREEN)):
+        lines = beam_grid(building, family)
+        if lines.n_cells:
+            width = 4.0 if family == "column" else 1.5
+            scene.add_mesh(_light(surface(lines)), color=colour, line_width=width)
+            notes.entries.append((FAMILIES[family][0], colour))
+
+
+def _edges(scene: Any, notes: Notes, building: xr.Dataset) -> None:
+    ends = building["node_position"].values[building["edge_line"].values[:, :2]]
+    if len(ends):
+        scene.add_mesh(_light(segments(ends.reshape(-1, 3))), color=RED, line_width=5.0)
+        notes.entries.append(("impact edges", RED))
+
+
+def _devices(scene: Any, notes: Notes, building: xr.Dataset, view: DeviceView) -> None:
+    """Each device to scale on its anchor, in a ball that is seen from afar."""
+    size = float(np.ptp(building["node_position"].values, axis=0).max())
+    for device, name in enumerate(view.devices):
+        point, floor, _ = view.anchor(device)
+        radius, height = device_size(view, device)
+        scene.add_mesh(_light(standing(point, radius, height)), color=BLUE)
+        ball = balls(point[None] + [0.0, 0.0, 0.5 * height], BALL * size)
+        scene.add_mesh(_light(ball), color=BLUE, opacity=0.4)
+        notes.entries.append((f"{name}, floor {floor}", BLUE))
+
+
+def _light(mesh: Any) -> Any:
+    """A mesh with nothing but what is shown: less to embed."""
+    made = mesh.copy()
+    for data in (made.point_data, made.cell_data):
+        for name in [name for name in data if name != "peak"]:
+            del data[name]
+    made.points = np.asarray(made.points, dtype=np.float32)
+    return made
+
+
+def _page(scene: Any, notes: Notes) -> str:
+    """The page: the viewer with the scene in it, and what its colours mean."""
+    from trame_vtk.tools.vtksz2html import write_html
+
+    stream = io.StringIO()
+    write_html(_scene_file(scene), stream)
+    text = stream.getvalue()
+    text = FAVICONS.sub("`data:,`", text)
+    text = re.sub(
+        r"<title>.*?</title>", f"<title>{html.escape(notes.title)}</title>", text, count=1
+    )
+    # The viewer empties what it draws into: the whole body, unless something is of class content.
+    place = '<div class="content" style="position:absolute;inset:0"></div>'
+    return text.replace("</body>", f"{place}\n{_overlay(notes)}\n</body>", 1)
+
+
+def _scene_file(scene: Any) -> bytes:
+    """The scene as the viewer reads it: a zip file with a description and all arrays in base64.
+
+    Not by the plotter's own `export_html`: that starts a web server, and fetches from a network.
+    """
+    from trame_vtk.modules.vtk.serializers import (
+        SynchronizationContext,
+        extract_array_hash,
+        initialize_serializers,
+        reference_id,
+        serialize,
+    )
+
+    initialize_serializers()
+    window, camera = scene.render_window, scene.renderer.GetActiveCamera()
+    context = SynchronizationContext()
+    context.set_ignore_last_dependencies(True)
+    described = serialize(None, window, reference_id(window), context, 1)
+    described["extra"] = {
+        "vtkRefId": reference_id(window),
+        "centerOfRotation": camera.GetFocalPoint(),
+        "camera": reference_id(camera),
+    }
+    arrays = {
+        entry["hash"]: {**entry, "content": context.get_cached_data_array(entry["hash"], False)}
+        for entry in extract_array_hash(described)
+    }
+    whole = io.BytesIO()
+    with zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("index.json", json.dumps({"hashes": arrays, "scene": described}))
+    return whole.getvalue()
+
+
+def _overlay(notes: Notes) -> str:
+    """Title, legend and scale, over the lower left of the scene."""
+    rows = [f"<b>{html.escape(notes.title)}</b>"]
+    if notes.scale is not None:
+        colours = mpl.colormaps[COLOURS](np.linspace(0.0, 1.0, STEPS))
+        steps = ", ".join(to_hex(colour) for colour in colours)
+        middle = 0.5 * (notes.scale.low + notes.scale.high)
+        ticks = "".join(
+            f"<span>{value:.3g}</span>" for value in (notes.scale.low, middle, notes.scale.high)
+        )
+        rows.append(
+            f"{html.escape(notes.scale.label)}"
+            f'<div style="height:0.9em;background:linear-gradient(to right, {steps})"></div>'
+            f'<div style="display:flex;justify-content:space-between">{ticks}</div>'
+        )
+    rows += [
+        f'<span style="display:inline-block;width:0.8em;height:0.8em;background:{colour}"></span> '
+        f"{html.escape(label)}"
+        for label, colour in notes.entries
+    ]
+    rows.append("<i>turn: drag; move: shift and drag; zoom: wheel</i>")
+    style = (
+        "position:fixed;left:0.8em;bottom:0.8em;z-index:10;max-width:17em;padding:0.5em 0.7em;"
+        "background:rgba(255,255,255,0.85);color:#111;font:13px/1.5 sans-serif;pointer-events:none"
+    )
+    lines = "".join(f"<div>{row}</div>" for row in rows)
+    return f'<div id="notes" style="{style}">{lines}</div>'

@@ -1,0 +1,1 @@
+"""The run: the loop over the stages, reuse, folder, sweep."""

@@ -1,0 +1,394 @@
+"""What a run will take, from its case alone: steps, unknowns, vectors, memory and time by stage.
+
+Constants are fitted to the runs of the README (342,594 and 1,464,204 degrees of freedom, one core):
+memory within a factor of 1.5, time within 2 on such a machine. Memory is
+
+    m = m0 + N (c + 8 k v) + histories,
+
+N degrees of freedom with c bytes each for matrices, factor and blocks, v vectors of a reduced basis
+that are held k times. v is the number of loads times the block steps of the Krylov basis, which
+grow with f / ζ(f), the highest frequency and the damping ratio there.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from impactfem.building.from_case import geometry_of
+from impactfem.building.geometry import Geometry
+from impactfem.building.mesh import BuildingMesh
+from impactfem.case import Case, Damping
+from impactfem.case.file_mesh import FileMesh
+from impactfem.case.motions import SyntheticMotion
+from impactfem.case.transient import Transient
+from impactfem.system.errors import Fault
+from impactfem.system.memory import disk_folder, total_memory
+from impactfem.system.parallel import threads
+
+DOFS = 6  # of a node
+TRIANGLES = 2.95
+"""Triangles in a square of the target size: gmsh's are equilateral, of 0.88 of it."""
+BASE = 0.35e9
+"""Memory of the program without a model [byte]."""
+PER_DOF = 6.9e3
+"""Memory of matrices, factor and blocks for each degree of freedom [byte]."""
+COPIES = 1.3
+"""How often the vectors of a reduced basis are held, those that tell its error included."""
+GROUP = 40
+"""Nodes of a probe that is a group of the mesh, such as an edge."""
+HIT = 0.4
+"""Part of the floors in contacts that an earthquake lets touch."""
+DAY = 86400.0
+
+
+@dataclass(frozen=True)
+class StageCost:
+    """What a stage takes.
+
+    Args:
+        name: Its name.
+        seconds: On one core, and on all of them where it shares work out [s].
+        memory: Largest memory [byte].
+        file: Part of the memory that goes to a file where the rest has no room [byte].
+    """
+
+    name: str
+    seconds: float
+    memory: float
+    file: float = 0.0
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a run will take.
+
+    Args:
+        steps: Number of steps of each time loop, by what moves in it.
+        dofs: Degrees of freedom of the 3D model; None without one.
+        meshed: Whether they are counted, not estimated from areas and element sizes.
+        vectors: Number of vectors of the reduced basis of each stage that has one.
+        stages: What each stage takes.
+    """
+
+    steps: dict[str, int]
+    dofs: int | None
+    meshed: bool
+    vectors: dict[str, int]
+    stages: tuple[StageCost, ...]
+
+    def of(self, names: set[str]) -> Estimate:
+        """That of some stages; of all where there are none among them, as of a case at fault."""
+        stages = tuple(stage for stage in self.stages if stage.name in names)
+        return replace(self, stages=stages or self.stages)
+
+    @property
+    def largest(self) -> StageCost:
+        """The stage with the largest memory."""
+        return max(self.stages, key=lambda stage: stage.memory)
+
+    @property
+    def seconds(self) -> float:
+        """Time of all stages [s]."""
+        return sum(stage.seconds for stage in self.stages)
+
+    def lines(self) -> Iterator[str]:
+        """The estimate in a few lines."""
+        yield "steps: " + ", ".join(f"{count:,} {of}" for of, count in self.steps.items())
+        if self.dofs is not None:
+            counted = f"{self.dofs:,}" if self.meshed else f"about {_rounded(self.dofs):,}"
+            vectors = ", ".join(f"{_rounded(n):,} {name}" for name, n in self.vectors.items())
+            of_bases = f"; vectors of reduced bases: about {vectors}" if vectors else ""
+            yield f"3D model: {counted} degrees of freedom{of_bases}"
+        each = ", ".join(
+            f"{one.name} {duration(one.seconds)} {1e-9 * one.memory:.2g} GB" for one in self.stages
+        )
+        yield (
+            f"about {duration(self.seconds)} (rough: half of it or twice as long) and "
+            f"{1e-9 * self.largest.memory:.2g} GB: {each}"
+        )
+
+
+def estimate(case: Case, longest: float, mesh: BuildingMesh | None = None) -> Estimate:
+    """What a run of all stages of a case will take.
+
+    Args:
+        case: The case.
+        longest: Duration of its longest ground motion [s].
+        mesh: The mesh of its building, where it is there already.
+    """
+    steps = _steps(case, longest)
+    stages = [_sticks(case, steps)]
+    if case.ensemble is not None:
+        stages.append(_ensemble(case, steps, stages[0]))
+    dofs, vectors = None, _vectors(case)
+    if case.structure is not None:
+        dofs = DOFS * (_nodes(case) if mesh is None else len(mesh.nodes))
+        stages = [_building(case, dofs), *stages]
+        stages += _reduced_stages(case, dofs, steps, vectors)
+    return Estimate(steps, dofs, mesh is not None, vectors, tuple(stages))
+
+
+def too_much(case: Case, found: Estimate) -> Iterator[Fault]:
+    """Why a run does not fit this machine: its memory, or the disk for what memory cannot hold."""
+    machine, stage = total_memory(), found.largest
+    held = max(found.stages, key=lambda one: one.memory - one.file)
+    most = max(found.steps, key=lambda of: found.steps[of])
+    words = f"{found.steps[most]:.3g} steps {most}"
+    if found.dofs is not None:
+        words += f", {found.dofs:.3g} degrees of freedom"
+    if held.memory - held.file > machine:
+        file = " in addition to what can go to a file" if held.file else ""
+        expected = (
+            f"stage {held.name} needs about {1e-9 * (held.memory - held.file):.3g} GB of memory"
+            f"{file}, this machine has {1e-9 * machine:.3g} GB for it; expected longer time steps, "
+            f"larger elements, fewer vectors or records ({words})"
+        )
+        yield Fault(case.path, "", None, expected)
+    elif stage.memory > machine:
+        folder = disk_folder()
+        needed = min(stage.file, stage.memory - machine)
+        try:
+            free = shutil.disk_usage(folder).free
+        except OSError:
+            free = 0
+        if needed > free:
+            expected = (
+                f"stage {stage.name} needs about {1e-9 * stage.memory:.3g} GB, this machine has "
+                f"{1e-9 * machine:.3g} GB of memory, and {folder} {1e-9 * free:.3g} GB for the "
+                "rest; expected larger elements, fewer vectors, or a folder named by TMPDIR"
+            )
+            yield Fault(case.path, "", None, expected)
+
+
+def duration(seconds: float) -> str:
+    """A time in a unit that suits it."""
+    for limit, unit, word in ((120.0, 1.0, "s"), (7200.0, 60.0, "min"), (2 * DAY, 3600.0, "h")):
+        if seconds < limit:
+            return f"{_rounded(max(seconds / unit, 1.0)):,} {word}"
+    return f"{_rounded(seconds / DAY):,} days"
+
+
+def _rounded(count: float) -> int:
+    """A number with two digits."""
+    return int(float(f"{count:.1e}"))
+
+
+def _count(time: float, step: float) -> int:
+    return math.ceil(time / step * (1.0 - 1e-9))
+
+
+def _steps(case: Case, longest: float) -> dict[str, int]:
+    computed = case.pounding.duration or longest
+    found = {"of the sticks": _count(computed, case.pounding.time_step)}
+    if case.wall_impact is not None:
+        wall = case.wall_impact
+        found["at the wall"] = _count(wall.duration, wall.time_step)
+    if case.transient is not None:
+        lasting = case.transient.duration or computed
+        found["of the 3D model"] = _count(lasting, case.transient.time_step)
+        if case.devices and case.device_analysis is not None:
+            step = case.device_analysis.time_step or case.transient.time_step
+            found["with devices"] = _count(lasting, step)
+    made = [motion for motion in case.motions if isinstance(motion, SyntheticMotion)]
+    if made:
+        samples = (_count(motion.duration, motion.time_step) for motion in made)
+        found["of the ground motion"] = max(samples)
+    return found
+
+
+def _nodes(case: Case) -> int:
+    """Nodes of the mesh: those of the file, or by areas and sizes."""
+    structure = case.structure
+    if structure is None:
+        return 0
+    if isinstance(structure.mesh, FileMesh):
+        return nodes_of_file(structure.mesh.file)
+    return 2 * elements_of(geometry_of(case))
+
+
+def elements_of(geometry: Geometry) -> int:
+    """Number of triangles that the generator makes, about; the nodes are twice as many."""
+    heights = [b - a for a, b in zip(geometry.levels, geometry.levels[1:], strict=False)]
+    floor, storey = geometry.size.floor**2, geometry.size.storey**2
+    squares = len(geometry.floors) * geometry.length * geometry.width / floor
+    for wall in geometry.walls:
+        tall = sum(heights[k - 1] for k in wall.storeys if k <= len(heights))
+        squares += math.dist(wall.start, wall.end) * tall / storey
+    squares -= sum(bay.width * bay.height for bay in geometry.bays) / storey
+    if geometry.acroterion is not None:
+        around = 2.0 * (geometry.length + geometry.width)
+        squares += around * geometry.acroterion.height / floor
+    return math.ceil(TRIANGLES * max(squares, 1.0))
+
+
+def nodes_of_file(path: Path) -> int:
+    """Number of nodes that a mesh file says that it has; 0 where it says none."""
+    content = path.read_bytes()
+    header = content.partition(b"$MeshFormat")[2].partition(b"$")[0].split()
+    place = content.find(b"$Nodes")
+    if place < 0:
+        return 0
+    body = content[place + len(b"$Nodes") :].lstrip(b"\r\n")
+    four = bool(header) and header[0].startswith(b"4")
+    try:
+        if four and header[1:2] == [b"1"]:
+            return int.from_bytes(body[8:16], "little")
+        return int(body.split(None, 2)[1 if four else 0])
+    except (ValueError, IndexError):
+        return 0
+
+
+def _block_steps(damping: Damping, frequency: float, tolerance: float) -> float:
+    """Vectors for each load; the paper's building with three dampings to 100 and 450 Hz."""
+    ratio = max(damping.ratio_at(frequency), 1e-4)
+    growth = (frequency / ratio / 300.0) ** 0.69
+    return float(53.0 * growth * (1.0 + math.log(1e-3 / tolerance) / 7.0))
+
+
+def _vectors(case: Case) -> dict[str, int]:
+    """Vectors of the reduced basis of each stage."""
+    structure, transient = case.structure, case.transient
+    if structure is None:
+        return {}
+    damping = case.building(structure.building).damping
+    found: dict[str, float] = {}
+    at_wall = 0.0
+    if case.wall_impact is not None:
+        at_wall = 1.3 * _edge_nodes(case) * len(case.wall_impact.floors)
+        top = transient.maximum_frequency if transient is not None else 450.0
+        loads = 1 + len(case.wall_impact.floors)
+        found["calibrate"] = loads * _block_steps(damping, top, 5e-3) + at_wall
+    if transient is not None and transient.solver != "full":
+        loads = len(case.motions) + _floors_hit(case)
+        top, tolerance = transient.maximum_frequency, transient.tolerance
+        served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
+        own = max(_block_steps(one, top, tolerance) for one in served)
+        found["transient"] = min(loads * own, transient.largest_basis)
+        if case.devices:
+            low = min(top, 100.0)
+            light = max((_block_steps(c, low, tolerance) for c in case.damping_cases), default=0.0)
+            anchors = sum(len(one.anchors) for one in case.devices)
+            found["device"] = (loads + 1) * max(own, light) + 6 * anchors + at_wall
+    return {name: math.ceil(number) for name, number in found.items()}
+
+
+def _floors_hit(case: Case) -> int:
+    """Floors of the 3D building that an earthquake lets touch; which, only the run tells."""
+    if case.structure is None:
+        return 0
+    ends = [end for pair in case.contacts for end in (pair.a, pair.b)]
+    name = case.structure.building
+    floors = {end.floor for end in ends if end.building == name and end.floor is not None}
+    return math.ceil(HIT * len(floors))
+
+
+def _edge_nodes(case: Case) -> float:
+    """Corners of elements along the edge of a floor that may hit the wall, about."""
+    structure = case.structure
+    if structure is None or isinstance(structure.mesh, FileMesh):
+        return 20.0
+    mesh = structure.mesh
+    edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
+    return 1.0 + edge / (mesh.floor_size or mesh.size)
+
+
+def _histories(case: Case, records: float, step: float, steps: int) -> float:
+    """Memory of records [byte], refined for spectra up to the highest frequency."""
+    highest = max(case.spectra.frequency_values)
+    factor = 1.0
+    if case.spectra.method == "upsampled":
+        factor = max(1.0, math.ceil(case.spectra.points_per_cycle * highest * step))
+    return 8.0 * records * steps * (1.0 + factor)
+
+
+def _sticks(case: Case, steps: dict[str, int]) -> StageCost:
+    count = steps["of the sticks"]
+    floors = sum(len(building.floors) for building in case.buildings)
+    freedoms = 6 * floors
+    # Displacements, velocities and accelerations with contact and without, and their copies.
+    memory = 8.0 * count * (10.5 * freedoms + 8.0 * len(case.contacts))
+    memory += _histories(case, len(case.motions) * floors, case.pounding.time_step, count)
+    memory += 400.0 * steps.get("of the ground motion", 0)
+    seconds = 8.0 + _integration(case, steps)
+    if case.calibration is not None and case.calibration.mode == "fit":
+        seconds += 0.5 * case.calibration.starts
+    return StageCost("sticks", seconds, BASE + memory)
+
+
+def _integration(case: Case, steps: dict[str, int]) -> float:
+    """Time of one motion: its synthesis, its pounding and its spectra [s]."""
+    count, floors = steps["of the sticks"], sum(len(one.floors) for one in case.buildings)
+    frequencies = len(case.spectra.frequency_values) * len(case.spectra.damping)
+    seconds = 2.4e-7 * count * floors + 2e-10 * count * floors * frequencies
+    for motion in case.motions:
+        if isinstance(motion, SyntheticMotion):
+            samples = _count(motion.duration, motion.time_step)
+            seconds += 1.5e-6 * samples * (motion.iterations + 4)
+    return seconds
+
+
+def _ensemble(case: Case, steps: dict[str, int], sticks: StageCost) -> StageCost:
+    """Members are computed one by one, on all cores."""
+    ensemble = case.ensemble
+    members = 0 if ensemble is None else ensemble.motions or len(ensemble.files())
+    one = 0.6 + _integration(case, steps)
+    return StageCost("ensemble", 4.0 + members * one / threads(), sticks.memory + 2e6 * members)
+
+
+def _building(case: Case, dofs: int) -> StageCost:
+    modes = 0 if case.structure is None else case.structure.modes
+    fitted = case.structure is not None and case.structure.calibration is not None
+    analyses = 1.0 if fitted else 0.5
+    seconds = 6.0 + 40.0 * (dofs / 342_594) ** 1.15 * analyses * (0.5 + modes / 40.0)
+    # Two further vectors of the eigensolver for each mode.
+    return StageCost("building", seconds, BASE + dofs * (PER_DOF + 24.0 * max(0, modes - 20)))
+
+
+def _reduced_stages(
+    case: Case, dofs: int, steps: dict[str, int], vectors: dict[str, int]
+) -> Iterator[StageCost]:
+    """The stages that make a reduced basis, and what follows it."""
+    times = steps.get("of the 3D model", 0)
+    if "calibrate" in vectors:
+        cost = _basis("calibrate", dofs, vectors["calibrate"])
+        yield _with(cost, 8.0, 16.0 * vectors["calibrate"] * steps["at the wall"])
+    transient = case.transient
+    if transient is None:
+        return
+    reduced = vectors.get("transient", 0)
+    asked = transient.probes
+    probes = 20 + sum(GROUP if one.group is not None else one.count or 1 for one in asked)
+    histories = 16.0 * reduced * times + _histories(case, 3 * probes, transient.time_step, times)
+    seconds = 20.0 * (1.0 + 1e-5 * times) + _full(transient, dofs, times)
+    cost = _basis("transient", dofs, reduced)
+    yield _with(cost, seconds, histories + 48.0 * probes * times)
+    if "device" in vectors:
+        r, fine, dampings = vectors["device"], steps["with devices"], 1 + len(case.damping_cases)
+        seconds = 10.0 + dampings * (3.0 + 4e-10 * r * fine * (1 + len(case.devices)))
+        yield _with(_basis("device", dofs, r), seconds, 16.0 * r * times + 400.0 * fine)
+    members = 0 if case.ensemble is None else case.ensemble.structure_motions
+    cost = _basis("design", dofs, reduced)
+    if not members:
+        cost = StageCost("design", 8.0, BASE + 0.5 * dofs * PER_DOF)
+    yield _with(cost, 4.0 * members, histories)
+
+
+def _full(transient: Transient, dofs: int, times: int) -> float:
+    """Time of the steps of the full solver [s]."""
+    return 0.0 if transient.solver == "reduced" else 0.57e-6 * dofs * times
+
+
+def _basis(name: str, dofs: int, vectors: int) -> StageCost:
+    """A reduced basis: factor, solutions, and products of all vectors with all before."""
+    seconds = dofs / 342_594 * (10.0 + 0.09 * vectors + 1.1e-4 * vectors**2)
+    room = 8.0 * COPIES * dofs * vectors
+    return StageCost(name, seconds, BASE + dofs * PER_DOF + room, room)
+
+
+def _with(cost: StageCost, seconds: float, memory: float) -> StageCost:
+    """A stage with further time [s] and memory [byte]."""
+    return StageCost(cost.name, cost.seconds + seconds, cost.memory + memory, cost.file)

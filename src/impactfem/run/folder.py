@@ -1,0 +1,202 @@
+"""The folder of a run: an empty one, or that of an earlier run; one run at a time works in it."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import re
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from impactfem.case import Case
+from impactfem.system.errors import CONTROL, Fault, InputError
+from impactfem.system.files import remove_parts
+from impactfem.system.log import LOGGER
+from impactfem.system.stop import removed
+
+LOG = "run.log"  # tells the folder of a run from any other
+LOCK = ".lock"
+_CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
+# What a file system answers that cannot lock, as some shared ones cannot.
+_NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
+
+
+@contextmanager
+def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
+    """Make the folder of a run, or see that it may be used, and keep others out of the block.
+
+    What a killed run left half written is removed. Not collective: rank 0 opens the folder for all.
+
+    Args:
+        folder: The folder.
+        resume: Whether it must hold a run already.
+        log: Name of the log that tells such a folder from any other.
+
+    Raises:
+        InputError: The folder may not or cannot be used, or another run works in it; nothing is
+            written then.
+    """
+    try:
+        if CONTROL.search(str(folder)):
+            raise _refused(folder, "--out", "expected a name without control characters")
+        if resume and not (folder / log).is_file():
+            raise _refused(folder, "--resume", "expected a folder that holds a run")
+        if folder.exists() and not folder.is_dir():
+            raise _refused(folder, "--out", "expected a folder, this is a file")
+        if folder.is_dir() and any(folder.iterdir()) and not (folder / log).is_file():
+            expected = (
+                "expected an empty folder or one of an earlier run; this one holds other files"
+            )
+            raise _refused(folder, "--out", expected)
+        _refuse_links(folder, "--out")
+        folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK):
+            raise PermissionError(13, os.strerror(13))
+        (folder / log).touch()
+        lock = _lock(folder, "--out")
+    except OSError as error:
+        raise _not_writable(folder, "--out", error) from error
+    try:
+        try:
+            remove_parts(folder)
+        except OSError as error:
+            raise _not_writable(folder, "--out", error) from error
+        with removed(folder / LOCK):
+            yield
+    finally:
+        _unlock(folder, lock)
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other runs out of a folder that holds one while the block runs. Not collective.
+
+    Raises:
+        InputError: Another run works in it, or it cannot be written.
+    """
+    try:
+        _refuse_links(folder, "")
+        lock = _lock(folder, "")
+    except OSError as error:
+        raise _not_writable(folder, "", error) from error
+    try:
+        with removed(folder / LOCK):
+            yield
+    finally:
+        _unlock(folder, lock)
+
+
+def log_case(case: Case) -> None:
+    """Keep in the log of the run which case it runs, for `check_same_case`."""
+    LOGGER.debug("case %s, hash %s", case.path.name, case.content_hash())  # as in _CASE_LINE
+
+
+def check_same_case(folder: Path, case: Case) -> None:
+    """See that a folder holds a run of this case: of the same content, whatever its name.
+
+    Args:
+        folder: The folder; it holds a run.
+        case: The case that is to go on there.
+
+    Raises:
+        InputError: The last run in the folder had another one.
+    """
+    lines = (folder / LOG).read_text(encoding="utf-8", errors="replace").splitlines()
+    before = [found for line in lines if (found := _CASE_LINE.search(line)) is not None]
+    # A run that was stopped before it knew its case has computed nothing.
+    if before and before[-1][2] != case.content_hash():
+        name, digest = before[-1].groups()
+        expected = (
+            f"the folder holds a run of {name} with the hash {digest[:12]}, and {case.path.name} "
+            f"has the hash {case.content_hash()[:12]}: one or more of its texts or files differ; "
+            "expected the same case (without --resume what has changed is computed again)"
+        )
+        raise _refused(folder, "--resume", expected)
+
+
+def _refuse_links(folder: Path, key: str) -> None:
+    """Refuse symbolic links in a folder: what is written there would land elsewhere.
+
+    Raises:
+        InputError: There is one.
+        OSError: The folder cannot be read.
+    """
+    for path in folder.rglob("*"):
+        if path.is_symlink():
+            name = path.relative_to(folder)
+            raise _refused(folder, key, f"expected no symbolic links in it; {name} is one")
+
+
+def _refused(folder: Path, key: str, expected: str) -> InputError:
+    """The error for a folder that an option names, or, without a key, an argument."""
+    if key:
+        return InputError([Fault("command line", key, str(folder), expected)])
+    return InputError([Fault(folder, "", None, expected)])
+
+
+def _not_writable(folder: Path, key: str, error: OSError) -> InputError:
+    expected = f"expected a folder that can be written: {error.strerror or error}"
+    return _refused(folder, key, expected)
+
+
+def _lock(folder: Path, key: str) -> int:
+    """Lock a folder for this process; the kernel gives the lock back when the process ends.
+
+    Args:
+        folder: The folder.
+        key: What named it on the command line, for messages.
+
+    Returns:
+        What `_unlock` needs.
+
+    Raises:
+        InputError: A process that lives has it.
+        OSError: The folder cannot be written.
+    """
+    path = folder / LOCK
+    while True:
+        lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            holder = os.pread(lock, 200, 0).decode(errors="replace").strip()
+            os.close(lock)
+            expected = f"expected a folder in which no other run works; {holder or 'one'} does now"
+            raise _refused(folder, key, expected) from None
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                os.close(lock)
+                raise
+            LOGGER.warning(
+                "warning: %s cannot be locked (%s): see that no other run works in it",
+                folder,
+                error.strerror,
+            )
+        if _is_same_file(lock, path):
+            break
+        os.close(lock)  # its holder removed it between our opening and locking: another one now
+    try:
+        os.ftruncate(lock, 0)
+        os.pwrite(lock, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+    except OSError:
+        _unlock(folder, lock)
+        raise
+    return lock
+
+
+def _is_same_file(opened: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(opened), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _unlock(folder: Path, lock: int) -> None:
+    # Removed while it is still ours, so that nobody holds a lock on a file that is no more. Where
+    # it cannot be removed, it stays: without its holder it is in nobody's way.
+    with suppress(OSError):
+        (folder / LOCK).unlink()
+    os.close(lock)

@@ -1,0 +1,188 @@
+"""What `check` looks at beyond the files of a case: all that a run would refuse minutes later."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TypeVar
+
+import numpy as np
+
+from impactfem.building.from_case import geometry_of, part_faults
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.read_mesh import read_mesh
+from impactfem.building.read_parts import read_parts
+from impactfem.case import Case
+from impactfem.case.generated_mesh import GeneratedMesh
+from impactfem.case.loads import early_ends, read_force_table
+from impactfem.case.motions import RecordMotion
+from impactfem.coupling.force_history import ForceHistory, check_forces
+from impactfem.device.from_case import checked_devices
+from impactfem.motion.from_case import checked_durations
+from impactfem.run.estimate import Estimate, elements_of, estimate, too_much
+from impactfem.stages.calibrate.side import wall_side
+from impactfem.system.errors import Fault, InputError
+from impactfem.system.log import LOGGER
+
+T = TypeVar("T")
+
+MOST_ELEMENTS = 300_000
+"""Elements of the largest mesh that a check makes; that takes some ten seconds."""
+
+
+@dataclass
+class Further:
+    """What was found.
+
+    Args:
+        faults: What is wrong.
+        estimate: What a run will take; None where faults hide it.
+    """
+
+    faults: list[Fault] = field(default_factory=list)
+    estimate: Estimate | None = None
+
+    def attempt(self, action: Callable[[], T]) -> T | None:
+        """The result of a check; None where it found faults, which are kept, each once."""
+        try:
+            return action()
+        except InputError as error:
+            self.faults += [fault for fault in error.faults if fault not in self.faults]
+            return None
+
+
+def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bool) -> Further:
+    """Check devices, motions, times and forces of a case, and the mesh.
+
+    Args:
+        case: The case, as far as it could be read.
+        left_out: Names of the sections that could not be read, which are not looked at.
+        stages: Names of the stages that are to run.
+        mesh: Whether the mesh is read, or made and read.
+    """
+    found = Further()
+    if not left_out & {"devices", "device_analysis", "damping_cases"}:
+        found.attempt(lambda: checked_devices(case))
+    durations = None
+    if "motions" not in left_out:
+        durations = found.attempt(lambda: checked_durations(case.motions))
+    if durations is None:
+        return found
+    longest = max(durations, default=0.0)  # without a motion, the case says how long
+    computed = case.pounding.duration or longest
+    if "pounding" not in left_out:
+        found.faults += _time_faults(case, computed)
+        for loads in case.loads:
+            table = read_force_table(loads.file, found.faults)
+            if table is not None:
+                found.faults += early_ends(loads.file, table, computed)
+    history = None
+    transient = case.transient
+    if transient is not None and transient.forces is not None:
+        history = found.attempt(partial(check_forces, transient.forces))
+    if history is not None and transient is not None and "contacts" not in left_out:
+        lasting = transient.duration or float(history.time[-1])
+        found.faults += _forces_faults(case, history, lasting)
+    found.estimate = estimate(case, longest).of(stages)
+    refused = list(too_much(case, found.estimate))
+    found.faults += refused
+    if case.structure is None:
+        return found
+    made = case.structure.mesh
+    if isinstance(made, GeneratedMesh):
+        parts = sorted(geometry_of(case).part_sections())
+        found.faults += part_faults(case.structure, parts, case.path)
+    if not mesh or refused:
+        return found
+    if not isinstance(made, GeneratedMesh):
+        read = _read_mesh(case, made.file, found)
+    elif elements_of(geometry_of(case)) > MOST_ELEMENTS:
+        LOGGER.info("check: the mesh is large and is not made; the stage building checks it")
+        return found
+    else:
+        # gmsh is loaded in a process of its own, PETSc where it is needed.
+        from impactfem.building.generate import generate
+
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / "building.msh"
+            before = len(found.faults)
+            found.attempt(partial(generate, geometry_of(case), path, source=str(case.path)))
+            read = _read_mesh(case, path, found) if len(found.faults) == before else None
+    if read is not None:
+        found.estimate = estimate(case, longest, read).of(stages)
+        found.faults += too_much(case, found.estimate)
+    return found
+
+
+def mesh_faults(case: Case, path: Path) -> list[Fault]:
+    """What does not go together between a mesh and the rest of its case.
+
+    Args:
+        case: The case; it has a structure.
+        path: The mesh file.
+    """
+    found = Further()
+    _read_mesh(case, path, found)
+    return found.faults
+
+
+def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
+    """The mesh, where it can be read; what does not go together with it is added to the faults."""
+    generated = case.structure is not None and isinstance(case.structure.mesh, GeneratedMesh)
+    read = found.attempt(lambda: read_parts(case, path))
+    mesh = None if read is None else read[0].mesh
+    if read is None and not generated:  # sections or heights hide no other fault
+        mesh = found.attempt(lambda: read_mesh(path))
+    if mesh is None:
+        return None
+    if case.wall_impact is not None:
+        floors, file = case.wall_impact.floors, case.path if generated else path
+        found.attempt(lambda: wall_side(mesh, floors, file))
+    if case.transient is not None:
+        from impactfem.reduction.forces import check_contacts, with_floor_forces
+        from impactfem.reduction.probes import checked_probes
+
+        found.attempt(lambda: checked_probes(case, mesh))
+        found.attempt(lambda: check_contacts(case, mesh))
+        at_rest = ForceHistory(np.array([0.0, 1.0]), (), np.zeros((2, 0)))
+        found.attempt(lambda: with_floor_forces(case, mesh, at_rest, []))
+    if case.devices:
+        from impactfem.stages.device.covered_points import covered_points
+        from impactfem.stages.device.rosette import find_rosettes
+
+        found.attempt(lambda: find_rosettes(case, mesh))
+        found.attempt(lambda: covered_points(case, mesh))
+    return mesh
+
+
+def _forces_faults(case: Case, history: ForceHistory, lasting: float) -> list[Fault]:
+    from impactfem.reduction.forces import history_faults
+
+    if case.structure is None or case.transient is None or case.transient.forces is None:
+        return []
+    return history_faults(history, case.transient.forces, case, lasting)
+
+
+def _time_faults(case: Case, computed: float) -> list[Fault]:
+    """Steps and durations that do not go with the motions, whose records say how long they last."""
+    faults = []
+    step = case.pounding.time_step
+    if step > computed / 2.0:
+        expected = f"expected at most half of what is computed, {computed:g} s"
+        faults.append(Fault(case.path, "pounding.time_step", step, expected))
+    transient = case.transient
+    recorded = any(isinstance(motion, RecordMotion) for motion in case.motions)
+    if transient is None or transient.forces is not None or not recorded:
+        return faults  # what lasts as the case says was looked at when it was read
+    if case.pounding.duration is not None:
+        return faults
+    if transient.duration is not None and transient.duration > computed * (1.0 + 1e-9):
+        expected = f"expected at most what is computed of the sticks, {computed:g} s"
+        faults.append(Fault(case.path, "transient.duration", transient.duration, expected))
+    if transient.duration is None and transient.time_step > computed / 2.0:
+        expected = f"expected at most half of what is computed, {computed:g} s"
+        faults.append(Fault(case.path, "transient.time_step", transient.time_step, expected))
+    return faults

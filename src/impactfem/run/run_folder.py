@@ -1,0 +1,213 @@
+"""A run's folder, open for reading: its scalar results, and its stores as xarray's data sets.
+
+    from impactfem.study import open_run
+
+    run = open_run("runs/npp_pair")
+    run.value("pounding.peak_force.floor_8")
+    run.transient.acceleration.sel(probe="edge_8", component="y").plot()
+
+Nothing is computed, and neither dolfinx nor VTK is loaded. `docs/run-folder.md` describes the
+results and the variables.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import ExitStack
+from dataclasses import dataclass
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import xarray as xr
+
+from impactfem.plot.table import Table
+from impactfem.stages.open_store import open_store
+from impactfem.system.errors import Fault, InputError
+
+STORES = {
+    "building": "building.nc",
+    "calibrate": "calibrate.nc",
+    "motion": "motion.nc",
+    "sticks": "sticks.nc",
+    "forces": "forces.nc",
+    "ensemble": "ensemble.nc",
+    "transient": "transient.nc",
+    "maps": "transient_maps.nc",
+    "device": "device.nc",
+}
+"""Files of the stores by the name of the attribute that opens them."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A scalar result as `summary.json` has it.
+
+    Args:
+        name: Dotted name.
+        value: In SI; None when it does not exist.
+        unit: SI unit; "-" when it has none.
+        paper: The published value; None where there is none.
+        note: What to know when reading it.
+        relation: What the publication says of its own: "=", or ">" or "<" the value; None without.
+        kind: What ours is beside it: "result", or "input", "fitted", "scaled", "selected" or
+            "derived", which is no test of ours; None without.
+    """
+
+    name: str
+    value: float | None
+    unit: str
+    paper: float | None
+    note: str
+    relation: str | None = None
+    kind: str | None = None
+
+
+def open_run(folder: str | os.PathLike[str]) -> RunFolder:
+    """Open the folder of a run.
+
+    Args:
+        folder: The folder, as `impactfem run` and `study.run` write it.
+
+    Raises:
+        InputError: It holds no run.
+    """
+    return RunFolder(Path(folder))
+
+
+class RunFolder:
+    """A run's folder. Stores are opened when they are asked for, and read as far as they are used.
+
+    Close it, or use it in a `with` statement, before the case is run again.
+
+    Args:
+        folder: The folder.
+
+    Raises:
+        InputError: It holds no run.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.summary = _summary(folder / "summary.json")
+        self._open = ExitStack()
+
+    @property
+    def stores(self) -> tuple[str, ...]:
+        """Names of the stores that the run has."""
+        return tuple(name for name, file in STORES.items() if (self.folder / file).is_file())
+
+    def value(self, name: str) -> float:
+        """A scalar result in SI.
+
+        Raises:
+            InputError: There is none of this name, or it has no value.
+        """
+        entry = self.summary.get(name)
+        if entry is not None and entry.value is not None:
+            return entry.value
+        if entry is not None:
+            expected = f"the result has no value in this run. {entry.note}".strip()
+        else:
+            near = get_close_matches(name, self.summary, n=1)
+            expected = "expected the name of a result" + (
+                f"; did you mean '{near[0]}'?" if near else ""
+            )
+        raise InputError([Fault(self.folder / "summary.json", name, None, expected)])
+
+    def table(self, *patterns: str) -> Table:
+        """Scalar results with their units and, where there are some, the published values.
+
+        Args:
+            patterns: Names, in which * stands for any letters; all results without any.
+        """
+        rows = tuple(
+            (entry.name, entry.value, entry.unit, entry.paper)
+            for entry in self.summary.values()
+            if not patterns or any(fnmatchcase(entry.name, pattern) for pattern in patterns)
+        )
+        columns = (("result", ""), ("value", ""), ("unit", ""), ("published", ""))
+        return Table("summary", str(self.folder), columns, rows).comparing({"published"})
+
+    @cached_property
+    def building(self) -> xr.Dataset:
+        """The 3D model: mesh, modes, masses."""
+        return self._store("building")
+
+    @cached_property
+    def calibrate(self) -> xr.Dataset:
+        """The 3D model against a rigid wall: ε and K_Ceq."""
+        return self._store("calibrate")
+
+    @cached_property
+    def motion(self) -> xr.Dataset:
+        """The ground motions with their spectra."""
+        return self._store("motion")
+
+    @cached_property
+    def sticks(self) -> xr.Dataset:
+        """Histories, floor spectra, modes, contact pairs and impacts of the sticks."""
+        return self._store("sticks")
+
+    @cached_property
+    def forces(self) -> xr.Dataset:
+        """The impact forces."""
+        return self._store("forces")
+
+    @cached_property
+    def ensemble(self) -> xr.Dataset:
+        """Results over many motions."""
+        return self._store("ensemble")
+
+    @cached_property
+    def transient(self) -> xr.Dataset:
+        """The 3D model in time: histories and floor spectra at its probes."""
+        return self._store("transient")
+
+    @cached_property
+    def maps(self) -> xr.Dataset:
+        """Peak accelerations and spectra at every vertex of the floors; waves in the top floor."""
+        return self._store("maps")
+
+    @cached_property
+    def device(self) -> xr.Dataset:
+        """Forces on the anchors of devices, detailed and by response spectrum analysis."""
+        return self._store("device")
+
+    def _store(self, name: str) -> xr.Dataset:
+        path = self.folder / STORES[name]
+        if not path.is_file():
+            found = ", ".join(self.stores) or "none"
+            expected = f"missing; the stores of this run are: {found}"
+            raise InputError([Fault(path, "", None, expected)])
+        return self._open.enter_context(open_store(path))
+
+    def close(self) -> None:
+        """Close the stores."""
+        self._open.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def _summary(path: Path) -> dict[str, Entry]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return {entry["name"]: Entry(**entry) for entry in content}
+    except FileNotFoundError as error:
+        expected = "missing; expected the folder of a run, as 'impactfem run CASE.toml' writes it"
+        raise InputError([Fault(path, "", None, expected)]) from error
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise InputError([Fault(path, "", None, f"cannot be read ({error})")]) from error

@@ -1,0 +1,63 @@
+"""The stages in order."""
+
+from __future__ import annotations
+
+from impactfem.case import Case
+from impactfem.run.report import REPORT
+from impactfem.stages.building.stage import BUILDING
+from impactfem.stages.calibrate.stage import CALIBRATE
+from impactfem.stages.design.stage import DESIGN
+from impactfem.stages.device.stage import DEVICE
+from impactfem.stages.ensemble.stage import ENSEMBLE
+from impactfem.stages.pounding.stage import STICKS
+from impactfem.stages.stage import Stage
+from impactfem.stages.transient.stage import TRANSIENT
+from impactfem.system.errors import Fault, InputError
+
+STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, STICKS, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
+
+
+def stage_names() -> list[str]:
+    """Names of the stages in order, the report last."""
+    return [*(stage.name for stage in STAGES), REPORT]
+
+
+def check_stage_name(name: str | None) -> None:
+    """See that a stage of that name exists; None stands for the last one.
+
+    Raises:
+        InputError: There is none.
+    """
+    known = stage_names()
+    if name is not None and name not in known:
+        expected = f"expected one of the stages {', '.join(known)}"
+        raise InputError([Fault("command line", "--stage", name, expected)])
+
+
+def asked_stages(case: Case, last: str | None) -> list[Stage]:
+    """The stages to run, in order.
+
+    Args:
+        case: The case.
+        last: Name of a stage, which runs with all that it needs; None or the report's for all
+            stages that the case has the input for.
+
+    Raises:
+        InputError: The case lacks what the stage needs.
+    """
+    if last in (None, REPORT):
+        return [stage for stage in STAGES if stage.lacks(case) is None]
+    by_name = {stage.name: stage for stage in STAGES}
+    wanted, ahead = set(), [last]
+    while ahead:
+        name = ahead.pop()
+        if name not in wanted:
+            wanted.add(name)
+            ahead += by_name[name].needs(case)
+    stages = [stage for stage in STAGES if stage.name in wanted]
+    for stage in stages:
+        missing = stage.lacks(case)
+        if missing is not None:
+            expected = f"expected a section [{missing}], which the stage {stage.name} needs"
+            raise InputError([Fault(case.path, missing, None, expected)])
+    return stages

@@ -1,0 +1,201 @@
+"""Pictures of the 3D building: its mesh (figure 1) and its bending modes (figure 3 a)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from numpy.typing import NDArray
+
+from impactfem.plot.floor_field import COLOURS
+from impactfem.plot.scene import (
+    FAMILIES,
+    OUTLINE,
+    SHADING,
+    Picture,
+    beam_grid,
+    corners,
+    keys,
+    plotter,
+    render,
+    shell_grid,
+    show,
+    surface,
+)
+from impactfem.plot.style import figure, letter
+from impactfem.stages.building.side_view import open_side, side_panel
+from impactfem.stages.open_store import open_store
+from impactfem.system.own_process import in_own_process
+
+Array = NDArray[np.float64]
+
+SHOWN = 3
+AMPLITUDE = 0.12
+"""Largest displacement in the picture of a mode over the size of the building."""
+LINES = {"beam": 2.5, "column": 7.0}
+MESH = "figure_01_mesh.png"
+FIRST_MODE = "figure_03_mode.png"
+WIDTH, SIDE_WIDTH = 4.4, 2.4
+"""Of a picture of the building and of a side of it [inch]."""
+MODE_VIEW = (-1.0, -0.55, 0.35)
+
+
+def building_pictures(folder: Path) -> list[Path]:
+    """Draw the mesh and the first bending modes into `figures/`, in a process of their own.
+
+    Args:
+        folder: The run's folder, with `building.nc`.
+
+    Returns:
+        The files.
+
+    Raises:
+        ImpactfemError: A file cannot be written, or the process that draws crashed, as it does
+            where OpenGL is missing (Debian's libegl1 and libgl1).
+    """
+    return in_own_process(draw, folder)
+
+
+def draw(folder: Path) -> list[Path]:
+    """Draw what `building_pictures` gives, in this process."""
+    target = folder / "figures"
+    target.mkdir(exist_ok=True)
+    with open_store(folder / "building.nc") as store:
+        files = [_mesh(store, target / MESH)]
+        modes = [int(mode) for mode in store["bending_mode"].values]
+        for number, mode in enumerate(modes[:SHOWN], start=1):
+            name = FIRST_MODE if number == 1 else f"building_mode_{number}.png"
+            files.append(_mode(store, mode, number, target / name))
+    return files
+
+
+def _mesh(store: xr.Dataset, path: Path) -> Path:
+    """Figure 1: the mesh from outside, what stands inside, and the side with most openings."""
+    side = open_side(store)
+    outside, legend = _outside(store)
+    pictures = [outside]
+    parts = ["3D mesh (a)"]
+    if store.sizes.get("line", 0):
+        inside, lines = _inside(store)
+        pictures.append(inside)
+        legend += lines
+        parts.append("beams and columns inside the outline of the shells (b)")
+    if side is not None:
+        parts.append(f"side at {side.axis} = {side.at:.4g} m ({chr(97 + len(pictures))})")
+    count = store.sizes["triangle"] + store.sizes.get("line", 0)
+    size = float(np.sqrt(_areas(store).mean() * 4.0 / np.sqrt(3.0)))
+    caption = (
+        f"Figure 1: Building {store.attrs.get('building', '')}: {', '.join(parts)}. {count:,} "
+        f"elements with {store.sizes['node']:,} nodes; triangles with sides of {size:.2g} m in the "
+        "mean."
+    )
+    if side is not None and side.opened > 0.0:
+        caption += f" Openings of the side: {side.opened:.4g} m²."
+    widths = [WIDTH] * len(pictures) + [SIDE_WIDTH] * (side is not None)
+    with figure(path, (1, len(widths)), (sum(widths), 4.1), caption) as (drawn, axes):
+        grid = axes[0].get_gridspec()
+        if grid is not None:
+            grid.set_width_ratios(widths)
+        for panel, picture in zip(axes, pictures, strict=False):
+            show(panel, picture)
+        if side is not None:
+            side_panel(axes[-1], side)
+        drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
+        letter(axes)
+    return path
+
+
+def _areas(store: xr.Dataset) -> Array:
+    """Of the triangles [m2]."""
+    p = store["node_position"].values[store["triangle_node"].values[:, :3]]
+    normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    return np.asarray(0.5 * np.linalg.norm(normal, axis=1), dtype=np.float64)
+
+
+def _outside(store: xr.Dataset) -> tuple[Picture, list[tuple[str, str, str]]]:
+    scene = plotter()
+    legend = []
+    for family in ("floor", "storey"):
+        label, colour = FAMILIES[family]
+        flat = surface(shell_grid(store, family))
+        if flat.n_cells:
+            scene.add_mesh(flat, color=colour, **SHADING)
+            edges = flat.extract_all_edges()
+            scene.add_mesh(edges, color=OUTLINE, line_width=1.5, lighting=False)
+            scene.add_mesh(corners(flat), color="black", line_width=2.0)
+            legend.append((label, colour, "face"))
+    for family, width in LINES.items():
+        lines = beam_grid(store, family)
+        if lines.n_cells:
+            scene.add_mesh(lines, color=FAMILIES[family][1], line_width=width)
+    return render(scene, store["node_position"].values), legend
+
+
+def _inside(store: xr.Dataset) -> tuple[Picture, list[tuple[str, str, str]]]:
+    scene = plotter()
+    legend = []
+    shells = surface(shell_grid(store))
+    if shells.n_cells:
+        scene.add_mesh(corners(shells), color="#9a9a9a", line_width=1.2)
+    for family, width in LINES.items():
+        label, colour = FAMILIES[family]
+        lines = beam_grid(store, family)
+        if lines.n_cells:
+            scene.add_mesh(lines, color=colour, line_width=width, render_lines_as_tubes=True)
+            legend.append((label, colour, "line"))
+    return render(scene, store["node_position"].values), legend
+
+
+def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
+    """One bending mode, coloured by its displacement, over the building at rest."""
+    shape = store["shape"].sel(mode=mode).values.astype(np.float64)
+    rest = store["node_position"].values
+    length = np.linalg.norm(shape, axis=1)
+    moved = rest + shape * (AMPLITUDE * float(np.ptp(rest, axis=0).max()) / length.max())
+    scene = plotter()
+    floors = surface(shell_grid(store, "floor"))
+    if floors.n_cells:
+        scene.add_mesh(corners(floors), color="black", line_width=1.5)
+    for grid in (shell_grid(store), beam_grid(store)):
+        if grid.n_cells:
+            _bent(scene, grid, moved, length / length.max())
+    picture = render(scene, np.concatenate([rest, moved]), MODE_VIEW)
+    direction = str(store.attrs.get("bending_direction", ""))
+    axis = {"x": "y", "y": "x"}.get(direction)
+    along = f" along $e_{direction}$" if direction else ""
+    along += f", about $e_{axis}$," if axis is not None else ""
+    start = "Figure 3 (a): First" if number == 1 else f"{_ordinal(number)}"
+    frequency = float(store["frequency"].sel(mode=mode))
+    caption = (
+        f"{start} mode of bending{along} of the 3D mesh of building "
+        f"{store.attrs.get('building', '')}: {frequency:.3f} Hz. Black lines: floors at rest; "
+        "displacement not to scale."
+    )
+    with figure(path, (1, 1), (6.5, 4.6), caption) as (drawn, axes):
+        show(axes[0], picture)
+        scale = ScalarMappable(Normalize(0.0, 1.0), COLOURS)
+        bar = drawn.colorbar(scale, ax=axes[0], shrink=0.7, aspect=25, pad=0.02)
+        bar.set_label("displacement over the largest [-]")
+    return path
+
+
+def _ordinal(number: int) -> str:
+    return {2: "Second", 3: "Third"}.get(number, f"{number}th")
+
+
+def _bent(scene: Any, grid: Any, moved: Array, values: Array) -> None:
+    grid.points = moved
+    grid.point_data["value"] = values
+    scene.add_mesh(
+        surface(grid),
+        scalars="value",
+        cmap=COLOURS,
+        clim=(0.0, 1.0),
+        show_scalar_bar=False,
+        line_width=2.0,
+        **SHADING,
+    )

@@ -1,0 +1,284 @@
+"""The reduced 3D model of a building that hits a rigid wall with the edges of its floors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+
+from impactfem.building.contact_edge import contact_edge
+from impactfem.building.edge_load import edge_load
+from impactfem.building.edge_normal import outward_normal
+from impactfem.building.links import carried
+from impactfem.building.local import DOFS
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.model import BuildingModel
+from impactfem.case.transient import SHIFT
+from impactfem.case.wall_impact import Pull
+from impactfem.dynamics.columns import product
+from impactfem.reduction.enrichment import append_contacts
+from impactfem.reduction.galerkin import GalerkinModes, galerkin_modes
+from impactfem.reduction.krylov import KrylovBasis
+from impactfem.reduction.reduced_basis import grow_until_accurate
+from impactfem.stages.calibrate.pull import FloorPull, floor_pull
+from impactfem.system.archive import read_archive, write_archive
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class WallPatterns:
+    """What a wall experiment needs of a building's matrices, as columns at this rank's rows.
+
+    Args:
+        floors: Floors that may hit the wall.
+        normal: Unit vector towards the wall, shape (3,).
+        floor_of: Index into `floors` of each constraint, shape (m,).
+        contact: G: Gᵀ u is the displacement towards the wall of each constraint, shape
+            (n_local, m), sparse.
+        pull: What displaces the floor.
+        edges: Even loads on the edges of the floors, shape (n_local, n_floors).
+        seen: Rows of n · u at the mass centre of each floor, then of the displaced one, shape
+            (n_local, n_floors + 1), sparse.
+    """
+
+    floors: tuple[int, ...]
+    normal: Array
+    floor_of: Index
+    contact: scipy.sparse.csr_matrix
+    pull: FloorPull
+    edges: Array
+    seen: scipy.sparse.csr_matrix
+
+    def held(self, K: Any) -> tuple[Array, Array]:
+        """The state at rest for 1 m of the displaced floor, and what holds it. Collective.
+
+        Args:
+            K: Stiffness (AIJ), positive definite.
+
+        Returns:
+            u with n · u = 1 at the floor's mass centre, and K u, each of shape (n_local,).
+
+        Raises:
+            SolutionError: The stiffness is not positive definite.
+        """
+        state = self.pull.state(K, self.seen[:, -1])
+        push = product(K, state[:, None])[:, 0]
+        if self.pull.kind == "whole_floor":
+            push[~self.pull.slab] = 0.0  # there K u is the rounding of the solution
+        return state, push
+
+    def carried(self, T: Any) -> WallPatterns:
+        """The columns of the building with rigid links, forces on followers on their masters.
+
+        Args:
+            T: Of `impactfem.building.links.linked`.
+        """
+        return replace(
+            self,
+            contact=_carried(T, self.contact),
+            pull=self.pull.carried(T),
+            edges=carried(T, self.edges),
+            seen=_carried(T, self.seen),
+        )
+
+
+def _carried(T: Any, columns: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
+    # One by one: all of them are too many for a dense array of the building's size.
+    found = [
+        scipy.sparse.csr_matrix(carried(T, columns[:, [k]].toarray()))
+        for k in range(columns.shape[1])
+    ]
+    return scipy.sparse.csr_matrix(scipy.sparse.hstack(found))
+
+
+def wall_patterns(
+    model: BuildingModel,
+    mesh: BuildingMesh,
+    floors: tuple[int, ...],
+    displaced: int,
+    pull: Pull,
+) -> WallPatterns:
+    """Make the columns of an experiment.
+
+    Args:
+        model: The building.
+        mesh: Its mesh.
+        floors: Floors that may hit the wall; their edges lie in one plane (see `wall_side`).
+        displaced: The floor that is displaced.
+        pull: How it is drawn aside.
+
+    Raises:
+        KeyError: A floor has no edge, no slab or no mass centre.
+    """
+    normal = outward_normal(mesh, floors[-1])
+    opposite = (-float(normal[0]), -float(normal[1]), -float(normal[2]))
+    contacts = [contact_edge(mesh, floor).columns(model, normal) for floor in floors]
+    loads = [edge_load(mesh, floor).vector(model, opposite) for floor in floors]
+    watched = np.array([*(mesh.centres[floor] for floor in floors), mesh.centres[displaced]])
+    rows = model.rows(watched)
+    here = np.flatnonzero(rows >= 0)
+    shape = (DOFS * len(model.nodes), len(watched))
+    seen = scipy.sparse.csr_matrix(shape)
+    for axis in range(3):
+        entries = (np.full(len(here), normal[axis]), (rows[here] + axis, here))
+        seen = seen + scipy.sparse.csr_matrix(entries, shape=shape)
+    counts = [columns.shape[1] for columns in contacts]
+    return WallPatterns(
+        floors=floors,
+        normal=normal,
+        floor_of=np.repeat(np.arange(len(floors), dtype=np.int64), counts),
+        contact=scipy.sparse.csr_matrix(scipy.sparse.hstack(contacts)),
+        pull=floor_pull(model, mesh, displaced, normal, pull),
+        edges=np.column_stack(loads),
+        seen=scipy.sparse.csr_matrix(seen),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class WallModel:
+    """Modal equations of a building and its wall, for any damping, gap and displacement.
+
+    Args:
+        eigenvalue: λ, shape (r,) [1/s2].
+        contact: Γ = Φᵀ G, shape (r, m).
+        push: Φᵀ f of the forces that hold the floor at 1 m, shape (r,).
+        seen: Φᵀ L of the mass centres, then of the displaced floor's, shape (r, n_floors + 1).
+        floors: Floors that may hit, shape (n_floors,).
+        floor_of: Index into `floors` of each constraint, shape (m,).
+        difference: Estimated error of the basis under even loads on the edges.
+        uneven: Largest departure of the displaced floor's slab from its displacement along n, over
+            it, before the release.
+    """
+
+    eigenvalue: Array
+    contact: Array
+    push: Array
+    seen: Array
+    floors: Index
+    floor_of: Index
+    difference: float
+    uneven: float
+
+    def start(self, displacement: float) -> Array:
+        """z₀ = λ⁻¹ b d, b of the forces that hold the floor at 1 m, shape (r,).
+
+        The state that they hold is in the basis: z₀ is that state, not an approximation of it.
+
+        Args:
+            displacement: d of the floor's mass centre, towards the wall [m].
+        """
+        z = self.push / self.eigenvalue
+        return np.asarray(displacement * z / (self.seen[:, -1] @ z), dtype=np.float64)
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """Its fields by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @classmethod
+    def of_content(cls, content: Mapping[str, Any]) -> WallModel:
+        """The model with these fields, as read from an archive."""
+        values = {field.name: content[field.name] for field in fields(cls)}
+        return cls(**values | {name: float(values[name]) for name in ("difference", "uneven")})
+
+    def write(self, path: Path, key: str) -> None:
+        """Write it as NumPy's archive, in one piece.
+
+        Raises:
+            ImpactfemError: The file cannot be written.
+        """
+        write_archive(path, key, self.content)
+
+    @classmethod
+    def read(cls, path: Path, key: str) -> WallModel | None:
+        """The model of a file; None where there is none with this key, or it is damaged."""
+        content = read_archive(path, key)
+        return None if content is None else cls.of_content(content)
+
+
+def reduced_wall_model(
+    model: BuildingModel,
+    K: Any,
+    patterns: WallPatterns,
+    probes: Index,
+    *,
+    damping: tuple[float, float],
+    maximum_frequency: float,
+    tolerance: float,
+    largest: int,
+    progress: Callable[[float], None] = lambda part: None,
+) -> WallModel:
+    """Reduce a building with its contacts. Collective.
+
+    The basis of the free building grows under the even loads on the edges and the forces that hold
+    the displaced floor; then it is completed for the contacts, and by the state that is held.
+
+    Args:
+        model: The building.
+        K: Its stiffness.
+        patterns: The columns of the experiment.
+        probes: Nodes whose transfer functions must be accurate.
+        damping: α [1/s] and β [s] of the lightest damping that the model must serve.
+        maximum_frequency: Up to which they must be accurate [Hz].
+        tolerance: Largest error of the accelerations at the probes.
+        largest: Most vectors under these loads.
+        progress: Called with the part of the work that is done.
+
+    Raises:
+        SolutionError: The tolerance is not met with the most vectors.
+    """
+    # Before the basis: the memory of its factorisation is free again then.
+    state, push = patterns.held(K)
+    with KrylovBasis(K, model.mass, (2.0 * math.pi * SHIFT) ** 2) as basis:
+        basis.add(np.column_stack([push, patterns.edges]))
+        _, difference = grow_until_accurate(
+            basis,
+            model,
+            probes,
+            damping=damping,
+            maximum_frequency=maximum_frequency,
+            tolerance=tolerance,
+            largest=largest,
+            progress=progress,
+        )
+        append_contacts(basis, patterns.contact)
+        basis.vectors.append(np.asfortranarray(state[:, None]))
+        modes = galerkin_modes(basis)
+    return wall_model(modes, patterns, push, difference)
+
+
+def wall_model(
+    modes: GalerkinModes, patterns: WallPatterns, push: Array, difference: float
+) -> WallModel:
+    """The modal equations of a wall experiment. Collective.
+
+    Args:
+        modes: Modes on a basis that is complete for the contacts and has the state before the
+            release.
+        patterns: The columns of the experiment.
+        push: The forces that hold the floor at 1 m, shape (n_local,).
+        difference: Estimated error of the basis.
+    """
+    b = modes.rows(push[:, None])[:, 0]
+    z = b / modes.eigenvalue
+    slab = np.flatnonzero(patterns.pull.slab)
+    moved = modes.vectors.rows(slab, modes.vectors.count) @ (modes.coordinates @ z)
+    away = np.abs(moved - patterns.pull.unit[slab]).max(initial=0.0)
+    return WallModel(
+        eigenvalue=modes.eigenvalue,
+        contact=modes.rows(patterns.contact),
+        push=b,
+        seen=modes.rows(patterns.seen),
+        floors=np.array(patterns.floors, dtype=np.int64),
+        floor_of=patterns.floor_of,
+        difference=difference,
+        uneven=max(modes.vectors.M.getComm().tompi4py().allgather(float(away))),
+    )

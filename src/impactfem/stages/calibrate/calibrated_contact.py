@@ -1,0 +1,79 @@
+"""Contact laws with the values that the impact on a rigid wall gives (paper, section 3.2.2)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from impactfem.case import Case, ContactLaw, KelvinVoigtLaw
+from impactfem.case.calibrated import CALIBRATED
+from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
+from impactfem.stages.open_store import open_store
+from impactfem.system.scalar import from_json
+
+
+def asks_calibration(case: Case) -> bool:
+    """Whether a contact of the case has a law that leaves values to the calibration."""
+    laws = [case.contact_laws[contact.law] for contact in case.contacts]
+    return any(isinstance(law, KelvinVoigtLaw) and law.calibrated for law in laws)
+
+
+def calibrated_laws(case: Case) -> frozenset[str]:
+    """Names of the contact laws of a case that leave their restitution to the calibration."""
+    return frozenset(
+        name
+        for name, law in case.contact_laws.items()
+        if isinstance(law, KelvinVoigtLaw) and law.restitution == CALIBRATED
+    )
+
+
+def with_calibrated_contact(case: Case, epsilon: float, K_Ceq: float) -> Case:
+    """The case with numbers where its contact laws say "calibrated".
+
+    A law that may not pull keeps the duration of the impact, which is φ √(M / K) with the law's
+    phase φ: its stiffness is K_Ceq (φ / φ_tension)², both phases for ε.
+
+    Args:
+        case: The case.
+        epsilon: Restitution ε of equation 5 [-].
+        K_Ceq: Stiffness of equation 6, of a law that may pull at its end [N/m].
+
+    Returns:
+        The case itself when no law asks.
+    """
+    laws = {name: _calibrated(law, epsilon, K_Ceq) for name, law in case.contact_laws.items()}
+    return case if laws == case.contact_laws else case.model_copy(update={"contact_laws": laws})
+
+
+def with_contact_of_run(case: Case, folder: Path) -> Case:
+    """The case with what the stage `calibrate` of this run found.
+
+    Args:
+        case: The case.
+        folder: The run's folder, with `calibrate.nc` where the case asks for it.
+
+    Raises:
+        ValueError: The store has no `calibration.epsilon` or `calibration.K_Ceq`.
+    """
+    if not asks_calibration(case):
+        return case
+    with open_store(folder / "calibrate.nc") as store:
+        found = {scalar.name: scalar.value for scalar in from_json(store.attrs["scalars"])}
+    epsilon, K_Ceq = found.get("calibration.epsilon"), found.get("calibration.K_Ceq")
+    if epsilon is None or K_Ceq is None:
+        raise ValueError("calibrate.nc has no calibration.epsilon or no calibration.K_Ceq")
+    return with_calibrated_contact(case, epsilon, K_Ceq)
+
+
+def _calibrated(law: ContactLaw, epsilon: float, K_Ceq: float) -> ContactLaw:
+    if not isinstance(law, KelvinVoigtLaw) or not law.calibrated:
+        return law
+    own, pulling = (
+        kelvin_voigt_phase(kelvin_voigt_xi(epsilon, tension=tension), tension=tension)
+        for tension in (law.tension, True)
+    )
+    values: dict[str, float] = {}
+    if law.stiffness == CALIBRATED:
+        values["stiffness"] = K_Ceq * (own / pulling) ** 2
+    if law.restitution == CALIBRATED:
+        values["restitution"] = epsilon
+    return law.model_copy(update=values)

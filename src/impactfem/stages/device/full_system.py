@@ -1,0 +1,175 @@
+"""The building with its devices in it, in full order: all unknowns and no basis.
+
+The devices act on the building by their anchors' motions a = S u_m, carried rigidly by the masters
+of their rosettes, and by their modes ζ. With y = (a, ζ) = W (u, ζ), W = blkdiag(S, 1), and the
+matrices of the devices (equation 1 of :mod:`impactfem.device.interface`),
+
+    M = blkdiag(M_b, 0) + Wᵀ M_d W,    K = blkdiag(K_b, 0) + Wᵀ K_d W,
+    C = blkdiag(α M_b + β K_b, 0) + Wᵀ C_d W = α M + β K + C₊,
+    C₊ = Wᵀ (C_d − α M_d − β K_d) W,
+
+and the ground acts on the devices by −Wᵀ M_d (R, 0) g̈. The rows of ζ come last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from impactfem.building.links import carried, linked
+from impactfem.building.local import DOFS
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.model import BuildingModel
+from impactfem.device.interface import Interface, MountedDevice, interface_of
+from impactfem.dynamics.held import Held
+from impactfem.reduction.loads import Loads
+from impactfem.stages.device.rosette import Rosette
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class FullSystem(Held):
+    """Matrices of a building with its devices. A context manager that frees their memory.
+
+    Args:
+        K: Stiffness, PETSc AIJ.
+        M: Mass, PETSc AIJ.
+        C: C₊, PETSc AIJ.
+        patterns: Patterns of the loads at this rank's rows, shape (n_local, n_patterns).
+        devices: The devices.
+        interface: Their matrices.
+        rows: Global rows that W has columns for, shape (N,).
+        W: From these rows to y, shape (N, N).
+    """
+
+    K: Any
+    M: Any
+    C: Any
+    patterns: Array
+    devices: tuple[MountedDevice, ...]
+    interface: Interface
+    rows: Index
+    W: Array
+
+    def destroy(self) -> None:
+        """Free the matrices. Collective."""
+        for matrix in (self.K, self.M, self.C):
+            matrix.destroy()
+
+
+def full_system(
+    building: BuildingModel,
+    mesh: BuildingMesh,
+    storey_factor: float,
+    rosettes: Sequence[Rosette],
+    devices: Sequence[MountedDevice],
+    loads: Loads,
+    *,
+    eccentricity: float,
+    damping: tuple[float, float],
+) -> FullSystem:
+    """Put devices into a building. Collective.
+
+    Args:
+        building: The building; its matrices are gone afterwards.
+        mesh: Its mesh.
+        storey_factor: Factor on walls and columns.
+        rosettes: Of all anchors, device by device.
+        devices: The devices; their shapes do not count.
+        loads: The loads, for their patterns.
+        eccentricity: Of the loads on edges, along them [m].
+        damping: α [1/s] and β [s] of the building.
+
+    Raises:
+        ImpactfemError: A device cannot be mounted.
+        SolutionError: Rosettes overlap.
+    """
+    interface = interface_of(devices)
+    model, T = linked(building, [one.link for one in rosettes], mesh.nodes)
+    own = carried(T, loads.patterns(building, mesh, eccentricity))
+    T.destroy()
+    for matrix in (building.fixed, building.storeys, building.mass):
+        matrix.destroy()
+    modes = len(interface.M) - DOFS * len(rosettes)
+    W = scipy.linalg.block_diag(*(one.carried for one in rosettes), np.eye(modes))
+    masters = model.global_rows(np.array([one.master for one in rosettes]))
+    n = model.n_free
+    rows = np.concatenate([(masters[:, None] + np.arange(DOFS)).ravel(), n + np.arange(modes)])
+    alpha, beta = damping
+    room = _Room(model.mass, modes, rows)
+    shaken = room.scattered(W.T @ interface.M @ interface.R)
+    patterns = np.zeros((room.local, len(loads.names)))
+    patterns[: room.building] = own
+    patterns[:, : len(loads.directions)] -= shaken[:, list(loads.directions)]
+    return FullSystem(
+        K=room.joined(model.take_stiffness(storey_factor), W.T @ interface.K @ W),
+        M=room.joined(model.mass, W.T @ interface.M @ W),
+        C=room.matrix(W.T @ (interface.C - alpha * interface.M - beta * interface.K) @ W),
+        patterns=patterns,
+        devices=tuple(devices),
+        interface=interface,
+        rows=rows,
+        W=W,
+    )
+
+
+class _Room:
+    """The rows of a building with those of the devices' modes behind them, on the last rank.
+
+    Args:
+        A: A matrix of the building.
+        modes: Number of modes.
+        rows: Global rows that the devices' matrices act on, shape (N,).
+    """
+
+    def __init__(self, A: PETSc.Mat, modes: int, rows: Index) -> None:
+        self.comm = A.getComm()
+        self.start, end = A.getOwnershipRange()
+        self.building = end - self.start
+        last = self.comm.getRank() == self.comm.getSize() - 1
+        self.local = self.building + (modes if last else 0)
+        self.size = A.getSize()[0] + modes
+        self.rows = rows
+        self.mine = np.flatnonzero((rows >= self.start) & (rows < self.start + self.local))
+
+    def scattered(self, values: Array) -> Array:
+        """Values (N, k) of the devices' rows at this rank's rows, shape (n_local, k)."""
+        found = np.zeros((self.local, values.shape[1]))
+        found[self.rows[self.mine] - self.start] = values[self.mine]
+        return found
+
+    def matrix(self, D: Array) -> PETSc.Mat:
+        """A matrix (N, N) of the devices' rows. Collective."""
+        N = len(self.rows)
+        # With its zeros: the pattern of the mass has to be part of the stiffness's.
+        entries = D[self.mine].ravel()
+        i = np.repeat(self.rows[self.mine] - self.start, N)
+        j = np.tile(self.rows, len(self.mine))
+        shape = (self.local, self.size)
+        return self._created(scipy.sparse.csr_matrix((entries, (i, j)), shape=shape), self.local)
+
+    def joined(self, A: PETSc.Mat, D: Array) -> PETSc.Mat:
+        """blkdiag(A, 0) + D; A is destroyed. Collective."""
+        columns = self.start + np.arange(self.building)
+        entries = (np.ones(self.building), (np.arange(self.building), columns))
+        shape = (self.building, self.size)
+        P = self._created(scipy.sparse.csr_matrix(entries, shape=shape), self.building)
+        whole, own = A.ptap(P), self.matrix(D)
+        whole.axpy(1.0, own, structure=PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        for matrix in (A, P, own):
+            matrix.destroy()
+        return whole
+
+    def _created(self, rows: scipy.sparse.csr_matrix, count: int) -> PETSc.Mat:
+        csr = rows.indptr.astype(PETSc.IntType), rows.indices.astype(PETSc.IntType), rows.data
+        size = ((count, None), (self.local, None))
+        return PETSc.Mat().createAIJ(size, csr=csr, comm=self.comm)

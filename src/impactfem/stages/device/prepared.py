@@ -1,0 +1,117 @@
+"""What the stage `device` needs beside the matrices: devices, where they stand, and loads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from impactfem.building.parts import BuildingParts
+from impactfem.building.read_parts import read_parts
+from impactfem.case import Case, DeviceAnalysis
+from impactfem.coupling.force_history import ForceHistory, read_forces
+from impactfem.device.device import Device
+from impactfem.device.from_case import checked_devices
+from impactfem.motion.from_case import GroundMotion, ground_motions
+from impactfem.reduction.loads import Loads
+from impactfem.stages.calibrate.compute import Prepared as WallPrepared
+from impactfem.stages.calibrate.compute import prepare as prepare_wall
+from impactfem.stages.device.covered_points import CoveredPoints, covered_points
+from impactfem.stages.device.rosette import Rosette, find_rosettes
+from impactfem.stages.device.spectrum_plan import SpectrumPlan, plan_of
+from impactfem.stages.transient.prepared import case_loads, transient_of
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What a run needs beside the matrices.
+
+    Args:
+        parts: The building.
+        storey_factor: Factor on walls and columns.
+        devices: The devices.
+        rosettes: Where they are anchored, one for each anchor of each.
+        points: Further points, which envelopes of spectra cover.
+        plans: Response spectrum analyses of each.
+        own: Damping of the building, α [1/s] and β [s].
+        forces: Impact forces with the building's own damping.
+        loads: They and the ground motion, at the step of the 3D model.
+        motions: The ground motions.
+        wall: The wall experiment; None where there is none.
+        calibrated_laws: Contact laws that left their restitution to it; empty where none did.
+    """
+
+    parts: BuildingParts
+    storey_factor: float
+    devices: tuple[Device, ...]
+    rosettes: tuple[Rosette, ...]
+    points: CoveredPoints
+    plans: tuple[SpectrumPlan, ...]
+    own: tuple[float, float]
+    forces: ForceHistory
+    loads: Loads
+    motions: tuple[GroundMotion, ...]
+    wall: WallPrepared | None
+    calibrated_laws: frozenset[str] = frozenset()
+
+
+def prepare(
+    case: Case,
+    mesh_file: Path,
+    forces_file: Path,
+    storey_factor: float,
+    calibrated_laws: frozenset[str] = frozenset(),
+) -> Prepared:
+    """Read mesh, motions and forces, and build the devices. Not collective.
+
+    Args:
+        case: The case; it has a structure, a transient part and devices.
+        mesh_file: The mesh of the building.
+        forces_file: The impact forces of the sticks, where the case names none of its own.
+        storey_factor: Factor on walls and columns.
+        calibrated_laws: Contact laws that left their restitution to the wall experiment.
+
+    Raises:
+        InputError: The mesh, the forces or a device are not usable.
+        SolutionError: An anchor stands on no node of a floor.
+    """
+    structure, transient, analysis = case.structure, transient_of(case), analysis_of(case)
+    if structure is None:
+        raise ValueError("the case has no structure")
+    parts, _, _ = read_parts(case, mesh_file)
+    path = transient.forces or forces_file
+    forces = read_forces(path)
+    motions = tuple(ground_motions(case.motions))
+    devices = tuple(checked_devices(case))
+    return Prepared(
+        parts=parts,
+        storey_factor=storey_factor,
+        devices=devices,
+        rosettes=find_rosettes(case, parts.mesh),
+        points=covered_points(case, parts.mesh),
+        plans=tuple(
+            plan_of(device, setup, analysis)
+            for device, setup in zip(devices, case.devices, strict=True)
+        ),
+        own=case.building(structure.building).damping.coefficients,
+        forces=forces,
+        loads=case_loads(
+            case, parts.mesh, motions, forces, path, transient.duration or float(forces.time[-1])
+        ),
+        motions=motions,
+        wall=None if case.wall_impact is None else prepare_wall(case, mesh_file, storey_factor),
+        calibrated_laws=calibrated_laws,
+    )
+
+
+def analysis_of(case: Case) -> DeviceAnalysis:
+    """How the devices of a case that has some are analysed."""
+    if case.device_analysis is None:
+        raise ValueError("the case has no devices")
+    return case.device_analysis
+
+
+def substeps_of(case: Case) -> int:
+    """Steps of the detailed analysis in one of the loads."""
+    whole = transient_of(case).time_step
+    return max(1, math.ceil(whole / (analysis_of(case).time_step or whole) * (1.0 - 1e-9)))

@@ -1,0 +1,119 @@
+"""The stage `device`: devices in the 3D model and by response spectra, for every damping case."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from impactfem.case import Case
+from impactfem.case.transient import transient_files
+from impactfem.stages.building.factor_of_run import storey_factor
+from impactfem.stages.building.targets import with_structure_targets
+from impactfem.stages.calibrate.calibrated_contact import calibrated_laws, with_contact_of_run
+from impactfem.stages.calibrate.stage import CALIBRATE_ROOMS, DAMPINGS, calibrate_key
+from impactfem.stages.device.checks import device_checks
+from impactfem.stages.device.figures import device_figures
+from impactfem.stages.device.tables import device_tables
+from impactfem.stages.inputs import inputs_key, matrices_key, published_values
+from impactfem.stages.pounding.stage import STICK_INPUTS, STICK_ROOMS, stick_inputs_key
+from impactfem.stages.stage import Stage
+from impactfem.stages.stored import stored
+from impactfem.system.log import Steps
+from impactfem.system.parallel import communicator, on_root
+
+DEVICE_ROOMS = tuple(dict.fromkeys((*CALIBRATE_ROOMS, *STICK_ROOMS, "device", "stages/device")))
+STEPS = {
+    "inputs": 4.0,
+    "matrices": 5.0,
+    "basis": 90.0,
+    "time steps": 0.0,
+    "damping cases": 40.0,
+    "stores": 3.0,
+    "tables and figures": 10.0,
+}
+
+
+def _key(case: Case) -> str:
+    sections = (*STICK_INPUTS, "transient", "devices", "device_analysis", "damping_cases")
+    files = transient_files(case.transient) if case.transient is not None else ()
+    own = stick_inputs_key(case, sections, files)
+    rooms = inputs_key(case, ("structure",), DEVICE_ROOMS)
+    return hashlib.sha256(f"{own}{rooms}{calibrate_key(case)}".encode()).hexdigest()
+
+
+def model_key(case: Case) -> str:
+    """Hash of what the reduced model depends on: not on gaps, motions, masses of devices.
+
+    The floors that are hit and the directions of the ground, for which it grows, are added where
+    they are known.
+    """
+    transient, wall = case.transient, case.wall_impact
+    if transient is None:
+        return ""
+    own = transient.model_dump_json(include={"maximum_frequency", "tolerance", "eccentricity"})
+    own += (
+        "" if wall is None else wall.model_dump_json(include={"floors", "displaced_floor", "pull"})
+    )
+    placed = {"point", "radius", "supports", "envelope"}
+    own += "".join(device.model_dump_json(include=placed) for device in case.devices)
+    if any(anchor.envelope for device in case.devices for anchor in device.anchors):
+        own += transient.model_dump_json(include={"probes"})
+    return matrices_key(case, DEVICE_ROOMS, own, DAMPINGS)
+
+
+def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+    # dolfinx and PETSc are loaded when this stage runs, not before.
+    from impactfem.stages.building.compute import mesh_of_run
+    from impactfem.stages.device.compute import run_devices
+    from impactfem.stages.device.full_run import remove_full_checkpoints
+    from impactfem.stages.device.prepared import prepare
+    from impactfem.stages.device.store import write_devices
+
+    mesh = mesh_of_run(case, folder)
+    with steps.step("inputs"):
+        laws = calibrated_laws(case)
+        case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
+        prepared = on_root(
+            lambda: prepare(case, mesh, folder / "forces.nc", storey_factor(folder), laws)
+        )
+    study = run_devices(
+        case,
+        prepared,
+        folder,
+        communicator(),
+        steps.step,
+        model_key=on_root(lambda: model_key(case)),
+        key=key,
+        within=steps.within,
+    )
+
+    files = stored(
+        study,
+        folder / "device.nc",
+        lambda path, found: write_devices(path, found, key),
+        lambda: [*device_tables(folder, published_values(case)), *device_figures(folder)],
+        steps,
+    )
+    # Last of all: until here a failure costs no time steps.
+    on_root(lambda: remove_full_checkpoints(folder))
+    return files
+
+
+def _lacks(case: Case) -> str | None:
+    if case.transient is None:
+        return "transient"
+    return None if case.devices else "devices"
+
+
+DEVICE = Stage(
+    name="device",
+    steps=STEPS,
+    rooms=DEVICE_ROOMS,
+    key=_key,
+    store="device.nc",
+    run=_run,
+    checks=lambda case, folder: device_checks(folder),
+    lacks=_lacks,
+    needs=lambda case: ("building", "sticks"),
+    collective=True,
+)

@@ -1,0 +1,1 @@
+"""The stage `ensemble`: the sticks under many motions."""

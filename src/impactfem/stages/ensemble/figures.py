@@ -1,0 +1,147 @@
+"""What a person sees of an ensemble: bands beside published values, and spectra with bands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from impactfem.plot.style import BLUE, ORANGE, RED, figure, letter, span
+from impactfem.plot.table import Cell, Table
+from impactfem.stages.check import Check
+from impactfem.stages.open_store import open_store
+from impactfem.system.scalar import from_json
+
+FACING = "pounding.facing_distance_min"
+"""Scalar of the closest approach of floors that face each other and are in no contact pair."""
+
+
+def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]:
+    """Write the table and figures of an ensemble.
+
+    Args:
+        folder: The run's folder, with `ensemble.nc`.
+        published: Published values in SI by the name of the scalar.
+
+    Returns:
+        The files.
+    """
+    with open_store(folder / "ensemble.nc") as store:
+        for part in ("tables", "figures"):
+            (folder / part).mkdir(exist_ok=True)
+        table = bands(store, published)
+        files = [table.comparing({"published", "inside"}).write_csv(folder / "tables")]
+        files.append(folder / "figures" / "ensemble_floor_spectra.png")
+        _spectra_figure(files[-1], store)
+        if any(row[-2] is not None for row in table.rows):
+            files.append(folder / "figures" / "ensemble_published.png")
+            _published_figure(files[-1], table)
+    return files
+
+
+def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]:
+    """The checks of the stage; arguments as `ensemble_results`."""
+    with open_store(folder / "ensemble.nc") as store:
+        rows = [row for row in bands(store, published).rows if row[-1] is not None]
+        values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
+        nearest = store["value"].values[:, store["scalar"].values == FACING]
+    failed = values["ensemble.failed"]
+    checks: list[Check] = [
+        (failed == 0.0, f"ensemble: {values['ensemble.members']:.0f} motions, {failed:.0f} failed")
+    ]
+    if nearest.size:
+        count = int((nearest < 0.0).sum())
+        text = f"in {count} of {nearest.size} motions floors overlap that are in no contact pair"
+        checks.append((not count, f"ensemble: {text}"))
+    if rows:
+        outside = [str(row[0]) for row in rows if row[-1] == "no"]
+        which = f"; outside: {', '.join(outside)}" if outside else ""
+        text = f"{len(rows) - len(outside)} of {len(rows)} published values within 5 to 95 %"
+        # Even of a right model some lie outside: how many may is stated nowhere.
+        checks.append((None, f"ensemble: {text}{which}"))
+    return checks
+
+
+def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
+    """Percentiles of every scalar, and whether the published value lies inside 5 % to 95 %."""
+    percentiles = store["percentile"].values
+    rows: list[tuple[Cell, ...]] = []
+    for k, name in enumerate(store["scalar"].values):
+        values = store["value"].values[:, k]
+        known = values[np.isfinite(values)]
+        if not known.size:
+            continue
+        low, *_, high = found = [float(v) for v in np.percentile(known, percentiles)]
+        paper = published.get(str(name))
+        inside = None if paper is None else ("yes" if low <= paper <= high else "no")
+        rows.append((str(name), str(store["unit"].values[k]), *found, paper, inside))
+    return Table(
+        "ensemble",
+        f"Ensemble of {store.sizes['motion']} motions",
+        (
+            ("result", ""),
+            ("unit", ""),
+            *((f"{q:g} %", "") for q in percentiles),
+            ("published", ""),
+            ("inside", ""),
+        ),
+        tuple(rows),
+    )
+
+
+def _spectra_figure(path: Path, store: xr.Dataset) -> None:
+    direction = str(store.attrs["shown_direction"])
+    column = list(store["direction"].values).index(direction)
+    floors = store["station_floor"].values
+    shown = np.unique(np.linspace(0, len(floors) - 1, 4).round().astype(int))[::-1]
+    frequency = store["frequency"].values
+    damping = float(store["damping"].values[0])
+    caption = (
+        f"Floor response spectra ({100 * damping:g} % damping) of building "
+        f"{store.attrs['studied_building']} along $e_{direction}$ over {store.sizes['motion']} "
+        "motions: median and 16 % to 84 %, with pounding and without contact."
+    )
+    percentiles = list(store["percentile"].values)
+    low, middle, high = (percentiles.index(q) for q in (16.0, 50.0, 84.0))
+    rows = (len(shown) + 1) // 2
+    with figure(path, (rows, min(2, len(shown))), (9.0, 2.8 * rows), caption) as (_, axes):
+        for panel, station in zip(axes, shown, strict=False):
+            for name, colour, label in (
+                ("psa_percentile", BLUE, "with pounding"),
+                ("psa_free_percentile", ORANGE, "without contact"),
+            ):
+                band = store[name].values[:, 0, station, column]
+                panel.fill_between(frequency, band[low], band[high], color=colour, alpha=0.3, lw=0)
+                panel.semilogx(frequency, band[middle], color=colour, label=label)
+            panel.set_title(f"floor {floors[station]}", fontsize=9.0, loc="right")
+            span(panel, frequency)
+            panel.set_ylim(bottom=0.0)
+            panel.set_xlabel("frequency [Hz]")
+            panel.set_ylabel("pseudo-acceleration [m/s²]")
+        for panel in axes[len(shown) :]:
+            panel.set_axis_off()
+        axes[0].legend(loc="upper left")
+        letter(axes[: len(shown)])
+
+
+def _published_figure(path: Path, table: Table) -> None:
+    rows = [row for row in table.rows if row[-2] is not None and float(row[-2]) != 0.0]
+    caption = (
+        "Ensemble over published value: median, 16 % to 84 % (thick) and 5 % to 95 % (thin). "
+        "Blue: the published value, 1, is inside 5 % to 95 %; red: outside."
+    )
+    with figure(path, (1, 1), (7.5, 0.26 * len(rows) + 0.8), caption) as (_, axes):
+        panel = axes[0]
+        for y, row in enumerate(rows[::-1]):
+            paper = float(row[-2] or 1.0)
+            p05, p16, p50, p84, p95 = (float(value or 0.0) / paper for value in row[2:7])
+            colour = BLUE if row[-1] == "yes" else RED
+            panel.plot([p05, p95], [y, y], color=colour, lw=1.0)
+            panel.plot([p16, p84], [y, y], color=colour, lw=4.0, solid_capstyle="butt")
+            panel.plot(p50, y, "o", color="black", ms=3.5)
+        panel.axvline(1.0, color="black", lw=0.8, ls="--")
+        panel.set_yticks(range(len(rows)), [str(row[0]) for row in rows[::-1]], fontsize=7.5)
+        panel.set_xlabel("over the published value [-]")
+        panel.set_xlim(left=0.0)

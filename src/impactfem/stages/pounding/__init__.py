@@ -1,0 +1,1 @@
+"""The stage `pounding`: sticks, their impacts, floor spectra."""

@@ -1,0 +1,352 @@
+"""Figures of what is modelled: the case (2), the stick and its first mode (3), the contact (5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
+
+from impactfem.plot.style import BLUE, BUILDINGS, GREEN, ORANGE, RED, figure, letter
+
+Array = NDArray[np.float64]
+GREY = "0.35"
+Point = tuple[float, float]
+MOST_ROOM = 4.0
+"""Of a pair of points in figure 5 [m]."""
+
+
+@dataclass(frozen=True)
+class Elevation:
+    """A building seen across the shown direction.
+
+    Args:
+        name: Its name.
+        centre: Position of its axis along the shown direction [m].
+        base: Elevation of its base [m].
+        floors: Elevation of each floor's mass centre [m].
+        below: Rigid depth below each mass centre [m].
+        above: Rigid depth above it [m].
+        numbers: Floor numbers.
+    """
+
+    name: str
+    centre: float
+    base: float
+    floors: Array
+    below: Array
+    above: Array
+    numbers: NDArray[np.int64]
+
+
+def elevations(sticks: xr.Dataset) -> list[Elevation]:
+    """The buildings of a store, in order."""
+    along = "xy".index(str(sticks.attrs["elevation_direction"]))
+    axis = sticks["building_axis"].values
+    result = []
+    for k, name in enumerate(sticks["building"].values):
+        mine = np.flatnonzero(sticks["station_building"].values == name)
+        result.append(
+            Elevation(
+                name=str(name),
+                centre=float(axis[k, along]),
+                base=float(sticks["building_base"].values[k]),
+                floors=sticks["elevation"].values[mine],
+                below=sticks["rigid_below"].values[mine],
+                above=sticks["rigid_above"].values[mine],
+                numbers=sticks["station_floor"].values[mine],
+            )
+        )
+    return result
+
+
+def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.Dataset) -> None:
+    """Figure 2: the buildings, the ground acceleration, its response spectrum."""
+    direction = str(sticks.attrs["shown_direction"])
+    n = next(
+        str(name).removeprefix("acceleration_")
+        for name, values in motion.data_vars.items()
+        if values.attrs.get("direction") == direction
+    )
+    a = motion[f"acceleration_{n}"]
+    damping = float(motion[f"spectrum_{n}"].attrs["damping"])
+    pga = int(np.argmax(np.abs(a.values)))
+    time = motion[f"time_{n}"].values
+    caption = (
+        f"Figure 2: Configuration of the case (a), ground acceleration along $e_{direction}$ (b), "
+        f"and its pseudo-acceleration response spectrum at {100 * damping:g} % damping (c)."
+    )
+    with figure(path, (1, 3), (10.0, 3.4), caption) as (_, axes):
+        _draw_buildings(axes[0], sticks, forces)
+        axes[1].plot(time, a.values, color=BLUE, lw=0.6)
+        axes[1].plot(time[pga], a.values[pga], "o", color=RED, ms=4)
+        axes[1].annotate(
+            f"{abs(a.values[pga]):.2f} m/s² at {time[pga]:.2f} s",
+            (time[pga], a.values[pga]),
+            xytext=(8, 0),
+            textcoords="offset points",
+            va="center",
+        )
+        axes[1].set_xlabel("time [s]")
+        axes[1].set_ylabel("ground acceleration [m/s²]")
+        axes[1].set_xlim(time[0], time[-1])
+        frequency = motion[f"frequency_{n}"].values
+        spectrum = motion[f"spectrum_{n}"].values
+        top = int(np.argmax(spectrum))
+        axes[2].semilogx(frequency, spectrum, color=BLUE, label="motion")
+        if f"target_{n}" in motion:
+            target = motion[f"target_{n}"].values
+            axes[2].semilogx(frequency, target, color=ORANGE, ls="--", label="design spectrum")
+        axes[2].plot(
+            frequency[top],
+            spectrum[top],
+            "o",
+            color=RED,
+            ms=4,
+            label=f"{spectrum[top]:.2f} m/s² at {frequency[top]:.2f} Hz",
+        )
+        axes[2].set_xlabel("frequency [Hz]")
+        axes[2].set_ylabel("pseudo-acceleration [m/s²]")
+        axes[2].set_xlim(frequency[0], frequency[-1])
+        axes[2].set_ylim(0.0, 1.5 * spectrum[top] or 1.0)  # ground at rest has none
+        axes[2].legend(loc="upper right")
+        letter(axes)
+
+
+def _widths(drawn: list[Elevation], sticks: xr.Dataset, forces: xr.Dataset) -> dict[str, float]:
+    """Widths of the buildings along the elevation [m]: their points of contact are on their faces.
+
+    One without such points is as wide as the distance to the next building lets it be.
+    """
+    along = "xyz".index(str(sticks.attrs["elevation_direction"]))
+    centres = sorted(building.centre for building in drawn)
+    spacing = min(np.diff(centres), default=0.5 * float(drawn[0].floors[-1]))
+    gap = _gap(sticks)
+    usual = spacing - gap if spacing > gap else 0.5 * float(drawn[0].floors[-1])
+    widths = {}
+    for building in drawn:
+        reach = max(
+            (
+                float(np.abs(forces[f"offset_{side}"].values[:, along][mine]).max())
+                for side in "ab"
+                if (mine := forces[f"building_{side}"].values == building.name).any()
+            ),
+            default=0.0,
+        )
+        widths[building.name] = 2.0 * reach if reach > 0.0 else usual
+    return widths
+
+
+def _gap(sticks: xr.Dataset) -> float:
+    """The smallest gap [m]."""
+    return float(sticks["pair_rest_gap"].values.min()) if sticks.sizes["pair"] else 0.0
+
+
+def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None:
+    """Elevation to scale."""
+    drawn = elevations(sticks)
+    widths = _widths(drawn, sticks, forces)
+    gap = _gap(sticks)
+    for k, building in enumerate(drawn):
+        width = widths[building.name]
+        left = building.centre - width / 2.0
+        top = float(building.floors[-1] + building.above[-1])
+        colour = BUILDINGS[k % len(BUILDINGS)]
+        panel.add_patch(
+            Rectangle((left, building.base), width, top - building.base, fill=False, ec=colour)
+        )
+        for z, number in zip(building.floors, building.numbers, strict=True):
+            panel.plot([left, left + width], [z, z], color=colour, lw=1.5)
+            panel.text(
+                left + 0.03 * width, z - 0.25, f"{number}", fontsize=6.5, color=GREY, va="top"
+            )
+        panel.text(building.centre, top + 0.8, building.name, ha="center", color=colour)
+    low = min(building.base for building in drawn)
+    high = max(float(building.floors[-1]) for building in drawn)
+    if len(drawn) > 1 and gap > 0.0:
+        nearest = int(np.argmin(sticks["pair_rest_gap"].values))
+        named = {building.name: building for building in drawn}
+        a, b = (named[str(forces[f"building_{side}"].values[nearest])] for side in "ab")
+        way = np.sign(b.centre - a.centre)
+        faces = a.centre + 0.5 * way * widths[a.name], b.centre - 0.5 * way * widths[b.name]
+        between = 0.5 * sum(faces)
+        panel.annotate(
+            f"gap {100 * gap:g} cm",
+            (between, high),
+            xytext=(between, high + 4.6),
+            ha="center",
+            arrowprops={"arrowstyle": "->", "color": GREY},
+        )
+    panel.axhline(low, color="black", lw=2.0)
+    panel.set_ylim(low - 1.0, high + 6.5)
+    left = min(one.centre - 0.65 * widths[one.name] for one in drawn)
+    panel.set_xlim(left, max(one.centre + 0.65 * widths[one.name] for one in drawn))
+    panel.set_aspect("equal")
+    panel.set_xlabel(f"{sticks.attrs['elevation_direction']} [m]")
+    panel.set_ylabel("z [m]")
+    panel.grid(False)
+
+
+def stick_figure(path: Path, sticks: xr.Dataset) -> None:
+    """Figure 3 (b) and (c): the stick of the studied building and its first bending mode."""
+    building = elevations(sticks)[0]
+    direction = str(sticks.attrs["shown_direction"])
+    if direction not in "xy":
+        direction = str(sticks.attrs["elevation_direction"])
+    families = sticks["mode_family"].values[0]
+    first = np.flatnonzero(families == direction)
+    axis = {"x": "y", "y": "x"}.get(direction, direction)
+    caption = (
+        f"Figure 3: Stick model of building {building.name} (b), with the rigid zones of the "
+        "floors, their mass centres and the Timoshenko storeys between them, and its first mode "
+        f"of bending along $e_{direction}$, about $e_{axis}$ (c)."
+    )
+    with figure(path, (1, 2), (6.5, 4.6), caption) as (_, axes):
+        _draw_stick(axes[0], building, 0.0, np.zeros_like(building.floors))
+        for z, number in zip(building.floors, building.numbers, strict=True):
+            axes[0].text(0.12, z, f"floor {number}", va="center", fontsize=7.5)
+        if first.size:
+            mode = int(first[0])
+            component = "xyz".index(direction)
+            count = building.floors.size
+            shape = sticks["mode_shape"].values[:count, mode, component]
+            shape = 0.7 * shape / np.abs(shape).max() * np.sign(shape[-1])
+            axes[1].plot([0.0, 0.0], [building.base, building.floors[-1]], ":", color=GREY)
+            _draw_stick(axes[1], building, 0.0, shape)
+            frequency = float(sticks["mode_frequency"].values[0, mode])
+            axes[1].text(
+                0.03, 0.97, f"f = {frequency:.2f} Hz", transform=axes[1].transAxes, va="top"
+            )
+        axes[0].set_xlim(-0.4, 1.4)
+        axes[1].set_xlim(-0.6, 0.9)
+        axes[0].legend(loc="center right")
+        for panel in axes:
+            panel.set_ylabel("z [m]")
+            panel.set_xticks([])
+            panel.grid(False)
+        letter(axes)
+        for panel, name in zip(axes, "bc", strict=True):
+            panel.set_title(f"({name})", loc="left", fontsize=9.0)
+
+
+def _draw_stick(panel: Axes, building: Elevation, origin: float, shift: Array) -> None:
+    """A stick on its base at `origin`, its floors shifted sideways."""
+    low, high = building.floors - building.below, building.floors + building.above
+    x = origin + shift
+    ends = np.concatenate([[building.base], high[:-1]])
+    starts = np.concatenate([[origin], x[:-1]])
+    for k in range(building.floors.size):
+        first = k == 0
+        storey, rigid = ("storey", "rigid floor") if first else (None, None)
+        panel.plot([starts[k], x[k]], [ends[k], low[k]], color=BLUE, label=storey)
+        panel.plot(
+            [x[k], x[k]], [low[k], high[k]], color=GREEN, lw=4.0, solid_capstyle="butt", label=rigid
+        )
+    panel.plot(x, building.floors, "o", color=RED, ms=4, label="mass centre")
+    panel.plot([origin - 0.15, origin + 0.15], [building.base] * 2, color="black", lw=3.0)
+
+
+def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
+    """Figure 5: which points of which sticks face each other, and what acts between them."""
+    drawn = {building.name: building for building in elevations(sticks)}
+    names = list(drawn)
+    laws = list(dict.fromkeys(str(name) for name in sticks["pair_law"].values))
+    caption = (
+        "Figure 5: Pairs of points that may touch. Each pair k carries a gap g and, in contact, a "
+        "stiffness K and a dashpot C; the force is zero while the gap is open."
+    )
+    if any(not name.startswith("kelvin-voigt") for name in laws):
+        caption += (
+            f" The laws are {' and '.join(laws)}: where not kelvin-voigt, K and C stand for forces "
+            "that go with powers of the penetration."
+        )
+    with figure(path, (1, 1), (6.5, 4.6), caption) as (_, axes):
+        panel = axes[0]
+        for position, name in enumerate(names):
+            building = drawn[name]
+            _draw_stick(panel, building, 2.0 * position, np.zeros_like(building.floors))
+            top = float(building.floors[-1] + building.above[-1])
+            panel.text(2.0 * position, top + 0.8, name, ha="center")
+        pairs = _faced(forces, drawn)
+        heights = np.unique([0.5 * (left[1] + right[1]) for left, right, _ in pairs])
+        room = float(np.diff(heights).min(initial=MOST_ROOM))
+        for left, right, number in pairs:
+            _draw_pair(panel, left, right, f"{number}", room)
+        panel.set_xlim(-0.6, 2.0 * (len(names) - 1) + 0.6)
+        panel.set_ylim(top=panel.get_ylim()[1] + 1.5)
+        panel.set_xticks([])
+        panel.set_ylabel("z [m]")
+        panel.grid(False)
+
+
+def _faced(forces: xr.Dataset, drawn: dict[str, Elevation]) -> list[tuple[Point, Point, int]]:
+    """The pairs between two buildings: ends from left to right in the figure, and number."""
+    names = list(drawn)
+    found = []
+    for k in range(forces.sizes["pair"]):
+        ends: list[Point] = []
+        for side in "ab":
+            name = str(forces[f"building_{side}"].values[k])
+            if name in drawn:
+                ends.append((2.0 * names.index(name), _height(drawn[name], forces, side, k)))
+        if len(ends) == 2:
+            found.append((min(ends), max(ends), k + 1))
+    return found
+
+
+def _height(building: Elevation, forces: xr.Dataset, side: str, k: int) -> float:
+    floor = int(np.flatnonzero(building.numbers == int(forces[f"floor_{side}"].values[k]))[0])
+    offset = float(forces[f"offset_{side}"].values[k, 2])
+    s = float(forces[f"relative_height_{side}"].values[k])
+    if np.isnan(s):
+        return float(building.floors[floor]) + offset
+    high = float(building.floors[floor] - building.below[floor])
+    low = float(building.floors[floor - 1] + building.above[floor - 1]) if floor else building.base
+    return low + s * (high - low) + offset
+
+
+def _draw_pair(panel: Axes, left: Point, right: Point, label: str, room: float) -> None:
+    """A spring K above a dashpot C, and a gap g beside them.
+
+    Args:
+        panel: The panel.
+        left: The end on the left, x and z.
+        right: The other end; two ends at unequal heights are drawn in the middle between them.
+        label: What is written beside it.
+        room: Distance from pair to pair [m].
+    """
+    (x0, z0), (x1, z1) = left, right
+    z = 0.5 * (z0 + z1)
+    start, end, u = x0 + 0.45, x0 + 1.2, 0.25 * room
+    middle = 0.5 * (start + end)
+    panel.plot([x0, start], [z0, z], color=GREY, lw=0.8)
+    for x in (start, end):
+        panel.plot([x, x], [z - u, z + u], color=GREY, lw=0.8)
+    coils = np.array([0, 0, 1, -1, 1, -1, 1, -1, 1, -1, 0, 0])
+    panel.plot(np.linspace(start, end, coils.size), z + u * (1.0 + 0.5 * coils), color=ORANGE)
+    panel.plot([start, middle - 0.02], [z - u] * 2, color=ORANGE)
+    panel.plot([middle - 0.02] * 2, [z - 1.4 * u, z - 0.6 * u], color=ORANGE, lw=2.0)
+    cup = np.array([-0.7, -0.7, 0.06, 0.06, -0.7, -0.7]) + 0.64
+    panel.plot(
+        middle + 0.1 * (cup - 0.7),
+        z + u * np.array([-0.5, -0.5, -0.5, -1.5, -1.5, -1.5]),
+        color=ORANGE,
+    )
+    panel.plot([middle, end], [z - u] * 2, color=ORANGE)
+    panel.plot([end, end + 0.15], [z, z], color=GREY, lw=0.8)
+    for x in (end + 0.15, end + 0.3):
+        panel.plot([x, x], [z - 0.8 * u, z + 0.8 * u], color=GREY, lw=1.5)
+    panel.plot([end + 0.3, x1], [z, z1], color=GREY, lw=0.8)
+    panel.text(x0 + 0.22, z + 0.3 * u, label, ha="center", va="bottom", fontsize=7.5)
+    for x, height, name in (
+        (start - 0.05, z + u, "K"),
+        (start - 0.05, z - u, "C"),
+        (end + 0.225, z + 0.9 * u, "g"),
+    ):
+        panel.text(
+            x, height, name, ha="center", va="center" if name != "g" else "bottom", fontsize=7.0
+        )

@@ -1,0 +1,1 @@
+"""The stage `transient`: ground motion and impacts on the 3D building."""

@@ -1,0 +1,99 @@
+"""The checks of the stage `transient` in words: samples, loads, basis, band."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from impactfem.stages.check import Check, end_check, log_checks
+from impactfem.stages.open_store import open_store
+from impactfem.stages.transient.view import XYZ, TransientView
+
+IMPULSE = 1e-9
+ENERGY = 1e-9
+BAND = 0.05
+"""Half width of the error band of the spectra in parts of them."""
+REDUCED = 0.005
+"""Largest difference of a spectrum of the reduced model from that of the full one."""
+POINTS = 10.0
+"""Least number of samples in a cycle of the highest frequency of the response: between so many up
+to 1 − cos(π/10) = 4.9 % of a peak are lost."""
+
+
+def log_samples(step: float, highest: float) -> None:
+    """Log how finely a step samples the response, as a warning where it is too coarse.
+
+    Args:
+        step: Time step [s].
+        highest: Highest frequency of the response [Hz].
+    """
+    log_checks([_samples(step, highest)])
+
+
+def transient_checks(folder: Path) -> list[Check]:
+    """The checks of the stage.
+
+    Args:
+        folder: The run's folder, with `transient.nc`.
+    """
+    with open_store(folder / "transient.nc") as store:
+        view = TransientView(store)
+        last = float(view.frequency[view.known][-1])
+        ended = end_check("transient", view.names, XYZ, view.ends, last)
+        return [_read_samples(view), ended, *_numbers(view.values)]
+
+
+def _samples(step: float, highest: float) -> Check:
+    points = 1.0 / (highest * step)
+    # Of whole numbers, the quotient may be a rounding error below one.
+    met = points >= POINTS * (1.0 - 1e-9)
+    text = (
+        f"transient: {points:.1f} points in a cycle of {highest:g} Hz at the step of "
+        f"{1e3 * step:g} ms, {POINTS:g} asked"
+    )
+    return met, text if met else f"{text}, which there are up to {1.0 / (POINTS * step):.4g} Hz"
+
+
+def _read_samples(view: TransientView) -> Check:
+    """The samples of the response, and where too few, what is read from them."""
+    met, text = _samples(view.time_step, view.maximum_frequency)
+    if met:
+        return met, text
+    # The samples that the spectra had in a cycle, over those of the histories.
+    finer = round(
+        view.values["transient.points_per_cycle"] * view.time_step * float(view.frequency.max())
+    )
+    if finer <= 1 or not np.isfinite(view.between).any():
+        lost = 100.0 * (1.0 - math.cos(math.pi / POINTS))
+        return met, (
+            f"{text}; above, peak accelerations may be more than {lost:.2g} % low between the "
+            "samples"
+        )
+    k, c = np.unravel_index(int(np.nanargmax(view.between)), view.between.shape)
+    low = 100.0 * (1.0 - 1.0 / view.between[k, c])
+    return met, (
+        f"{text}; peak accelerations are up to {low:.2g} % low between the samples "
+        f"({view.names[k]}, {XYZ[c]}), and the spectra at the probes are those of histories made "
+        f"{finer} times finer by band-limited interpolation"
+    )
+
+
+def _numbers(values: dict[str, float]) -> list[Check]:
+    impulse = values["transient.impulse_error"]
+    text = f"transient: impulses kept to {impulse:.1e}, {IMPULSE:g} asked"
+    lines: list[Check] = [(impulse < IMPULSE, text)]
+    if "transient.band_max" in values:
+        band = values["transient.band_max"]
+        text = f"error band of the spectra at most {100 * band:.2g} %, {100 * BAND:g} % asked"
+        lines.append((band < BAND, f"transient: {text}"))
+    if "transient.energy_residual" in values:
+        residual = values["transient.energy_residual"]
+        text = f"transient: energy identity to {residual:.1e}, {ENERGY:g} asked"
+        lines.append((residual < ENERGY, text))
+    if "transient.reduced_against_full" in values:
+        error = values["transient.reduced_against_full"]
+        text = f"spectra of reduced and full differ by {100 * error:.2g} %, {100 * REDUCED:g} %"
+        lines.append((error < REDUCED, f"transient: {text} asked"))
+    return lines

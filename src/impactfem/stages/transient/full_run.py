@@ -1,0 +1,114 @@
+"""The 3D building step by step in full order, with checkpoints."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.model import BuildingModel
+from impactfem.dynamics.checkpoints import Checkpoints
+from impactfem.dynamics.energy import Energy
+from impactfem.dynamics.newmark import Newmark
+from impactfem.dynamics.resumable import resumable_march
+from impactfem.reduction.loads import Loads
+from impactfem.reduction.response import NodeResponse
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+RECORDED = ("displacement", "acceleration")
+
+
+@dataclass(frozen=True, eq=False)
+class FullRun:
+    """The result of the full model.
+
+    Args:
+        response: Histories at the nodes.
+        energy: Energies at each step.
+        factor_memory: Memory of the factorisation; 0 when all steps had been made before [B].
+    """
+
+    response: NodeResponse
+    energy: Energy
+    factor_memory: float
+
+
+def run_full(
+    model: BuildingModel,
+    K: Any,
+    loads: Loads,
+    patterns: Array,
+    damping: tuple[float, float],
+    nodes: Index,
+    *,
+    C: Any | None = None,
+    checkpoints: Path,
+    key: str,
+    every: int,
+    progress: Callable[[float], None] = lambda part: None,
+) -> FullRun:
+    """Newmark's average acceleration from rest over all steps of the loads. Collective.
+
+    A run that was interrupted goes on from its last checkpoint: on one rank with the same numbers
+    to the last bit. The last step has one, too, which is of use until the results are written:
+    `remove_checkpoints` is the caller's.
+
+    Args:
+        model: The building.
+        K: Its stiffness.
+        loads: The loads.
+        patterns: Their patterns, shape (n_local, n_patterns).
+        damping: α [1/s] and β [s].
+        nodes: Nodes to record, shape (n,); clamped ones move with the ground.
+        C: Damping beside that, by part (see `damping_matrix`).
+        checkpoints: Folder of the checkpoints.
+        key: Hash of what the run depends on, C included; loads, damping and nodes are added to it.
+        every: Most steps between two checkpoints.
+        progress: Called with the part of the work that is done.
+
+    Raises:
+        SolutionError: The response is not finite.
+        ImpactfemError: A checkpoint cannot be written.
+    """
+    first_rows = model.global_rows(nodes)
+    free = first_rows >= 0
+    rows = (first_rows[free, None] + np.arange(3)).ravel()
+    store = Checkpoints(model.comm, checkpoints, f"{key}, {_digest(loads, damping, nodes)}")
+    alpha, beta = damping
+    with Newmark(K, model.mass, loads.time_step, patterns, alpha=alpha, beta=beta, C=C) as system:
+        whole = resumable_march(
+            system,
+            loads.amplitudes,
+            rows,
+            RECORDED,
+            store,
+            every,
+            stage="transient",
+            progress=progress,
+        )
+        memory = system.memory
+    count = len(loads.ground)
+    motion = {name: np.zeros((count, len(nodes), 3)) for name in RECORDED}
+    for name, values in whole.motion.items():
+        motion[name][:, free] = values.reshape(count, -1, 3)
+    return FullRun(
+        response=NodeResponse(
+            time_step=loads.time_step,
+            displacement=motion["displacement"],
+            acceleration=motion["acceleration"] + loads.ground[:, None, :],
+        ),
+        energy=whole.energy,
+        factor_memory=memory,
+    )
+
+
+def _digest(loads: Loads, damping: tuple[float, float], nodes: Index) -> str:
+    numbers = (loads.time_step, *damping), loads.amplitudes, nodes
+    return hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in numbers)).hexdigest()

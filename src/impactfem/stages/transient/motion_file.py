@@ -1,0 +1,157 @@
+"""The motion of the whole model as a file for viewers, in the layout VTKHDF of HDF5.
+
+ParaView from 5.12 on and pyvista open it as a time series; older ones need its index (see
+`motion_index`). The cells stay, and each field is an array of 32-bit floats, shape
+(n_times n_points, 3): all points at one time, then all at the next.
+
+HDF5 ends the process when its own writing meets a full disk. So it makes the file in memory, all
+but the fields, of which it tells where they begin; what goes to the disk are plain bytes.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.stages.transient.motion_grid import MotionGrid
+from impactfem.stages.transient.motion_index import FIELDS, POINTS, TOPOLOGY, mixed_topology
+from impactfem.system.files import atomic
+
+Array = NDArray[np.float64]
+Values = NDArray[np.float32]
+Write = Callable[[str, int, Values], None]
+
+POINT = 12
+"""Size of one point of a field at one time: three 32-bit floats [B]."""
+OTHERS = 1_000_000
+"""Room for names, shapes and texts, far more than they take [B]."""
+TRIANGLES = {3: 5, 6: 22}
+LINES = {2: 3, 3: 21}
+"""VTK's types of cells by their number of nodes."""
+
+
+@contextmanager
+def motion_file(
+    path: Path,
+    grid: MotionGrid,
+    times: Array,
+    units: Mapping[str, str],
+    attributes: Mapping[str, str],
+) -> Iterator[Write]:
+    """A file to write fields into, moved to its place when the block ends without an error.
+
+    Its room on the disk is taken at the beginning: a full disk is told before anything is computed.
+
+    Args:
+        path: The file.
+        grid: The cells.
+        times: Shape (n_times,) [s].
+        units: Unit of each field, by its name.
+        attributes: What else the file says of itself.
+
+    Yields:
+        A function that writes a field: its name, the index of a time, and the values at this and
+        the following times, shape (m, n_points, 3).
+
+    Raises:
+        ImpactfemError: The file cannot be written.
+    """
+    with atomic(path) as temporary, temporary.open("wb") as stream:
+        begins = _begin(stream, grid, times, units, attributes)
+
+        def write(name: str, first: int, values: Values) -> None:
+            stream.seek(begins[name] + first * len(grid.nodes) * POINT)
+            stream.write(np.ascontiguousarray(values, dtype="<f4").data)
+
+        yield write
+
+
+def _begin(
+    stream: IO[bytes],
+    grid: MotionGrid,
+    times: Array,
+    units: Mapping[str, str],
+    attributes: Mapping[str, str],
+) -> dict[str, int]:
+    """Write all but the fields, and keep their room; where each of them begins [B]."""
+    fields = len(units) * len(times) * len(grid.nodes) * POINT
+    cells = 64 * (len(grid.nodes) + grid.triangles.size + grid.lines.size + len(times))
+    os.posix_fallocate(stream.fileno(), 0, fields + cells + OTHERS)
+    # A file in memory whose holes, where the fields are to be, take no memory.
+    with os.fdopen(os.memfd_create("motion"), "w+b") as memory:
+        with h5py.File(memory, "w") as file:
+            file.attrs.update(attributes)
+            file[TOPOLOGY] = mixed_topology(grid)
+            begins = _describe(file, grid, times, units)
+        memory.flush()
+        stream.truncate(memory.seek(0, os.SEEK_END))
+        for start, end in _between_holes(memory.fileno()):
+            stream.seek(start)
+            stream.write(os.pread(memory.fileno(), end - start, start))
+    return begins
+
+
+def _between_holes(file: int) -> Iterator[tuple[int, int]]:
+    """Begin and end of what was written of a file [B]."""
+    end = 0
+    while True:
+        try:
+            start = os.lseek(file, end, os.SEEK_DATA)
+        except OSError as error:
+            if error.errno == errno.ENXIO:  # nothing but a hole
+                return
+            raise
+        end = os.lseek(file, start, os.SEEK_HOLE)
+        yield start, end
+
+
+def _describe(
+    file: Any, grid: MotionGrid, times: Array, units: Mapping[str, str]
+) -> dict[str, int]:
+    """The group VTKHDF: one unstructured grid that stays, times, and fields without values."""
+    n, n_times = len(grid.nodes), len(times)
+    kinds = [(grid.triangles, TRIANGLES), (grid.lines, LINES)]
+    sizes = np.concatenate([np.full(len(cells), cells.shape[1]) for cells, _ in kinds])
+    types = [np.full(len(cells), known[cells.shape[1]], np.uint8) for cells, known in kinds]
+    file[POINTS] = grid.points
+    group = file["VTKHDF"]
+    group.attrs["Version"] = (2, 0)
+    group.attrs["Type"] = np.bytes_("UnstructuredGrid")
+    group["NumberOfPoints"], group["NumberOfCells"] = [n], [grid.cells]
+    group["NumberOfConnectivityIds"] = [int(sizes.sum())]
+    group["Connectivity"] = np.concatenate([cells.ravel() for cells, _ in kinds])
+    group["Offsets"] = np.concatenate([[0], np.cumsum(sizes)])
+    group["Types"] = np.concatenate(types)
+    steps = group.create_group("Steps")
+    steps.attrs["NSteps"] = n_times
+    steps["Values"] = times
+    # At every time the one part, and its points and cells, are those of the first.
+    same = np.zeros(n_times, dtype=np.int64)
+    steps["PartOffsets"], steps["NumberOfParts"], steps["PointOffsets"] = same, same + 1, same
+    steps["CellOffsets"], steps["ConnectivityIdOffsets"] = same[:, None], same[:, None]
+    begins = {}
+    for name, unit in units.items():
+        steps[f"PointDataOffsets/{name}"] = n * np.arange(n_times, dtype=np.int64)
+        begins[name] = _without_values(file.require_group(FIELDS), name, (n_times * n, 3))
+        file[f"{FIELDS}/{name}"].attrs["units"] = unit
+    return begins
+
+
+def _without_values(group: Any, name: str, shape: tuple[int, ...]) -> int:
+    """Make an array of 32-bit floats that has its place in the file; where it begins [B]."""
+    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+    properties.set_obj_track_times(False)  # the same motion makes the same file
+    space = h5py.h5s.create_simple(shape)
+    kind = h5py.h5t.IEEE_F32LE
+    made = h5py.h5d.create(group.id, name.encode(), kind, space, properties)
+    return int(made.get_offset())

@@ -1,0 +1,137 @@
+"""What the stage `transient` needs beside the matrices: mesh, probes, loads and dampings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.parts import BuildingParts
+from impactfem.building.read_parts import read_parts
+from impactfem.case import Case
+from impactfem.case.transient import Transient
+from impactfem.coupling.force_history import ForceHistory, read_forces
+from impactfem.motion.from_case import GroundMotion, ground_motions
+from impactfem.reduction.forces import checked_forces, with_floor_forces
+from impactfem.reduction.loads import Loads, make_loads
+from impactfem.reduction.probes import Probe, checked_probes
+from impactfem.system.errors import Fault, InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What a run needs beside the matrices.
+
+    Args:
+        parts: The building.
+        probes: Where it is looked.
+        loads: The loads.
+        storey_factor: Factor on walls and columns.
+        damping: α [1/s] and β [s].
+        lightest: α and β of the lightest damping that the reduced basis must serve.
+        wave_floor: Number of the floor whose waves are looked at.
+    """
+
+    parts: BuildingParts
+    probes: tuple[Probe, ...]
+    loads: Loads
+    storey_factor: float
+    damping: tuple[float, float]
+    lightest: tuple[float, float]
+    wave_floor: int
+
+
+def prepare(
+    case: Case, mesh_file: Path, forces_file: Path, storey_factor: float, inputs: str
+) -> Prepared:
+    """Read mesh, motions and forces. Not collective.
+
+    Args:
+        case: The case; it has a structure and a transient part.
+        mesh_file: The mesh of the building.
+        forces_file: The impact forces of the sticks, where the case names none of its own.
+        storey_factor: Factor on walls and columns.
+        inputs: Hash of what the sticks of this run depend on.
+
+    Raises:
+        InputError: The mesh or the forces are not usable, or a probe is outside the building.
+    """
+    transient, structure = transient_of(case), case.structure
+    if structure is None:
+        raise ValueError("the case has no structure")
+    parts, _, _ = read_parts(case, mesh_file)
+    path = transient.forces or forces_file
+    history = read_forces(path)
+    duration = transient.duration or float(history.time[-1])
+    if transient.export and (transient.export_start or 0.0) >= duration:
+        expected = f"less than what is computed, {duration:g} s"
+        start = f"{transient.export_start:g} s"
+        raise InputError([Fault(case.path, "transient.export_start", start, expected)])
+    motions = ground_motions(case.motions)
+    loads = case_loads(case, parts.mesh, motions, history, path, duration, inputs)
+    probes = tuple(checked_probes(case, parts.mesh))
+    return Prepared(
+        parts=parts,
+        probes=probes,
+        loads=loads,
+        storey_factor=storey_factor,
+        damping=case.building(structure.building).damping.coefficients,
+        lightest=lightest_damping(case, transient.serve_damping_cases),
+        wave_floor=case.wave_floor,
+    )
+
+
+def case_loads(
+    case: Case,
+    mesh: BuildingMesh,
+    motions: Sequence[GroundMotion],
+    history: ForceHistory,
+    path: Path,
+    duration: float,
+    inputs: str = "",
+) -> Loads:
+    """Ground motions and impact forces as loads at the time step of the 3D model.
+
+    Args:
+        case: The case; it has a structure and a transient part.
+        mesh: The mesh of the building.
+        motions: The ground motions.
+        history: The impact forces.
+        path: Their file, for messages.
+        duration: Time that is to be computed [s].
+        inputs: Hash of what the sticks of this run depend on; empty when it is not known.
+
+    Raises:
+        InputError: The forces do not go with the case.
+    """
+    time_step = transient_of(case).time_step
+    forces, edges = checked_forces(history, path, case, mesh, duration, inputs)
+    contacts = len(edges)
+    forces, edges = with_floor_forces(case, mesh, forces, edges)
+    n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
+    ground = [m.history for m in motions]
+    return make_loads(ground, forces, edges, time_step, n_steps, len(edges) - contacts)
+
+
+def lightest_damping(case: Case, every: bool) -> tuple[float, float]:
+    """α [1/s] and β [s] of the lightest damping that a reduced basis must serve.
+
+    Args:
+        case: The case; it has a structure and a transient part.
+        every: Whether the basis serves the damping cases too, not only the building's own.
+    """
+    if case.structure is None:
+        raise ValueError("the case has no structure")
+    own = case.building(case.structure.building).damping
+    frequency = transient_of(case).maximum_frequency
+    served = [own, *(case.damping_cases if every else ())]
+    return min(served, key=lambda one: one.ratio_at(frequency)).coefficients
+
+
+def transient_of(case: Case) -> Transient:
+    """The transient part of a case that has one."""
+    if case.transient is None:
+        raise ValueError("the case has no transient part")
+    return case.transient

@@ -1,0 +1,159 @@
+"""The stage `transient`: ground motion and impacts on the 3D building."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from impactfem.case import Case
+from impactfem.case.transient import transient_files
+from impactfem.stages.building.factor_of_run import storey_factor
+from impactfem.stages.building.stage import BUILDING_ROOMS, building_key
+from impactfem.stages.check import Check
+from impactfem.stages.inputs import inputs_key, matrices_key, published_values
+from impactfem.stages.open_store import open_store
+from impactfem.stages.pounding.stage import STICK_INPUTS, STICK_ROOMS, STICKS, stick_inputs_key
+from impactfem.stages.stage import Stage
+from impactfem.stages.transient.checks import log_samples, transient_checks
+from impactfem.stages.transient.figures import transient_figures
+from impactfem.stages.transient.physics import physics_scalars
+from impactfem.stages.transient.stick_against_model import stick_against_model
+from impactfem.stages.transient.tables import transient_tables
+from impactfem.stages.transient.view import TransientView
+from impactfem.system.log import Steps
+from impactfem.system.parallel import communicator, on_root
+from impactfem.system.scalar import Scalar
+
+TRANSIENT_ROOMS = (*BUILDING_ROOMS, *STICK_ROOMS, "stages/transient")
+STEPS = {
+    "inputs": 2.0,
+    "matrices": 5.0,
+    "basis": 60.0,
+    "time steps": 0.0,
+    "spectra": 3.0,
+    "maps": 15.0,
+    "stores": 3.0,
+    "export": 0.0,
+    "tables and figures": 20.0,
+}
+
+
+def _key(case: Case) -> str:
+    asked = case.transient
+    files = transient_files(asked) if asked is not None else ()
+    own = stick_inputs_key(case, (*STICK_INPUTS, "transient", "published"), files)
+    # Not among the inputs of the sticks: the basis does not depend on a restitution.
+    served = asked is not None and asked.serve_damping_cases
+    sections = ("structure", "damping", *(("damping_cases",) if served else ()))
+    rooms = inputs_key(case, sections, TRANSIENT_ROOMS)
+    return hashlib.sha256(f"{own}{rooms}{building_key(case)}".encode()).hexdigest()
+
+
+def basis_key(case: Case) -> str:
+    """Hash of what the vectors of the reduced basis depend on.
+
+    Not on motions and forces. Damping, probes and accuracy are looked at when it is used again.
+    """
+    asked = case.transient
+    if asked is None:
+        return ""
+    own = asked.model_dump_json(include={"shift", "eccentricity"})
+    return matrices_key(case, TRANSIENT_ROOMS, own)
+
+
+def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+    # dolfinx and PETSc are loaded when this stage runs, not before.
+    from impactfem.dynamics.checkpoints import remove_checkpoints
+    from impactfem.stages.building.compute import mesh_of_run
+    from impactfem.stages.transient.compute import CHECKPOINTS, run_transient
+    from impactfem.stages.transient.export import write_motion
+    from impactfem.stages.transient.prepared import prepare
+    from impactfem.stages.transient.store import write_maps, write_transient
+
+    mesh = mesh_of_run(case, folder)
+    with steps.step("inputs"):
+        prepared = on_root(
+            lambda: prepare(
+                case, mesh, folder / "forces.nc", storey_factor(folder), STICKS.key(case)
+            )
+        )
+    study = run_transient(
+        case,
+        prepared,
+        folder,
+        communicator(),
+        steps.step,
+        basis_key=on_root(lambda: basis_key(case)),
+        key=key,
+        within=steps.within,
+    )
+
+    def write() -> list[Path]:
+        if study is None:
+            return []
+        files = [folder / "transient.nc"]
+        maps = folder / "transient_maps.nc"
+        motion = folder / "transient_motion.vtkhdf"
+        # Those of a run before would go with other results.
+        for path in (maps, motion, motion.with_suffix(".xdmf")):
+            path.unlink(missing_ok=True)
+        with steps.step("stores"):
+            write_transient(files[0], study, key)
+            if study.maps is not None:
+                files.append(maps)
+                write_maps(maps, study, study.maps, key)
+        if case.transient is not None and case.transient.export:
+            with steps.step("export"):
+                files += write_motion(motion, study, key, lambda part: steps.within("export", part))
+        with steps.step("tables and figures"):
+            files += transient_tables(folder, published_values(case))
+            files += _figures(case, folder)
+        # Last of all: until here a failure costs no time steps.
+        remove_checkpoints(folder / CHECKPOINTS)
+        return files
+
+    return on_root(write)
+
+
+def _announce(case: Case) -> None:
+    if case.transient is not None:
+        log_samples(case.transient.time_step, case.transient.maximum_frequency)
+
+
+def _checks(case: Case, folder: Path) -> list[Check]:
+    found = transient_checks(folder)
+    # Forces of another program are not the stick's.
+    own = case.transient is not None and case.transient.forces is None
+    return [*found, *stick_against_model(folder)] if own else found
+
+
+def _figures(case: Case, folder: Path) -> list[Path]:
+    asked = case.transient
+    if asked is None:
+        return []
+    return transient_figures(folder, fields=asked.fields, field_frequencies=asked.field_frequencies)
+
+
+def _physics(folder: Path) -> list[Scalar]:
+    """What the stores of this stage and of the sticks say together."""
+    with (
+        open_store(folder / "transient.nc") as store,
+        open_store(folder / "sticks.nc") as sticks,
+    ):
+        return physics_scalars(TransientView(store), sticks)
+
+
+TRANSIENT = Stage(
+    name="transient",
+    steps=STEPS,
+    rooms=TRANSIENT_ROOMS,
+    key=_key,
+    store="transient.nc",
+    run=_run,
+    checks=_checks,
+    announces=_announce,
+    lacks=lambda case: "transient" if case.transient is None else None,
+    needs=lambda case: ("building", "sticks"),
+    derived=_physics,
+    collective=True,
+)

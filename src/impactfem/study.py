@@ -1,0 +1,29 @@
+"""The study in Python: what the command line does, and a finished run open for reading."""
+
+from impactfem.run.compare import compare_runs
+from impactfem.run.loop import Run, check, run
+from impactfem.run.report import make_report
+from impactfem.run.run_folder import RunFolder, open_run
+from impactfem.run.stages import STAGES, stage_names
+from impactfem.run.sweep import Sweep, sweep
+from impactfem.stages.stage import Stage
+from impactfem.system.errors import Fault, ImpactfemError, InputError, SolutionError
+
+__all__ = [
+    "STAGES",
+    "Fault",
+    "ImpactfemError",
+    "InputError",
+    "Run",
+    "RunFolder",
+    "SolutionError",
+    "Stage",
+    "Sweep",
+    "check",
+    "compare_runs",
+    "make_report",
+    "open_run",
+    "run",
+    "stage_names",
+    "sweep",
+]

@@ -1,0 +1,1 @@
+"""Ranks, signals, files, memory, log and errors: what knows nothing of the subject."""

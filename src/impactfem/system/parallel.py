@@ -1,0 +1,336 @@
+"""Threads, processes and ranks: how many there are, and how they act as one program."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any, NoReturn, TypeVar
+
+from impactfem.system.errors import ImpactfemError
+
+T = TypeVar("T")
+THREADS = "OMP_NUM_THREADS"
+OPENBLAS_THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", THREADS)  # in its order
+IDLE = "OPENBLAS_THREAD_TIMEOUT"
+PATIENCE = 5.0
+"""How long a rank that failed waits for the others to fail, too [s]."""
+# Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
+LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
+# Open MPI starts a daemon beside a program of one process, for processes that it may start later,
+# and ends the program where it finds no network for it, not even the loopback. There are none here.
+os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
+_alone = False  # whether this process acts as a program of one
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """This process acts as a program of one while the block runs, under `mpirun` too.
+
+    There is one rank, number 0, with a communicator of its own. For work that is whole on each
+    rank. Not collective.
+    """
+    global _alone
+    before, _alone = _alone, True
+    try:
+        yield
+    finally:
+        _alone = before
+
+
+class OtherRankError(ImpactfemError):
+    """Rank 0 failed and has said why; the other ranks stop with it."""
+
+    def __init__(self, exit_code: int) -> None:
+        super().__init__("")
+        self.exit_code = exit_code
+
+
+def settle_threads() -> None:
+    """Set how the threads of OpenBLAS wait, and how many a rank has, unless the user has set it.
+
+    OpenBLAS reads both when it is loaded, and it is loaded twice: by NumPy's wheel, and by PETSc
+    and SciPy from Debian. An idle thread polls for 2^26 cycles, 26 ms; those of the two copies
+    share a core then and hand it to each other, millions of times a minute. After 2^4 cycles, the
+    least that OpenBLAS takes, an idle thread sleeps. A rank of several computes with one thread.
+
+    To be called before NumPy is imported; `one_blas_thread` knows what is loaded already.
+    """
+    if IDLE not in os.environ:
+        os.environ[IDLE] = "4"
+        if "numpy" in sys.modules:
+            _polling.update(copy.filepath for copy in openblas())
+    if _launched() > 1 and not any(name in os.environ for name in OPENBLAS_THREADS):
+        os.environ[THREADS] = "1"
+
+
+_polling: set[str] = set()  # files of the OpenBLAS that were loaded before IDLE was set
+
+
+def _launched() -> int:
+    """Number of ranks by the launcher's environment; MPI is not started for it.
+
+    Slurm tells the number of tasks to a script of one process, too: only with a rank it counts.
+    """
+    slurm = "PMIX_RANK" in os.environ
+    sizes = [os.environ.get(name, "") for name in (LAUNCHERS if slurm else LAUNCHERS[:2])]
+    return max([int(size) for size in sizes if size.isdigit()], default=1)
+
+
+def openblas() -> list[Any]:
+    """The copies of OpenBLAS in this process: NumPy's, and that of SciPy and PETSc."""
+    from threadpoolctl import ThreadpoolController
+
+    found: list[Any] = ThreadpoolController().select(internal_api="openblas").lib_controllers
+    return found
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """OpenBLAS computes with one thread while the block runs, but for what gains from more.
+
+    Most of a run is many small products: a second thread takes little or nothing off the first, or
+    makes it slower where another program keeps its core busy. What gains has `all_blas_threads`.
+    """
+    if _held:
+        yield
+        return
+    import scipy.linalg.blas  # noqa: F401 - loads both copies; PETSc may come later
+
+    copies = openblas()
+    before = [copy.get_num_threads() for copy in copies]
+    # A copy that was loaded before `settle_threads`, as NumPy's in a notebook, would poll.
+    _held.extend(
+        (copy, 1 if copy.filepath in _polling else count)
+        for copy, count in zip(copies, before, strict=True)
+    )
+    try:
+        with _blas_threads([(copy, 1) for copy in copies]):
+            yield
+    finally:
+        _held.clear()
+
+
+@contextmanager
+def all_blas_threads() -> Iterator[None]:
+    """What a block of `one_blas_thread` takes away is there while this block runs.
+
+    For what gains from it with a second core: a factorisation a seventh of its time, the
+    orthogonalisation of a block of vectors a quarter, the product of large full matrices a half.
+    """
+    with _blas_threads(_held):
+        yield
+
+
+_held: list[tuple[Any, int]] = []  # copies that `one_blas_thread` holds, and their full number
+
+
+@contextmanager
+def _blas_threads(counts: list[tuple[Any, int]]) -> Iterator[None]:
+    before = [(copy, copy.get_num_threads()) for copy, _ in counts]
+    try:
+        for copy, count in counts:
+            copy.set_num_threads(count)
+        yield
+    finally:
+        for copy, count in before:
+            copy.set_num_threads(count)
+
+
+def threads() -> int:
+    """OMP_NUM_THREADS where it is set to a number, else the processors of this process."""
+    asked = os.environ.get(THREADS, "")
+    return max(1, int(asked)) if asked.isdigit() else len(os.sched_getaffinity(0))
+
+
+def world() -> Any | None:
+    """The communicator of all ranks under `mpirun`; None in a program of one process.
+
+    MPI is not started, nor mpi4py imported, for one process.
+    """
+    if _alone:
+        return None
+    sizes = [os.environ.get(name, "") for name in LAUNCHERS]
+    if not any(size.isdigit() and int(size) > 1 for size in sizes):
+        return None
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD if MPI.COMM_WORLD.size > 1 else None
+
+
+def communicator() -> Any:
+    """The communicator of all ranks under `mpirun`; that of this process alone otherwise."""
+    comm = world()
+    if comm is not None:
+        return comm
+    from mpi4py import MPI
+
+    return MPI.COMM_SELF
+
+
+def start_solvers() -> None:
+    """Start PETSc and SLEPc on all ranks. Collective.
+
+    They start when they are first imported, and wait for all ranks then: ranks that act alone
+    later must not be the first to import them.
+    """
+    if world() is not None:
+        from slepc4py import SLEPc  # noqa: F401
+
+
+def rank() -> int:
+    """Rank of this process; 0 in a program of one process."""
+    comm = world()
+    return 0 if comm is None else int(comm.rank)
+
+
+def size() -> int:
+    """Number of ranks."""
+    comm = world()
+    return 1 if comm is None else int(comm.size)
+
+
+def on_root(action: Callable[[], T]) -> T:
+    """Run an action on rank 0 and give its result to all ranks. Collective.
+
+    Args:
+        action: What to run; its result must be picklable.
+
+    Raises:
+        ImpactfemError: What the action raised, on rank 0; `OtherRankError` on the others.
+    """
+    comm = world()
+    if comm is None:
+        return action()
+    failure: BaseException | None = None
+    result: Any = None
+    if comm.rank == 0:
+        try:
+            result = action()
+        except ImpactfemError as error:
+            failure = error
+    code = comm.bcast(None if failure is None else exit_code(failure), root=0)
+    if failure is not None:
+        raise failure
+    if code is not None:
+        raise OtherRankError(code)
+    return comm.bcast(result, root=0)  # type: ignore[no-any-return]
+
+
+def total(amount: float | None) -> float | None:
+    """Sum of an amount over all ranks; None when one does not know its own. Collective."""
+    comm = world()
+    amounts = [amount] if comm is None else comm.allgather(amount)
+    return None if None in amounts else float(sum(amounts))
+
+
+def all_stop() -> bool:
+    """Whether all ranks come here within a few seconds, as they do when all find one error."""
+    comm = world()
+    if comm is None:
+        return True
+    arrived = comm.Ibarrier()
+    last = time.monotonic() + PATIENCE
+    while not arrived.Test():
+        if time.monotonic() > last:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+def abort(code: int) -> NoReturn:
+    """End all ranks at once: others may wait for this one in a collective call, for ever."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    comm = world()
+    if comm is not None:
+        comm.Abort(code)
+    raise SystemExit(code)
+
+
+def exit_code(error: BaseException) -> int:
+    """Exit code of a failure: 2 for an input that is not usable, else 1."""
+    from impactfem.system.errors import InputError
+
+    if isinstance(error, OtherRankError):
+        return error.exit_code
+    return 2 if isinstance(error, InputError) else 1
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes that start in this block use one thread each: all processors are theirs anyway."""
+    before = os.environ.get(THREADS)
+    os.environ[THREADS] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[THREADS]
+        else:
+            os.environ[THREADS] = before
+
+
+def _follow_parent() -> None:
+    """End this process when the one that started it does, by whatever means, and not before.
+
+    A worker whose parent is killed would wait for work for ever. Ctrl-C reaches all processes of a
+    terminal: the parent alone answers it.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def follow() -> None:
+        parent = multiprocessing.parent_process()
+        if parent is not None:
+            parent.join()
+            os._exit(1)  # not sys.exit: the main thread may be in a long computation
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+@contextmanager
+def workers(count: int | None = None) -> Iterator[Executor | None]:
+    """An executor over all ranks, or over as many processes as there are threads. Collective.
+
+    Rank 0 gets the executor. The other ranks work inside this call until rank 0 leaves the block,
+    and get None. With two ranks one of them works: `mpirun -n 3` keeps two cores busy. A process
+    that acts alone is one of several workers itself: the executor is a thread of it.
+
+    Args:
+        count: Number of processes without ranks; that of the threads when None.
+    """
+    comm = world()
+    if _alone:
+        with ThreadPoolExecutor(1) as thread:
+            yield thread
+    elif comm is None:
+        # Not forked: a fork of a process with threads and HDF5 open may hang.
+        context = multiprocessing.get_context("spawn")
+        count = count or threads()
+        others = set(multiprocessing.active_children())
+        with (
+            _one_thread_each(),
+            ProcessPoolExecutor(count, mp_context=context, initializer=_follow_parent) as pool,
+        ):
+            try:
+                yield pool
+            except Exception:
+                pool.shutdown(wait=False, cancel_futures=True)  # what waits is not begun any more
+                raise
+            except BaseException:  # interrupted: what runs is not waited for, either
+                pool.shutdown(wait=False, cancel_futures=True)
+                for worker in set(multiprocessing.active_children()) - others:
+                    worker.terminate()
+                raise
+    else:
+        from mpi4py.futures import MPICommExecutor
+
+        with MPICommExecutor(comm, root=0) as executor:
+            served: Any = executor
+            yield served

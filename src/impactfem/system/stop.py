@@ -1,0 +1,197 @@
+"""A stop by a signal: Ctrl-C, or SIGTERM, which batch schedulers send before they kill.
+
+In one process the signal unwinds the program as an error does: what is half written goes, the lock
+of the folder too. It may be lost in a library, though, or come while much is computed outside
+Python: so a thread of its own ends the process where that takes longer. All files are whole at any
+moment. A rank of several does not unwind, as PETSc frees its objects, and ends, on all ranks
+together, and the others know nothing of the signal: it leaves at once, by the thread where it waits
+for another rank. `mpirun` then ends the others.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from impactfem.system.parallel import LAUNCHERS
+
+SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+ADVICE = "run again with --resume to go on"
+UNWINDING = 2.0
+"""How long the unwinding may take before the process is ended all the same [s]."""
+# `mpirun` kills a second after it has asked, so ranks are brief.
+WAITING = 0.3
+"""How long a rank may wait in a call of MPI before it is ended all the same [s]."""
+GRACE = 0.3
+"""How long another rank lets rank 0 speak first [s]."""
+TAG = 15  # of the message between ranks that one of them has told the stop
+RANKS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID")
+
+
+class Stopped(BaseException):
+    """A signal stops the program; no error, so that nothing on the way takes it for one."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+class _Answer:
+    """What the signals that stop the program have come to, from the first of them on."""
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self.logs: list[Path] = []
+        self.locks: list[Path] = []
+        self.advice = ADVICE
+        self._done = threading.Event()
+        self._taken = threading.Lock()
+
+    def hear(self, number: int, frame: FrameType | None) -> None:
+        """Handler of the signals; a further one changes nothing."""
+        if self.number is None:
+            self.number = number
+            # Objects of libraries that the signal found half made complain when they go.
+            sys.unraisablehook = lambda _: None
+            if _ranks() > 1:
+                self.leave(number)
+            raise Stopped(number)
+
+    def watch(self, end: int) -> None:
+        """End the process where a signal came and its unwinding does not end it in time."""
+        with os.fdopen(end, "rb", buffering=0) as heard:
+            while number := heard.read(1):
+                if number[0] in SIGNALS:
+                    patience = UNWINDING if _ranks() == 1 else WAITING
+                    if not self._done.wait(patience):
+                        self.leave(number[0])
+
+    def done(self) -> None:
+        """The unwinding has come to its end."""
+        self._done.set()
+
+    def leave(self, number: int) -> None:
+        """Tell the stop, once for all ranks, and end this process as it is."""
+        if not self._taken.acquire(blocking=False):
+            threading.Event().wait()  # the other thread of this process is about to end it
+        with suppress(RuntimeError):  # the signal came while it was flushed
+            sys.stdout.flush()
+        if _tells_it():
+            self._tell(number)
+        for path in self.locks:
+            with suppress(OSError):
+                path.unlink()
+        os._exit(128 + number)
+
+    def _tell(self, number: int) -> None:
+        # Without `logging` and its locks: the main thread may be at work with them.
+        word = SIGNALS[signal.Signals(number)]
+        now = datetime.now().isoformat(" ", "milliseconds").replace(".", ",")  # as `log` has it
+        for path in self.logs:
+            with suppress(OSError), path.open("a", encoding="utf-8") as log:  # on a full disk
+                log.write(f"{now} WARNING {word} by {signal.Signals(number).name}\n")
+        line = f"{word}; {self.advice}" if self.logs else word
+        try:
+            print(line, file=sys.stderr, flush=True)
+        except RuntimeError:  # the signal came while something was written there
+            os.write(2, f"\n{line}\n".encode())
+
+
+_answer = _Answer()
+
+
+def _ranks() -> int:
+    sizes = [os.environ.get(name, "") for name in LAUNCHERS]
+    return max([int(size) for size in sizes if size.isdigit()], default=1)
+
+
+def _tells_it() -> bool:
+    """Whether this rank is to tell the stop: the first that was stopped, rank 0 before others."""
+    if _ranks() == 1:
+        return True
+    MPI: Any = getattr(sys.modules.get("mpi4py"), "MPI", None)
+    if MPI is None or not MPI.Is_initialized():
+        return next((os.environ[name] for name in RANKS if name in os.environ), "0") == "0"
+    comm = MPI.COMM_WORLD
+    last = time.monotonic() + (GRACE if comm.rank else 0.0)
+    while not comm.Iprobe(MPI.ANY_SOURCE, TAG):
+        if time.monotonic() > last:
+            for other in range(comm.size):
+                if other != comm.rank:
+                    comm.Isend([b"", 0, MPI.BYTE], other, TAG)
+            return True
+        time.sleep(0.02)
+    return False
+
+
+@contextmanager
+def signals_answered() -> Iterator[None]:
+    """Ctrl-C and SIGTERM end the program while the block runs. In the main thread only.
+
+    One line on standard error tells it, and the open logs (`recorded`) keep it; the exit code is
+    that of a shell for the signal: 130, 143. Nothing of this process runs after the block then.
+    """
+    global _answer
+    answer = _answer = _Answer()
+    hook = sys.unraisablehook
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    threading.Thread(target=answer.watch, args=(read,), daemon=True).start()
+    woken = signal.set_wakeup_fd(write, warn_on_full_buffer=False)
+    before = {}
+    for number in SIGNALS:
+        before[number] = signal.getsignal(number)
+        if before[number] is not signal.SIG_IGN:  # as for a shell's jobs in the background
+            signal.signal(number, answer.hear)
+    try:
+        yield
+    finally:
+        answer.done()
+        # However the unwinding has ended: a library may have made another error of it.
+        if answer.number is not None:
+            answer.leave(answer.number)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        signal.set_wakeup_fd(woken)
+        os.close(write)
+        sys.unraisablehook = hook
+
+
+@contextmanager
+def recorded(path: Path) -> Iterator[None]:
+    """A signal that stops the program while the block runs is recorded in a log, too."""
+    logs = _answer.logs
+    logs.append(path)
+    try:
+        yield
+    except Stopped:
+        raise  # the log stays open to `leave`, which comes when all is unwound
+    except BaseException:
+        logs.remove(path)
+        raise
+    logs.remove(path)
+
+
+@contextmanager
+def removed(path: Path) -> Iterator[None]:
+    """A file of this process goes when a signal ends it in the block, even without unwinding."""
+    locks = _answer.locks
+    locks.append(path)
+    try:
+        yield
+    finally:
+        locks.remove(path)
+
+
+def advise(words: str) -> None:
+    """What the line that tells a stop advises, where a log is open then."""
+    _answer.advice = words

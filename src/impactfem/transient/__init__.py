@@ -1,1 +1,0 @@
-"""The stage transient: impacts and ground motion on the 3D building."""

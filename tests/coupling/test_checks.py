@@ -1,0 +1,189 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactfem.coupling.checks import Separation, impact_checks, separations
+from impactfem.coupling.contact import kelvin_voigt
+from impactfem.coupling.impacts import impacts
+from impactfem.coupling.pounding import End, Pair, Response, System, simulate
+from impactfem.sticks.stick import build_stick
+
+UY = 1
+STRENGTH = {"a": 30e6, "b": 25e6}
+P, PEAK = 2e6, 7e6
+N_T, HIT = 20, slice(8, 12)
+
+
+def loaded(system, component=UY, *, peak_of="a", when=10):
+    """A response by hand: a blow in steps 8 to 11, and P on the top of one building at one time."""
+    stick = system.stick(peak_of)
+    load = np.zeros(stick.n)
+    load[6 * len(stick.floors) - 6 + component] = P
+    u, force = np.zeros((N_T, system.M.shape[0])), np.zeros((N_T, len(system.pairs)))
+    start = system.offsets[peak_of]
+    u[when, start : start + stick.n] = np.linalg.solve(stick.K, load)
+    force[HIT, 1] = [3e6, PEAK, 5e6, 1e6]
+    return Response(system, 1e-3, u, np.zeros_like(u), force, np.zeros((N_T, 3)))
+
+
+def check(response, strength=STRENGTH):
+    (found,) = impact_checks(response, impacts(response), strength)
+    return found
+
+
+def test_bearing_by_hand(row):
+    found = check(loaded(row()))
+    assert found.bearing_pressure == pytest.approx(PEAK / 5.0)
+    assert found.bearing_ratio == pytest.approx(PEAK / 5.0 / 25e6)  # of the weaker building
+    assert found.impact.peak_force == PEAK
+    one = check(loaded(row()), {"a": 30e6, "b": None})
+    assert one.bearing_ratio == pytest.approx(PEAK / 5.0 / 30e6)
+
+
+@pytest.mark.parametrize("building", ["a", "b"])
+def test_shear_by_hand(row, building):
+    found = check(loaded(row(), peak_of=building))
+    assert found.storey_shear == pytest.approx(P, rel=1e-8)
+    assert found.shear_stress == pytest.approx(P / 0.9, rel=1e-8)
+    # f_ctm of EN 1992-1-1, table 3.1: 2.9 MPa for C30, 2.6 MPa for C25.
+    tensile = {"a": 2.9e6, "b": 2.6e6}[building]
+    assert found.cracking_ratio == pytest.approx(P / 0.9 / tensile, rel=0.02)
+
+
+def test_the_storey_with_the_largest_stress_counts(row):
+    # The same shear in both storeys, but half the area in the lower one.
+    system = row()
+    a = system.sticks[0]
+    half = replace(a.floors[0], section=replace(a.floors[0].section, Avy=0.45))
+    system = System((replace(a, floors=(half, a.floors[1])), system.sticks[1]), system.pairs)
+    assert check(loaded(system)).shear_stress == pytest.approx(P / 0.45, rel=1e-8)
+
+
+@pytest.mark.parametrize(("component", "area"), [(0, 1.1), (1, 0.9)])
+def test_area_goes_with_the_normal(row, component, area):
+    system = row()
+    normal = np.eye(3)[component]
+    turned = System(system.sticks, tuple(replace(p, normal=-normal) for p in system.pairs))
+    found = check(loaded(turned, component))
+    assert found.shear_stress == pytest.approx(P / area, rel=1e-8)
+    # A load across the normal is no shear along it.
+    assert check(loaded(turned, (component + 1) % 3)).storey_shear < 1e-6 * P
+
+
+def turned_to(system, normal):
+    normal = np.array(normal) / np.linalg.norm(normal)
+    return System(system.sticks, tuple(replace(p, normal=normal) for p in system.pairs))
+
+
+def test_oblique_normal(row):
+    # P along y on a normal (3, 4) / 5: 0.8 P, over 0.36 A_vx + 0.64 A_vy.
+    found = check(loaded(turned_to(row(), (3.0, 4.0, 0.0))))
+    assert found.storey_shear == pytest.approx(0.8 * P, rel=1e-8)
+    assert found.shear_stress == pytest.approx(0.8 * P / (0.36 * 1.1 + 0.64 * 0.9), rel=1e-8)
+    # The vertical part of a normal shears nothing: its horizontal part counts.
+    for vertical in (1.0, -20.0):
+        inclined = check(loaded(turned_to(row(), (3.0, 4.0, vertical))))
+        assert inclined.storey_shear == pytest.approx(found.storey_shear, rel=1e-8)
+        assert inclined.shear_stress == pytest.approx(found.shear_stress, rel=1e-8)
+
+
+def test_a_vertical_normal_shears_no_storey(row):
+    found = check(loaded(turned_to(row(), (0.0, 0.0, -1.0))))
+    assert np.isnan([found.storey_shear, found.shear_stress, found.cracking_ratio]).all()
+    assert found.bearing_pressure > 0.0
+
+
+def test_a_blow_inside_a_storey(floors):
+    """It shears the lower part of the storey, which a look at the upper parts alone misses."""
+    stick = build_stick("a", floors(2), storey_points=[(1, 0.5)])
+    master = stick.storey_points[1, 0.5]
+    end = End("a", master, (0.0, 6.0, 0.0), 1, 0.5)
+    law = kelvin_voigt(1e10, 0.1, 1e5)
+    system = System((stick,), (Pair("wall", end, None, np.eye(3)[UY], 0.01, law),))
+    load = np.zeros(stick.n)
+    load[6 * master + UY] = P
+    u, force = np.zeros((N_T, stick.n)), np.zeros((N_T, 1))
+    u[10] = np.linalg.solve(stick.K, load)
+    force[HIT, 0] = PEAK
+    found = check(Response(system, 1e-3, u, 0 * u, force, np.zeros((N_T, 3))))
+    assert found.storey_shear == pytest.approx(P, rel=1e-8)
+    upper = np.abs(stick.element_forces(u)[:, 1:, UY]).max()
+    assert upper < 1e-6 * P
+
+
+def test_cracking_ratio_is_the_largest_known(row):
+    # Building b is sheared, and of a alone the strength is known: a is not sheared.
+    response = loaded(row(), peak_of="b")
+    found = check(response, {"a": 30e6, "b": None})
+    assert found.shear_stress == pytest.approx(P / 0.9, rel=1e-8)
+    assert found.cracking_ratio == 0.0
+    assert check(response, {"a": None, "b": 25e6}).cracking_ratio > 0.5
+
+
+def test_cracking_need_not_be_where_the_stress_is_largest(row):
+    # Both sheared: a less, but of weaker concrete.
+    system = row()
+    response = loaded(system, peak_of="b")
+    u = response.u.copy()
+    u[10, :12] = 0.6 * loaded(system).u[10, :12]
+    found = check(replace(response, u=u), {"a": 12e6, "b": 60e6})
+    assert found.shear_stress == pytest.approx(P / 0.9, rel=1e-8)
+    tensile = 0.30e6 * 12.0 ** (2.0 / 3.0)
+    assert found.cracking_ratio == pytest.approx(0.6 * P / 0.9 / tensile, rel=1e-8)
+
+
+@pytest.mark.parametrize(("when", "counts"), [(6, False), (7, True), (12, True), (13, False)])
+def test_only_the_time_of_the_impact_counts(row, when, counts):
+    found = check(loaded(row(), when=when))
+    assert (found.storey_shear > 0.0) == counts
+
+
+def test_what_is_not_known_is_nan(row):
+    system = row()
+    no_area = System(system.sticks, tuple(replace(p, area=None) for p in system.pairs))
+    found = check(loaded(no_area))
+    assert np.isnan(found.bearing_pressure) and np.isnan(found.bearing_ratio)
+    assert found.cracking_ratio > 0.0
+    found = check(loaded(system), {"a": None, "b": None})
+    assert np.isnan(found.bearing_ratio) and np.isnan(found.cracking_ratio)
+    assert found.bearing_pressure > 0.0 and found.shear_stress > 0.0
+    # A wall has no storeys and no strength.
+    wall = System(system.sticks, tuple(replace(p, b=None) for p in system.pairs))
+    found = check(loaded(wall, peak_of="b"), {"a": 30e6})
+    assert found.storey_shear == 0.0
+    assert found.bearing_ratio == pytest.approx(PEAK / 5.0 / 30e6)
+
+
+def test_no_impact_no_check(row):
+    assert impact_checks(loaded(row()), [], STRENGTH) == []
+
+
+def test_separation_by_hand(row):
+    system = row(0.01)
+    u = np.zeros((5, 24))
+    u[2, [UY, 12 + UY]] = [0.007, -0.005]  # floors 1 come 12 mm closer
+    u[1:, 18 + UY] = 0.001  # floors 2 only part
+    free = Response(system.without_contact(), 1e-3, u, 0 * u, np.zeros((5, 0)), np.zeros((5, 3)))
+    force = np.zeros((5, 2))
+    force[4, 0] = -1.0
+    response = replace(free, system=system, u=0 * u, force=force)
+    lower, upper = separations(free, response)
+    assert lower.required == pytest.approx(0.012) and lower.margin == pytest.approx(-0.002)
+    assert lower.touched and lower.pair.name == "a1-b1"
+    assert upper.required == 0.0 and upper.margin == 0.01 and not upper.touched
+    assert f"{upper.required:g}" == "0"  # its approach is at most -0
+
+
+def test_the_required_separation_is_just_enough(row, shake):
+    ground, dt = shake(), 2.5e-4
+    free = simulate(row(None), ground, dt)
+
+    def at(gap):
+        response = simulate(row(gap), ground, dt)
+        return max(separations(free, response), key=lambda found: found.required)
+
+    required = at(0.003).required
+    assert at(0.003).touched and at(0.003).margin < 0.0
+    assert not at(required + 1e-9).touched and at(required - 1e-6).touched
+    assert isinstance(at(required), Separation)

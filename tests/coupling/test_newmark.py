@@ -1,0 +1,309 @@
+import numpy as np
+import pytest
+import scipy.optimize
+
+from impactfem.coupling.contact import (
+    KELVIN_VOIGT,
+    KELVIN_VOIGT_NO_TENSION,
+    N_PARAMETERS,
+    Law,
+    hertz_damp,
+    hunt_crossley,
+    jankowski,
+    kelvin_voigt,
+    law_force,
+)
+from impactfem.coupling.impacts import impacts
+from impactfem.coupling.newmark import add_product, contact_forces, march, pair_force
+from impactfem.coupling.pounding import End, Pair, System, simulate
+from impactfem.sticks.stick import mass_on_spring
+from impactfem.system.errors import SolutionError
+from impactfem.verify.models import Y, collision
+
+H = 1.5e-4
+K, C = 1e11, 1.3e8
+PARAMETERS = np.array([K, C, 0.0, 0.0])
+
+
+def arguments(system, ground, dt, *, lagged=False):
+    """What `simulate` gives to `march`, put together here once more."""
+    n, m, n_t = system.M.shape[0], len(system.pairs), len(ground)
+    S_inv = np.linalg.inv(2.0 / dt * system.M + system.C + dt / 2.0 * system.K)
+    S_inv = (S_inv + S_inv.T) / 2.0
+    return (
+        dt,
+        system.K,
+        system.M,
+        S_inv,
+        np.ascontiguousarray(-(system.M @ system.ground).T),
+        ground,
+        system.J,
+        np.ascontiguousarray(system.J @ S_inv),
+        np.array([pair.gap for pair in system.pairs]),
+        np.array([pair.law.code for pair in system.pairs], dtype=np.int64),
+        np.array([pair.law.parameters for pair in system.pairs]).reshape(m, N_PARAMETERS),
+        lagged,
+        np.zeros((n_t, n)),
+        np.zeros((n_t, n)),
+        np.zeros((n_t, m)),
+    )
+
+
+def test_add_product():
+    rng = np.random.default_rng(3)
+    A, x, y = rng.standard_normal((5, 5)), rng.standard_normal(5), rng.standard_normal(5)
+    A, x[2] = A + A.T, 0.0
+    expected = y + A @ x
+    add_product(A, x, y)
+    assert y == pytest.approx(expected, rel=1e-13)
+    again = y.copy()
+    add_product.py_func(A, x, again)
+    assert again == pytest.approx(expected + A @ x, rel=1e-13)
+
+
+@pytest.mark.parametrize("lagged", [False, True])
+def test_the_interpreted_loop_gives_the_numbers_of_the_compiled_one(row, lagged):
+    system = row(0.0, x=1.5)
+    rng = np.random.default_rng(5)
+    ground = np.cumsum(rng.standard_normal((60, 3)), axis=0)
+    compiled = arguments(system, ground, 1e-3, lagged=lagged)
+    interpreted = arguments(system, ground, 1e-3, lagged=lagged)
+    assert march(*compiled) == march.py_func(*interpreted) == 60
+    for ours, theirs in zip(compiled[-3:], interpreted[-3:], strict=True):
+        assert np.abs(ours).max() > 0.0
+        assert np.abs(ours - theirs).max() < 1e-10 * np.abs(ours).max()
+
+
+@pytest.mark.parametrize("pounding", [True, False])
+def test_newmark_in_its_usual_form(row, shake, pounding):
+    """Against a, v, u with β = 1/4, γ = 1/2, the contact forces put in as loads."""
+    system, dt = row(0.0 if pounding else None), 5e-4
+    ground = shake(1200, dt)
+    given = arguments(system, ground, dt)
+    march(*given)
+    u, v, F = given[-3:]
+    assert F.any() == pounding
+    load = -ground @ (system.M @ system.ground).T + F @ system.J
+    S = system.M + dt / 2 * system.C + dt**2 / 4 * system.K
+    x, y = np.zeros_like(u[0]), np.zeros_like(u[0])
+    a = np.linalg.solve(system.M, load[0])
+    for f in load[1:]:
+        ahead, faster = x + dt * y + dt**2 / 4 * a, y + dt / 2 * a
+        a = np.linalg.solve(S, f - system.C @ faster - system.K @ ahead)
+        x, y = ahead + dt**2 / 4 * a, faster + dt / 2 * a
+    assert np.abs(x - u[-1]).max() < 1e-9 * np.abs(u).max()
+    assert np.abs(y - v[-1]).max() < 1e-9 * np.abs(v).max()
+
+
+def test_first_rows_are_kept():
+    response = collision(kelvin_voigt(1e9, 0.1, 1e3), 2e3, 2e3, 0.5, 1e-4, phase=0.4)
+    assert response.v[0, 1] == 0.5 and not response.v[0, 7] and not response.force[0].any()
+    # Until the gap closes nothing but the motion at the start.
+    assert response.u[1, 1] > 0.0 == response.u[0, 1]
+
+
+def coupled(seed, m):
+    """W of pairs that share masses, and gaps that are mostly closed."""
+    rng = np.random.default_rng(seed)
+    J = rng.standard_normal((m, 6))
+    W = H * J @ np.diag(1.0 / rng.uniform(5e5, 3e6, 6)) @ J.T
+    return W, -rng.uniform(1e-4, 1e-3, m), rng.uniform(-0.3, 0.3, m)
+
+
+def solve(W, delta, rate, *, code=KELVIN_VOIGT):
+    m = delta.size
+    F = np.zeros(m)
+    parameters = np.tile(PARAMETERS, (m, 1))
+    codes = np.full(m, code, dtype=np.int64)
+    agreed = contact_forces(
+        H, W, delta, rate, codes, parameters, np.zeros(m), np.zeros(m, dtype=np.bool_), F
+    )
+    return agreed, F
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_forces_of_two_coupled_pairs_satisfy_their_law(seed):
+    W, delta, rate = coupled(seed, 2)
+    agreed, F = solve(W, delta, rate)
+    assert agreed
+    p, v = -(delta + H * W @ F), -(rate + W @ F)
+    size = K * np.abs(p) + C * np.abs(v)
+    assert np.all(np.abs(F - K * p - C * v) <= 1e-12 * size.max())
+    # The linear equations solved at once; and without the coupling it is another force.
+    direct = np.linalg.solve(np.eye(2) + W * (H * K + C), -K * delta - C * rate)
+    assert pytest.approx(direct, abs=1e-11 * size.max()) == F
+    alone = solve(np.diag(np.diag(W)), delta, rate)[1]
+    assert np.abs(alone - F).max() > 1e-6 * np.abs(F).max()
+
+
+def test_forces_without_tension_are_a_complementary_pair():
+    for seed in range(20):
+        W, delta, rate = coupled(seed, 3)
+        agreed, F = solve(W, delta, rate, code=KELVIN_VOIGT_NO_TENSION)
+        assert agreed and np.all(F >= 0.0)
+        p, v = -(delta + H * W @ F), -(rate + W @ F)
+        size = (K * np.abs(p) + C * np.abs(v)).max()
+        assert np.abs(F - np.maximum(K * p + C * v, 0.0)).max() <= 1e-11 * size
+
+
+@pytest.mark.parametrize("make", [hertz_damp, hunt_crossley, jankowski])
+@pytest.mark.parametrize("m", [2, 5])
+def test_forces_of_coupled_pairs_of_a_law_that_is_not_linear(make, m):
+    law = make(3e12, 0.4, 1e6)
+    for seed in range(10):
+        W, delta, rate = coupled(seed, m)
+        onset, F = np.abs(rate), np.zeros(m)
+        parameters, codes = np.tile(law.parameters, (m, 1)), np.full(m, law.code)
+        room = np.zeros(m, dtype=np.bool_)
+        assert contact_forces(H, W, delta, -onset, codes, parameters, onset, room, F)
+        p, v = -(delta + H * W @ F), onset - W @ F
+        expected = [
+            law_force(law.code, law.parameters, *state)[0]
+            for state in zip(p, v, onset, strict=True)
+        ]
+        assert pytest.approx(np.array(expected), abs=1e-9 * F.max()) == F
+        assert F.max() > 0.0
+
+
+def test_an_open_pair_has_no_force():
+    W, delta, rate = coupled(1, 2)
+    agreed, F = solve(W, np.array([1e-3, delta[1]]), rate)
+    # The force of the closed pair may close the other one within the step, but not here.
+    assert agreed and F[0] == 0.0 != F[1]
+
+
+def test_forces_that_are_not_numbers_are_refused():
+    W, delta, _ = coupled(0, 2)
+    agreed, _ = solve(W, delta, np.array([np.nan, 0.0]))
+    assert not agreed
+    parameters = np.zeros(N_PARAMETERS)
+    parameters[0] = np.nan
+    law = Law("not a law", KELVIN_VOIGT, parameters, 1.0, 1.0, 0.0, 1e3)
+    with pytest.raises(SolutionError, match=r"contact forces did not converge at t = 0\.0003 s"):
+        # The gap closes in the third step.
+        collision_at(law, 1e-4, phase=2.5)
+
+
+def collision_at(law, dt, phase):
+    """As `collision`, which takes the number of steps from the duration of a healthy law."""
+    ends = [End(name, 0, (0.0, 0.0, 0.0), 1) for name in "12"]
+    sticks = tuple(mass_on_spring(name, 1e3, 0.0) for name in "12")
+    system = System(sticks, (Pair("1-2", *ends, Y, 0.3 * dt * phase, law),))
+    v0 = np.zeros(12)
+    v0[1] = 0.3
+    return simulate(system, np.zeros((10, 3)), dt, v0=v0)
+
+
+@pytest.mark.parametrize("code", [KELVIN_VOIGT, KELVIN_VOIGT_NO_TENSION])
+def test_pair_force_where_the_force_passes_through_zero(code):
+    # K p and C v cancel to the last digits: what is left is rounding, and no reason to give up.
+    rng = np.random.default_rng(11)
+    W = H / 1.5e6
+    for p in rng.uniform(1e-5, 1e-2, 2000):
+        for digits in (0.0, 1e-16, -1e-15, 1e-13):
+            v = -K * p / C * (1.0 + digits)
+            F, size = pair_force(code, PARAMETERS, p, v, 0.0, H, W)
+            assert size == pytest.approx(2 * K * p, rel=1.0)
+            assert abs(F) <= 1e-12 * 2 * K * p
+
+
+def test_pair_force_by_hand():
+    W, p, v = H / 1.5e6, 2e-4, 0.1
+    expected = (K * p + C * v) / (1 + W * (H * K + C))
+    F, size = pair_force(KELVIN_VOIGT, PARAMETERS, p, v, 0.0, H, W)
+    assert pytest.approx(expected, rel=1e-13) == F
+    assert size >= abs(F)
+    assert pair_force(KELVIN_VOIGT, PARAMETERS, p, v, 0.0, H, 0.0)[0] == pytest.approx(
+        K * p + C * v
+    )
+    # Its own force makes a difference.
+    assert abs(K * p + C * v - F) > 1e-3 * F
+
+
+def test_pair_force_that_opens_the_gap_within_the_step():
+    # Hardly closed: the force that the law has at p = 0 counts.
+    W, v = H / 1.5e6, 0.1
+    F, _ = pair_force(KELVIN_VOIGT, PARAMETERS, 1e-12, v, 0.0, H, W)
+    assert pytest.approx(C * v / (1 + W * C), rel=1e-12) == F
+    assert 1e-12 - H * W * F < 0.0
+
+
+@pytest.mark.parametrize("code", [KELVIN_VOIGT, KELVIN_VOIGT_NO_TENSION])
+@pytest.mark.parametrize("stiff", [1.0, 1e2, 1e4, 1e6])
+def test_pair_force_of_a_barely_closed_gap_with_a_coarse_step(code, stiff):
+    # h W K = stiff: with the spring in its slope, Newton's method would creep.
+    m, v = 1.5e6, 0.1
+    h = np.sqrt(stiff * m / K)
+    W = h / m
+    for xi in (0.0, 0.05, 0.7):
+        c = 2.0 * xi * np.sqrt(K * m)
+        for p in (1e-12, 1e-9, 1e-6):
+            F, size = pair_force(code, np.array([K, c, 0.0, 0.0]), p, v, v, h, W)
+            inside = (K * p + c * v) / (1.0 + W * (h * K + c))
+            expected = inside if p > h * W * inside else c * v / (1.0 + W * c)
+            assert pytest.approx(expected, rel=1e-9, abs=1e-12 * K * p) == F
+            assert size >= abs(F)
+    # A step that leaves them in contact has the spring in it.
+    F, _ = pair_force(code, np.array([K, 0.0, 0.0, 0.0]), 1e-3, v, v, h, W)
+    assert pytest.approx(K * 1e-3 / (1.0 + stiff)) == F
+
+
+@pytest.mark.parametrize("make", [hertz_damp, hunt_crossley, jankowski])
+def test_pair_force_of_a_law_that_is_not_linear(make):
+    # F = law(p - h W F, v - W F), found by bisection as well.
+    m = 1.5e6
+    law, W = make(1.4e12, 0.5, m), H / m
+    rng = np.random.default_rng(7)
+    for _ in range(200):
+        p, v0 = rng.uniform(1e-3, 1e-2), rng.uniform(0.1, 1.0)
+        v = rng.uniform(-0.9, 1.0) * v0
+
+        def excess(F, p=p, v=v, v0=v0):
+            return law_force(law.code, law.parameters, p - H * W * F, v - W * F, v0)[0] - F
+
+        F, size = pair_force(law.code, law.parameters, p, v, v0, H, W)
+        assert size >= F > 0.0
+        assert pytest.approx(scipy.optimize.brentq(excess, 0.0, p / (H * W)), rel=1e-9) == F
+        assert excess(0.99 * F) > 0.0 > excess(1.01 * F)
+
+
+def test_pair_force_depends_on_the_speed_of_approach():
+    law = hertz_damp(1.4e12, 0.5, 1.5e6)
+    slow, fast = (
+        pair_force(law.code, law.parameters, 5e-3, 0.1, v0, H, 0.0)[0] for v0 in (0.1, 1.0)
+    )
+    elastic = 1.4e12 * 5e-3**1.5
+    assert slow == pytest.approx(elastic * (1.0 + law.parameters[1]))
+    assert fast == pytest.approx(elastic * (1.0 + 0.1 * law.parameters[1]))
+
+
+def test_the_loop_remembers_the_speed_of_approach():
+    # Every contact of a mass that bounces between two walls begins with its own speed.
+    law = hertz_damp(1e9, 0.6, 1e3, exact=True)
+    pairs = tuple(
+        Pair(name, End("m", 0, (0.0, 0.0, 0.0), 1), None, sign * Y, 0.05, law)
+        for name, sign in (("right", 1.0), ("left", -1.0))
+    )
+    v0 = np.zeros(6)
+    v0[1] = 1.0
+    response = simulate(
+        System((mass_on_spring("m", 1e3, 0.0),), pairs), np.zeros((60000, 3)), 1e-5, v0=v0
+    )
+    found = impacts(response)
+    assert [impact.pair.name for impact in found[:3]] == ["right", "left", "right"]
+    assert [impact.approach for impact in found[:3]] == pytest.approx([1.0, 0.6, 0.36], rel=2e-3)
+    assert [impact.restitution for impact in found[:3]] == pytest.approx([0.6] * 3, abs=2e-3)
+
+
+def test_pair_force_of_jankowski_at_a_barely_closed_gap():
+    m, v = 1e6, 0.1
+    law = jankowski(1e12, 0.5, m)
+    h = law.duration(v) / 32.0
+    W = h / m
+    for p in (1e-12, 1e-9, 1e-6, 1e-4):
+
+        def excess(F, p=p):
+            return law_force(law.code, law.parameters, p - h * W * F, v - W * F, v)[0] - F
+
+        F, _ = pair_force(law.code, law.parameters, p, v, v, h, W)
+        assert pytest.approx(scipy.optimize.brentq(excess, 0.0, p / (h * W)), rel=1e-9) == F

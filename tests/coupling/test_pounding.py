@@ -1,0 +1,430 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.linalg
+
+from impactfem.coupling.contact import effective_mass, kelvin_voigt
+from impactfem.coupling.energy import energy_balance
+from impactfem.coupling.impacts import impacts
+from impactfem.coupling.pounding import End, Load, Pair, System, interpolate_ground, simulate
+from impactfem.sticks.stick import build_stick, mass_on_spring
+from impactfem.system.errors import ImpactfemError, SolutionError
+from impactfem.verify.models import Y, against_wall, collision
+
+DT = 2.5e-4
+UX, UY, UZ, RX, RY, RZ = range(6)
+
+
+def point(name, offset=(0.0, 0.0, 0.0)):
+    return End(name, 0, offset, 1)
+
+
+def test_a_gap_that_never_closes_changes_nothing(row, shake):
+    system, ground = row(100.0), shake()
+    response = simulate(system, ground, DT)
+    free = simulate(system.without_contact(), ground, DT)
+    assert not response.force.any()
+    assert np.array_equal(response.u, free.u) and np.array_equal(response.v, free.v)
+    assert free.force.shape == (4000, 0) and free.gap.shape == (4000, 0)
+    pounding = simulate(row(0.005), ground, DT)
+    assert pounding.force.any() and not np.array_equal(pounding.u, free.u)
+
+
+def test_buildings_alike_never_touch(row, shake):
+    alike = simulate(row(0.0, softer=1.0), shake(components=(0, 1, 2)), DT)
+    assert not alike.force.any() and np.abs(alike.u).max() > 0.0
+    assert simulate(row(0.0, softer=0.999), shake(), DT).force.any()
+
+
+def test_free_vibration_of_a_stick_by_the_matrix_exponential(row):
+    stick = row(None, buildings=1).sticks[0]
+    system = System((stick,), ())
+    # A static deflection let go.
+    u0 = np.linalg.solve(stick.K, np.eye(stick.n)[6 + UY] * 1e6)
+    n_t, dt = 2001, 5e-5
+    response = simulate(system, np.zeros((n_t, 3)), dt, u0=u0)
+    invM = np.diag(1.0 / np.diag(stick.M))
+    A = np.block(
+        [[np.zeros_like(invM), np.eye(stick.n)], [-invM @ stick.K, -invM @ stick.C]],
+    )
+    exact = scipy.linalg.expm(A * dt * (n_t - 1)) @ np.concatenate([u0, 0 * u0])
+    assert np.abs(response.u[-1] - exact[: stick.n]).max() < 1e-4 * np.abs(u0).max()
+    assert np.abs(response.u[-1] - u0).max() > 0.1 * np.abs(u0).max()
+
+
+def test_a_point_without_mass_changes_nothing_when_nothing_touches(floors, shake):
+    plain = System((build_stick("a", floors(2)),), ())
+    pointed = System((build_stick("a", floors(2), storey_points=[(2, 0.3), (1, 0.5)]),), ())
+    ground = shake(components=(0, 1, 2))
+    one, other = simulate(plain, ground, DT), simulate(pointed, ground, DT)
+    assert np.abs(one.u - other.u[:, :12]).max() < 1e-9 * np.abs(one.u).max()
+    assert np.abs(one.acceleration - other.acceleration[:, :12]).max() < 1e-6
+    # The points move, between base and floor 1 and between the floors; they have no acceleration.
+    top, middle = np.abs(other.u[:, [UY, 6 + UY, 12 + UY, 18 + UY]]).max(axis=0).reshape(2, 2)
+    assert 0.0 < middle[0] < top[0] < middle[1] < top[1]
+    assert not other.acceleration[:, 12:].any()
+
+
+def two_oscillators(dt, tension):
+    m1, m2 = 3e6, 1.5e6
+    k1, k2, c1, c2 = m1 * 11.0**2, m2 * 8.0**2, 0.1 * m1, 0.2 * m2
+    law = kelvin_voigt(1e10, 0.15, effective_mass(m1, m2), tension=tension)
+    n_t = round(0.6 / dt) + 1
+    sticks = (mass_on_spring("1", m1, k1, dashpot=c1), mass_on_spring("2", m2, k2, dashpot=c2))
+    system = System(sticks, (Pair("1-2", point("1"), point("2"), Y, 0.004, law),))
+    ground = np.zeros((n_t, 3))
+    ground[:, 1] = 3.0 * np.sin(9.0 * dt * np.arange(n_t))
+    v0 = np.zeros(12)
+    v0[UY] = 0.3
+    return system, simulate(system, ground, dt, v0=v0), (m1, m2, k1, k2, c1, c2)
+
+
+@pytest.mark.parametrize("tension", [True, False])
+def test_two_oscillators_that_pound_against_adaptive_integration(tension):
+    dt = 1e-5
+    _, response, (m1, m2, k1, k2, c1, c2) = two_oscillators(dt, tension)
+    K, C = response.system.pairs[0].law.parameters[:2]
+    touching = False
+
+    def rhs(t, y):
+        p, v = y[0] - y[1] - 0.004, y[2] - y[3]
+        F = K * p + C * v if touching else 0.0
+        F = F if tension else max(F, 0.0)
+        a = 3.0 * np.sin(9.0 * t)
+        return [
+            y[2],
+            y[3],
+            (-k1 * y[0] - c1 * y[2] - F) / m1 - a,
+            (-k2 * y[1] - c2 * y[3] + F) / m2 - a,
+        ]
+
+    def crossing(t, y):
+        return y[0] - y[1] - 0.004
+
+    crossing.terminal = True
+    t, y, closings = 0.0, np.array([0.0, 0.0, 0.3, 0.0]), 0
+    while t < 0.6:
+        crossing.direction = -1 if touching else 1
+        solution = scipy.integrate.solve_ivp(
+            rhs, (t, 0.6), y, events=crossing, rtol=1e-9, atol=1e-12, max_step=2e-3
+        )
+        t, y = solution.t[-1], solution.y[:, -1]
+        if solution.status == 1:
+            touching = not touching
+            closings += touching
+    assert closings >= 2 == min(closings, len(impacts(response)))
+    found = response.u[-1, [UY, 6 + UY]]
+    assert found == pytest.approx(y[:2], abs=2e-3 * np.abs(response.u).max())
+    # Without contact they would be elsewhere.
+    free = simulate(response.system.without_contact(), response.ground, dt, v0=response.v[0])
+    assert np.abs(free.u[-1, [UY, 6 + UY]] - y[:2]).max() > 0.1 * np.abs(response.u).max()
+
+
+def test_action_is_reaction():
+    law = kelvin_voigt(1e9, 0.2, effective_mass(2e3, 5e3))
+    response = collision(law, 2e3, 5e3, 0.7, law.duration(0.7) / 50)
+    momentum = response.v[:, [UY, 6 + UY]] @ [2e3, 5e3]
+    assert momentum == pytest.approx(2e3 * 0.7, rel=1e-12)
+    assert response.v[-1, 6 + UY] > 0.1
+    force = response.force[:, 0]
+    assert response.acceleration[:, UY] == pytest.approx(-force / 2e3)
+    assert response.acceleration[:, 6 + UY] == pytest.approx(force / 5e3)
+
+
+def test_row_of_three_masses_hands_the_momentum_on():
+    def last_speed(xi):
+        m = 1e3
+        law = kelvin_voigt(1e9, xi, m / 2)
+        sticks = tuple(mass_on_spring(name, m, 0.0) for name in "123")
+        pairs = tuple(
+            Pair(f"{a}-{b}", point(a), point(b), Y, gap, law)
+            for a, b, gap in (("1", "2", 0.001), ("2", "3", 0.01))
+        )
+        v0 = np.zeros(18)
+        v0[UY] = 1.0
+        # The speeds before each collision differ little enough from 1 for 40 ms.
+        response = simulate(System(sticks, pairs), np.zeros((4000, 3)), 1e-5, v0=v0)
+        assert [impact.pair.name for impact in impacts(response)[:2]] == ["1-2", "2-3"]
+        return response.v[-1, [UY, 6 + UY, 12 + UY]], law.epsilon
+
+    speeds, _ = last_speed(0.0)
+    assert speeds == pytest.approx([0.0, 0.0, 1.0], abs=1e-3)
+    # Each collision of equal masses hands on (1 + ε)/2 of the speed.
+    speeds, epsilon = last_speed(0.1)
+    assert speeds[2] == pytest.approx(((1 + epsilon) / 2) ** 2, rel=5e-3)
+    assert speeds.sum() == pytest.approx(1.0, rel=1e-12)
+
+
+def test_three_buildings_in_a_row(row, shake):
+    three = simulate(row(0.003, buildings=3), shake(), DT)
+    assert [pair.name for pair in three.system.pairs] == ["a1-b1", "a2-b2", "b1-c1", "b2-c2"]
+    assert three.force[:, :2].any() and three.force[:, 2:].any()
+    two = simulate(row(0.003), shake(), DT)
+    assert np.abs(three.u[:, :12] - two.u[:, :12]).max() > 1e-5
+
+
+def test_roles_of_the_two_ends(row, shake):
+    system, ground = row(0.003), shake()
+    swapped = tuple(replace(p, a=p.b, b=p.a, normal=-p.normal) for p in system.pairs)
+    one, other = simulate(system, ground, DT), simulate(System(system.sticks, swapped), ground, DT)
+    assert one.force.any()
+    assert np.abs(one.force - other.force).max() < 1e-9 * np.abs(one.force).max()
+    assert np.abs(one.u - other.u).max() < 1e-12 * np.abs(one.u).max()
+    # With the roles but not the normal the points move apart where they should touch.
+    wrong = tuple(replace(pair, normal=-pair.normal) for pair in swapped)
+    wrong_way = simulate(System(system.sticks, wrong), ground, DT)
+    assert np.abs(one.u - wrong_way.u).max() > 1e-3 * np.abs(one.u).max()
+
+
+def test_only_an_eccentric_pair_turns_the_buildings(row, shake):
+    central = simulate(row(0.003), shake(), DT)
+    others = [c for c in range(24) if c % 6 not in (UY, RX)]
+    assert central.force.any() and not central.u[:, others].any()
+    eccentric = simulate(row(0.003, x=4.0), shake(), DT)
+    assert np.abs(eccentric.u[:, [RZ, 12 + RZ]]).max() > 1e-6
+    # A blow along -y at x > 0 turns building a to the left about z: -x F.
+    first = impacts(eccentric)[0].first
+    a, b = eccentric.u[first + 3, [6 + RZ, 18 + RZ]]
+    assert a < 0.0 < b
+
+
+def test_eccentric_blow_of_a_free_body():
+    # A body with J = m hits a wall 0.8 m off its centre: at the point 1/(1/m + e²/J) counts.
+    m, e, v = 1e3, 0.8, 0.5
+    body = mass_on_spring("m", m, 0.0)
+    mass = body.point_mass(0, (e, 0.0, 0.0), Y)
+    assert mass == pytest.approx(m / (1 + e**2))
+    law = kelvin_voigt(1e9, 0.1, mass)
+    system = System((body,), (Pair("wall", point("m", (e, 0.0, 0.0)), None, Y, 0.0, law),))
+    v0 = np.zeros(6)
+    v0[UY] = v
+    response = simulate(system, np.zeros((3000, 3)), law.duration(v) / 1000, v0=v0)
+    impact = impacts(response)[0]
+    assert impact.restitution == pytest.approx(law.epsilon, rel=2e-3)
+    assert impact.duration == pytest.approx(law.duration(v), rel=1e-3)
+    assert response.v[-1, UY] == pytest.approx(v - impact.impulse / m, rel=1e-9)
+    assert response.v[-1, RZ] == pytest.approx(-e * impact.impulse / m, rel=1e-9)
+
+
+def test_a_wall_moves_with_the_ground():
+    # A mass on a spring, at rest against a wall: the ground pushes it there or away.
+    mass, law = mass_on_spring("m", 1e3, 1e5), kelvin_voigt(1e9, 0.1, 1e3)
+    at_rest = against_wall(mass, law, 0.0, 0.0, 1e-4, 100)
+    for a, touches in ((-2.0, True), (2.0, False)):
+        ground = np.zeros((100, 3))
+        ground[:, 1] = a
+        response = simulate(at_rest.system, ground, 1e-4)
+        assert response.force.any() == touches
+        assert np.all(response.u[1:, UY] * a < 0.0)
+
+
+def test_lagged_force_is_another_and_blows_up_for_a_long_step(row, shake):
+    implicit = simulate(row(0.003), shake(), DT)
+    lagged = simulate(row(0.003), shake(), DT, update="lagged")
+    difference = np.abs(implicit.u - lagged.u).max() / np.abs(implicit.u).max()
+    assert 1e-3 < difference < 1.0
+    law = kelvin_voigt(1e11, 0.12, 1.5e6)
+    wall = Pair("wall", point("m"), None, Y, 0.0, law)
+    system = System((mass_on_spring("m", 1.5e6, 1e9),), (wall,))
+    v0 = np.zeros(6)
+    v0[UY] = 1.0
+    ground, dt = np.zeros((20000, 3)), law.duration(1.0) / 2.0
+    with pytest.raises(SolutionError, match="grew without bound; a lagged contact force is only"):
+        simulate(system, ground, dt, update="lagged", v0=v0)
+    assert np.abs(simulate(system, ground, dt, v0=v0).u).max() < 0.1
+
+
+@pytest.mark.parametrize("n_t", [50, 400])
+def test_a_lagged_blow_up_that_is_still_finite_is_refused(n_t):
+    """A floor at a wall, five steps an impact; with the paper's step it is 52 and goes well."""
+    law = kelvin_voigt(1e11, 0.12, 3014e3)
+    wall = Pair("wall", point("m"), None, Y, 0.0, law)
+    system = System((mass_on_spring("m", 3014e3, 3e9),), (wall,))
+    v0 = np.zeros(6)
+    v0[UY] = 0.163
+    ground, coarse, paper = np.zeros((n_t, 3)), law.duration(0.163) / 5.0, 16.79 / 50_000
+    with pytest.raises(SolutionError, match=r"lagged contact forces created energy, .* J; a lagg"):
+        simulate(system, ground, coarse, update="lagged", v0=v0)
+    assert np.isfinite(simulate(system, ground, coarse, v0=v0).u).all()
+    moderate = simulate(system, np.zeros((400, 3)), paper, update="lagged", v0=v0)
+    (impact,) = impacts(moderate)[:1]
+    assert impact.restitution == pytest.approx(law.epsilon, abs=0.1)
+
+
+@pytest.mark.parametrize("xi", [0.0, 0.12])
+def test_a_moderate_lagged_run_that_pounds_goes_well(row, shake, xi):
+    # The first one creates energy in every impact, but less than comes in.
+    system = row(0.003, law=kelvin_voigt(1e10, xi, 120e3))
+    response = simulate(system, shake(), DT, update="lagged")
+    found = impacts(response)
+    assert len(found) > 1 and sum(impact.defect for impact in found) < 0.0
+
+
+def test_lagged_force_is_the_law_one_step_before(row, shake):
+    response = simulate(row(0.003), shake(), DT, update="lagged")
+    law, p, v = response.system.pairs[1].law, -response.gap[:-1, 1], -response.gap_rate[:-1, 1]
+    expected = np.where(p > 0.0, law.parameters[0] * p + law.parameters[1] * v, 0.0)
+    assert expected.any()
+    assert response.force[1:, 1] == pytest.approx(expected, rel=1e-9, abs=1e-3)
+
+
+def test_a_start_in_contact_is_refused(row):
+    system = row(0.01)
+    u0 = np.zeros(24)
+    u0[6 + UY] = 0.0101
+    with pytest.raises(ImpactfemError, match="pair a2-b2 penetrates at the start"):
+        simulate(system, np.zeros((10, 3)), DT, u0=u0)
+    u0[6 + UY] = 0.0099
+    assert simulate(system, np.zeros((10, 3)), DT, u0=u0).u[0, 6 + UY] == 0.0099
+
+
+@pytest.mark.parametrize("shape", [(10,), (10, 2), (3, 10), (2, 10, 3)])
+def test_shape_of_the_ground(row, shape):
+    with pytest.raises(ImpactfemError, match=r"ground must have shape \(n_t, 3\), got \("):
+        simulate(row(), np.zeros(shape), DT)
+
+
+def test_accelerations_are_those_of_the_scheme(row, shake):
+    # The average acceleration rule: v₁ - v₀ = Δt/2 (a₀ + a₁), from equilibrium at both times.
+    response = simulate(row(0.003), shake(components=(0, 1)), DT)
+    a = response.acceleration
+    step = DT / 2 * (a[:-1] + a[1:])
+    assert np.abs(np.diff(response.v, axis=0) - step).max() < 1e-8 * np.abs(response.v).max()
+    altered = replace(response, force=1.01 * response.force).acceleration
+    assert np.abs(altered - a).max() > 1e-3 * np.abs(a).max()
+    absolute = response.absolute_acceleration - a
+    assert absolute[:, 6:9] == pytest.approx(response.ground)
+    assert not absolute[:, 9:12].any()
+
+
+def test_gap_and_its_rate(row, shake):
+    response = simulate(row(0.003), shake(), DT)
+    dofs = response.system.floor_dofs("b")
+    assert dofs.shape == (2, 6) and dofs[0, 0] == 12
+    expected = 0.003 + response.u[:, dofs[1, UY]] - response.u[:, 6 + UY]
+    assert response.gap[:, 1] == pytest.approx(expected, abs=1e-15)
+    assert response.gap_rate[:, 1] == pytest.approx(response.v[:, 18 + UY] - response.v[:, 6 + UY])
+    assert response.time[-1] == pytest.approx(3999 * DT)
+
+
+def test_oblique_normal_is_a_turned_building():
+    # Free masses that collide along (1, 1)/√2: the same as along y.
+    law = kelvin_voigt(1e9, 0.1, 500.0)
+    n = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
+    straight = collision(law, 1e3, 1e3, 0.4, 1e-5)
+    turned = System(straight.system.sticks, (replace(straight.system.pairs[0], normal=n),))
+    v0 = np.zeros(12)
+    v0[:3] = 0.4 * n
+    response = simulate(turned, straight.ground, 1e-5, v0=v0)
+    assert np.abs(response.force - straight.force).max() < 1e-9 * straight.force.max()
+    assert response.v[:, 6:9] @ n == pytest.approx(straight.v[:, 6 + UY], abs=1e-12)
+    assert response.v[-1, 6] == pytest.approx(straight.v[-1, 6 + UY] / np.sqrt(2), rel=1e-9)
+
+
+def test_interpolate_ground():
+    ramp, late = np.array([0.0, 1.0, 3.0]), np.array([2.0, 2.0])
+    ground = interpolate_ground([(1, 0.1, ramp), (1, 0.1, late), (2, 0.2, -ramp)], 0.05, 8)
+    assert ground.shape == (8, 3) and not ground[:, 0].any()
+    # Linear between samples, the two along y added, zero after each record's end.
+    assert ground[:4, 1] == pytest.approx([2.0, 2.5, 3.0, 2.0])
+    assert ground[5:, 1] == pytest.approx(0.0)
+    assert ground[:, 2] == pytest.approx([0.0, -0.25, -0.5, -0.75, -1.0, -1.5, -2.0, -2.5])
+    assert not interpolate_ground([], 0.05, 3).any()
+
+
+def test_interpolate_ground_keeps_the_last_sample():
+    """Where rounding puts the last time behind the last sample it counts as that sample's."""
+    behind = 0
+    for dt in (0.005, 0.01, 1.0 / 3.0, 0.3358e-3):
+        for finer in (1, 3, 7, 20):
+            for n in (4, 7, 31, 61):
+                steps = finer * (n - 1)
+                behind += dt / finer * steps > dt * (n - 1)
+                samples = np.full(n, 2.5)
+                ground = interpolate_ground([(0, dt, samples)], dt / finer, steps + 2)[:, 0]
+                assert ground[:-1] == pytest.approx(2.5) and ground[-1] == 0.0
+    assert behind > 0
+    late = interpolate_ground([(0, 0.1, np.ones(4))], 0.1 * (1 + 1e-6), 4)[:, 0]
+    assert late[2] == 1.0 and late[3] == 0.0
+
+
+def oscillator(xi, force, dt):
+    """A mass of 2 t at 5 Hz under a force along y; its displacement along y."""
+    mass = mass_on_spring("m", 2e3, frequency=5.0, damping_ratio=xi)
+    load = Load(End.of_floor(mass, 1), Y, force)
+    return simulate(System((mass,), ()), np.zeros((len(force), 3)), dt, loads=[load])
+
+
+def test_a_half_sine_pulse_on_an_oscillator():
+    """Undamped, t_d = T/2.5: u k/P₀ = (sin Ωt − r sin ωt)/(1 − r²), then free vibration of the
+    amplitude 2 r cos(π/(2 r))/(r² − 1), r = Ω/ω (Chopra, Dynamics of Structures, section 4.8)."""
+    w, P = 2.0 * np.pi * 5.0, 1e4
+    t_d, dt = 0.2 / 2.5, 1e-5
+    t = dt * np.arange(30001)
+    force = np.where(t <= t_d, P * np.sin(np.pi * t / t_d), 0.0)
+    u = oscillator(0.0, force, dt).u[:, 1] * 2e3 * w**2 / P
+    r = np.pi / t_d / w
+    during = t <= t_d
+    forced = (np.sin(np.pi * t / t_d) - r * np.sin(w * t)) / (1.0 - r**2)
+    assert u[during] == pytest.approx(forced[during], abs=2e-6)
+    after = abs(2.0 * r * np.cos(np.pi / (2.0 * r)) / (r**2 - 1.0))
+    assert np.abs(u[t > t_d]).max() == pytest.approx(after, rel=1e-5)
+    # Half of the pulse moves it half as much: the row above is no coincidence.
+    half = oscillator(0.0, 0.5 * force, dt).u[:, 1] * 2e3 * w**2 / P
+    assert half == pytest.approx(0.5 * u, abs=1e-12)
+
+
+@pytest.mark.parametrize("xi", [0.0, 0.05])
+def test_a_step_force_on_an_oscillator(xi):
+    """u k/P = 1 − e^(−ξωt) (cos ω_d t + ξ/√(1 − ξ²) sin ω_d t); static at last."""
+    w, P, dt = 2.0 * np.pi * 5.0, 1e4, 2e-5
+    response = oscillator(xi, np.full(100001, P), dt)
+    t, root = response.time, np.sqrt(1.0 - xi**2)
+    decay = np.exp(-xi * w * t)
+    exact = 1.0 - decay * (np.cos(w * root * t) + xi / root * np.sin(w * root * t))
+    u = response.u[:, 1] * 2e3 * w**2 / P
+    assert u == pytest.approx(exact, abs=3e-6 * (1.0 + 10.0 * (xi == 0.0)))
+    assert energy_balance(response).residual < 1e-9
+    # The acceleration is in equilibrium with the force.
+    assert response.acceleration[0, 1] == pytest.approx(P / 2e3)
+    # The spring's force is the reaction: P − m a − c v.
+    spring = -response.system.sticks[0].element_forces(response.u)[:, 0, 1]
+    damper = response.system.sticks[0].C[1, 1] * response.v[:, 1]
+    assert spring == pytest.approx(P - 2e3 * response.acceleration[:, 1] - damper, abs=1e-6 * P)
+
+
+def test_a_force_and_its_inertia_are_one():
+    """A force −m a(t) moves a mass as a ground acceleration a(t) does, in contact, too."""
+    m, dt, n_t = 1e3, 1e-4, 20001
+    a = 3.0 * np.sin(2.0 * np.pi * 1.5 * dt * np.arange(n_t))
+    one, other = (mass_on_spring(name, m, frequency=f) for name, f in (("1", 2.0), ("2", 3.0)))
+    pair = Pair("1-2", point("1"), point("2"), Y, 1e-3, kelvin_voigt(1e7, 0.2, 0.5 * m))
+    system = System((one, other), (pair,))
+    ground = np.zeros((n_t, 3))
+    ground[:, 1] = a
+    by_ground = simulate(system, ground, dt)
+    loads = [Load(End.of_floor(stick, 1), Y, -m * a) for stick in (one, other)]
+    by_force = simulate(system, np.zeros((n_t, 3)), dt, loads=loads)
+    assert by_ground.force.max() > 1e3
+    assert by_force.u == pytest.approx(by_ground.u, abs=1e-12)
+    assert by_force.force == pytest.approx(by_ground.force, abs=1e-6 * by_ground.force.max())
+    # On one mass alone it is another motion.
+    alone = simulate(system, np.zeros((n_t, 3)), dt, loads=loads[:1])
+    assert np.abs(alone.u - by_ground.u).max() > 1e-3
+
+
+def test_an_eccentric_force_turns_a_floor():
+    mass = mass_on_spring("m", 2.0, 0.0)
+    load = Load(End.of_floor(mass, 1, (3.0, 0.0, 0.0)), Y, np.ones(11))
+    v = simulate(System((mass,), ()), np.zeros((11, 3)), 0.1, loads=[load]).v[-1]
+    # Momentum P t, moment of momentum x P t, with an inertia of m · 1 m².
+    assert v == pytest.approx([0.0, 0.5, 0.0, 0.0, 0.0, 1.5])
+
+
+def test_a_force_of_another_length_is_refused():
+    mass = mass_on_spring("m", 2.0, 0.0)
+    load = Load(End.of_floor(mass, 1), Y, np.ones(10))
+    with pytest.raises(ImpactfemError, match=r"floor 1: expected shape \(11,\), got \(10,\)"):
+        simulate(System((mass,), ()), np.zeros((11, 3)), 0.1, loads=[load])

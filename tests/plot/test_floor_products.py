@@ -1,0 +1,237 @@
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pytest
+import xarray as xr
+
+from impactfem.plot.floor_products import read_floor_spectra, write_floor_products
+from impactfem.plot.floor_workbook import write_workbook
+from impactfem.spectra import FloorSpectrumSet, Station, broaden, rg_1_122_frequencies
+from impactfem.system.errors import ImpactfemError
+from impactfem.system.files import write_netcdf
+from impactfem.system.scalar import Scalar, to_json
+
+# Debian's h5py 3.7 calls what numpy 1.25 deprecates.
+pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
+
+F = rg_1_122_frequencies(100.0, 10)
+FLOORS = (("B1", 1, 3.0), ("B1", 2, 6.0), ("B2", 1, 3.5))
+
+
+def store(path: Path, motions: int = 0, directions: str = "xy", title: str = "a pair") -> Path:
+    """A store in the form of the stick stage, with one narrow peak a floor."""
+    rng = np.random.default_rng(4)
+    dampings = np.array([0.02, 0.05])
+    shape = (max(motions, 1), dampings.size, len(FLOORS), len(directions), F.size)
+    pfa = rng.uniform(1.0, 2.0, (shape[0], *shape[2:4]))
+    psa = np.empty(shape)
+    for m, d, s, x in np.ndindex(*shape[:-1]):
+        peak = rng.uniform(3.0, 20.0)
+        psa[m, d, s, x] = pfa[m, s, x] + 8.0 / (1 + d) / (1.0 + (12.0 * (F / peak - 1.0)) ** 2)
+    dims: tuple[str, ...] = ("motion", "damping", "station", "direction", "frequency")
+    if not motions:
+        psa, pfa, dims = psa[0], pfa[0], dims[1:]
+    data = xr.Dataset(
+        {
+            "psa": (dims, psa, {"units": "m/s2"}),
+            "pfa": (tuple(d for d in dims if d not in ("damping", "frequency")), pfa),
+            "frequency": ("frequency", F),
+            "damping": ("damping", dampings),
+            "direction": ("direction", np.array(list(directions), dtype=object)),
+            "station_building": ("station", np.array([b for b, _, _ in FLOORS], dtype=object)),
+            "station_floor": ("station", np.array([k for _, k, _ in FLOORS])),
+            "elevation": ("station", np.array([z for _, _, z in FLOORS])),
+        },
+        attrs={
+            "title": title,
+            "inputs": "abc",
+            "scalars": to_json([Scalar("frs.points_per_cycle", 20.0, "-", "upsampled")]),
+        },
+    )
+    if motions:
+        names = np.array([f"seed {k}" for k in range(motions)], dtype=object)
+        data = data.assign_coords(motion=("motion", names))
+    write_netcdf(path, data)
+    return path
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    write_floor_products(folder, store(folder / "sticks.nc"))
+    return folder
+
+
+def test_files(made: Path) -> None:
+    found = sorted(str(p.relative_to(made)) for p in made.rglob("*") if p.is_file())
+    assert found == [
+        "figures/floor_spectra_B1.png",
+        "figures/floor_spectra_B2.png",
+        "products/floor_peaks.csv",
+        "products/floor_spectra.csv",
+        "products/floor_spectra.nc",
+        "products/floor_spectra.xlsx",
+        "sticks.nc",
+    ]
+
+
+def test_table_has_labels_units_and_both_spectra(made: Path) -> None:
+    rows = rows_of(made / "products/floor_spectra.csv")
+    assert list(rows[0]) == [
+        "building",
+        "floor",
+        "direction",
+        "damping [-]",
+        "frequency [Hz]",
+        "raw [m/s2]",
+        "broadened [m/s2]",
+    ]
+    one = [
+        r
+        for r in rows
+        if (r["building"], r["floor"], r["direction"], r["damping [-]"]) == ("B1", "2", "y", "0.05")
+    ]
+    with xr.open_dataset(made / "sticks.nc", engine="h5netcdf") as source:
+        psa = source["psa"].values[1, 1, 1]
+    computed = [r for r in one if r["raw [m/s2]"]]
+    np.testing.assert_allclose([float(r["frequency [Hz]"]) for r in computed], F, rtol=1e-5)
+    np.testing.assert_allclose([float(r["raw [m/s2]"]) for r in computed], psa, rtol=1e-5)
+    frequency = np.clip([float(r["frequency [Hz]"]) for r in one], F[0], F[-1])
+    np.testing.assert_allclose(
+        [float(r["broadened [m/s2]"]) for r in one], broaden(F, psa, 0.15, frequency), rtol=1e-4
+    )
+    assert len(one) > len(computed) == F.size
+
+
+def test_peaks(made: Path) -> None:
+    rows = rows_of(made / "products/floor_peaks.csv")
+    assert len(rows) == len(FLOORS) * 2 * 2
+    spectra, _ = read_floor_spectra(made / "sticks.nc")
+    first = rows[0]
+    assert (first["building"], first["floor"], first["direction"]) == ("B1", "1", "x")
+    assert float(first["raw peak [m/s2]"]) == pytest.approx(spectra.psa[0, 0, 0, 0].max(), rel=1e-5)
+    assert float(first["broadened peak [m/s2]"]) == float(first["raw peak [m/s2]"])
+    assert float(first["zero-period acceleration [m/s2]"]) == pytest.approx(
+        spectra.zpa[0, 0, 0], rel=1e-5
+    )
+    assert 1.0 < float(first["within 5 % of it from [Hz]"]) <= 100.0
+
+
+def test_workbook_has_a_sheet_for_each_building_direction_and_damping(made: Path) -> None:
+    book = openpyxl.load_workbook(made / "products/floor_spectra.xlsx")
+    assert book.sheetnames == ["contents"] + [
+        f"{b} {x} {d} %" for b in ("B1", "B2") for x in "xy" for d in (2, 5)
+    ]
+    cells = list(book["B1 y 5 %"].iter_rows(values_only=True))
+    head = {row[0]: row[1:] for row in cells if row and isinstance(row[0], str)}
+    assert head["building"][0] == "B1"
+    assert head["direction"][0] == "y"
+    assert head["damping [-]"][0] == 0.05
+    assert head["case"][0] == "a pair"
+    assert head["floor"] == ("floor 1", "floor 1", "floor 2", "floor 2")
+    assert head["points"][0] == "mass centre"
+    assert "m/s2" in head["units"][0]
+    assert "time histories with pounding" in head["method"][0]
+    assert "±15 %" in head["design"][0]
+    assert head["frequency [Hz]"] == ("raw [m/s2]", "broadened [m/s2]") * 2
+    numbers = [row for row in cells if isinstance(row[0], float | int)]
+    rows = [
+        r
+        for r in rows_of(made / "products/floor_spectra.csv")
+        if (r["building"], r["floor"], r["direction"], r["damping [-]"]) == ("B1", "2", "y", "0.05")
+    ]
+    assert [row[4] for row in numbers] == [float(r["broadened [m/s2]"]) for r in rows]
+    assert [row[3] for row in numbers] == [
+        float(r["raw [m/s2]"]) if r["raw [m/s2]"] else None for r in rows
+    ]
+
+
+def test_store_carries_method_and_inputs(made: Path) -> None:
+    with xr.open_dataset(made / "products/floor_spectra.nc", engine="h5netcdf") as data:
+        assert data.attrs["inputs"] == "abc"
+        assert data.attrs["title"] == "a pair"
+        assert "20 points in a cycle upsampled" in data.attrs["method"]
+        assert data["broadened"].dims == ("damping", "station", "direction", "design_frequency")
+        assert data["raw"].attrs["units"] == "m/s2"
+        assert data["station_points"].values.tolist() == ["mass centre"] * 3
+        assert np.all(data["broadened"].max("design_frequency") == data["raw"].max("frequency"))
+
+
+def test_ensemble_has_fractiles(tmp_path: Path) -> None:
+    source = store(tmp_path / "ensemble.nc", motions=5)
+    write_floor_products(tmp_path, source, statistic=0.84)
+    with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="h5netcdf") as data:
+        assert data.attrs["motions"] == "5 motions, 84 % fractile"
+        with xr.open_dataset(source, engine="h5netcdf") as given:
+            psa = given["psa"].values
+        np.testing.assert_allclose(data["median"], np.median(psa, axis=0))
+        np.testing.assert_allclose(data["mean"], psa.mean(axis=0))
+        np.testing.assert_allclose(data["envelope"], psa.max(axis=0))
+        np.testing.assert_array_equal(data["84_fractile"], data["raw"])
+        assert np.all(data["16_fractile"] <= data["84_fractile"])
+    row = rows_of(tmp_path / "products/floor_spectra.csv")[0]
+    assert list(row)[-5:] == [
+        "mean [m/s2]",
+        "16 % fractile [m/s2]",
+        "median [m/s2]",
+        "84 % fractile [m/s2]",
+        "envelope [m/s2]",
+    ]
+
+
+def test_broadening_and_clipping_reach_the_files(tmp_path: Path) -> None:
+    source = store(tmp_path / "sticks.nc")
+    write_floor_products(tmp_path, source, broadening=0.0, clipping=True)
+    with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="h5netcdf") as data:
+        assert np.any(data["broadened"].max("design_frequency") < data["raw"].max("frequency"))
+        assert data.attrs["design"].startswith("peaks not broadened; ")
+        assert "narrow peaks reduced" in data.attrs["design"]
+    write_floor_products(tmp_path, source, broadening=0.0)
+    with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="h5netcdf") as data:
+        assert data.sizes["design_frequency"] == F.size
+        np.testing.assert_allclose(data["broadened"].values, data["raw"].values, rtol=1e-13)
+
+
+def test_text_in_a_workbook_is_text(tmp_path: Path) -> None:
+    stations = tuple(
+        Station(name, "1", ("p",))
+        for name in ("a_very_long_name_of_a_building_1", "a_very_long_name_of_a_building_2")
+    )
+    spectra = FloorSpectrumSet(
+        F, np.array([0.05]), stations, ("x",), np.ones((1, 1, 2, 1, F.size)), np.ones((1, 2, 1)),
+        ("m",), "=1+1\x01", "method",
+    )  # fmt: skip
+    write_workbook(tmp_path / "book.xlsx", spectra.design())
+    book = openpyxl.load_workbook(tmp_path / "book.xlsx")
+    assert len({name.lower() for name in book.sheetnames}) == 3
+    assert all(len(name) <= 31 for name in book.sheetnames)
+    cell = book["contents"]["B1"]
+    assert (cell.value, cell.data_type) == ("=1+1 ", "s")
+
+
+def test_store_without_spectra_is_refused(tmp_path: Path) -> None:
+    write_netcdf(tmp_path / "other.nc", xr.Dataset({"a": ("b", [1.0])}))
+    with pytest.raises(ImpactfemError, match=r"other\.nc holds no floor spectra.*psa"):
+        write_floor_products(tmp_path, tmp_path / "other.nc")
+    with pytest.raises(ImpactfemError, match="cannot read floor spectra"):
+        write_floor_products(tmp_path, tmp_path / "none.nc")
+    (tmp_path / "text.nc").write_text("text", encoding="utf-8")
+    with pytest.raises(ImpactfemError, match="cannot read floor spectra"):
+        write_floor_products(tmp_path, tmp_path / "text.nc")
+    assert not (tmp_path / "products").exists()
+
+
+def test_nothing_is_written_for_a_wrong_argument(tmp_path: Path) -> None:
+    source = store(tmp_path / "sticks.nc")
+    with pytest.raises(ImpactfemError, match="ratios of at least 0"):
+        write_floor_products(tmp_path, source, broadening=2.0)
+    assert not (tmp_path / "products").exists()

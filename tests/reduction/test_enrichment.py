@@ -1,0 +1,91 @@
+"""Vectors that complete a basis for contacts and local loads."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse as sp
+
+from impactfem.reduction import enrichment
+from impactfem.reduction.enrichment import append_contacts, append_responses
+from impactfem.reduction.galerkin import galerkin_modes
+from impactfem.reduction.krylov import KrylovBasis
+
+SHIFT = (2.0 * np.pi * 5.0) ** 2
+
+
+@pytest.fixture
+def completed(membrane, petsc, monkeypatch):
+    """Vectors for the membrane whose far side may be held, so many responses at once."""
+
+    def make(at_once=16, contacts=True):
+        model = membrane()
+        monkeypatch.setattr(enrichment, "AT_ONCE", at_once)
+        basis = KrylovBasis(petsc(model.K), petsc(model.M), SHIFT)
+        basis.add(model.loads[:, :1])
+        basis.grow(6)
+        G = np.eye(len(model.K))[:, -(model.ny + 1) :]
+        if contacts:
+            append_contacts(basis, sp.csr_matrix(G))
+        return model, G, basis
+
+    return make
+
+
+def held_frequencies(K, M, G, count):
+    """Of the structure with Gᵀ x = 0 [rad/s]."""
+    Z = scipy.linalg.null_space(G.T)
+    return np.sqrt(scipy.linalg.eigh(Z.T @ K @ Z, Z.T @ M @ Z, eigvals_only=True)[:count])
+
+
+def reduced_held(basis, G, count):
+    modes = galerkin_modes(basis)
+    gamma = modes.rows(sp.csr_matrix(G))
+    return held_frequencies(np.diag(modes.eigenvalue), np.eye(len(gamma)), gamma, count)
+
+
+def test_free_and_held_modes(completed):
+    """The lowest modes along x of the free structure, and of the one that is held as well."""
+    model, G, basis = completed()
+    V = basis.vectors.columns(0, basis.vectors.count)
+    assert np.abs(V.T @ model.M @ V - np.eye(V.shape[1])).max() < 1e-12
+    free = np.sqrt(galerkin_modes(basis).eigenvalue[0])
+    assert free == pytest.approx(np.sqrt(model.eigenvalue[0]), rel=1e-9)
+    exact = held_frequencies(model.K, model.M, G, 1)
+    assert reduced_held(basis, G, 1) == pytest.approx(exact, rel=1e-6)
+
+
+def test_the_free_basis_alone_does_not_hold(completed):
+    model, G, basis = completed(contacts=False)
+    exact = held_frequencies(model.K, model.M, G, 1)
+    assert abs(reduced_held(basis, G, 1)[0] / exact[0] - 1.0) > 0.05
+
+
+def test_each_contact_force_at_the_shift(completed):
+    """H = (K + σ0 M)⁻¹ G lies in the space."""
+    model, G, basis = completed()
+    H = np.linalg.solve(model.K + SHIFT * model.M, G)
+    V = basis.vectors.columns(0, basis.vectors.count)
+    left = H - V @ (V.T @ model.M @ H)
+    assert np.abs(left).max() < 1e-10 * np.abs(H).max()
+
+
+@pytest.mark.parametrize("at_once", [1, 5, 100])
+def test_blocks_of_any_size(completed, at_once):
+    """What the space is made for; the last vectors of the held chain are mostly rounding."""
+    (_, G, one), (_, _, other) = completed(), completed(at_once)
+    assert reduced_held(other, G, 1) == pytest.approx(reduced_held(one, G, 1), rel=1e-9)
+    free = [galerkin_modes(basis).eigenvalue[0] for basis in (one, other)]
+    assert free[1] == pytest.approx(free[0], rel=1e-12)
+
+
+def test_local_loads(completed):
+    model, _, basis = completed(contacts=False)
+    F = np.eye(len(model.K))[:, [30, 77]]
+    append_responses(basis, F)
+    A = np.linalg.inv(model.K + SHIFT * model.M)
+    V = basis.vectors.columns(0, basis.vectors.count)
+    for X in (A @ F, A @ model.M @ A @ F):
+        left = X - V @ (V.T @ model.M @ X)
+        assert np.abs(left).max() < 1e-10 * np.abs(X).max()
+    third = A @ model.M @ A @ model.M @ A @ F
+    assert np.abs(third - V @ (V.T @ model.M @ third)).max() > 1e-6 * np.abs(third).max()

@@ -1,0 +1,415 @@
+"""Impact forces against the building that they are to act on."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactfem.building.edge_normal import outward_normal
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.part import Part
+from impactfem.case import Case, Contact, ContactPoint, load_case
+from impactfem.coupling.force_history import ForceHistory, read_forces, write_forces_csv
+from impactfem.coupling.pair_ends import PairEnds
+from impactfem.reduction.forces import check_contacts, checked_forces
+from impactfem.system.errors import InputError
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+PATH = Path("forces.nc")
+DURATION = 2.0
+OUT = {"x-": (-1, 0, 0), "x+": (1, 0, 0), "y-": (0, -1, 0), "y+": (0, 1, 0)}
+
+
+def slabs(
+    floors: int, side: str = "y+", turn: float = 0.0, edges: set[int] | None = None
+) -> BuildingMesh:
+    """Slabs of 6 m by 4 m, two triangles each, with the edges of one side; turned about z."""
+    square = np.array([[0, 0], [6, 0], [6, 4], [0, 4]], dtype=float)
+    middles = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (2, 3): 7, (0, 3): 8}
+    plan = np.vstack([square, [(square[a] + square[b]) / 2 for a, b in middles]])
+    c, s = np.cos(turn), np.sin(turn)
+    plan = plan @ np.array([[c, s], [-s, c]])
+    ends = {"y-": (0, 1), "x+": (1, 2), "y+": (2, 3), "x-": (0, 3)}[side]
+    nodes, triangles, lines = [], [], {}
+    for k in range(1, floors + 1):
+        first = 9 * (k - 1)
+        nodes.append(np.column_stack([plan, np.full(9, 3.0 * k)]))
+        triangles.append(np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 6, 7, 8]]) + first)
+        lines[k] = np.array([[*ends, middles[ends]]]) + first
+    return BuildingMesh(
+        nodes=np.vstack(nodes),
+        triangles=np.vstack(triangles),
+        triangle_part=np.repeat(np.arange(floors, dtype=np.int32), 2),
+        lines=np.zeros((0, 3), dtype=np.int64),
+        line_part=np.zeros(0, dtype=np.int32),
+        shell_parts=tuple(Part("floor", k) for k in range(1, floors + 1)),
+        beam_parts=(),
+        edges={k: line for k, line in lines.items() if edges is None or k in edges},
+        centres={k: 9 * (k - 1) + 6 for k in range(1, floors + 1)},
+        base=np.zeros(0, dtype=np.int64),
+    )
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    """Eight floors of B1 and B2 against each other; the 3D model is that of B1."""
+    return load_case(GEOMETRY / "npp_pair.toml")
+
+
+@pytest.fixture(scope="module")
+def alone() -> Case:
+    """One building F with a 3D model, and no contacts."""
+    return load_case(GEOMETRY / "frame.toml")
+
+
+@pytest.fixture
+def history(case: Case) -> ForceHistory:
+    """What the sticks of the case write, up to 2 s."""
+    time = np.linspace(0.0, DURATION, 201)
+    pairs = tuple(contact.name for contact in case.contacts)
+    force = np.outer(np.sin(np.pi * time) ** 2, np.arange(1.0, 9.0))
+    floors = tuple(range(1, 9))
+    on_floors = np.full(8, np.nan)
+    ends = PairEnds(
+        building_a=("B1",) * 8,
+        building_b=("B2",) * 8,
+        floor_a=floors,
+        floor_b=floors,
+        relative_height_a=on_floors,
+        relative_height_b=on_floors,
+        normal=np.tile([0.0, 1.0, 0.0], (8, 1)),
+    )
+    return ForceHistory(time, pairs, force, case.content_hash(), "the same", ends)
+
+
+def foreign(**said: object) -> ForceHistory:
+    """Two pairs of another program: floors 1 and 2 of F against a rigid wall beyond its edge."""
+    time = np.linspace(0.0, DURATION, 11)
+    ends = PairEnds(
+        building_a=("F", "F"),
+        building_b=("", ""),
+        floor_a=(1, 2),
+        floor_b=(0, 0),
+        normal=np.tile([0.0, 1.0, 0.0], (2, 1)),
+    )
+    return ForceHistory(time, ("low", "high"), np.ones((11, 2)), ends=replace(ends, **said))
+
+
+def with_contacts(case: Case, *contacts: Contact) -> Case:
+    return case.model_copy(update={"contacts": contacts})
+
+
+def point(building: str, floor: int | None, storey: int | None = None) -> ContactPoint:
+    height = None if storey is None else 0.25
+    return ContactPoint(
+        building=building, floor=floor, storey=storey, relative_height=height, offset=(0, 0, 0)
+    )
+
+
+def contact(
+    a: ContactPoint, b: ContactPoint, normal: tuple[float, float, float] = (0, 1, 0)
+) -> Contact:
+    name = f"{a.label}-{b.label}"
+    return Contact(name=name, a=a, b=b, normal=normal, gap=0.01, law="floor", bearing_area=None)
+
+
+def forces_of(case: Case, duration: float = DURATION) -> ForceHistory:
+    """Forces of all pairs of a case, from a file that names them only."""
+    pairs = tuple(contact.name for contact in case.contacts)
+    return ForceHistory(np.array([0.0, duration]), pairs, np.ones((2, len(pairs))))
+
+
+def faults_of(history: ForceHistory, case: Case, mesh: BuildingMesh) -> list[tuple[str, object]]:
+    with pytest.raises(InputError) as caught:
+        checked_forces(history, PATH, case, mesh, DURATION)
+    assert {fault.file for fault in caught.value.faults} == {PATH}
+    return [(fault.key, fault.value) for fault in caught.value.faults]
+
+
+def test_forces_of_the_sticks(
+    history: ForceHistory, case: Case, caplog: pytest.LogCaptureFixture
+) -> None:
+    found, edges = checked_forces(history, PATH, case, slabs(8), DURATION, "the same")
+    assert found.pairs == history.pairs
+    assert np.array_equal(found.force, history.force)
+    assert [(edge.name, edge.floor) for edge in edges] == [(f"floor {k}", k) for k in range(1, 9)]
+    # A feels −F n: it is pushed away from its neighbour.
+    assert {edge.direction for edge in edges} == {(0.0, -1.0, 0.0)}
+    assert caplog.records == []
+
+
+def test_a_csv_file_names_the_pairs_only(history: ForceHistory, case: Case, tmp_path: Path) -> None:
+    path = tmp_path / "forces.csv"
+    backwards = history.of(range(7, -1, -1))
+    write_forces_csv(path, backwards)
+    found, edges = checked_forces(read_forces(path), path, case, slabs(8), DURATION)
+    assert found.ends == PairEnds()
+    assert [edge.floor for edge in edges] == list(range(8, 0, -1))
+    assert found.force == pytest.approx(backwards.force, rel=1e-8)
+
+
+def test_the_second_building_of_a_pair(case: Case) -> None:
+    """B feels +F n; here B1 is b, and a lies beyond its edge at y = 0."""
+    other = with_contacts(case, contact(point("B2", 3), point("B1", 3)))
+    _, (edge,) = checked_forces(forces_of(other), PATH, other, slabs(8, "y-"), DURATION)
+    assert (edge.floor, edge.direction) == (3, (0.0, 1.0, 0.0))
+    (fault,) = faults_of(forces_of(other), other, slabs(8, "y+"))
+    assert fault == ("pair B2.floor_3-B1.floor_3, normal out of B1", "(0, -1, 0)")
+
+
+def test_pairs_of_others_do_not_act(case: Case) -> None:
+    other = with_contacts(
+        case,
+        contact(point("B2", 1), point("B3", 1), (1, 0, 0)),
+        contact(point("B1", 2), point("B2", 2)),
+    )
+    history = forces_of(other)
+    found, (edge,) = checked_forces(history, PATH, other, slabs(8), DURATION)
+    assert (found.pairs, edge.floor) == (("B1.floor_2-B2.floor_2",), 2)
+    # And they may be left out.
+    _, (edge,) = checked_forces(history.of([1]), PATH, other, slabs(8), DURATION)
+    assert edge.floor == 2
+
+
+def test_two_pairs_on_one_edge_are_the_same_load(case: Case) -> None:
+    first = contact(point("B1", 2), point("B2", 2))
+    second = first.model_copy(update={"name": f"{first.name}#2", "normal": (1e-5, 1.0, 0.0)})
+    both = with_contacts(case, first, second)
+    _, (one, other) = checked_forces(forces_of(both), PATH, both, slabs(8), DURATION)
+    assert one == other
+
+
+def test_no_pairs(case: Case) -> None:
+    none = with_contacts(case)
+    found, edges = checked_forces(forces_of(none), PATH, none, slabs(8), DURATION)
+    assert (found.pairs, found.force.shape, edges) == ((), (2, 0), [])
+
+
+def test_a_case_without_structure(history: ForceHistory, case: Case) -> None:
+    without = case.model_copy(update={"structure": None})
+    with pytest.raises(ValueError, match="without a structure"):
+        checked_forces(history, PATH, without, slabs(8), DURATION)
+
+
+def test_wrong_and_missing_pairs(history: ForceHistory, case: Case) -> None:
+    pairs = ("B1.floor_1-B2.flor_1", *history.pairs[1:7])
+    wrong = replace(history.of(range(7)), pairs=pairs)
+    with pytest.raises(InputError) as caught:
+        checked_forces(wrong, PATH, case, slabs(8), DURATION)
+    first, second, third = map(str, caught.value.faults)
+    assert first == (
+        "forces.nc: pair = 'B1.floor_1-B2.flor_1': expected a pair of the case; "
+        "did you mean 'B1.floor_1-B2.floor_1'?"
+    )
+    for text, floor in ((second, 1), (third, 8)):
+        assert f"the forces of the pair B1.floor_{floor}-B2.floor_{floor} of the case" in text
+
+
+@pytest.mark.parametrize(
+    ("side", "values", "key"),
+    [
+        ("building_a", ("B1", "B2", *("B1",) * 6), "building_a"),
+        ("building_b", ("B2", "B3", *("B2",) * 6), "building_b"),
+        ("floor_a", (1, 3, 3, 4, 5, 6, 7, 8), "floor_a"),
+        ("floor_b", (1, 1, 3, 4, 5, 6, 7, 8), "floor_b"),
+        ("relative_height_a", np.where(np.arange(8) == 1, 0.5, np.nan), "relative_height_a"),
+        ("relative_height_b", np.where(np.arange(8) == 1, 0.5, np.nan), "relative_height_b"),
+        ("normal", np.roll(np.tile([0.0, 1.0, 0.0], (8, 1)), 1, axis=1), "normal"),
+    ],
+)
+def test_a_file_that_contradicts_the_case(
+    history: ForceHistory, case: Case, side: str, values: object, key: str
+) -> None:
+    other = replace(history, ends=replace(history.ends, **{side: values}))
+    faults = faults_of(other, case, slabs(8))
+    assert f"pair {history.pairs[1]}, {key}" in dict(faults), faults
+    assert len(faults) == (8 if side == "normal" else 1)
+
+
+def test_too_short(history: ForceHistory, case: Case) -> None:
+    mesh = slabs(8)
+    checked_forces(history, PATH, case, mesh, DURATION + 0.009)  # less than one of their steps
+    with pytest.raises(InputError, match=r"time = 'up to 2 s': forces up to 2\.02 s, which is to"):
+        checked_forces(history, PATH, case, mesh, 2.02)
+
+
+def test_every_fault_at_once(history: ForceHistory, case: Case) -> None:
+    wrong = replace(history.of(range(7)), pairs=("left", *history.pairs[1:7]))
+    mesh = slabs(8, edges={1, 2, 3, 4, 5, 7, 8})
+    with pytest.raises(InputError) as caught:
+        checked_forces(wrong, PATH, case, mesh, 3.0)
+    found = [(fault.key, fault.value) for fault in caught.value.faults]
+    assert found == [
+        ("pair", "left"),
+        ("pair", None),
+        ("pair", None),
+        ("time", "up to 2 s"),
+        ("pair B1.floor_6-B2.floor_6", "floor 6 of B1"),
+    ]
+
+
+def test_a_floor_without_an_edge(history: ForceHistory, case: Case) -> None:
+    with pytest.raises(InputError) as caught:
+        checked_forces(history, PATH, case, slabs(8, edges={7, 8}), DURATION)
+    assert len(caught.value.faults) == 6
+    expected = "expected a floor whose edge (group edge_1) is in the mesh, which has 7, 8"
+    assert caught.value.faults[0].expected == expected
+
+
+def test_contacts_by_the_mesh_alone(case: Case) -> None:
+    """As `check` sees them, before there are forces."""
+    check_contacts(case, slabs(8))
+    with pytest.raises(InputError) as caught:
+        check_contacts(case, slabs(8, edges={7, 8}))
+    found = [(fault.file, fault.key, fault.value) for fault in caught.value.faults]
+    assert found[0] == (case.path, "pair B1.floor_1-B2.floor_1", "floor 1 of B1")
+    assert len(found) == 6
+    other = with_contacts(case, contact(point("B1", None, 3), point("B2", 2)))
+    with pytest.raises(InputError, match=r"storey 3 of B1 .*: expected a point of a"):
+        check_contacts(other, slabs(8))
+    check_contacts(with_contacts(case, contact(point("B1", 2), point("B2", None, 3))), slabs(8))
+
+
+def test_a_point_inside_a_storey(case: Case) -> None:
+    other = with_contacts(
+        case,
+        contact(point("B1", None, 3), point("B2", 2)),
+        contact(point("B1", 2), point("B2", None, 3)),
+    )
+    with pytest.raises(InputError) as caught:
+        checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
+    (fault,) = caught.value.faults  # of the other building any point will do
+    assert fault.value == "storey 3 of B1 at 0.25 of its height"
+    expected = "expected a point of a floor: forces act on the edges of slabs in the 3D model"
+    assert fault.expected == expected
+
+
+@pytest.mark.parametrize(
+    ("normal", "expected"),
+    [
+        ((0.0, 0.8, 0.6), "a horizontal normal"),
+        (
+            (1.0, 0.0, 0.0),
+            "on one side only (the edge of floor 2, group edge_2, faces y+); this pair strikes x+",
+        ),
+        ((0.01, 1.0, 0.0), "right angles to the edge, (0, 1, 0) out of the 3D building"),
+        ((0.0, -1.0, 0.0), "this pair strikes y-"),
+    ],
+)
+def test_normals_that_do_not_fit_the_edge(
+    case: Case, normal: tuple[float, float, float], expected: str
+) -> None:
+    other = with_contacts(case, contact(point("B1", 2), point("B2", 2), normal))
+    with pytest.raises(InputError) as caught:
+        checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
+    (fault,) = caught.value.faults
+    assert expected in fault.expected
+    assert fault.key == "pair B1.floor_2-B2.floor_2, normal out of B1"
+
+
+@pytest.mark.parametrize(
+    ("offset", "axis", "away"),
+    [
+        ((0.0, 2.0, 0.0), (23.1, 7.8), None),  # the axis is not within the plan: it is the middle
+        ((0.05, 2.0, 0.0), (23.1, 7.8), None),
+        ((0.5, 2.0, 0.0), (23.1, 7.8), "0.5 m away"),
+        # Within the plan, whose edge goes from x = 0 to 6 m: its middle is 3 m.
+        ((1.0, 2.0, 0.0), (2.0, 2.0), None),
+        ((0.0, 2.0, 0.0), (2.0, 2.0), "-1 m away"),
+        ((0.0, 2.0, 0.3), (3.0, 2.0), "0.3 m above the floor's mass centre"),
+    ],
+)
+def test_pairs_beside_the_middle_of_the_edge(
+    case: Case,
+    offset: tuple[float, float, float],
+    axis: tuple[float, float],
+    away: str | None,
+) -> None:
+    """One line load an edge cannot be eccentric, unless [transient] says so of all."""
+    first = case.buildings[0].model_copy(update={"axis": axis})
+    end = point("B1", 2).model_copy(update={"offset": offset})
+    other = with_contacts(case, contact(end, point("B2", 2))).model_copy(
+        update={"buildings": (first, *case.buildings[1:])}
+    )
+    if away is None:
+        check_contacts(other, slabs(8))
+        checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
+        return
+    with pytest.raises(InputError) as caught:
+        check_contacts(other, slabs(8))
+    (fault,) = caught.value.faults
+    assert fault.key == "pair B1.floor_2-B2.floor_2, offset on B1"
+    assert away in fault.expected
+    assert [key for key, _ in faults_of(forces_of(other), other, slabs(8))] == [fault.key]
+
+
+@pytest.mark.parametrize(
+    ("change", "inputs", "warned"),
+    [
+        ({}, "", False),  # the hash of the case
+        ({"case_hash": "", "inputs": ""}, "", False),
+        ({"case_hash": "", "inputs": ""}, "the same", False),
+        ({"case_hash": "another"}, "the same", False),  # what the sticks do not depend on changed
+        ({"case_hash": "another", "inputs": ""}, "the same", True),
+        ({"case_hash": "another"}, "", True),
+        ({"inputs": "another"}, "the same", True),
+    ],
+)
+def test_another_case(
+    history: ForceHistory,
+    case: Case,
+    caplog: pytest.LogCaptureFixture,
+    change: dict[str, str],
+    inputs: str,
+    warned: bool,
+) -> None:
+    other = replace(history, **change)
+    with caplog.at_level(logging.WARNING, "impactfem"):
+        found, _ = checked_forces(other, PATH, case, slabs(8), DURATION, inputs)
+    assert found.pairs == history.pairs
+    assert [record.getMessage() for record in caplog.records] == [
+        "warning: forces.nc was made from another case, or by another version"
+    ] * warned
+
+
+def test_pairs_of_another_program(alone: Case) -> None:
+    found, edges = checked_forces(foreign(), PATH, alone, slabs(2), DURATION)
+    assert found.pairs == ("low", "high")
+    assert [(edge.floor, edge.direction) for edge in edges] == [
+        (1, (0.0, -1.0, 0.0)),
+        (2, (0.0, -1.0, 0.0)),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("said", "key", "value"),
+    [
+        ({"normal": None}, "normal", None),
+        ({"building_b": None, "floor_a": None}, "building_b, floor_a", None),
+        ({"building_a": ("G", "G")}, "building_a, building_b", ["G"]),
+        ({"building_b": ("", "F")}, "pair high, building_b", "F"),
+        ({"floor_a": (1, 3)}, "pair high", "floor 3 of F"),
+        ({"relative_height_a": np.array([0.5, np.nan])}, "pair low",
+         "storey 1 of F at 0.5 of its height"),
+        ({"normal": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])},
+         "pair high, normal out of F", "(1, 0, 0)"),
+    ],
+)  # fmt: skip
+def test_pairs_of_another_program_at_fault(
+    alone: Case, said: dict[str, object], key: str, value: object
+) -> None:
+    assert faults_of(foreign(**said), alone, slabs(2)) == [(key, value)]
+
+
+@pytest.mark.parametrize("side", OUT)
+def test_outward_normal(side: str) -> None:
+    mesh = slabs(2, side)
+    assert outward_normal(mesh, 2).tolist() == list(OUT[side])
+    turned = outward_normal(slabs(2, side, turn=0.3), 1)
+    x, y, _ = OUT[side]
+    c, s = np.cos(0.3), np.sin(0.3)
+    assert turned == pytest.approx([c * x - s * y, s * x + c * y, 0.0], abs=1e-9)

@@ -1,0 +1,220 @@
+import pickle
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactfem.reduction.krylov import KrylovBasis
+from impactfem.reduction.orthonormal import CHUNK, DEPENDENT
+from impactfem.system.errors import SolutionError
+
+SCRIPT = Path(__file__).with_name("krylov_on_ranks.py")
+SHIFT = (2.0 * np.pi * 60.0) ** 2
+
+
+@pytest.fixture
+def basis(membrane, petsc):
+    """Make a basis of the membrane with some loads."""
+
+    def make(loads, model=None):
+        model = model or membrane()
+        made = KrylovBasis(petsc(model.K), petsc(model.M), SHIFT)
+        if loads is not None:
+            made.add(np.array(loads))
+        return made
+
+    return make
+
+
+def image(model, X):
+    """A X."""
+    return np.linalg.solve(model.K + SHIFT * model.M, model.M @ X)
+
+
+def relation(model, made):
+    """Largest violation of A V = V T + Q S over the largest entry of A V."""
+    AV = image(model, made.V)
+    return np.abs(AV - made.V @ made.T - made.Q @ made.S).max() / np.abs(AV).max()
+
+
+def test_relations(membrane, basis):
+    model = membrane()
+    made = basis(model.loads)
+    assert made.grow(25) == 75
+    assert made.size == 78 > CHUNK  # more than one piece of memory
+    assert made.sizes == tuple(range(3, 79, 3))
+    V, Q = made.V, made.Q
+    assert V.shape == (168, 78) and Q.shape == (168, 3)
+    both = np.hstack([V, Q])
+    assert np.abs(both.T @ model.M @ both - np.eye(81)).max() < 1e-12
+    assert relation(model, made) < 1e-13
+    assert pytest.approx(V.T @ model.M @ image(model, V), rel=1e-10, abs=1e-18) == made.T
+    start = np.linalg.solve(model.K + SHIFT * model.M, model.loads)
+    assert pytest.approx(start, rel=1e-10, abs=1e-12 * np.abs(start).max()) == V @ made.R
+    # Without the tail the relation does not hold.
+    assert np.abs(image(model, V) - V @ made.T).max() > 1e-6 * np.abs(image(model, V)).max()
+
+
+def test_rows_and_norms(membrane, basis):
+    model = membrane()
+    made = basis(model.loads)
+    made.grow(25)
+    index = np.array([[3, 0], [167, 50], [3, 4]])
+    assert np.array_equal(made.rows(index), made.V[index])
+    shifted = model.K + SHIFT * model.M
+    assert made.shifted_tail() == pytest.approx(shifted @ made.Q, rel=1e-10, abs=1e-9)
+    squares = np.diag(model.loads.T @ np.linalg.solve(shifted, model.loads))
+    assert made.dual_norm(model.loads) == pytest.approx(np.sqrt(squares), rel=1e-12)
+
+
+def test_before_the_first_load(basis):
+    made = basis(None)
+    assert made.grow(3) == 0 and made.size == 0 and made.sizes == ()
+    assert made.V.shape == (168, 0) and made.rows(np.arange(4)).shape == (4, 0)
+
+
+def test_dependent_loads_bring_nothing_in(membrane, basis):
+    model = membrane()
+    f, g, _ = model.loads.T
+    alone = basis(model.loads[:, :2])
+    loads = np.column_stack([f, f, np.zeros_like(f), g, 3.0 * f - 0.1 * g, f])
+    made = basis(loads)
+    assert made.size == alone.size == 2 and made.Q.shape[1] == 2
+    made.grow(10)
+    alone.grow(10)
+    assert made.size == alone.size == 22
+    start = np.linalg.solve(model.K + SHIFT * model.M, loads)
+    assert made.R.shape == (22, 6) and np.all(made.R[:, 2] == 0.0)
+    assert pytest.approx(start, rel=1e-9, abs=1e-12 * np.abs(start).max()) == made.V @ made.R
+    assert relation(model, made) < 1e-13
+    nothing = basis(np.zeros((168, 2)))
+    assert nothing.size == 0 and nothing.R.shape == (0, 2) and nothing.grow(2) == 0
+
+
+@pytest.mark.parametrize("apart", [1e-4, 1e-7, 1e-8])
+def test_nearly_dependent_loads_count(membrane, basis, apart):
+    model = membrane()
+    f, g, _ = model.loads.T
+    loads = np.column_stack([f, f + apart * g])
+    made = basis(loads)
+    assert made.size == 2
+    made.grow(10)
+    both = np.hstack([made.V, made.Q])
+    assert np.abs(both.T @ model.M @ both - np.eye(both.shape[1])).max() < 1e-12
+    # What they differ by is there with the digits that it has.
+    difference = made.V @ (made.R[:, 1] - made.R[:, 0]) / apart
+    exact = np.linalg.solve(model.K + SHIFT * model.M, g)
+    assert np.abs(difference - exact).max() < 1e-12 / apart * np.abs(exact).max()
+
+
+def test_many_nearly_dependent_loads(membrane, basis):
+    """Smooth answers to many point loads: what one of them adds to the others is tiny."""
+    model = membrane()
+    n = len(model.K)
+    loads = np.eye(n)[:, :: n // 80]
+    smooth = np.linalg.matrix_power(np.linalg.solve(model.K, model.M), 2) @ loads
+    made = basis(smooth)
+    made.grow(4)
+    both = np.hstack([made.V, made.Q])
+    assert both.shape[1] <= n
+    assert np.abs(both.T @ model.M @ both - np.eye(both.shape[1])).max() < 1e-12
+    assert np.linalg.eigvalsh(made.T).min() > -1e-12 * np.linalg.eigvalsh(made.T).max()
+
+
+def test_an_exhausted_space(membrane, basis):
+    model = membrane()
+    # Even along the free side: only the nx shapes that do not vary along it answer.
+    f = np.zeros(168)
+    f[-12:] = 1.0
+    f[[-12, -1]] = 0.5
+    made = basis(f[:, None])
+    assert made.grow(9) == 9
+    assert made.grow(30) == model.nx - 10
+    assert made.size == model.nx and made.Q.shape[1] == 0 and made.S.shape == (0, model.nx)
+    assert made.grow(1) == 0 and made.sizes == tuple(range(1, model.nx + 1))
+    assert relation(model, made) < DEPENDENT  # rounding was left out
+    # A load that it can hold, and one that it cannot.
+    made.add(-model.M @ np.ones((168, 1)))
+    assert made.size == model.nx and made.R.shape == (model.nx, 2)
+    made.add(model.loads[:, 1:2])
+    assert made.size == model.nx + 1 and made.grow(2) == 2
+    assert relation(model, made) < DEPENDENT
+
+
+def test_the_whole_space(membrane, basis):
+    model = membrane(5, 4)
+    rng = np.random.default_rng(1)
+    made = basis(rng.standard_normal((25, 4)), model)
+    assert made.grow(100) == 21 and made.size == 25
+    assert relation(model, made) < 1e-13
+
+
+def test_loads_that_come_later(membrane, basis):
+    model = membrane()
+    made = basis(model.loads[:, :2])
+    made.grow(6)
+    before = made.V.copy()
+    assert made.sizes == (2, 4, 6, 8, 10, 12, 14)
+    start = np.linalg.solve(model.K + SHIFT * model.M, model.loads)
+
+    def left(V, x):
+        """Part of x outside the span of V."""
+        rest = x - V @ (V.T @ (model.M @ x))
+        return np.sqrt((rest @ model.M @ rest) / (x @ model.M @ x))
+
+    assert left(before, start[:, 2]) > 1e-6  # not there by chance
+    made.add(model.loads[:, 2:])
+    assert made.size == 17 and made.sizes[-1] == 17  # the tail of two, and the new one
+    assert np.array_equal(made.V[:, :14], before)
+    made.grow(5)
+    assert made.R.shape == (32, 3)
+    assert np.all(made.R[14:, :2] == 0.0)
+    for k in range(3):
+        assert left(made.V, start[:, k]) < 1e-10
+    assert pytest.approx(start, rel=1e-9, abs=1e-12 * np.abs(start).max()) == made.V @ made.R
+    assert relation(model, made) < 1e-13
+    assert np.abs(made.V.T @ model.M @ made.V - np.eye(32)).max() < 1e-12
+
+
+def test_refused(membrane, petsc, basis):
+    model = membrane()
+    bad = model.loads
+    bad[3, 1] = np.nan
+    with pytest.raises(SolutionError, match="has values that are not numbers"):
+        basis(bad)
+    with pytest.raises(SolutionError, match="the shifted stiffness matrix is not positive def"):
+        KrylovBasis(petsc(model.K), petsc(model.M), -1.1 * model.eigenvalue[0])
+    with KrylovBasis(petsc(model.K), petsc(model.M), 0.0) as made:
+        made.add(model.loads)
+    assert made.V.shape == (168, 3)  # outlives the factorisation
+
+
+@pytest.fixture(scope="module")
+def of_ranks(membrane, under_mpirun, tmp_path_factory):
+    folder, made = tmp_path_factory.mktemp("krylov"), {}
+    model = membrane()
+    content = {"K": model.K, "M": model.M, "F": model.loads, "shift": SHIFT}
+    (folder / "in").write_bytes(pickle.dumps(content))
+
+    def run(ranks):
+        if ranks not in made:
+            out = folder / str(ranks)
+            ended = under_mpirun(ranks, sys.executable, SCRIPT, folder / "in", out)
+            assert ended.returncode == 0, ended.stderr
+            made[ranks] = pickle.loads(out.read_bytes())
+        return made[ranks]
+
+    return run
+
+
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_same_on_ranks(of_ranks, ranks):
+    one, many = of_ranks(1), of_ranks(ranks)
+    assert len(many["rows"]) == ranks and (ranks < 3 or 0 in many["rows"])
+    assert many["sizes"] == one["sizes"]
+    assert many["orthonormal"] < 1e-12
+    for name in ("transfer", "residual", "norm"):
+        found, expected = many[name], one[name]
+        assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max() > 0.0, name
+    assert "has values that are not numbers" in many["refused"]

@@ -1,0 +1,215 @@
+import mpmath
+import numpy as np
+import pytest
+from scipy.special import erf
+
+from impactfem.dynamics.newmark import Newmark
+from impactfem.reduction.krylov import KrylovBasis
+from impactfem.reduction.modal_response import STEPS, modal_response
+from impactfem.reduction.reduced import ReducedModel, reduced_model
+from impactfem.system.errors import SolutionError
+
+SHIFT = (2.0 * np.pi * 60.0) ** 2
+RATIOS = (0.0, 1e-6, 0.02, 0.7, 1.0 - 1e-6, 1.0 - 1e-13, 1.0, 1.0 + 1e-13, 1.0 + 1e-6, 1.5, 1e4)
+
+
+def modes_alone(*eigenvalues):
+    """Modes that are loaded with 1 each by a pattern of its own."""
+    n = len(eigenvalues)
+    return ReducedModel(np.array(eigenvalues), np.eye(n), np.eye(n), 1.0, np.zeros((0, n)))
+
+
+def integrated(eigenvalue, damping, dt):
+    """D and G by the matrix exponential with 60 digits."""
+    with mpmath.workdps(60):
+        B = mpmath.zeros(4)
+        B[0, 1] = B[1, 2] = 1
+        B[1, 0], B[1, 1] = -mpmath.mpf(eigenvalue), -mpmath.mpf(damping)
+        B[2, 3] = 1 / mpmath.mpf(dt)
+        # Halved until it is small, and squared as often.
+        size = mpmath.mnorm(B * dt, 1)
+        halvings = max(0, int(mpmath.ceil(mpmath.log(size, 2))) + 4)
+        E, term = mpmath.eye(4), mpmath.eye(4)
+        for k in range(1, 40):
+            term = term * (B * dt / mpmath.mpf(2) ** halvings) / k
+            E += term
+        for _ in range(halvings):
+            E = E * E
+        E = np.array(E.tolist(), dtype=np.float64)
+    return E[:2, :2], np.column_stack([E[:2, 2] - E[:2, 3], E[:2, 3]])
+
+
+@pytest.mark.parametrize("dt", [1e-3, 1e-4])
+@pytest.mark.parametrize("eigenvalue", [0.0, 1.0, 1e4, 0.9e6, 1.1e6, 1e8, 1e10, 1e14])
+def test_the_exact_step(eigenvalue, dt):
+    omega = np.sqrt(eigenvalue)
+    damping = np.array(
+        [0.0, 0.3 / dt, 50.0 / dt] if omega == 0.0 else 2.0 * omega * np.array(RATIOS)
+    )
+    D, G = STEPS["exact"](np.full(len(damping), eigenvalue), damping, dt)
+    apart = 0.0
+    for k, c in enumerate(damping):
+        exact_D, exact_G = integrated(eigenvalue, c, dt)
+        # In the state (z max(ω, 1/Δt), ż), whose parts are alike.
+        scale = np.array([max(omega, 1.0 / dt), 1.0])
+        error = (D[k] - exact_D) * scale[:, None] / scale
+        assert np.abs(error).max() < 2e-12, c
+        for row in (0, 1):
+            assert np.abs(G[k, row] - exact_G[row]).max() < 1e-11 * np.abs(exact_G[row]).max(), c
+        # z̈ under a load that rises to 1.
+        p = np.array([0.0, 1.0])
+        found, exact = (p - c * g[1] - eigenvalue * g[0] for g in (G[k], exact_G))
+        assert np.abs(found - exact).max() < 1e-12, c
+        newmark = STEPS["newmark"](np.array([eigenvalue]), np.array([c]), dt)[0][0]
+        apart = max(apart, np.abs((newmark - exact_D) * scale[:, None] / scale).max())
+    if omega * dt > 0.05:
+        assert apart > 1e-4
+
+
+def test_the_exact_step_in_closed_form():
+    dt, omega = 0.01, 30.0
+    critical, free = (
+        STEPS["exact"](np.array([v]), np.array([c]), dt)
+        for v, c in ((omega**2, 2.0 * omega), (0.0, 0.0))
+    )
+    decay = np.exp(-omega * dt)
+    expected = decay * np.array([[1.0 + omega * dt, dt], [-(omega**2) * dt, 1.0 - omega * dt]])
+    assert critical[0][0] == pytest.approx(expected, rel=1e-13)
+    assert free[0][0] == pytest.approx(np.array([[1.0, dt], [0.0, 1.0]]), rel=1e-15)
+    thirds = dt**2 * np.array([1.0 / 3.0, 1.0 / 6.0])
+    assert free[1][0] == pytest.approx(np.array([thirds, [dt / 2.0, dt / 2.0]]), rel=1e-14)
+
+
+@pytest.mark.parametrize("damping", [(0.0, 0.0), (3.0, 2e-3)])
+def test_exact_for_straight_loads(damping):
+    """The same at samples in common, however many lie between; Newmark's are not."""
+    rng = np.random.default_rng(2)
+    model = modes_alone(40.0, 9e4, 4e7, 1e12)
+    loads = rng.standard_normal((101, 4))
+    fine = np.column_stack(
+        [np.interp(np.arange(801) / 8.0, np.arange(101), column) for column in loads.T]
+    )
+    one = modal_response(model, loads, 1e-3, *damping)
+    many = modal_response(model, fine, 1.25e-4, *damping)
+    other = modal_response(model, loads, 1e-3, *damping, scheme="newmark")
+    for name in ("displacement", "velocity", "acceleration"):
+        found, exact = getattr(one, name), getattr(many, name)[:, ::8]
+        scale = np.abs(exact).max(axis=1, keepdims=True)
+        # 100 steps of 1000 rad: the phase of the stiffest mode is good to so much.
+        assert np.max(np.abs(found - exact) / scale) < 1e-8, name
+        assert np.max(np.abs(found - exact)[:3] / scale[:3]) < 1e-11, name
+        assert np.max(np.abs(getattr(other, name) - exact) / scale) > 1e-2, name
+
+
+def test_free_decay_and_rest():
+    model = modes_alone(400.0, 1e10)
+    n, dt, alpha = 500, 1e-3, 2.0
+    start = np.array([0.3, -0.2])
+    free = modal_response(model, np.zeros((n + 1, 2)), dt, alpha, 0.0, start=start)
+    time = dt * np.arange(n + 1)
+    for k, omega in enumerate(np.sqrt(model.eigenvalue)):
+        damped = np.sqrt(omega**2 - 1.0)
+        exact = np.exp(-time) * (np.cos(damped * time) + np.sin(damped * time) / damped)
+        assert free.displacement[k] == pytest.approx(start[k] * exact, abs=1e-10)
+    assert free.acceleration[:, 0] == pytest.approx(-model.eigenvalue * start, rel=1e-13)
+    # In the deformed shape of a constant load nothing moves.
+    still = modal_response(
+        model, np.ones((n + 1, 2)), dt, alpha, 1e-5, start=1.0 / model.eigenvalue
+    )
+    assert np.ptp(still.displacement, axis=1) == pytest.approx(0.0, abs=1e-14)
+    assert np.abs(still.acceleration).max() < 1e-11
+
+
+@pytest.mark.parametrize("damping", [(0.0, 0.0), (0.5, 1e-4), (1.5, 8e-4)])
+def test_newmark_as_of_the_full_model(membrane, petsc, damping):
+    model = membrane()
+    K, M, dt, n = petsc(model.K), petsc(model.M), 1e-3, 300
+    rng = np.random.default_rng(4)
+    loads = rng.standard_normal((n + 1, 3))
+    probes = np.array([0, 40, 167])
+    with Newmark(K, M, dt, model.loads, alpha=damping[0], beta=damping[1]) as full:
+        expected = full.march(full.start(loads[0]), loads, probes=probes)
+    with KrylovBasis(K, M, SHIFT) as basis:
+        basis.add(model.loads)
+        basis.grow(100)
+    reduced = reduced_model(basis)
+    assert len(reduced.eigenvalue) == 168
+    shapes = reduced.shapes(basis.rows(probes))
+    found = modal_response(reduced, loads, dt, *damping, scheme="newmark")
+    exact = modal_response(reduced, loads, dt, *damping)
+    for name in ("displacement", "velocity", "acceleration"):
+        history = expected.motion[name].T
+        scale = np.abs(history).max()
+        assert np.abs(shapes @ getattr(found, name) - history).max() < 1e-9 * scale, name
+        assert np.abs(shapes @ getattr(exact, name) - history).max() > 1e-2 * scale, name
+
+
+def test_newmark_follows_its_rules():
+    rng = np.random.default_rng(5)
+    model, dt = modes_alone(40.0, 9e4, 4e7, 1e12), 1e-3
+    h = modal_response(model, rng.standard_normal((200, 4)), dt, 1.0, 1e-6, scheme="newmark")
+    z, v, a = h.displacement, h.velocity, h.acceleration
+    for motion, rate in ((z, v), (v, a)):
+        rise = 0.5 * dt * (rate[:, 1:] + rate[:, :-1])
+        scale = np.abs(motion).max(axis=1, keepdims=True)
+        assert np.max(np.abs(np.diff(motion, axis=1) - rise) / scale) < 1e-11
+    exact = modal_response(model, np.ones((200, 4)), dt, 1.0, 1e-6)
+    rise = 0.5 * dt * (exact.velocity[:, 1:] + exact.velocity[:, :-1])
+    assert np.max(np.abs(np.diff(exact.displacement, axis=1) - rise)[1]) > 1e-9
+
+
+def test_newmark_is_of_second_order(membrane, petsc):
+    model = membrane()
+    with KrylovBasis(petsc(model.K), petsc(model.M), SHIFT) as basis:
+        basis.add(model.loads[:, :1])
+        basis.grow(30)
+    reduced = reduced_model(basis)
+    shape = reduced.shapes(basis.rows(np.array([100])))
+    errors, steps = [], np.array([4e-4, 2e-4, 1e-4, 5e-5])
+    for dt in steps:
+        time = dt * np.arange(round(0.2 / dt) + 1)
+        pulse = (np.sin(np.pi * np.minimum(time / 0.05, 1.0)) ** 4)[:, None]
+        newmark, exact = (
+            shape @ modal_response(reduced, pulse, dt, 0.5, 1e-4, scheme=scheme).acceleration
+            for scheme in ("newmark", "exact")
+        )
+        errors.append(np.abs(newmark - exact).max() / np.abs(exact).max())
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order == pytest.approx(2.0, abs=0.05) and errors[0] < 0.1
+
+
+def test_refused():
+    model = modes_alone(1.0)
+    with pytest.raises(SolutionError, match="the scheme verlet: there are exact, newmark"):
+        modal_response(model, np.ones((3, 1)), 0.1, 0.0, 0.0, scheme="verlet")
+    for step in (0.0, -0.1, np.nan):
+        with pytest.raises(SolutionError, match="it must be positive"):
+            modal_response(model, np.ones((3, 1)), step, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("time_step", [1e-3, 0.5e-3, 0.25e-3])
+def test_a_force_that_jumps_on_the_end_of_a_damped_bar(time_step: float) -> None:
+    """The acceleration of the end has no limit as the step goes to 0: it grows as 1/√Δt.
+
+    With internal damping β the step p₀ on a bar of the impedance Z = m'c gives its end the
+    acceleration p₀ exp(−t/β)/(Z √(πβt)) (Laplace transform, until the wave is back), and a ramp
+    over one step its mean over that step, p₀ erf(√(Δt/β))/(Z Δt). Docs: time-step-study.md.
+    """
+    beta, speed, length, mass = 1.06e-3, 1915.0, 15.6, 170.1e3  # floor 8 of the paper's building
+    impedance, steps = mass * speed, round(4e-3 / time_step)
+    n = np.arange(6000)
+    shape = np.sqrt(np.where(n == 0, 1.0, 2.0) / (mass * length))[:, None]
+    bar = ReducedModel(
+        (n * np.pi * speed / length) ** 2, shape, np.zeros((0, len(n))), 1.0, np.zeros((0, len(n)))
+    )
+    jump, ramp = np.ones((steps + 1, 1)), np.ones((steps + 1, 1))
+    ramp[0] = 0.0
+    found = [
+        shape[:, 0] @ modal_response(bar, load, time_step, 0.0, beta).acceleration
+        for load in (jump, ramp)
+    ]
+    time = time_step * np.arange(1, steps + 1)
+    exact = np.exp(-time / beta) / (impedance * np.sqrt(np.pi * beta * time))
+    np.testing.assert_allclose(found[0][1:], exact, rtol=2e-3)
+    mean = erf(np.sqrt(time_step / beta)) / (impedance * time_step)
+    assert found[1].max() == pytest.approx(mean, rel=1e-3)

@@ -1,0 +1,169 @@
+"""Where the response of the frame is looked at."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from impactfem.building.mesh import BuildingMesh
+from impactfem.case.probe import Probe as CaseProbe
+from impactfem.case.transient import Transient
+from impactfem.reduction.probes import (
+    case_probes,
+    checked_probes,
+    nearest_node,
+    standard_probes,
+)
+from impactfem.system.errors import InputError, SolutionError
+
+if TYPE_CHECKING:
+    from ..stages.transient.conftest import Frame
+
+
+@pytest.fixture
+def mesh(frame: Frame) -> BuildingMesh:
+    return frame.parts.mesh
+
+
+def asked(mesh: BuildingMesh, **keys: Any) -> list[tuple[str, list[float], float]]:
+    """Name, place and distance of the probes of one table."""
+    probe = CaseProbe.model_validate({"name": "mine", **keys})
+    found = case_probes(mesh, [probe])[len(standard_probes(mesh)) :]
+    return [(p.name, mesh.nodes[p.node].round(9).tolist(), round(p.distance, 9)) for p in found]
+
+
+def test_those_that_are_always_there(mesh: BuildingMesh) -> None:
+    found = {p.name: mesh.nodes[p.node].round(9).tolist() for p in case_probes(mesh, [])}
+    line = {f"line_{k + 1}": [3.0, 4.0 - 0.5 * k, 6.0] for k in range(9)}
+    # Along y lie nodes every 4/6 m and 4/12 m; the line's points are taken to the nearest one.
+    for name, point in line.items():
+        assert np.linalg.norm(np.array(found.pop(name)) - point) < 0.2
+    assert found == {
+        "centre_1": [3, 2, 3],
+        "centre_2": [3, 2, 6],
+        "edge_1": [3, 4, 3],
+        "edge_2": [3, 4, 6],
+    }
+
+
+def test_line_goes_from_edge_to_edge(mesh: BuildingMesh) -> None:
+    line = {p.name: p for p in standard_probes(mesh) if p.name.startswith("line_")}
+    assert list(line) == [f"line_{k}" for k in range(1, 10)]
+    places = mesh.nodes[[p.node for p in line.values()]]
+    assert places[0].tolist() == [3, 4, 6] and places[-1].tolist() == [3, 0, 6]
+    assert np.all(np.diff(places[:, 1]) < 0.0)
+    assert line["line_5"].node == mesh.centres[2] and line["line_5"].distance < 1e-9
+
+
+@pytest.mark.parametrize("side", ["y-", "x-", "x+"])
+def test_line_begins_at_the_impact_edge_on_any_side(mesh: BuildingMesh, side: str) -> None:
+    """The same frame, turned by quarters about z."""
+    turns = {"x-": [[0, -1, 0], [1, 0, 0], [0, 0, 1]], "y-": np.diag([-1, -1, 1])}
+    turn = np.array(turns.get(side, np.array(turns["x-"]).T), dtype=float)
+    turned = replace(mesh, nodes=mesh.nodes @ turn.T)
+    line = [p.node for p in standard_probes(turned) if p.name.startswith("line_")]
+    start, end = turned.nodes[line[0]], turned.nodes[line[-1]]
+    assert start == pytest.approx(turn @ [3, 4, 6], abs=1e-9)
+    assert end == pytest.approx(turn @ [3, 0, 6], abs=1e-9)
+
+
+def test_points(mesh: BuildingMesh) -> None:
+    assert asked(mesh, point=["0 m", "4 m", "6 m"]) == [("mine", [0, 4, 6], 0)]
+    ((name, place, distance),) = asked(mesh, point=["0 m", "4 m", "6.3 m"])
+    assert (name, place, distance) == ("mine", [0, 4, 6], 0.3)
+
+
+def test_points_on_a_line(mesh: BuildingMesh) -> None:
+    ends = {"from": ["0 m", "0 m", "3 m"], "to": ["600 cm", "0 m", "3 m"], "count": 3}
+    assert asked(mesh, **ends) == [
+        ("mine_1", [0, 0, 3], 0),
+        ("mine_2", [3, 0, 3], 0),
+        ("mine_3", [6, 0, 3], 0),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("group", "where"),
+    [
+        ("edge_2", {1: 4.0, 2: 6.0}),
+        ("centre_1", {0: 3.0, 1: 2.0, 2: 3.0}),
+        ("floor_1", {2: 3.0}),
+        ("beam_2_east", {0: 6.0, 2: 6.0}),
+    ],
+)
+def test_groups(mesh: BuildingMesh, group: str, where: dict[int, float]) -> None:
+    found = asked(mesh, group=group)
+    there = np.all([np.isclose(mesh.nodes[:, k], x) for k, x in where.items()], axis=0)
+    assert [name for name, _, _ in found] == [f"mine_{k + 1}" for k in range(there.sum())]
+    assert sorted(place for _, place, _ in found) == sorted(mesh.nodes[there].round(9).tolist())
+
+
+def test_group_with_clamped_nodes(mesh: BuildingMesh) -> None:
+    """Of a wall that stands on the base only the free nodes; of the base none."""
+    found = asked(mesh, group="storey_1_west")
+    assert min(place[2] for _, place, _ in found) > 0.0
+    with pytest.raises(SolutionError, match="the probe's group base has no free nodes"):
+        asked(mesh, group="base")
+
+
+@pytest.mark.parametrize("group", ["floor_9", "edge_3", "centre_3", "storey_1_east", "beam_1"])
+def test_unknown_group(mesh: BuildingMesh, group: str) -> None:
+    with pytest.raises(SolutionError, match=f"group {group} has no free nodes in this mesh"):
+        asked(mesh, group=group)
+
+
+def test_point_outside_the_building(mesh: BuildingMesh) -> None:
+    message = (
+        r"the probe mine at \(8\.500, 4\.000, 6\.000\) m is outside the building: the nearest "
+        r"node, at \(6\.000, 4\.000, 6\.000\) m, is 2\.5 m away"
+    )
+    with pytest.raises(SolutionError, match=message):
+        asked(mesh, point=["8.5 m", "4 m", "6 m"])
+    # A point within a metre is told by its distance, not refused.
+    assert asked(mesh, point=["6.9 m", "4 m", "6 m"])[0][2] == 0.9
+
+
+def test_every_probe_of_a_case_that_is_outside(frame: Frame) -> None:
+    probes = [
+        CaseProbe.model_validate({"name": name, **keys})
+        for name, keys in {
+            "far": {"point": ["0 m", "80 m", "3 m"]},
+            "good": {"point": ["0 m", "4 m", "3 m"]},
+            "roof": {"group": "beam_7"},
+        }.items()
+    ]
+    transient = Transient(time_step=1e-3, probes=tuple(probes))
+    case = frame.case.model_copy(update={"transient": transient})
+    with pytest.raises(InputError) as caught:
+        checked_probes(case, frame.parts.mesh)
+    found = [(fault.key, fault.expected.split(":")[0]) for fault in caught.value.faults]
+    assert found == [
+        (
+            "transient.probes[0]",
+            "the probe far at (0.000, 80.000, 3.000) m is outside the building",
+        ),
+        ("transient.probes[2]", "the probe's group beam_7 has no free nodes in this mesh"),
+    ]
+    good = transient.model_copy(update={"probes": tuple(probes[1:2])})
+    case = frame.case.model_copy(update={"transient": good})
+    assert checked_probes(case, frame.parts.mesh)[-1].name == "good"
+
+
+def test_half_of_large_elements_counts(mesh: BuildingMesh) -> None:
+    """On a coarse mesh a point inside an element may be farther than a metre from all nodes."""
+    coarse = replace(mesh, nodes=4.0 * mesh.nodes)
+    assert asked(coarse, point=["24 m", "16 m", "25.3 m"])[0][2] == 1.3
+    with pytest.raises(SolutionError, match=r"is 1\.5 m away"):
+        asked(coarse, point=["24 m", "16 m", "25.5 m"])
+
+
+def test_nearest_node_of_all(mesh: BuildingMesh) -> None:
+    rng = np.random.default_rng(5)
+    for point in rng.uniform([0, 0, 0], [6, 4, 6], (20, 3)):
+        probe = nearest_node(mesh, "one", point, 10.0)
+        distances = np.linalg.norm(mesh.nodes - point, axis=1)
+        assert probe.distance == pytest.approx(distances.min())
+        assert distances[probe.node] == distances.min()

@@ -1,0 +1,122 @@
+"""The building in 3D that one can turn: a page that needs nothing else."""
+
+import base64
+import io
+import json
+import re
+import zipfile
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem.report.scene_page import Notes, Scale, _level, _overlay, _peaks, write_scene
+from impactfem.system.errors import ImpactfemError
+from impactfem.system.files import write_netcdf
+
+from ..stages.device.device_store import WantedDevice, device_store
+
+ADDRESS = re.compile(r"""(?:src|href)\s*[=:,"']+\s*[`"']?https?:|url\(\s*["']?https?:|@import""")
+
+
+def scene_of(text):
+    """The description that the viewer reads."""
+    (content,) = re.findall(r'base64Str = "([A-Za-z0-9+/=]+)"', text)
+    with zipfile.ZipFile(io.BytesIO(base64.b64decode(content))) as archive:
+        return json.loads(archive.read("index.json"))
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory, request):
+    """With peaks of the floors and two devices; in one process, for all tests."""
+    from ..stages.conftest import Wanted, _building, _maps, _slab, _transient
+
+    folder = tmp_path_factory.mktemp("scene")
+    asked = Wanted(floors=(2, 3), loads=(3,))
+    slab = _slab(asked.direction)
+    building = _building(asked, slab).assign_attrs(building="A <&> B")
+    write_netcdf(folder / "building.nc", building)
+    write_netcdf(folder / "transient.nc", _transient(asked, slab))
+    write_netcdf(folder / "transient_maps.nc", _maps(asked, slab))
+    write_netcdf(folder / "device.nc", device_store(WantedDevice(devices=("pump", "fan"))))
+    (path,) = write_scene(folder)
+    assert path == folder / "figures" / "building_scene.html"
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_it_needs_no_network(page):
+    assert ADDRESS.search(page) is None
+    assert "favicon" not in page or "kitware.github.io/vtk-js/icon" not in page
+    # The viewer as it is delivered would fetch its icons.
+    from importlib.resources import files
+
+    viewer = (files("trame_vtk.tools") / "static_viewer.html").read_text(encoding="utf-8")
+    assert "kitware.github.io/vtk-js/icon" in viewer
+
+
+@pytest.mark.slow
+def test_it_holds_the_scene(page):
+    scene = scene_of(page)
+    arrays = scene["hashes"].values()
+    assert all(array["content"] for array in arrays)
+    sizes = [
+        len(base64.b64decode(array["content"])) / 4
+        for array in arrays
+        if array["type"] == "Float32Array"
+    ]
+    # Peaks of the 25 vertices of each of two slabs, and their positions.
+    assert 50 in sizes and 150 in sizes
+    assert scene["scene"]["type"].endswith("RenderWindow")
+    assert len(page) < 3_000_000
+
+
+@pytest.mark.slow
+def test_it_says_what_it_shows(page):
+    assert "<title>Building A &lt;&amp;&gt; B</title>" in page and "A <&> B" not in page
+    for words in ("peak acceleration along y [m/s²]", "impact edges", "columns", "fan, floor"):
+        assert words in page
+    # 10 + y over 6 m.
+    assert "<span>10</span><span>13</span><span>16</span>" in page
+    assert page.index('class="content"') < page.index('id="notes"') < page.index("</body>")
+
+
+@pytest.mark.slow
+def test_without_peaks_and_devices(transient_folder):
+    folder = transient_folder(maps=False, loads=())
+    (path,) = write_scene(folder)
+    page = path.read_text(encoding="utf-8")
+    notes = page[page.index('id="notes"') :]
+    assert "slabs" in notes and "linear-gradient" not in notes and "floor 3" not in notes
+
+
+def test_without_a_building(tmp_path):
+    assert write_scene(tmp_path) == []
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_store_that_is_damaged(tmp_path):
+    (tmp_path / "building.nc").write_bytes(b"no store")
+    with pytest.raises(ImpactfemError, match=r"cannot read .*building\.nc"):
+        write_scene(tmp_path)
+
+
+def test_peaks_by_node(transient_folder):
+    folder = transient_folder(direction="x", floors=(1, 2))
+    with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as building:
+        direction, peak = _peaks(folder, building.sizes["node"])
+        level = _level(building)
+        nodes = building["node_position"].values
+    assert direction == "x" and len(level) == 50
+    assert peak[level] == pytest.approx(10.0 + nodes[level, 0])
+    assert np.isnan(np.delete(peak, level)).all()
+    (folder / "transient_maps.nc").unlink()
+    assert _peaks(folder, 10) is None
+
+
+def test_notes_are_escaped():
+    notes = Notes("a <b>", [("x & y", "#123456")], Scale("peak [m/s²]", 0.0, 4.0))
+    text = _overlay(notes)
+    assert "a &lt;b&gt;" in text and "x &amp; y" in text and "background:#123456" in text
+    assert "<span>0</span><span>2</span><span>4</span>" in text and "linear-gradient" in text
+    assert "linear-gradient" not in _overlay(Notes("a"))

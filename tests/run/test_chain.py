@@ -1,0 +1,335 @@
+"""Every stage on the shipped frame: from the wall experiment to the force of a pump."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, floors_meet, pump
+from impactfem import study
+from impactfem.plot import floor_products
+from impactfem.stages.building import stage as building
+from impactfem.stages.calibrate import stage as calibrate
+from impactfem.stages.design import stage as design
+from impactfem.stages.device import stage as device
+from impactfem.stages.device import store
+from impactfem.stages.pounding import stage as sticks
+from impactfem.stages.transient import stage as transient
+from impactfem.system.errors import InputError
+
+pytestmark = pytest.mark.slow
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+REST = (
+    """
+[wall_impact]
+gap = "2 mm"
+displacement = "-5 mm"
+pull = "even_load"
+duration = "0.4 s"
+time_step = "0.25 ms"
+
+[[damping_cases]]
+name = "light"
+ratio = "0.5 %"
+frequencies = ["1 Hz", "20 Hz"]
+
+[contact_laws.floor]
+type = "kelvin-voigt"
+stiffness = "calibrated"
+restitution = "calibrated"
+"""
+    + floors_meet("0.2 mm")
+    + """
+[transient]
+time_step = "1 ms"
+maximum_frequency = "100 Hz"
+
+"""
+    + pump('["2 m", "2.2 m", "6 m"]', "0.8 m")
+)
+
+
+def no_pictures(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(building, "building_pictures", lambda *_: [])
+    patch.setattr(sticks, "stick_figures", lambda *_: [])
+    patch.setattr(floor_products, "floor_figures", lambda *_: [])
+    patch.setattr(transient, "transient_figures", lambda *_, **__: [])
+    patch.setattr(calibrate, "wall_figures", lambda *_: [])
+    patch.setattr(device, "device_figures", lambda *_: [])
+    patch.setattr(design, "design_figures", lambda *_: [])
+
+
+@pytest.fixture(scope="module")
+def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("chain")
+    for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
+        shutil.copy(GEOMETRY / name, folder)
+    path = edited(folder / "frame.toml", *QUICK, LIGHT, SOFT_NEIGHBOUR)
+    path.write_text(path.read_text() + REST)
+    return path
+
+
+@pytest.fixture(scope="module")
+def done(case: Path) -> study.Run:
+    with pytest.MonkeyPatch.context() as patch:
+        no_pictures(patch)
+        return study.run(case, out=case.parent / "run")
+
+
+def values(run: study.Run) -> dict[str, Any]:
+    return {scalar.name: scalar.value for scalar in run.scalars}
+
+
+def test_calibrated_values_reach_the_contact(done: study.Run) -> None:
+    found = values(done)
+    assert 0.0 < found["calibration.epsilon"] < 1.0
+    assert found["calibration.complementarity"] < 1e-9
+    assert found["calibration.epsilon.light"] > found["calibration.epsilon"]
+    with xr.open_dataset(done.folder / "forces.nc", engine="h5netcdf") as forces:
+        laws = [str(law) for law in forces["law"].values]
+    with xr.open_dataset(done.folder / "calibrate.nc", engine="h5netcdf") as store:
+        assert float(store["epsilon"][0]) == pytest.approx(found["calibration.epsilon"])
+    assert f"{found['calibration.K_Ceq']:.4g}"[:4] in laws[0]
+    assert found["pounding.impacts"] > 0
+
+
+def test_the_pump(done: study.Run) -> None:
+    found = values(done)
+    for name in ("detailed", "rsa"):
+        assert found[f"device.fy.{name}.impact"] > found[f"device.fy.{name}.no_impact"] > 0.0
+    assert abs(found["device.relative_difference.no_impact"]) < 0.6
+    assert found["device.fy.detailed.impact.light"] > found["device.fy.detailed.impact"]
+    # The pump's rosette makes the slab a little stiffer.
+    known = found["calibration.epsilon.light"]
+    assert found["device.epsilon.light"] == pytest.approx(known, abs=0.03)
+    with xr.open_dataset(done.folder / "device.nc", engine="h5netcdf") as store:
+        assert store["case"].values.tolist() == ["own", "light"]
+        assert float(store["imbalance"].max()) < 1e-8
+        largest = float(abs(store["force"].isel(case=0, impact=1, device=0, component=1)).max())
+    assert largest == pytest.approx(found["device.fy.detailed.impact"], rel=1e-5)
+
+
+def test_finished_stages_are_reused(case: Path, done: study.Run) -> None:
+    again = study.run(case, out=done.folder)
+    stages = ["building", "calibrate", "sticks", "transient", "device", "design"]
+    assert again.reused == stages
+    assert values(again) == values(done)
+
+
+def test_beside_another_run(
+    case: Path, done: study.Run, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The report shows the comparison until it is damaged, or of other results."""
+    folder, title = tmp_path / "run", "Comparison with another run"
+    shutil.copytree(done.folder, folder)
+    before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
+    with pytest.raises(InputError, match=r"of the frequencies up to 0\.1 Hz"):
+        study.compare_runs(folder, done.folder, 0.1)
+    assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
+    (cases, points, directions), page = study.compare_runs(folder, done.folder, 100.0)
+    assert ("case file", case.name, case.name) in cases.rows
+    assert ("folder", str(folder), str(done.folder)) in cases.rows
+    for name in (str(folder), str(done.folder)):
+        assert name in page.read_text(encoding="utf-8")
+    assert points.rows and {row[3] for row in points.rows} == {0.0}
+    assert directions.rows and {row[2:6] for row in directions.rows} == {(0.0,) * 4}
+    assert title in page.read_text(encoding="utf-8")
+    assert title not in (done.folder / "report.html").read_text(encoding="utf-8")
+    assert title in study.make_report(folder).read_text(encoding="utf-8") and not caplog.messages
+    listed = json.loads((folder / "comparison.stage.json").read_text())
+    (folder / "comparison.stage.json").write_text(json.dumps(listed | {"inputs": "of others"}))
+    assert title not in study.make_report(folder).read_text(encoding="utf-8")
+    assert "'impactfem compare' makes it again" in caplog.messages[0]
+    caplog.clear()
+    study.compare_runs(folder, done.folder, 50.0)
+    assert not caplog.messages
+    (folder / "comparison.nc").write_bytes(b"no store")
+    assert title not in study.make_report(folder).read_text(encoding="utf-8")
+    assert len(caplog.messages) == 1
+
+
+def test_a_wider_wall_gap_calibrates_again(
+    case: Path, done: study.Run, edited: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The reduced model serves again; what follows from the restitution does not."""
+    no_pictures(monkeypatch)
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
+    other = edited(tmp_path / "frame.toml", ('gap = "2 mm"', 'gap = "3 mm"'))
+    again = study.run(other, out=tmp_path / "run", stage="sticks")
+    assert again.reused == ["building"]
+    assert "calibrate: basis" not in again.times
+    assert values(again)["calibration.epsilon"] != values(done)["calibration.epsilon"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('gap = "2 mm"', 'gap = "20 mm"', "no impact: floor 2 does not touch the wall"),
+        ('duration = "0.4 s"', 'duration = "0.07 s"', "(still going on|no impact)"),
+        (
+            'point = ["2 m", "2.2 m", "6 m"]',
+            'point = ["2 m", "2.2 m", "4 m"]',
+            "point|is on no floor",
+        ),
+    ],
+)
+def test_refused(
+    case: Path,
+    done: study.Run,
+    edited: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    old: str,
+    new: str,
+    message: str,
+) -> None:
+    """What cannot be evaluated is told, and leaves the stores of the run as they were."""
+    no_pictures(monkeypatch)
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
+    before = {path.name: path.read_bytes() for path in (tmp_path / "run").glob("*.nc")}
+    other = edited(tmp_path / "frame.toml", (old, new))
+    with pytest.raises(Exception, match=message):
+        study.run(other, out=tmp_path / "run")
+    for name, content in before.items():
+        if name in ("calibrate.nc", "device.nc"):
+            assert (tmp_path / "run" / name).read_bytes() == content
+
+
+def by(case: Path, analysis: str) -> Path:
+    case.write_text(case.read_text() + f'\n[device_analysis]\ntime_step = "1 ms"\n{analysis}')
+    return case
+
+
+@pytest.fixture
+def copied(
+    case: Path, done: study.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[str], Path]:
+    """A copy of the case with its run, by name."""
+    no_pictures(monkeypatch)
+    return lambda name: Path(shutil.copytree(case.parent, tmp_path / name)) / "frame.toml"
+
+
+def forces(run: study.Run) -> xr.Dataset:
+    with xr.open_dataset(run.folder / "device.nc", engine="h5netcdf") as store:
+        return (
+            store[["force", "largest_force", "anchor_acceleration"]]
+            .assign_attrs(store.attrs)
+            .load()
+        )
+
+
+def test_detailed_analysis_in_full_order(copied: Callable[[str], Path]) -> None:
+    """The same outputs with the building's own damping; the basis is used again beside it."""
+    runs = {}
+    for solver in ("reduced", "full"):
+        path = by(copied(solver), f'solver = "{solver}"\n')
+        runs[solver] = study.run(path, out=path.parent / "run", stage="device")
+        assert runs[solver].reused == ["building", "calibrate", "sticks"]
+        assert "device: basis" not in runs[solver].times
+        assert ("device: time steps" in runs[solver].times) == (solver == "full")
+        assert not list((path.parent / "run").glob("device_checkpoints*"))
+    reduced, full = (forces(runs[solver]) for solver in ("reduced", "full"))
+    assert (reduced.attrs["solver"], full.attrs["solver"]) == ("reduced", "full")
+    own, light = full.isel(case=0, device=0), full.isel(case=1, device=0)
+    known = reduced.isel(case=0, device=0)
+    for impact in ("without", "with"):
+        for component in ("y", "rx"):
+            at = {"impact": impact, "component": component}
+            peaks = [float(one.largest_force.sel(at)) for one in (own, known)]
+            assert peaks[0] == pytest.approx(peaks[1], rel=5e-3) and peaks[0] > 0.0
+    # It is not the same computation, and damping cases have the basis.
+    assert float(np.abs(own.force - known.force).max()) > 0.0
+    np.testing.assert_array_equal(light.force, reduced.isel(case=1, device=0).force)
+    found, before = values(runs["full"]), values(runs["reduced"])
+    assert 0.0 < found["device.reduced_against_full"] < 5e-3
+    assert "device.reduced_against_full" not in before
+    # The response spectrum analyses have the motion of the same anchor.
+    assert found["device.fy.rsa.impact"] == before["device.fy.rsa.impact"]
+
+
+def test_full_order_goes_on(
+    copied: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch, caplog: Any
+) -> None:
+    """A failure while the results are written costs no time steps."""
+    path = by(copied("killed"), 'solver = "full"\n')
+    (path.parent / "run" / "device.nc").unlink()
+
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "write_devices", killed)
+        with pytest.raises(KeyboardInterrupt):
+            study.run(path, out=path.parent / "run", stage="device")
+    assert len(list((path.parent / "run").glob("device_checkpoints*"))) == 2
+    with caplog.at_level("INFO", "impactfem"):
+        again = study.run(path, out=path.parent / "run", stage="device", resume=True)
+    told = [record.getMessage() for record in caplog.records]
+    assert told.count("device: going on from 1.000 s") == 2
+    assert values(again)["device.reduced_against_full"] < 5e-3
+    assert not list((path.parent / "run").glob("device_checkpoints*"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "kept"),
+    [
+        ('gap = "0.2 mm"', 'gap = "0.21 mm"', True),
+        ("floor = [1, 2], offset", "floor = [1], offset", False),
+    ],
+)
+def test_reduced_model_of_the_devices(
+    copied: Callable[[str], Path], done: study.Run, edited: Any, old: str, new: str, kept: bool
+) -> None:
+    """It serves other gaps, and not forces on other floors, for which it did not grow."""
+    path = edited(copied("gap"), (old, new))
+    again = study.run(path, out=path.parent / "run", stage="device")
+    assert again.reused == ["building", "calibrate"]
+    assert ("device: basis" in again.times) == (not kept)
+    assert values(again)["device.fy.detailed.impact"] != values(done)["device.fy.detailed.impact"]
+
+
+def test_case_that_lacks_devices(case: Path, edited: Any, tmp_path: Path) -> None:
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
+    other = tmp_path / "frame.toml"
+    other.write_text(other.read_text().split("[[devices]]")[0])
+    with pytest.raises(InputError, match=r"a section \[devices\], which the stage device needs"):
+        study.run(other, out=tmp_path / "run", stage="device")
+
+
+def test_two_ranks(
+    case: Path, done: study.Run, under_mpirun: Callable[..., Any], tmp_path: Path
+) -> None:
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
+    out = tmp_path / "ranks"
+    # The stage `design` has a test on two ranks of its own.
+    words = ("run", tmp_path / "frame.toml", "--stage", "device", "--out", out)
+    ended = under_mpirun(2, sys.executable, "-c", MAIN, *words)
+    assert ended.returncode == 0, ended.stderr
+    known = values(done)
+    summary = json.loads((out / "summary.json").read_text())
+    for entry in summary:
+        name, value = entry["name"], entry["value"]
+        if value is None or name.rsplit(".", 1)[-1] in ROUNDING or "seconds" in name:
+            continue
+        assert value == pytest.approx(known[name], rel=1e-6, abs=1e-9), name
+
+
+MAIN = "from impactfem.cli import main; main()"
+ROUNDING = {
+    "complementarity",
+    "energy_residual",
+    "energy_gained",
+    "impulse_error",
+    "basis_difference",
+    "basis_error",
+    "contact_energy_defect",
+}
+"""Scalars that are rounding errors, or estimates of errors."""

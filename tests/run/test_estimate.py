@@ -1,0 +1,151 @@
+"""The estimate of a run: beside what the shipped cases were measured to take."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactfem.building.read_mesh import read_mesh
+from impactfem.case import load_case
+from impactfem.run import estimate as module
+from impactfem.run.estimate import duration, estimate, nodes_of_file, too_much
+from impactfem.system import memory
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+# Largest memory of each stage [GB], of the README and, of two_frames, of its run's provenance.
+MEASURED = {
+    "npp_pair": {"building": 2.6, "calibrate": 3.8, "transient": 3.4, "device": 6.0, "design": 3.8},
+    "npp_pair_fine": {"building": 11.0, "calibrate": 18.0, "transient": 14.2, "device": 24.7},
+    "two_frames": {"building": 0.66, "calibrate": 0.82, "transient": 1.81, "device": 1.30},
+}
+DOFS = {"npp_pair": 342_594, "npp_pair_fine": 1_464_204, "two_frames": 58_500}
+SECONDS = {"npp_pair": 488.0, "npp_pair_fine": 1680.0}
+LONGEST = 16.79
+
+
+@pytest.fixture(scope="module")
+def case():
+    return load_case(GEOMETRY / "npp_pair.toml")
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_memory_within_a_factor_of_one_and_a_half(name):
+    found = estimate(load_case(GEOMETRY / f"{name}.toml"), LONGEST)
+    assert found.dofs == pytest.approx(DOFS[name], rel=0.05)
+    stages = {stage.name: stage for stage in found.stages}
+    for stage, measured in MEASURED[name].items():
+        assert 1 / 1.5 < 1e-9 * stages[stage].memory / measured < 1.5, stage
+    assert 1 / 1.5 < 1e-9 * found.largest.memory / max(MEASURED[name].values()) < 1.5
+
+
+@pytest.mark.parametrize("name", SECONDS)
+def test_time_within_a_factor_of_two(name, monkeypatch):
+    monkeypatch.setattr(module, "threads", lambda: 2)  # as where it was measured
+    found = estimate(load_case(GEOMETRY / f"{name}.toml"), LONGEST)
+    assert 0.5 < found.seconds / SECONDS[name] < 2.0
+
+
+@pytest.mark.parametrize(
+    ("step", "measured"), [(0.3358e-3, 0.85), (0.1e-3, 1.98), (0.03358e-3, 5.06)]
+)
+def test_memory_of_sticks_alone(case, step, measured):
+    """`impactfem run geometry/npp_pair.toml --stage sticks`, with shorter steps as well."""
+    shorter = case.pounding.model_copy(update={"time_step": step})
+    found = estimate(case.model_copy(update={"pounding": shorter, "structure": None}), LONGEST)
+    assert 1 / 1.5 < 1e-9 * found.stages[0].memory / measured < 1.5
+
+
+def test_the_lines(case):
+    text = "\n".join(estimate(case, LONGEST).lines())
+    assert "50,000 of the sticks, 3,824 at the wall, 10,000 of the 3D model, 80,000 with" in text
+    assert re.search(r"about 3[0-9]0,000 degrees of freedom; vectors .* calibrate, .* device", text)
+    assert re.search(r"^about \d+ min .* and \d(\.\d)? GB: building ", text, re.MULTILINE)
+
+
+def test_steps_are_whole(case):
+    """A step printed with four digits gives the steps that were meant."""
+    exact = case.pounding.model_copy(update={"duration": 10.0, "time_step": 0.1})
+    assert (
+        estimate(case.model_copy(update={"pounding": exact}), LONGEST).steps["of the sticks"] == 100
+    )
+
+
+@pytest.mark.parametrize("name", ["frame.msh", "two_frames.msh"])
+def test_nodes_that_a_file_says(name):
+    assert nodes_of_file(GEOMETRY / name) >= len(read_mesh(GEOMETRY / name).nodes)
+
+
+def test_nodes_of_a_binary_file_and_of_none(tmp_path):
+    head = b"$MeshFormat\n4.1 1 8\n" + np.array([1], np.int32).tobytes() + b"\n$EndMeshFormat\n"
+    path = tmp_path / "a.msh"
+    path.write_bytes(head + b"$Nodes\n" + np.array([7, 1234, 1, 1234], np.uint64).tobytes())
+    assert nodes_of_file(path) == 1234
+    path.write_bytes(b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n55\n1 0 0 0\n")
+    assert nodes_of_file(path) == 55
+    path.write_bytes(b"$Nodes\n")
+    assert nodes_of_file(path) == 0
+
+
+@pytest.mark.parametrize(
+    ("machine", "disk", "words"),
+    [
+        (64e9, 0, None),
+        (23e9, 10e9, None),  # as it ran: 1.5 GB of 24.7 GB in a file
+        (23e9, 1e9, "GB of memory, and /scratch 1 GB for the rest"),
+        (8e9, 1e12, "stage device needs about"),
+    ],
+)
+def test_what_can_go_to_a_file_is_not_refused(monkeypatch, machine, disk, words):
+    fine = load_case(GEOMETRY / "npp_pair_fine.toml")
+    monkeypatch.setattr(module, "total_memory", lambda: machine)
+    monkeypatch.setenv("TMPDIR", "/scratch")
+    usage = module.shutil._ntuple_diskusage(disk, 0, disk)
+    monkeypatch.setattr(module.shutil, "disk_usage", lambda folder: usage)
+    found = list(too_much(fine, estimate(fine, LONGEST)))
+    assert len(found) == (words is not None)
+    assert words is None or words in found[0].expected
+
+
+def test_the_stages_that_are_asked_for(monkeypatch):
+    """A machine that is too small for the 3D model runs the sticks."""
+    fine = load_case(GEOMETRY / "npp_pair_fine.toml")
+    monkeypatch.setattr(module, "total_memory", lambda: 4e9)
+    found = estimate(fine, LONGEST)
+    assert list(too_much(fine, found)) and not list(too_much(fine, found.of({"sticks"})))
+    assert found.of(set()) == found
+
+
+def test_the_whole_memory_of_machine_and_job(monkeypatch, tmp_path):
+    (tmp_path / "meminfo").write_text("MemTotal: 1000 kB\nMemAvailable: 10 kB\n")
+    (tmp_path / "cgroup").write_text("0::/job\n")
+    (tmp_path / "groups" / "job").mkdir(parents=True)
+    monkeypatch.setattr(memory, "MACHINE", tmp_path / "meminfo")
+    monkeypatch.setattr(memory, "GROUP", tmp_path / "cgroup")
+    monkeypatch.setattr(memory, "GROUPS", tmp_path / "groups")
+    assert memory.total_memory() == 1024e3
+    (tmp_path / "groups" / "job" / "memory.max").write_text("500000\n")
+    assert memory.total_memory() == 500000.0
+    (tmp_path / "groups" / "job" / "memory.max").write_text("max\n")
+    assert memory.total_memory() == 1024e3
+
+
+def test_times_in_words():
+    words = [duration(s) for s in (0.2, 61.0, 600.0, 9000.0, 3e5, 1e15)]
+    assert words == ["1 s", "61 s", "10 min", "2 h", "3 days", "12,000,000,000 days"]
+
+
+def test_longer_takes_more(case):
+    base = estimate(case, LONGEST)
+    more = {
+        "pounding": case.pounding.model_copy(update={"time_step": 1e-6}),
+        "transient": case.transient.model_copy(update={"time_step": 1e-5}),
+        "structure": case.structure.model_copy(
+            update={"mesh": case.structure.mesh.model_copy(update={"size": 0.5})}
+        ),
+        "ensemble": case.ensemble.model_copy(update={"motions": 10_000}),
+    }
+    for name, section in more.items():
+        found = estimate(case.model_copy(update={name: section}), LONGEST)
+        assert found.seconds > base.seconds, name
+        assert sum(s.memory for s in found.stages) > sum(s.memory for s in base.stages), name

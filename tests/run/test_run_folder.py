@@ -1,0 +1,99 @@
+"""A run opened for reading: scalars by name, stores by attribute, and what is not there."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from impactfem.study import open_run
+from impactfem.system.errors import ImpactfemError, InputError
+
+
+def test_scalars(finished: Any) -> None:
+    with open_run(finished.folder) as run:
+        told = {scalar.name: scalar for scalar in finished.run.scalars}
+        assert list(run.summary) == list(told)
+        assert run.value("motion.pga") == told["motion.pga"].value
+        entry = run.summary["motion.pga"]
+        assert (entry.unit, entry.paper) == ("m/s2", pytest.approx(3.0))
+        table = run.table("pounding.peak_force.*", "motion.pga")
+        assert len(table.rows) == 4
+        assert table.rows[0] == ("motion.pga", entry.value, "m/s2", entry.paper)
+        assert len(run.table().rows) == len(told)
+
+
+def test_stores(finished: Any) -> None:
+    with open_run(str(finished.folder)) as run:
+        assert run.stores == ("motion", "sticks", "forces")
+        assert run.sticks is run.sticks
+        pfa = run.sticks.pfa.sel(station="west.floor_3", direction="y")
+        assert float(pfa) == pytest.approx(run.value("frs.floor_3.pfa"))
+        assert run.forces.force.dims == ("time", "pair") and "acceleration_0" in run.motion
+
+
+@pytest.mark.parametrize(
+    "name", ["building", "calibrate", "ensemble", "transient", "maps", "device"]
+)
+def test_a_store_that_is_not_there(finished: Any, name: str) -> None:
+    with open_run(finished.folder) as run:
+        file = "transient_maps" if name == "maps" else name
+        told = rf"{file}\.nc: missing; the stores of this run are: motion, sticks, forces"
+        with pytest.raises(InputError, match=told):
+            getattr(run, name)
+
+
+def test_results_that_are_not_there(finished: Any, tmp_path: Path) -> None:
+    with open_run(finished.folder) as run:
+        expected = r"summary.json: motion\.pgaa: .*did you mean 'motion\.pga'\?"
+        with pytest.raises(InputError, match=expected):
+            run.value("motion.pgaa")
+    entry = {"name": "x", "value": None, "unit": "-", "paper": None, "note": "no impact"}
+    (tmp_path / "summary.json").write_text(json.dumps([entry]))
+    with open_run(tmp_path) as run:
+        assert run.stores == ()
+        with pytest.raises(InputError, match=r"x: the result has no value in this run\. no impact"):
+            run.value("x")
+        with pytest.raises(InputError, match="the stores of this run are: none"):
+            _ = run.sticks
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (None, "missing; expected the folder of a run"),
+        ("[", "cannot be read"),
+        ("[{}]", "cannot be read"),
+        ("3", "cannot be read"),
+        ('[{"name": "x"}]', "cannot be read"),
+    ],
+)
+def test_no_run(tmp_path: Path, content: str | None, expected: str) -> None:
+    if content is not None:
+        (tmp_path / "summary.json").write_text(content)
+    with pytest.raises(InputError, match=rf"summary\.json: {expected}"):
+        open_run(tmp_path)
+
+
+def test_a_store_that_is_none(tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text("[]")
+    (tmp_path / "sticks.nc").write_text("nothing")
+    with (
+        pytest.raises(ImpactfemError, match=r"cannot read .*sticks\.nc"),
+        open_run(tmp_path) as run,
+    ):
+        _ = run.sticks
+
+
+def test_neither_fenicsx_nor_vtk_is_loaded() -> None:
+    """They crash beside each other: who reads a run may load either."""
+    program = (
+        "import sys; from impactfem.study import open_run; "
+        "print([n for n in ('dolfinx', 'petsc4py', 'vtkmodules', 'pyvista') if n in sys.modules])"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert ended.stdout == "[]\n", ended.stderr

@@ -1,0 +1,212 @@
+"""The stage `building` on the shipped mesh of a small frame."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from mpi4py import MPI
+
+from impactfem import study
+from impactfem.building.assembly import DOFS
+from impactfem.building.bending import bending_modes
+from impactfem.building.model import assemble_building
+from impactfem.building.read_parts import read_parts
+from impactfem.case import load_case
+from impactfem.dynamics.modes import modes
+from impactfem.stages.building.compute import run_building
+from impactfem.stages.building.store import read_building_mesh
+from impactfem.stages.building.storey_factor import fit_storey_factor
+from impactfem.system.errors import InputError, SolutionError
+
+GEOMETRY = Path(__file__).parents[3] / "geometry"
+ROOF = "2,28,5e4,9e4,1.3e5,1.2,0.1,1.3,1.1,0.8,0.3,3\n"
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(scope="session")
+def frame_run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("frame")
+    return study.run(GEOMETRY / "frame.toml", out=folder / "run", stage="building")
+
+
+@pytest.fixture(scope="session")
+def store(frame_run):
+    with xr.open_dataset(frame_run.folder / "building.nc", engine="h5netcdf") as opened:
+        yield opened.load()
+
+
+@pytest.fixture
+def frame(tmp_path):
+    """The frame's files in a folder of their own, to be changed."""
+    for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
+        shutil.copy(GEOMETRY / name, tmp_path)
+    return tmp_path / "frame.toml"
+
+
+@pytest.fixture(scope="session")
+def parts():
+    case = load_case(GEOMETRY / "frame.toml")
+    return read_parts(case, GEOMETRY / "frame.msh")[0]
+
+
+def scalars(run):
+    return {entry.name: entry.value for entry in run.scalars}
+
+
+def test_first_bending_mode_is_where_it_was_asked(frame_run, store):
+    values = scalars(frame_run)
+    assert values["building.frequency.1"] == pytest.approx(4.0, rel=1e-6)
+    # Walls and columns alone do not give a frequency as the root of their factor.
+    assert 0.1 < values["building.storey_stiffness_factor"] < 1.0
+    assert values["building.effective_mass.1"] == store.effective_mass.sel(direction="y").max()
+
+
+def test_scalars(frame_run):
+    values = scalars(frame_run)
+    assert values["building.elements"] == 400
+    assert values["building.dofs"] == 6 * values["building.nodes"]
+    assert values["building.floor_mass.1"] == pytest.approx(30e3)
+    assert values["building.floor_mass.2"] == pytest.approx(28e3)
+    assert values["building.mass"] > 58e3  # with what belongs to the base
+    listed = json.loads((frame_run.folder / "summary.json").read_text())
+    assert {entry["name"] for entry in listed} >= set(values)
+
+
+def test_effective_masses_add_up_to_less_than_the_mass(store):
+    share = store.effective_mass.sum("mode") / store.total_mass
+    assert (share < 1.0 + 1e-9).all()
+    assert (share.sel(direction=["x", "y", "rx"]) > 0.5).all()
+
+
+def test_shapes_have_unit_modal_mass_and_rest_at_the_base(store):
+    assert store.shape.dtype == np.float32
+    assert not store["shape"].isel(node=store.base.values).any()
+    assert np.abs(store["shape"]).max() > 1e-4
+
+
+def test_mesh_of_the_store_is_that_of_the_file(frame_run, parts):
+    mesh = read_building_mesh(frame_run.folder / "building.nc")
+    for name in ("nodes", "triangles", "triangle_part", "lines", "line_part", "base"):
+        np.testing.assert_array_equal(getattr(mesh, name), getattr(parts.mesh, name))
+    assert mesh.shell_parts == parts.mesh.shell_parts
+    assert mesh.beam_parts == parts.mesh.beam_parts
+    assert mesh.centres == parts.mesh.centres
+    for floor, lines in parts.mesh.edges.items():
+        np.testing.assert_array_equal(mesh.edges[floor], lines)
+
+
+def test_tables_and_pictures(frame_run):
+    tables = sorted(path.name for path in (frame_run.folder / "tables").iterdir())
+    assert tables == [
+        "building_bending_modes.csv",
+        "building_floor_masses.csv",
+        "building_modes.csv",
+    ]
+    pictures = list((frame_run.folder / "figures").iterdir())
+    assert len(pictures) >= 2
+    assert all(path.read_bytes().startswith(PNG) for path in pictures)
+
+
+def test_finished_stage_is_reused_and_a_changed_mesh_is_not(frame, frame_run, tmp_path):
+    shutil.copytree(frame_run.folder, tmp_path / "run")
+    assert study.run(frame, out=tmp_path / "run", stage="building").reused == ["building"]
+    mesh = tmp_path / "frame.msh"
+    mesh.write_text(mesh.read_text() + "$Comments\nchanged\n$EndComments\n")
+    assert study.run(frame, out=tmp_path / "run", stage="building").reused == []
+
+
+def test_floors_of_mesh_and_table_must_agree(frame):
+    table = frame.with_name("frame_floors.csv")
+    row = table.read_text().splitlines()[-1]
+    table.write_text(table.read_text() + row.replace("2,28", "3,28") + "\n")
+    with pytest.raises(InputError, match="floors 1 to 3 of building F"):
+        read_parts(load_case(frame), frame.with_name("frame.msh"))
+
+
+def test_storeys_of_mesh_and_table_must_agree(frame, edited):
+    """Both heights are told; a level may be of the slab's middle or of the mass centre."""
+    edited(frame.with_name("frame_floors.csv"), (ROOF, ROOF.replace("0.3,3", "0.3,3.2")))
+    found = "storey below floor 2 is 3 m high in the mesh and 3.2 m in the floor table of building"
+    with pytest.raises(InputError, match=f"frame.msh: centre_2: the {found} F") as caught:
+        study.check(frame, mesh=True)
+    assert len(caught.value.faults) == 1
+    with pytest.raises(InputError, match=found):
+        study.run(frame, out=frame.parent / "run", stage="building")
+
+
+def test_storeys_that_nearly_agree(frame, edited):
+    edited(frame.with_name("frame_floors.csv"), (ROOF, ROOF.replace("0.3,3", "0.3,3.08")))
+    study.check(frame, mesh=True)
+
+
+def test_floor_lighter_than_its_parts(frame, edited):
+    edited(frame.with_name("frame_floors.csv"), ("\n1,30,", "\n1,3,"))
+    with pytest.raises(InputError, match=r"floor_masses.*floor 1 weighs 26\.4 t by its parts"):
+        read_parts(load_case(frame), frame.with_name("frame.msh"))
+
+
+def test_mechanism_is_named_by_its_place(frame, edited, tmp_path):
+    """Without its base the frame floats."""
+    case = load_case(frame)
+    parts, masses, report = read_parts(case, frame.with_name("frame.msh"))
+    floating = replace(parts, mesh=replace(parts.mesh, base=np.empty(0, dtype=np.int64)))
+
+    from impactfem.stages.building import compute as stage
+
+    class Nothing:
+        def __init__(self, name):
+            pass
+
+        def __enter__(self):
+            return None
+
+        def __exit__(self, *_):
+            return None
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stage, "read_parts", lambda *_: (floating, masses, report))
+        with pytest.raises(SolutionError, match=r"mechanism: its node at \(.*\) m in \w+_[12]"):
+            run_building(case, tmp_path, MPI.COMM_SELF, Nothing)
+
+
+def test_factor_against_the_full_search(parts):
+    """The factor found in the space of the modes is that of the full model."""
+    model = assemble_building(MPI.COMM_SELF, parts)
+    fitted = fit_storey_factor(model, 4.0, 1, 0.05, 8)
+    assert fitted.rounds > 1
+    K = model.stiffness(fitted.factor)
+    again = modes(K, model.mass, 8)
+    gamma = again.shapes.T @ model.ground[:, 1]
+    first = bending_modes(gamma**2, model.total[1, 1])[0]
+    assert again.frequency[first] == pytest.approx(4.0, rel=1e-6)
+    # From near by the space of the ground motion gives it; no second modal analysis follows.
+    near = fit_storey_factor(model, 4.0, 1, 0.95 * fitted.factor, 8)
+    assert near.rounds == 1 and near.factor == pytest.approx(fitted.factor, rel=1e-5)
+    stiffer = modes(model.stiffness(1.1 * fitted.factor), model.mass, 8)
+    assert stiffer.frequency[first] > 4.0 * 1.01
+
+
+def test_frequency_that_no_factor_gives(parts):
+    model = assemble_building(MPI.COMM_SELF, parts)
+    with pytest.raises(SolutionError, match=r"no storey factor .* 400 Hz"):
+        fit_storey_factor(model, 400.0, 1, 0.5, 8)
+
+
+def test_rows_of_nodes(parts):
+    model = assemble_building(MPI.COMM_SELF, parts)
+    nodes = model.nodes[[0, 7, 3]]
+    assert model.rows(nodes).tolist() == [0, 7 * DOFS, 3 * DOFS]
+    assert model.rows(parts.mesh.base[:1]).tolist() == [-1]
+    assert model.node_of(7 * DOFS + 4) == nodes[1]
+
+
+def test_check_reads_the_mesh(frame, edited):
+    assert study.check(frame, mesh=True).structure is not None
+    edited(frame, ('groups = "floor_*"', 'groups = "floor_1"'))
+    assert study.check(frame).structure is not None
+    with pytest.raises(InputError, match=r"frame\.msh: floor_2: no pattern matches it"):
+        study.check(frame, mesh=True)

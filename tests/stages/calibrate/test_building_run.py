@@ -1,0 +1,198 @@
+"""The shipped frame before a wall: reduced against full order, on one rank."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from impactfem.building.model import assemble_building
+from impactfem.building.read_parts import read_parts
+from impactfem.case import load_case
+from impactfem.dynamics.columns import product
+from impactfem.reduction.galerkin import galerkin_modes
+from impactfem.reduction.krylov import KrylovBasis
+from impactfem.stages.calibrate.building_model import (
+    WallModel,
+    reduced_wall_model,
+    wall_model,
+    wall_patterns,
+)
+from impactfem.stages.calibrate.building_run import run_full, run_reduced
+from impactfem.stages.calibrate.experiment import WallExperiment
+from impactfem.stages.calibrate.impact import floor_impacts
+from impactfem.system.errors import ImpactfemError
+
+GEOMETRY = Path(__file__).parents[3] / "geometry"
+EXPERIMENT = WallExperiment((1, 2), 2, -0.01, 0.004, 0.3, 0.25e-3, "y+")
+MASS = np.array([20e3, 20e3])
+
+
+@pytest.fixture(scope="module")
+def frame():
+    case = load_case(GEOMETRY / "frame.toml")
+    parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
+    model = assemble_building(MPI.COMM_SELF, parts)
+    damping = case.building("F").damping.coefficients
+    return model, model.stiffness(0.5), parts.mesh, damping
+
+
+@pytest.fixture(scope="module")
+def patterns(frame):
+    model, _, mesh, _ = frame
+    return wall_patterns(model, mesh, EXPERIMENT.floors, 2, "whole_floor")
+
+
+@pytest.fixture(scope="module")
+def reduced(frame, patterns):
+    model, K, mesh, damping = frame
+    return reduced_wall_model(
+        model,
+        K,
+        patterns,
+        np.array([mesh.centres[1], mesh.centres[2]]),
+        damping=damping,
+        maximum_frequency=300.0,
+        tolerance=0.005,
+        largest=400,
+    )
+
+
+@pytest.fixture(scope="module")
+def full(frame, patterns):
+    model, K, _, damping = frame
+    return run_full(model, K, patterns, EXPERIMENT, MASS, damping)
+
+
+def test_reduced_against_full(frame, reduced, full):
+    run = run_reduced(reduced, EXPERIMENT, MASS, frame[3])
+    fastest = np.abs(full.history.velocity).max()
+    for floor in EXPERIMENT.floors:
+        ours = floor_impacts(run.history, floor).first_complete()
+        truth = floor_impacts(full.history, floor).first_complete()
+        assert ours.start == pytest.approx(truth.start, abs=0.3 * EXPERIMENT.time_step)
+        assert ours.duration == pytest.approx(truth.duration, rel=2e-3)
+        assert ours.largest_impulse == pytest.approx(truth.largest_impulse, rel=2e-3)
+        assert ours.approach == pytest.approx(truth.approach, rel=2e-3, abs=1e-3 * fastest)
+    # With another damping they differ.
+    light = run_reduced(reduced, EXPERIMENT, MASS, (frame[3][0], frame[3][1] / 5.0))
+    other = floor_impacts(light.history, 2).first_complete().largest_impulse
+    truth = floor_impacts(full.history, 2).first_complete().largest_impulse
+    assert abs(other / truth - 1.0) > 0.02
+
+
+def test_laws_of_contact_hold_at_each_step(full):
+    contact = full.contact
+    assert contact.residual.max() < 1e-9
+    assert contact.impulse.min() >= 0.0
+    assert contact.energy.residual < 1e-9 and contact.energy.gained < 1e-12
+    # A constraint is seen one step late.
+    fastest = np.abs(np.diff(contact.gap, axis=0)).max()
+    assert 0.0 < contact.penetration.max() < fastest
+
+
+def slab_rows(model, mesh):
+    """Rows of the displacements towards the wall on the slab of floor 2."""
+    return model.rows(np.unique(mesh.triangles[mesh.slab(2)])) + 1
+
+
+def test_the_whole_floor_starts_at_the_displacement(frame, patterns, reduced, full):
+    """Every node of the slab, in full order and in the basis; the other floor follows freely."""
+    model, K, mesh, _ = frame
+    state, push = patterns.held(K)
+    assert np.abs(state[slab_rows(model, mesh)] - 1.0).max() == 0.0
+    assert reduced.uneven < 1e-9
+    # Nothing but the slab along n is held: no force acts elsewhere.
+    held = np.zeros(len(push), dtype=bool)
+    held[slab_rows(model, mesh)] = True
+    assert np.abs(product(K, state[:, None])[~held]).max() < 1e-8 * np.abs(push).max()
+    z = reduced.start(-0.01)
+    assert z @ reduced.seen[:, -1] == pytest.approx(-0.01, rel=1e-12)
+    assert full.history.displacement[0, 1] == pytest.approx(-0.01, rel=1e-12)
+    assert z @ reduced.seen[:, 0] == pytest.approx(full.history.displacement[0, 0], rel=1e-9)
+    assert full.contact.energy.kinetic[0] == 0.0
+    # ½ k d² of the forces that hold it, which the building has when it is let go.
+    energy = 0.5 * 0.01**2 * float(push @ state)
+    assert full.contact.energy.elastic[0] == pytest.approx(energy, rel=1e-9)
+
+
+@pytest.mark.parametrize("pull", ["even_load", "mass_centre"])
+def test_a_load_draws_the_mass_centre_aside(frame, reduced, pull):
+    """The slab of a frame yields between its columns; the resultant is that of the load."""
+    model, K, mesh, damping = frame
+    drawn = wall_patterns(model, mesh, EXPERIMENT.floors, 2, pull)
+    state, push = drawn.held(K)
+    assert drawn.seen[:, -1].T @ state == pytest.approx(1.0, rel=1e-12)
+    along = push[1::6]
+    acting = np.abs(along) > 1e-6 * np.abs(along).max()
+    assert acting.sum() == (1 if pull == "mass_centre" else (drawn.pull.load != 0.0).sum())
+    away = np.abs(state[slab_rows(model, mesh)] - 1.0).max()
+    assert away > 0.1
+    found = reduced_wall_model(
+        model,
+        K,
+        drawn,
+        np.array([mesh.centres[1], mesh.centres[2]]),
+        damping=damping,
+        maximum_frequency=300.0,
+        tolerance=0.005,
+        largest=400,
+    )
+    assert found.uneven == pytest.approx(away, rel=1e-6)
+    # It arrives later than the floor that is held as a whole, and slower.
+    ours = floor_impacts(run_reduced(found, EXPERIMENT, MASS, damping).history, 2)
+    held = floor_impacts(run_reduced(reduced, EXPERIMENT, MASS, damping).history, 2)
+    assert ours.first_complete().start > 2.0 * held.first_complete().start
+    assert ours.first_complete().approach < 0.8 * held.first_complete().approach
+
+
+def test_without_the_state_in_the_basis(frame, patterns):
+    """What a basis of the forces alone would start from is another state."""
+    model, K, _, _ = frame
+    _, push = patterns.held(K)
+    with KrylovBasis(K, model.mass, (2.0 * np.pi * 30.0) ** 2) as basis:
+        basis.add(np.column_stack([push, patterns.edges]))
+        basis.grow(4)
+        found = wall_model(galerkin_modes(basis), patterns, push, 0.0)
+    assert found.uneven > 1e-7
+
+
+def test_scaled_experiment(frame, reduced):
+    """Gap and displacement scaled together: the problem is linear but for its sign."""
+    scaled = replace(EXPERIMENT, displacement=-0.03, gap=0.012)
+    one = floor_impacts(run_reduced(reduced, EXPERIMENT, MASS, frame[3]).history, 2)
+    other = floor_impacts(run_reduced(reduced, scaled, MASS, frame[3]).history, 2)
+    first, second = one.first_complete(), other.first_complete()
+    assert second.epsilon == pytest.approx(first.epsilon, rel=1e-9)
+    assert second.largest_impulse == pytest.approx(3.0 * first.largest_impulse, rel=1e-9)
+    # The gap alone changes it.
+    alone = replace(EXPERIMENT, gap=0.002)
+    third = floor_impacts(run_reduced(reduced, alone, MASS, frame[3]).history, 2).first_complete()
+    assert abs(third.epsilon - first.epsilon) > 1e-3
+
+
+def test_wall_inside_the_building(frame, reduced):
+    inside = replace(EXPERIMENT, floors=(1, 2), displacement=0.0039, gap=0.004)
+    damping = frame[3]
+    # The edge of floor 2 is ahead of its mass centre.
+    stretched = replace(reduced, contact=reduced.contact * 1.1)
+    with pytest.raises(ImpactfemError, match=r"the wall starts inside the building: floor 2 is"):
+        run_reduced(stretched, inside, MASS, damping)
+
+
+def test_archive(reduced, tmp_path):
+    path = tmp_path / "model.npz"
+    reduced.write(path, "key")
+    again = WallModel.read(path, "key")
+    assert again is not None and again.difference == reduced.difference
+    assert np.array_equal(again.contact, reduced.contact)
+    assert WallModel.read(path, "other key") is None
+    path.write_bytes(path.read_bytes()[:1000])
+    assert WallModel.read(path, "key") is None
+
+
+def test_floor_without_an_edge(frame):
+    model, _, mesh, _ = frame
+    with pytest.raises(KeyError):
+        wall_patterns(model, mesh, (1, 2, 3), 2, "whole_floor")

@@ -1,0 +1,141 @@
+"""Contact laws that take their values from the impact on a wall."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from impactfem.case import Case, KelvinVoigtLaw, load_case
+from impactfem.coupling.from_case import system_of
+from impactfem.stages.calibrate.calibrated_contact import (
+    asks_calibration,
+    calibrated_laws,
+    with_calibrated_contact,
+    with_contact_of_run,
+)
+from impactfem.stages.pounding.stage import STICKS
+from impactfem.system.scalar import Scalar, to_json
+
+EPSILON, K_CEQ = 0.687, 1.1e11
+
+
+@pytest.fixture(scope="module")
+def given(new_case: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Case:
+    return load_case(new_case(tmp_path_factory.mktemp("given")))
+
+
+def asking(case: Case, **values: object) -> Case:
+    """The case with other values of its one law, unchecked."""
+    law = case.contact_laws["floor"].model_copy(update=values)
+    return case.model_copy(update={"contact_laws": {"floor": law}})
+
+
+@pytest.fixture(scope="module")
+def case(given: Case) -> Case:
+    return asking(given, stiffness="calibrated", restitution="calibrated")
+
+
+def law_of(case: Case) -> KelvinVoigtLaw:
+    law = case.contact_laws["floor"]
+    assert isinstance(law, KelvinVoigtLaw)
+    return law
+
+
+def store(folder: Path, *scalars: Scalar) -> Path:
+    xr.Dataset(attrs={"scalars": to_json(scalars)}).to_netcdf(
+        folder / "calibrate.nc", engine="h5netcdf"
+    )
+    return folder
+
+
+def test_which_laws_leave_their_restitution_open(given: Case, case: Case) -> None:
+    assert calibrated_laws(given) == calibrated_laws(asking(given, stiffness="calibrated")) == set()
+    assert calibrated_laws(case) == {"floor"}
+
+
+def test_who_asks(given: Case, case: Case) -> None:
+    assert not asks_calibration(given)
+    assert STICKS.needs(given) == ()
+    for one in (
+        case,
+        asking(given, stiffness="calibrated"),
+        asking(given, restitution="calibrated"),
+    ):
+        assert asks_calibration(one)
+        assert STICKS.needs(one) == ("calibrate",)
+    # A law that no contact has needs no calibration.
+    assert not asks_calibration(case.model_copy(update={"contacts": ()}))
+
+
+def test_numbers_in_place_of_the_words(given: Case, case: Case) -> None:
+    law = law_of(with_calibrated_contact(case, EPSILON, K_CEQ))
+    assert (law.stiffness, law.restitution) == (pytest.approx(K_CEQ, rel=1e-15), EPSILON)
+    assert law_of(case).calibrated  # a copy
+    law = law_of(with_calibrated_contact(asking(given, stiffness="calibrated"), EPSILON, K_CEQ))
+    assert (law.stiffness, law.restitution) == (pytest.approx(K_CEQ, rel=1e-15), 0.65)
+    law = law_of(with_calibrated_contact(asking(given, restitution="calibrated"), EPSILON, K_CEQ))
+    assert (law.stiffness, law.restitution) == (1.2e10, EPSILON)
+    damped = asking(given, stiffness="calibrated", restitution=None, damping_ratio=0.1)
+    law = law_of(with_calibrated_contact(damped, EPSILON, K_CEQ))
+    assert (law.restitution, law.damping_ratio) == (None, 0.1)
+
+
+def test_a_case_that_does_not_ask_stays(given: Case) -> None:
+    assert with_calibrated_contact(given, EPSILON, K_CEQ) is given
+
+
+def test_sticks_get_equations_4_and_6(case: Case) -> None:
+    found = with_calibrated_contact(case, EPSILON, K_CEQ)
+    for pair in system_of(found, None).pairs:
+        assert pair.law.stiffness == pytest.approx(K_CEQ, rel=1e-15)
+        assert pair.law.xi == pytest.approx(0.1187, abs=5e-5)  # equation 4 for 0.687
+        assert pair.law.epsilon == pytest.approx(EPSILON, rel=1e-12)
+
+
+@pytest.mark.parametrize("epsilon", [0.3, EPSILON, 1.0])
+def test_a_law_that_may_not_pull_keeps_the_duration(case: Case, epsilon: float) -> None:
+    mass = 3014e3
+    logarithm = math.log(epsilon)
+    xi_c = -logarithm / math.hypot(math.pi, logarithm)
+    duration = math.pi / math.sqrt(K_CEQ / mass * (1.0 - xi_c**2))  # equation 6
+    found = with_calibrated_contact(asking(case, tension=False), epsilon, K_CEQ)
+    K = law_of(found).stiffness
+    assert isinstance(K, float)
+    law = system_of(found, None).pairs[0].law
+    assert law.epsilon == pytest.approx(epsilon, rel=1e-9)
+    # The free flight until p'' = 0 of p'' + 2 ξ Ω p' + Ω² p = 0, p = 0 at the start.
+    omega = math.sqrt(K / mass)
+    damped = omega * math.sqrt(1.0 - law.xi**2)
+    t = duration
+    p = math.exp(-law.xi * omega * t) * math.sin(damped * t) / damped
+    v = math.exp(-law.xi * omega * t) * (
+        math.cos(damped * t) - law.xi * omega / damped * math.sin(damped * t)
+    )
+    assert omega**2 * p + 2.0 * law.xi * omega * v == pytest.approx(0.0, abs=1e-8 * omega)
+    assert v == pytest.approx(-epsilon, rel=1e-8)
+
+
+@pytest.mark.parametrize("values", [{"stiffness": 1e10}, {"restitution": 0.5}, {}])
+def test_sticks_never_see_the_word(case: Case, values: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="contact law floor still asks for calibrated values"):
+        system_of(asking(case, **values), None)
+
+
+def test_values_of_the_run(case: Case, given: Case, tmp_path: Path) -> None:
+    folder = store(
+        tmp_path,
+        Scalar("calibration.epsilon", EPSILON, "-"),
+        Scalar("calibration.K_Ceq", K_CEQ, "N/m"),
+    )
+    assert with_contact_of_run(case, folder) == with_calibrated_contact(case, EPSILON, K_CEQ)
+    assert with_contact_of_run(given, tmp_path / "nowhere") is given
+
+
+def test_a_store_without_the_values(case: Case, tmp_path: Path) -> None:
+    folder = store(tmp_path, Scalar("calibration.epsilon", None, "-"))
+    with pytest.raises(ValueError, match=r"calibrate\.nc has no calibration\.epsilon or no"):
+        with_contact_of_run(case, folder)

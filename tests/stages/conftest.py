@@ -1,0 +1,319 @@
+"""Small stores of the stage `transient` that no solver made, in the layout of its `store.py`.
+
+Slabs above one another, with a pulse that travels across them at a known speed.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem.system.files import write_netcdf
+from impactfem.system.scalar import Scalar, to_json
+
+from .wall_store import WantedWall, calibrate_store
+
+STEP = 1e-3
+STEPS = 2001
+LENGTH, WIDTH = 12.0, 6.0
+START, LASTS = 0.5, 0.012
+SPEED = 2000.0
+XYZ = ["x", "y", "z"]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a set of stores is to have.
+
+    Args:
+        floors: Numbers of the floors.
+        direction: Of the first motion; the impact edge is at its upper end.
+        loads: Floors with impact forces.
+        solver: "reduced" or "full".
+        maps: Whether there are fields.
+        frames: Whether these have the frames of a film.
+        dampings: Damping ratios of the spectra.
+        frequencies: Number of frequencies.
+    """
+
+    floors: tuple[int, ...] = (1, 2, 3)
+    direction: str = "y"
+    loads: tuple[int, ...] = (2, 3)
+    solver: str = "reduced"
+    maps: bool = True
+    frames: bool = True
+    dampings: tuple[float, ...] = (0.05,)
+    frequencies: int = 41
+
+
+@pytest.fixture
+def transient_folder(tmp_path: Path) -> Callable[..., Path]:
+    """Write the stores of a run and give its folder."""
+
+    def write(**wanted: object) -> Path:
+        asked = Wanted(**wanted)  # type: ignore[arg-type]
+        slab = _slab(asked.direction)
+        write_netcdf(tmp_path / "building.nc", _building(asked, slab))
+        write_netcdf(tmp_path / "sticks.nc", _sticks(asked))
+        write_netcdf(tmp_path / "transient.nc", _transient(asked, slab))
+        if asked.maps:
+            write_netcdf(tmp_path / "transient_maps.nc", _maps(asked, slab))
+        return tmp_path
+
+    return write
+
+
+@pytest.fixture
+def wall_folder(tmp_path: Path) -> Callable[..., Path]:
+    """Write the store of a run against a wall and give its folder."""
+
+    def write(**wanted: object) -> Path:
+        asked = WantedWall(**wanted)  # type: ignore[arg-type]
+        write_netcdf(tmp_path / "calibrate.nc", calibrate_store(asked))
+        return tmp_path
+
+    return write
+
+
+@dataclass(frozen=True)
+class Slab:
+    """A plan of 4 by 4 squares of two six-node triangles each, and its probes' nodes."""
+
+    plan: np.ndarray
+    cells: np.ndarray
+    edge: np.ndarray
+    centre: int
+    line: tuple[int, ...]
+
+
+def _slab(direction: str) -> Slab:
+    count = 9
+    across = direction == "x"
+    size = (WIDTH, LENGTH) if across else (LENGTH, WIDTH)
+    i, j = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
+    plan = np.stack([i.ravel() * size[0], j.ravel() * size[1]], axis=1) / (count - 1)
+    number = np.arange(count**2).reshape(count, count)
+    cells = []
+    for a in range(0, count - 1, 2):
+        for b in range(0, count - 1, 2):
+            n = number[a : a + 3, b : b + 3]
+            cells.append([n[0, 0], n[2, 0], n[2, 2], n[1, 0], n[2, 1], n[1, 1]])
+            cells.append([n[0, 0], n[2, 2], n[0, 2], n[1, 1], n[1, 2], n[0, 1]])
+    if across:
+        edge, line = number[-1], number[::-2, count // 2]
+    else:
+        edge, line = number[:, -1], number[count // 2, ::-2]
+    lines = np.stack([edge[:-2:2], edge[2::2], edge[1::2]], axis=1)
+    return Slab(plan, np.array(cells), lines, int(number[4, 4]), tuple(int(n) for n in line))
+
+
+def _building(asked: Wanted, slab: Slab) -> xr.Dataset:
+    """The slabs above one another, on columns at two corners."""
+    n = len(slab.plan)
+    levels = len(asked.floors)
+    base = np.column_stack([slab.plan[[0, n - 1]], np.zeros(2)])
+    slabs = [np.column_stack([slab.plan, np.full(n, 4.0 * (k + 1))]) for k in range(levels)]
+    foot = n * levels
+    columns = [[foot + c, corner, corner] for c, corner in enumerate((0, n - 1))]
+    return xr.Dataset(
+        {
+            "node_position": (("node", "xyz"), np.concatenate([*slabs, base])),
+            "triangle_node": (
+                ("triangle", "triangle_corner"),
+                np.concatenate([slab.cells + n * k for k in range(levels)]),
+            ),
+            "triangle_part": ("triangle", np.repeat(np.arange(levels), len(slab.cells))),
+            "shell_part_name": ("shell_part", [f"floor_{k}" for k in asked.floors]),
+            "line_node": (("line", "line_corner"), np.array(columns)),
+            "line_part": ("line", np.zeros(2, dtype=np.int32)),
+            "beam_part_name": ("beam_part", [f"column_{asked.floors[0]}"]),
+            "edge_line": (
+                ("edge", "line_corner"),
+                np.concatenate([slab.edge + n * k for k in range(levels)]),
+            ),
+            "edge_floor": ("edge", np.repeat(asked.floors, len(slab.edge))),
+            "centre": ("floor", slab.centre + n * np.arange(levels)),
+        }
+    )
+
+
+def _sticks(asked: Wanted) -> xr.Dataset:
+    time = np.arange(0.0, 2.2, 0.5e-3)
+    frequency = np.geomspace(0.5, 500.0, asked.frequencies)
+    stations = len(asked.floors)
+    wave = np.sin(2.0 * np.pi * 2.0 * time)[:, None, None] * np.ones((1, stations, 1))
+    psa = 20.0 * np.exp(-(np.log(frequency / 20.0) ** 2)) + 0.1
+    return xr.Dataset(
+        {
+            "station_building": ("station", ["one"] * stations),
+            "station_floor": ("station", np.array(asked.floors)),
+            "displacement": (("time", "station", "component"), 0.01 * wave),
+            "acceleration": (("time", "station", "component"), 2.0 * wave),
+            "psa": (
+                ("damping", "station", "direction", "frequency"),
+                np.broadcast_to(psa, (len(asked.dampings), stations, 1, len(psa))).copy(),
+            ),
+        },
+        coords={
+            "time": time,
+            "component": [f"u{asked.direction}"],
+            "direction": [asked.direction],
+            "damping": list(asked.dampings),
+            "frequency": frequency,
+        },
+    )
+
+
+def pulse(time: np.ndarray) -> np.ndarray:
+    """Half a sine, as long as the impact."""
+    inside = (time >= 0.0) & (time <= LASTS)
+    return np.where(inside, np.sin(np.pi * time / LASTS), 0.0)
+
+
+def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
+    names, nodes = _probes(asked, slab)
+    c = XYZ.index(asked.direction)
+    time = STEP * np.arange(STEPS)
+    building = _building(asked, slab)["node_position"].values
+    position = building[nodes]
+    distance = position[:, c].max() - position[:, c]
+    ground = np.sin(2.0 * np.pi * 2.0 * time)
+    displacement = np.zeros((STEPS, len(nodes), 3))
+    acceleration = np.zeros_like(displacement)
+    displacement[:, :, c] = 0.01 * ground[:, None]
+    if asked.loads:
+        for k, d in enumerate(distance):
+            acceleration[:, k, c] = -50.0 * pulse(time - START - d / SPEED)
+    else:
+        acceleration[:, :, c] = ground[:, None]
+    frequency = np.geomspace(0.5, 500.0, asked.frequencies)
+    peak = 40.0 + 30.0 * np.arange(len(nodes)) / len(nodes)
+    psa = np.zeros((len(asked.dampings), len(nodes), 3, len(frequency)))
+    psa[:] = peak[:, None, None] * np.exp(-(np.log(frequency / 60.0) ** 2)) + 0.1
+    band = np.zeros_like(psa) if asked.solver == "full" else 0.02 * psa
+    force = np.zeros((STEPS, len(asked.loads)))
+    for k in range(len(asked.loads)):
+        force[:, k] = 1e7 * (k + 1) * pulse(time - START)
+    edges = np.array([f"floor {k}" for k in asked.loads], dtype=object)
+    fields = {
+        "time": ("time", time),
+        "displacement": (("time", "probe", "component"), displacement),
+        "acceleration": (("time", "probe", "component"), acceleration),
+        "probe_position": (("probe", "xyz"), position),
+        "probe_node": ("probe", np.array(nodes)),
+        "probe_distance": ("probe", np.zeros(len(nodes))),
+        "psa": (("damping", "probe", "component", "frequency"), psa),
+        "psa_band": (("damping", "probe", "component", "frequency"), band),
+        "sd": (
+            ("damping", "probe", "component", "frequency"),
+            psa / (2.0 * np.pi * frequency) ** 2,
+        ),
+        "pfa": (("probe", "component"), np.abs(acceleration).max(axis=0)),
+        "pfa_band": (("probe", "component"), np.zeros((len(nodes), 3))),
+        "pfa_interpolated": (("probe", "component"), np.abs(acceleration).max(axis=0)),
+        "ground_acceleration": (("time", "component"), np.zeros((STEPS, 3))),
+        "edge": ("edge", edges, {}),
+        "edge_force": (("time", "edge"), force),
+    }
+    if asked.solver != "full":
+        tf = np.geomspace(0.5, 500.0, 50)
+        dims = ("transfer_frequency", "transfer_load", "probe", "component")
+        shape = (len(tf), len(asked.loads), len(nodes), 3)
+        value = 1e-6 * (1.0 + np.log(tf / 0.5))[:, None, None, None] * np.ones(shape)
+        fields |= {
+            "transfer_frequency": ("transfer_frequency", tf),
+            "transfer_load": ("transfer_load", edges.copy()),
+            "transfer_re": (dims, value),
+            "transfer_im": (dims, np.zeros(shape)),
+        }
+    scalars = [
+        Scalar("transient.wave_speed", SPEED / 1.6, "m/s"),
+        Scalar("transient.plate_wave_speed", 1.6 * SPEED, "m/s"),
+        Scalar("transient.loaded_wave_speed", SPEED, "m/s"),
+        Scalar("transient.loaded_wave_crossing", 6.0 / SPEED, "s"),
+    ]
+    return xr.Dataset(
+        fields,
+        coords={
+            "probe": ("probe", np.array(names, dtype=object)),
+            "component": XYZ,
+            "damping": list(asked.dampings),
+            "frequency": frequency,
+        },
+        attrs={
+            "building": "one",
+            "shown_direction": asked.direction,
+            "solver": asked.solver,
+            "maximum_frequency": 450.0,
+            "scalars": to_json(scalars),
+            "main_impact": [START, START + LASTS] if asked.loads else [],
+        },
+    )
+
+
+def _probes(asked: Wanted, slab: Slab) -> tuple[list[str], list[int]]:
+    n = len(slab.plan)
+    edge = slab.line[0]
+    names, nodes = [], []
+    for k, floor in enumerate(asked.floors):
+        names.append(f"centre_{floor}")
+        nodes.append(slab.centre + n * k)
+    for k, floor in enumerate(asked.floors):
+        names.append(f"edge_{floor}")
+        nodes.append(edge + n * k)
+    last = n * (len(asked.floors) - 1)
+    for k, node in enumerate(slab.line, start=1):
+        names.append(f"line_{k}")
+        nodes.append(node + last)
+    return [*names, "corner"], [*nodes, last]
+
+
+def _maps(asked: Wanted, slab: Slab) -> xr.Dataset:
+    n = len(slab.plan)
+    vertices = np.unique(slab.cells[:, :3])
+    nodes = np.concatenate([vertices + n * k for k in range(len(asked.floors))])
+    position = _building(asked, slab)["node_position"].values
+    c = XYZ.index(asked.direction)
+    frequency = np.geomspace(0.5, 500.0, asked.frequencies)
+    pfa = np.zeros((len(nodes), 3))
+    pfa[:, c] = 10.0 + position[nodes, c]
+    psa = pfa[:, :, None] * frequency
+    top = n * (len(asked.floors) - 1) + np.arange(n)
+    snapshots = START + LASTS * np.array([0.0, 0.5, 1.0]) if asked.loads else np.zeros(0)
+    wave = np.zeros((len(snapshots), n, 3))
+    wave[:, :, c] = np.sin(position[top, c]) + np.arange(len(snapshots))[:, None]
+    dims = ("snapshot", "wave_node", "component")
+    frames = START + STEP * np.arange(-10, 43) if asked.loads else np.zeros(0)
+    moving = np.zeros((len(frames), n, 3), dtype=np.float32)
+    distance = position[top, c].max() - position[top, c]
+    moving[:, :, c] = -50.0 * pulse(frames[:, None] - START - distance / SPEED)
+    film = {"frame_acceleration": (("frame", "wave_node", "component"), moving)}
+    times = {"frame": frames}
+    return xr.Dataset(
+        {
+            "node_number": ("node", nodes),
+            "node_position": (("node", "xyz"), position[nodes]),
+            "pfa": (("node", "component"), pfa),
+            "psa": (("node", "component", "frequency"), psa.astype(np.float32)),
+            "wave_node_number": ("wave_node", top),
+            "wave_node_position": (("wave_node", "xyz"), position[top]),
+            "wave_triangle_node": (("wave_triangle", "triangle_corner"), slab.cells),
+            "wave_displacement": (dims, 1e-3 * wave),
+            "wave_acceleration": (dims, 30.0 * wave),
+            "membrane_force": (
+                ("snapshot", "wave_triangle"),
+                1e6 * np.ones((len(snapshots), 1)) * np.arange(len(slab.cells)),
+            ),
+            **(film if asked.frames else {}),
+        },
+        coords={
+            "component": XYZ,
+            "frequency": frequency,
+            "snapshot": snapshots,
+            **(times if asked.frames else {}),
+        },
+        attrs={"damping": asked.dampings[0], "points_per_cycle": 2.0},
+    )

@@ -1,0 +1,113 @@
+"""A reduced model of two modes that stands for a building, and loads on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from impactfem.case import Spectra
+from impactfem.reduction.loads import EdgeForce, Loads
+from impactfem.reduction.reduced import ReducedModel
+from impactfem.reduction.reduced_basis import ReducedBasis
+from impactfem.stages.design.floor_points import floor_points
+from impactfem.stages.design.member import Carrier
+from impactfem.stages.design.member_loads import MemberLoads
+from impactfem.stages.design.point_spectra import Search
+from impactfem.stages.design.records import Records
+
+Array = NDArray[np.float64]
+
+STEP = 1e-3
+LOADS = {"ground y": (-3.0, 1.0), "floor 1": (2e-5, 1e-5), "floor 2": (3e-5, -2e-5)}
+"""b of each load in both modes."""
+EDGES = {k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in (1, 2)}
+
+
+def basis_of(names: tuple[str, ...]) -> ReducedBasis:
+    """The two modes at the nodes 4, 7 and 9, under some of the loads."""
+    shapes = np.random.default_rng(3).normal(size=(3, 3, 2))
+    model = ReducedModel(
+        eigenvalue=(2.0 * np.pi * np.array([3.0, 11.0])) ** 2,
+        load=np.array([LOADS[name] for name in names]).T.reshape(2, len(names)),
+        coordinates=np.eye(2),
+        shift=1e4,
+        tail=np.zeros((0, 2)),
+    )
+    return ReducedBasis(
+        loads=names,
+        models=(model,),
+        larger=(),
+        nodes=np.array([4, 7, 9]),
+        vectors=shapes,
+        difference=1e-3,
+        certified=np.zeros(0, dtype=np.int64),
+        norm=np.zeros((0, 3)),
+        gram=np.zeros((0, 0)),
+    )
+
+
+@pytest.fixture
+def some_loads() -> Callable[..., Loads]:
+    """A ground motion along y with pulses on floors."""
+
+    def make(floors: tuple[int, ...] = (1, 2), scale: float = 1.0, steps: int = 1000) -> Loads:
+        time = STEP * np.arange(steps + 1)
+        ground = np.zeros((steps + 1, 3))
+        ground[:, 1] = scale * np.sin(2.0 * np.pi * 4.0 * time)
+        pulses = {k: 1e5 * k * np.exp(-(((time - 0.3 * k) / 0.01) ** 2)) for k in floors}
+        force = np.array(list(pulses.values())).T.reshape(steps + 1, len(floors))
+        return Loads(
+            time_step=STEP,
+            ground=ground,
+            directions=(1,),
+            edges=tuple(EDGES[k] for k in floors),
+            force=scale * force,
+            impulse_error=0.0,
+        )
+
+    return make
+
+
+@pytest.fixture
+def whole() -> ReducedBasis:
+    return basis_of(tuple(LOADS))
+
+
+@pytest.fixture
+def parted() -> tuple[ReducedBasis, ReducedBasis]:
+    """The same model, floor 1 in a basis of its own."""
+    return basis_of(("ground y", "floor 2")), basis_of(("floor 1",))
+
+
+@pytest.fixture
+def carrier(parted: tuple[ReducedBasis, ReducedBasis]) -> Carrier:
+    frequencies = tuple(float(f) for f in np.geomspace(1.0, 30.0, 12))
+    return Carrier(
+        bases=parted,
+        nodes=np.array([9, 4]),
+        floors=floor_points(("centre_1", "centre_2"), np.array([[0, 0, 3.0], [0, 0, 6.0]]))[0],
+        search=None,
+        damping=(0.5, 1e-4),
+        spectra=Spectra(damping=(0.02, 0.05), frequencies=frequencies),
+        analyst=None,
+        choice=None,
+    )
+
+
+@pytest.fixture
+def searching(carrier: Carrier) -> Carrier:
+    """The same, with nodes 7 and 9 of the lower floor to be looked at, along y and z."""
+    every = Records(np.zeros(4, dtype=np.int64), np.array([1, 1, 2, 2]), np.array([7, 9, 7, 9]))
+    return replace(carrier, search=Search(every, np.geomspace(1.0, 30.0, 8), 0.02))
+
+
+@pytest.fixture
+def member(some_loads: Callable[..., Loads]) -> Callable[..., MemberLoads]:
+    def make(**changes: object) -> MemberLoads:
+        return MemberLoads(some_loads(**changes), np.array([1e5, 2e5]))
+
+    return make

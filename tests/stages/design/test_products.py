@@ -1,0 +1,145 @@
+"""Design spectra of the 3D building: envelopes, broadening, statistics, and their tables."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pytest
+import xarray as xr
+
+from impactfem.spectra import broaden, fractile
+from impactfem.stages.design.products import (
+    DesignProducts,
+    design_products_of,
+    write_design_products,
+)
+from impactfem.stages.design.view import EACH
+from impactfem.system.errors import ImpactfemError
+
+from .design_store import F, WantedDesign, design_store, stick_store
+
+pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
+
+
+def made(folder: Path, asked: WantedDesign | None = None) -> DesignProducts:
+    design_store(folder / "design.nc", asked)
+    stick_store(folder / "sticks.nc")
+    with xr.open_dataset(folder / "design.nc", engine="h5netcdf") as store:
+        return design_products_of(store.load(), folder / "sticks.nc", 0.15, False)
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_envelope_broadened(tmp_path):
+    products = made(tmp_path)
+    own = design_store(tmp_path / "again.nc")
+    design = products.case
+    assert [s.floor for s in design.source.stations] == ["1", "2"]
+    assert design.source.stations[1].points == (
+        *("centre_2", "edge_2", "line_1"),
+        *("1 vertex along x", "2 vertices along y", "1 vertex along z"),
+    )
+    at_vertices = own.vertex_spectra.psa[1, [4, 6]].max(axis=0)
+    raw = np.maximum(own.psa[1, 2:5, 1].max(axis=0), at_vertices)
+    wanted = broaden(F, raw, 0.15, design.frequency)
+    np.testing.assert_allclose(design.psa[1, 1, 1], wanted, rtol=1e-12)
+    # One point alone is lower, and so are the probes alone.
+    for lower in (own.psa[1, 2, 1], own.probes_psa[1, 1, 1]):
+        alone = broaden(F, lower, 0.15, design.frequency)
+        assert np.any(wanted > 1.1 * alone) and np.all(wanted >= alone)
+    assert "on no floor: tower" in design.source.method
+
+
+def test_tables(tmp_path):
+    products = made(tmp_path)
+    files = write_design_products(tmp_path, products)
+    assert {path.name for path in files} == {
+        *("design_spectra.csv", "design_peaks.csv", "design_ensemble.csv", "design_coverage.csv"),
+        "design_vertices.csv",
+        *(f"design_spectra.{ending}" for ending in ("xlsx", "nc")),
+        *(
+            f"design_ensemble_{name}.{ending}"
+            for name in ("median", "mean", "p84", "p84_lognormal")
+            for ending in ("xlsx", "nc")
+        ),
+    }
+    table = rows(tmp_path / "products" / "design_spectra.csv")
+    design = products.case
+    assert len(table) == 2 * 3 * 2 * design.frequency.size
+    one = [r for r in table if (r["floor"], r["direction"], r["damping [-]"]) == ("2", "y", "0.02")]
+    points = {"centre_2; edge_2; line_1; 2 vertices of tables/design_vertices.csv"}
+    assert {r["points"] for r in one} == points
+    assert "98 % of the envelope of all vertices" in one[0]["method"]
+    assert {r["unit of the accelerations"] for r in one} == {"m/s2"}
+    assert "Regulatory Guide 1.122" in one[0]["method"] and one[0]["building"] == "B1"
+    values = [float(r["for design [m/s2]"]) for r in one]
+    np.testing.assert_allclose(values, design.psa[0, 1, 1], rtol=1e-5)
+    assert all(r["for design, sticks at the mass centre [m/s2]"] for r in one)
+    # The sticks have no x, the fields over the floors one damping.
+    other = [r for r in table if (r["direction"], r["damping [-]"]) == ("x", "0.05")]
+    assert not any(r["for design, sticks at the mass centre [m/s2]"] for r in other)
+    assert not any(
+        r["computed, all vertices of the floor, without samples between [m/s2]"] for r in other
+    )
+
+
+def test_statistics(tmp_path):
+    products = made(tmp_path)
+    write_design_products(tmp_path, products)
+    members = products.view.members
+    assert members is not None and len(members.motions) == 5
+    wanted = fractile(members.psa[:, 0, 1, 1], ["m", "f"], ["m"], 0.84, "lognormal")
+    np.testing.assert_allclose(products.statistics["p84_lognormal"].raw[0, 1, 1], wanted)
+    table = rows(tmp_path / "products" / "design_ensemble.csv")
+    assert {row["points"].split("; ")[-1] for row in table} == {EACH}
+    assert all(row["method"].startswith(f"envelope of the probes and of {EACH}") for row in table)
+    for row in table[:: len(table) // 50]:
+        assert float(row["84 % fractile [m/s2]"]) >= float(row["median [m/s2]"])
+    book = openpyxl.load_workbook(tmp_path / "products" / "design_ensemble_mean.xlsx")
+    text = {str(cell.value) for line in book["contents"].iter_rows() for cell in line}
+    assert "mean of 5 motions" in text and len(book.sheetnames) == 1 + 3 * 2
+
+
+def test_peaks_name_their_point(tmp_path):
+    products = made(tmp_path)
+    write_design_products(tmp_path, products)
+    own = design_store(tmp_path / "again.nc")
+    row = next(
+        r
+        for r in rows(tmp_path / "products" / "design_peaks.csv")
+        if (r["floor"], r["direction"], r["damping [-]"]) == ("2", "y", "0.02")
+    )
+    there = np.concatenate([own.psa[0, 2:5, 1], own.vertex_spectra.psa[0, [4, 6]]]).max(axis=1)
+    names = ("centre_2", "edge_2", "line_1", "node 104", "node 106")
+    assert row["point of the peak"] == names[int(there.argmax())]
+    assert float(row["peak [m/s2]"]) == pytest.approx(there.max(), rel=1e-5)
+    assert row["number of points"] == "5"
+
+
+def test_without_ensemble_and_fields(tmp_path):
+    products = made(tmp_path, WantedDesign(motions=0, whole=None, still=True))
+    files = write_design_products(tmp_path, products)
+    assert sorted(path.name for path in files) == [
+        *("design_peaks.csv", "design_spectra.csv", "design_spectra.nc", "design_spectra.xlsx"),
+    ]
+    assert products.case.source.directions == ("y", "z") and not products.statistics
+    table = rows(tmp_path / "products" / "design_spectra.csv")
+    assert all(row["method"].startswith("envelope of the PROBES ALONE") for row in table)
+    book = openpyxl.load_workbook(tmp_path / "products" / "design_spectra.xlsx")
+    text = " ".join(str(cell.value) for line in book["contents"].iter_rows() for cell in line)
+    assert "PROBES ALONE" in text and "1 motion (that of the case)" in text
+
+
+def test_no_such_store(tmp_path):
+    design_store(tmp_path / "design.nc")
+    with (
+        xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store,
+        pytest.raises(ImpactfemError, match="cannot read floor spectra from"),
+    ):
+        design_products_of(store, tmp_path / "sticks.nc", 0.15, False)

@@ -1,0 +1,288 @@
+"""The stage `design` on the shipped frame: one motion, and an ensemble through the 3D model."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, pump
+from impactfem import study
+from impactfem.plot import floor_products
+from impactfem.stages.building import stage as building
+from impactfem.stages.design import stage as design
+from impactfem.stages.device import stage as device
+from impactfem.stages.ensemble import stage as ensemble
+from impactfem.stages.pounding import stage as sticks
+from impactfem.stages.transient import stage as transient
+from impactfem.system.errors import InputError
+
+pytestmark = pytest.mark.slow
+GEOMETRY = Path(__file__).parents[3] / "geometry"
+# The first member has the seed of the case's own motion. Only later ones close the gap of floor 1,
+# so that its load is in no basis of the case's own.
+REST = (
+    """
+[contact_laws.floor]
+type = "kelvin-voigt"
+stiffness = "1e8 N/m"
+restitution = 0.6
+
+[[contacts]]
+a = { building = "F", floor = [2], offset = ["0 m", "2 m", "0 m"] }
+b = { building = "G", floor = [2], offset = ["0 m", "-2 m", "0 m"] }
+normal = [0, 1, 0]
+gap = "0.2 mm"
+law = "floor"
+
+[[contacts]]
+a = { building = "F", floor = [1], offset = ["0 m", "2 m", "0 m"] }
+b = { building = "G", floor = [1], offset = ["0 m", "-2 m", "0 m"] }
+normal = [0, 1, 0]
+gap = "0.4 mm"
+law = "floor"
+
+[transient]
+time_step = "1 ms"
+maximum_frequency = "100 Hz"
+
+[[transient.probes]]
+name = "between"
+point = ["6 m", "0 m", "1.125 m"]
+
+"""
+    + pump('["2 m", "2.2 m", "6 m"]', "0.8 m")
+    + """
+[ensemble]
+motions = 4
+first_seed = 8
+structure_motions = 3
+"""
+)
+MAIN = "from impactfem.cli import main; main()"
+
+
+def no_pictures(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(building, "building_pictures", lambda *_: [])
+    patch.setattr(sticks, "stick_figures", lambda *_: [])
+    patch.setattr(floor_products, "floor_figures", lambda *_: [])
+    patch.setattr(transient, "transient_figures", lambda *_, **__: [])
+    patch.setattr(device, "device_figures", lambda *_: [])
+    patch.setattr(ensemble, "ensemble_results", lambda *_: [])
+    patch.setattr(design, "design_figures", lambda *_: [])
+
+
+@pytest.fixture(scope="module")
+def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("design")
+    for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
+        shutil.copy(GEOMETRY / name, folder)
+    path = edited(
+        folder / "frame.toml", ("seed = 1\n", "seed = 8\n"), *QUICK, LIGHT, SOFT_NEIGHBOUR
+    )
+    path.write_text(path.read_text() + REST)
+    return path
+
+
+@pytest.fixture(scope="module")
+def done(case: Path) -> study.Run:
+    with pytest.MonkeyPatch.context() as patch:
+        no_pictures(patch)
+        return study.run(case, out=case.parent / "run", stage="design")
+
+
+@pytest.fixture
+def copied_run(case: Path, done: study.Run, tmp_path: Path) -> Path:
+    """A copy of the finished case and its run, to be changed."""
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "frame.toml"
+
+
+def opened(folder: Path, name: str) -> xr.Dataset:
+    with xr.open_dataset(folder / name, engine="h5netcdf") as store:
+        return store.load()
+
+
+def values(run: study.Run) -> dict[str, Any]:
+    return {scalar.name: scalar.value for scalar in run.scalars}
+
+
+def test_a_member_with_the_seed_of_the_case(done: study.Run) -> None:
+    """The same motion has the same spectra, impact forces and forces on the anchor."""
+    found, own = opened(done.folder, "design.nc"), opened(done.folder, "transient.nc")
+    one = found.isel(motion=0)
+    assert str(one["motion"].values) == "seed_8"
+    moving = found["psa"].values > 1e-6 * found["psa"].values.max()
+    ratio = one["member_psa"].values / found["psa"].values
+    np.testing.assert_allclose(ratio[moving], 1.0, rtol=1e-9)
+    devices = opened(done.folder, "device.nc")
+    force = devices["largest_force"].isel(case=0, impact=1, device=0).values
+    np.testing.assert_allclose(one["member_device_force"].values[0], force[:6], rtol=1e-9, atol=1.0)
+    scalars = values(done)
+    rsa = float(one["member_device_spectrum"].values[0, 1])
+    assert rsa == pytest.approx(scalars["device.fy.rsa.impact"], rel=1e-9)
+    for floor in (1, 2):
+        peak = scalars[f"pounding.peak_force.floor_{floor}"]
+        assert float(one["member_impact_force"].sel(edge=floor)) == peak
+    # Other seeds differ.
+    others = found["member_psa"].isel(motion=1).values / found["psa"].values
+    assert np.abs(others[moving] - 1.0).max() > 0.05
+    assert own.attrs["building"] == "F"
+
+
+def test_envelope_of_the_points(done: study.Run) -> None:
+    found, own = opened(done.folder, "design.nc"), opened(done.folder, "transient.nc")
+    points = str(found["station_points"].values[-1]).split(", ")
+    assert {"centre_2", "edge_2", "line_1"} <= set(points) and "between" not in points
+    assert json.loads(found.attrs["elsewhere"]) == ["between"]
+    top = found.isel(station=-1).sel(direction="y")
+    probes = own["psa"].sel(probe=points, component="y").max("probe").values
+    np.testing.assert_allclose(top["probes_psa"].values, probes)
+    assert np.all(top["psa"].values >= probes)
+    single = own["psa"].sel(probe="centre_2", component="y").values
+    assert np.any(probes > 1.05 * single)
+
+
+def test_envelope_of_the_vertices(done: study.Run) -> None:
+    """Of all vertices, against the fields of the stage before; the probes alone have less."""
+    found, maps = opened(done.folder, "design.nc"), opened(done.folder, "transient_maps.nc")
+    names = found["direction"].values.tolist()
+    for s, height in enumerate(found["elevation"].values):
+        on = np.abs(maps["node_position"].values[:, 2] - height) < 0.05
+        for x, direction in enumerate(names):
+            field = maps["psa"].values[on, "xyz".index(direction)]
+            chosen = (found["vertex_station"] == s) & (found["vertex_direction"] == direction)
+            nodes = found["vertex_node"].values[chosen.values]
+            assert np.isin(nodes, maps["node_number"].values[on]).all() and 0 < len(nodes) <= 24
+            of_them = field[np.isin(maps["node_number"].values[on], nodes)].max(axis=0)
+            assert np.all(of_them >= 0.979 * field.max(axis=0))
+            largest = maps["pfa"].values[on, "xyz".index(direction)].max()
+            assert found["zpa"].values[s, x] >= 0.979 * largest
+    alone, peak = (found[name].values[0].max(axis=-1) for name in ("probes_psa", "psa"))
+    assert (alone / peak).min() < 0.9
+    assert all(good for good, text in done.checks["design"] if "of all vertices" in text)
+    assert sum("of all vertices" in text for _, text in done.checks["design"]) == len(names)
+
+
+def test_a_floor_that_the_case_does_not_hit(done: study.Run) -> None:
+    """Members hit floor 1, the case's own motion does not: a further basis bears that load."""
+    found = opened(done.folder, "design.nc")
+    force = found["member_impact_force"].values
+    first = found["edge"].values.tolist().index(1)
+    assert force[0, first] == 0.0 and force[1:, first].max() > 0.0
+    assert (done.folder / "design_basis.npz").is_file()
+    assert all(good for good, text in done.checks["design"] if "members" in text)
+
+
+def test_statistics_in_the_summary(done: study.Run) -> None:
+    found, scalars = opened(done.folder, "design.nc"), values(done)
+    peaks = found["member_psa"].isel(damping=0, station=-1).sel(direction="y").max("frequency")
+    force = found["member_device_force"].isel(device=0, component=1).values
+    assert scalars["ensemble3d.members"] == 3.0
+    for name, values_ in (("frs.floor_2.peak", peaks.values), ("device.fy.detailed.impact", force)):
+        assert scalars[f"ensemble3d.mean.{name}"] == pytest.approx(values_.mean())
+        assert scalars[f"ensemble3d.p84.{name}"] > scalars[f"ensemble3d.median.{name}"]
+    assert scalars["design.frs.floor_2.peak"] == pytest.approx(float(peaks[0]), rel=1e-9)
+
+
+def test_reused(case: Path, done: study.Run) -> None:
+    again = study.run(case, out=done.folder, stage="design")
+    assert again.reused[-1] == "design" and values(again) == values(done)
+
+
+def test_an_interrupted_ensemble_goes_on(
+    copied_run: Path, done: study.Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One member is lost: it alone is computed again, and everything is as it was."""
+    no_pictures(monkeypatch)
+    folder = copied_run.parent / "run"
+    kept = {path.name: path.stat().st_mtime_ns for path in (folder / "design/members").iterdir()}
+    assert sorted(kept) == ["seed_10.npz", "seed_8.npz", "seed_9.npz"]
+    (folder / "design/members/seed_9.npz").unlink()
+    (folder / "design.stage.json").unlink()
+    again = study.run(copied_run, out=folder, stage="design")
+    assert "design: basis" not in again.times
+    changed = {
+        path.name
+        for path in (folder / "design/members").iterdir()
+        if path.stat().st_mtime_ns != kept[path.name]
+    }
+    assert changed == {"seed_9.npz"}
+    found = {k: v for k, v in values(again).items() if k.startswith(("design.", "ensemble3d."))}
+    known = values(done)
+    assert found and found == pytest.approx({name: known[name] for name in found}, rel=1e-9)
+
+
+def test_more_members(
+    copied_run: Path, edited: Any, done: study.Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Further members are added; the ensemble of the sticks stays as it is."""
+    no_pictures(monkeypatch)
+    edited(copied_run, ("structure_motions = 3", "structure_motions = 4"))
+    again = study.run(copied_run, out=copied_run.parent / "run", stage="design")
+    assert "ensemble" in again.reused and "design" not in again.reused
+    assert values(again)["ensemble3d.members"] == 4.0
+
+
+def test_probes_alone(copied_run: Path, edited: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without fields over the floors the probes stand alone: that is told, and the check fails."""
+    no_pictures(monkeypatch)
+    fields = 'maximum_frequency = "100 Hz"\nfields = []\nsnapshots = false\n'
+    edited(copied_run, ('maximum_frequency = "100 Hz"\n', fields))
+    folder = copied_run.parent / "run"
+    again = study.run(copied_run, out=folder, stage="design")
+    assert any(good is False and "PROBES ALONE" in text for good, text in again.checks["design"])
+    found = opened(folder, "design.nc")
+    np.testing.assert_array_equal(found["psa"].values, found["probes_psa"].values)
+    assert not found["member_vertices"].values.any() and "vertex" not in found.dims
+    assert "PROBES ALONE" in (folder / "products" / "design_spectra.csv").read_text()
+
+
+def test_without_an_ensemble(
+    copied_run: Path, edited: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    no_pictures(monkeypatch)
+    edited(copied_run, ("structure_motions = 3", "structure_motions = 0"))
+    folder = copied_run.parent / "run"
+    again = study.run(copied_run, out=folder, stage="design")
+    assert again.reused == ["building", "sticks", "transient"]
+    assert "motion" not in opened(folder, "design.nc").dims
+    assert not any(name.startswith("ensemble3d") for name in values(again))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("structure_motions = 3", "structure_motions = 1", "expected 0, or at least 2"),
+        ("structure_motions = 3", "structure_motions = 5", "at most all members, 4"),
+        ("structure_motions = 3", "structure_motions = -1", "structure_motions = -1"),
+        ('time_step = "1 ms"\nmax', 'time_step = "1 ms"\nsolver = "full"\nmax', "reduced model"),
+    ],
+)
+def test_refused(case: Path, edited: Any, tmp_path: Path, old: str, new: str, message: str) -> None:
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
+    with pytest.raises(InputError, match=message):
+        study.check(edited(tmp_path / "frame.toml", (old, new)))
+
+
+def test_two_ranks(copied_run: Path, done: study.Run, under_mpirun: Callable[..., Any]) -> None:
+    """The stage on two ranks gives what it gives on one; the stages before it are reused."""
+    out = copied_run.parent / "run"
+    shutil.rmtree(out / "design")
+    for name in ("design.stage.json", "design_basis.npz"):
+        (out / name).unlink()
+    words = ("-c", MAIN, "run", copied_run, "--out", out, "--stage", "design")
+    ended = under_mpirun(2, sys.executable, *words)
+    assert ended.returncode == 0, ended.stderr
+    known = {k: v for k, v in values(done).items() if k.startswith(("design.", "ensemble3d."))}
+    known.pop("ensemble3d.basis_error")
+    summary = json.loads((out / "summary.json").read_text())
+    found = {entry["name"]: entry["value"] for entry in summary}
+    assert {name: found[name] for name in known} == pytest.approx(known, rel=1e-5)

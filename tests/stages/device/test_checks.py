@@ -1,0 +1,194 @@
+"""The checks of the stage `device` in words."""
+
+import logging
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem.stages.check import log_checks
+from impactfem.stages.device.checks import device_checks
+from impactfem.system.files import write_netcdf
+
+from .device_store import WantedDevice, device_folder, device_store
+
+LINES = [
+    "device: Fy of pump on the floor: 10 kN without impact, 66 kN with impacts",
+    "device: without impact: RSA is 35.0 % too low; of that rotations of the floor 91 %; "
+    "pseudo-acceleration of the modes over the floor's ZPA: 2.00 at 30.5 Hz, 4.00 at 82.9 Hz: not "
+    "all of them follow the floor; so most of it comes from rotations of the floor",
+    "device: with impacts: RSA is 5.0 % too low; of that rotations of the floor 20 %; "
+    "pseudo-acceleration of the modes over the floor's ZPA: 3.03 at 30.5 Hz, 6.06 at 82.9 Hz: not "
+    "all of them follow the floor; none of these explains it: 4.0 % of the force is left",
+    "device: does pounding lower the difference: yes, the difference falls: RSA is 35.0 % too low "
+    "without impact, RSA is 5.0 % too low with impacts, where the force is 6.6 times as large",
+    "device: pump is anchored to 5 nodes of floor 3, at least 3 asked",
+    "device: pump: its weight holds it down; net tension at the anchor: no: without impact none, "
+    "24 kN of the weight left; with impacts none, 21 kN of the weight left (weight 15 kN, n "
+    "anchors evenly on a circle of 0.5 m)",
+    "device: action and reaction at the anchor of pump within 1.0e-12, 1e-08 asked",
+    "device: transfer functions of the reduced basis of 250 vectors within 0.2 %, 0.5 % asked",
+    "device: damping own: the restitution of the contact laws; largest impact force 120 MN",
+    "device: damping under-damped: ε = 0.89, calibrated; largest impact force 120 MN",
+    "device: damping damped: ε = 0.67, calibrated; largest impact force 120 MN",
+    "device: damping over-damped: ε = 0.41, calibrated; largest impact force 120 MN",
+]
+
+
+def logged(folder, caplog):
+    with caplog.at_level(logging.INFO, "impactfem"):
+        log_checks(device_checks(folder))
+    return [(record.levelname, record.getMessage()) for record in caplog.records]
+
+
+def warned(found):
+    return [text for level, text in found if level == "WARNING"]
+
+
+def test_all_is_well(tmp_path, caplog):
+    assert logged(device_folder(tmp_path), caplog) == [("INFO", line) for line in LINES]
+
+
+def test_what_has_no_limit_is_neither_met_nor_missed(tmp_path):
+    found = device_checks(device_folder(tmp_path))
+    assert [text for good, text in found if good is None] == [*LINES[:4], *LINES[8:]]
+    assert [text for good, text in found if good] == LINES[4:8]
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (
+            {"imbalance": 1e-7},
+            "action and reaction at the anchor of pump within 1.0e-07, 1e-08 asked; with the "
+            "damping own without impact",
+        ),
+        (
+            {"scalars": {"basis_error": 0.02}},
+            "transfer functions of the reduced basis of 250 vectors within 2 %, 0.5 % asked",
+        ),
+        (
+            {"nodes": 1},
+            "pump is anchored to 1 node of floor 3, at least 3 asked, which spread it over the "
+            "slab: refine the mesh around its anchor",
+        ),
+    ],
+)
+def test_a_number_that_fails_is_a_warning(tmp_path, caplog, change, line):
+    found = logged(device_folder(tmp_path, **change), caplog)
+    assert warned(found) == [f"warning: device: {line}"]
+    assert len(found) == len(LINES)
+
+
+def test_the_load_of_the_largest_imbalance(tmp_path, caplog):
+    store = device_store(WantedDevice())
+    store["imbalance"][2, 1, 0] = 1e-5
+    write_netcdf(tmp_path / "device.nc", store)
+    (text,) = warned(logged(tmp_path, caplog))
+    assert text.endswith("within 1.0e-05, 1e-08 asked; with the damping damped with impacts")
+
+
+def test_a_base_without_a_free_spring(tmp_path, caplog):
+    found = logged(device_folder(tmp_path, imbalance=np.nan), caplog)
+    text = "device: pump has no free spring, its base forces cannot be compared"
+    assert found[6] == ("INFO", text)
+    assert (None, text) in device_checks(tmp_path)
+
+
+def test_no_impact(tmp_path, caplog):
+    found = logged(device_folder(tmp_path, impact_force=0.0, dampings=2), caplog)
+    assert warned(found) == [
+        "warning: device: damping own: the restitution of the contact laws; no impact happens, "
+        "both loads are the same",
+        "warning: device: damping under-damped: ε = 0.89, calibrated; no impact happens, both "
+        "loads are the same",
+    ]
+
+
+def test_a_given_restitution(tmp_path, caplog):
+    store = device_store(WantedDevice())
+    store["epsilon_calibrated"] = xr.zeros_like(store["epsilon_calibrated"])
+    write_netcdf(tmp_path / "device.nc", store)
+    assert ("INFO", LINES[9].replace("calibrated", "given")) in logged(tmp_path, caplog)
+
+
+def test_what_the_analyses_assumed(tmp_path, caplog):
+    found = logged(device_folder(tmp_path, notes="pump: one\npump: two"), caplog)
+    assert found[len(LINES) :] == [("INFO", "device: pump: one"), ("INFO", "device: pump: two")]
+
+
+def test_several_devices_without_rotations(tmp_path, caplog):
+    wanted = {"devices": ("pump", "fan"), "choices": {"srss": (0.65, 0.95)}}
+    found = [text for _, text in logged(device_folder(tmp_path, **wanted), caplog)]
+    assert any(text.startswith("device: Fy of fan on the floor: 20 kN") for text in found)
+    assert not any("rotations" in text for text in found)
+
+
+def test_net_tension_is_a_check_that_is_not_met(tmp_path, caplog):
+    """The rocking of one of the dampings is enough, whatever the words say of the first."""
+    (text,) = warned(logged(device_folder(tmp_path, pulls=(5e3, 90e3)), caplog))
+    assert text == (
+        "warning: device: pump: it needs anchors in tension; net tension at the anchor: yes: "
+        "without impact 5 kN/n in the most loaded one, 15 kN of the weight left; with impacts "
+        "90 kN/n in the most loaded one, all of the base lifted by 70 kN (weight 15 kN, n anchors "
+        "evenly on a circle of 0.5 m)"
+    )
+
+
+def test_net_tension_with_a_further_damping_alone(tmp_path, caplog):
+    store = device_store(WantedDevice())
+    store["net_tension"][2, 1, 0] = 1.0
+    write_netcdf(tmp_path / "device.nc", store)
+    (text,) = warned(logged(tmp_path, caplog))
+    assert "it needs anchors in tension" in text
+
+
+def test_a_weight_that_is_not_known(tmp_path):
+    found = device_checks(device_folder(tmp_path, pulls=(np.nan, np.nan)))
+    assert (None, "device: the weight of pump is not known, nor its tension") in found
+
+
+def test_a_store_of_before_says_nothing_of_tension(tmp_path):
+    found = [text for _, text in device_checks(device_folder(tmp_path, pulls=None))]
+    assert not any("tension" in text for text in found)
+
+
+def following(tmp_path, ratios, shares, summed=None):
+    """What is said without impact of modes with these pseudo-accelerations over the ZPA."""
+    store = device_store(WantedDevice(dampings=1, choices=shares))
+    zpa = float(np.abs(store["anchor_acceleration"][0, 0, 0, 1]).max())
+    store["mode_psa"][0, 0, 0, 1, 1:4:2] = zpa * np.array(ratios)
+    # The peak of the floor's spectrum, at 40 Hz, goes below the first mode.
+    store["psa"][0, 0, 0, 1] = np.geomspace(2.0, 1.0, store.sizes["frequency"])
+    write_netcdf(tmp_path / "device.nc", store)
+    return next(text for _, text in device_checks(tmp_path) if "without impact: RSA" in text)
+
+
+RIGID = {"srss": (0.82, 0.9), "srss.gupta": (0.99, 0.9), "srss.lindley-yow": (1.0, 0.91)}
+
+
+def test_modes_that_follow_the_floor_explain_what_is_lacking(tmp_path):
+    text = following(tmp_path, (1.05, 1.0), {**RIGID, "srss.rotations": (0.821, 0.9)})
+    assert text.startswith(
+        "device: without impact: RSA is 18.0 % too low; of that rigid part of the modes (Gupta) "
+        "94 %, rigid part of the modes (Lindley-Yow) 100 %, rotations of the floor 0.56 %; "
+    )
+    assert "1.05 at 30.5 Hz, 1.00 at 82.9 Hz: they follow the floor, and their forces" in text
+    assert text.endswith(
+        "most of it comes from what of the modes follows the floor in step and is "
+        "combined as if it did not"
+    )
+
+
+def test_modes_that_do_not_follow_are_not_said_to(tmp_path):
+    """The words come from the numbers: the same store with an amplified mode says the contrary."""
+    shares = {**RIGID, "srss.gupta": (0.83, 0.9), "srss.lindley-yow": (0.81, 0.9)}
+    text = following(tmp_path, (0.8, 3.3), shares)
+    assert "(Gupta) 5.6 %, rigid part of the modes (Lindley-Yow) -5.6 %" in text
+    assert "not all of them follow the floor" in text
+    assert text.endswith("none of these explains it: 17.0 % of the force is left")
+
+
+def test_a_method_that_was_not_done_is_left_out(tmp_path):
+    text = following(tmp_path, (1.0, 1.0), {**RIGID, "srss.gupta": (np.nan, np.nan)})
+    assert "Gupta" not in text and "(Lindley-Yow) 100 %" in text

@@ -1,0 +1,263 @@
+"""The figures of the stage `device`, from stores that no solver made."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from PIL import Image
+
+from impactfem.plot import style
+from impactfem.stages.device import figures
+from impactfem.stages.device.figures import device_figures
+from impactfem.stages.device.model_figures import elements_figure, model_figure, modes_figure
+from impactfem.stages.device.position import Floor
+from impactfem.stages.device.view import DeviceView
+from impactfem.system.errors import ImpactfemError
+
+from .device_store import FREQUENCIES, HEIGHT, WantedDevice, device_folder, device_store
+
+FORCES = ["device_demand", "figure_27_shear_force", "figure_28_damping"]
+FORCES += ["figure_29_anchor_spectra", "figure_30_shear_force_damping"]
+SPRINGS = ["figure_24_elements", "figure_25_modes", "figure_26_model"]
+POSITION = ["figure_23_position"]
+ONE = [name for name in FORCES if name != "figure_30_shear_force_damping"]
+OWN = [name for name in FORCES if name != "figure_28_damping"]
+CASES = {
+    "the paper's": ({}, True, [*FORCES, *SPRINGS, *POSITION]),
+    "one damping, no building": ({"dampings": 1}, False, [*ONE, *SPRINGS]),
+    "two devices from modes": (
+        {"devices": ("pump", "fan"), "from_modes": True},
+        True,
+        [*FORCES, *POSITION, *(f"{name}_fan" for name in [*OWN, *POSITION])],
+    ),
+    "along x, no beam, no cylinder": (
+        {"direction": "x", "beam": False, "cylinder": False},
+        False,
+        [*FORCES, *SPRINGS],
+    ),
+    "along z, one analysis": (
+        {"direction": "z", "choices": {"srss": (0.65, 0.95)}},
+        False,
+        [*FORCES, *SPRINGS],
+    ),
+    "no springs in the store": ({"drawings": False, "nodes": 1}, True, [*FORCES, *POSITION]),
+}
+
+
+@dataclass
+class Drawn:
+    """What a run of the figures wrote and drew: curves and texts."""
+
+    folder: object
+    files: list = field(default_factory=list)
+    curves: dict = field(default_factory=dict)
+    bars: dict = field(default_factory=dict)
+    levels: list = field(default_factory=list)
+    texts: list = field(default_factory=list)
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    """Each case, drawn once and coarsely."""
+    found = {}
+    kept = {name: getattr(Axes, name) for name in ("plot", "bar", "axhline", "text")}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
+        # The pictures in 3D have tests of their own.
+        patch.setattr(figures, "device_pictures", lambda folder: [])
+        for name, (wanted, building, _) in CASES.items():
+            one = found[name] = Drawn(device_folder(tmp_path_factory.mktemp("device"), **wanted))
+            if building:
+                one_floor().to_netcdf(one.folder / "building.nc", engine="h5netcdf")
+
+            # Axes with logarithms plot, too.
+            def curve(self, x, y, *args, one=one, **options):
+                points = (np.array(x), np.array(y))
+                one.curves.setdefault(options.get("label"), []).append(points)
+                return kept["plot"](self, x, y, *args, **options)
+
+            def bar(self, x, height, *args, one=one, **options):
+                one.bars.setdefault(options["color"], []).append(np.array(height))
+                return kept["bar"](self, x, height, *args, **options)
+
+            def level(self, y=0, *args, one=one, **options):
+                one.levels.append(float(y))
+                return kept["axhline"](self, y, *args, **options)
+
+            def text(self, x, y, words, *args, one=one, **options):
+                one.texts.append(words)
+                return kept["text"](self, x, y, words, *args, **options)
+
+            patch.setattr(Axes, "plot", curve)
+            patch.setattr(Axes, "bar", bar)
+            patch.setattr(Axes, "axhline", level)
+            patch.setattr(Axes, "text", text)
+            one.files = device_figures(one.folder)
+    return found
+
+
+def one_floor():
+    """Floor 3: a slab of 8 by 6 m in four triangles, with an acroterion, a wall and a column."""
+    corners = np.array([[0, 0, 12], [8, 0, 12], [8, 6, 12], [0, 6, 12], [4, 3, 12]], dtype=float)
+    # Below the slab, above it and at its foot.
+    others = np.array([[0, 6, 8], [8, 6, 8], [0, 0, 13], [4, 3, 8]], dtype=float)
+    nodes = np.concatenate([corners, others])
+    cells = [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (3, 2, 5), (0, 3, 7)]
+    triangles, lines = [], []
+    for a, b, c in cells:
+        first = len(nodes)
+        middles = [nodes[[p, q]].mean(axis=0) for p, q in ((a, b), (b, c), (c, a))]
+        nodes = np.concatenate([nodes, middles])
+        triangles.append([a, b, c, first, first + 1, first + 2])
+    for a, b in ((4, 8), (0, 4)):
+        nodes = np.concatenate([nodes, [nodes[[a, b]].mean(axis=0)]])
+        lines.append([a, b, len(nodes) - 1])
+    return xr.Dataset(
+        {
+            "node_position": (("node", "xyz"), nodes),
+            "triangle_node": (("triangle", "triangle_corner"), np.array(triangles)),
+            "triangle_part": ("triangle", np.array([0, 0, 0, 0, 1, 2])),
+            "shell_part_name": ("shell_part", ["floor_3", "storey_3_north", "floor_3_acroterion"]),
+            "line_node": (("line", "line_corner"), np.array(lines)),
+            "line_part": ("line", np.array([0, 1])),
+            "beam_part_name": ("beam_part", ["column_3", "beam_3_long"]),
+            "edge_line": (("edge", "line_corner"), np.array([[3, 2, 0], [0, 1, 0]])),
+            "edge_floor": ("edge", np.array([3, 2])),
+        }
+    )
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_files(drawn, name):
+    one = drawn[name]
+    assert [path.stem for path in one.files] == sorted(CASES[name][2])
+    assert sorted((one.folder / "figures").iterdir()) == one.files
+    for path in one.files:
+        with Image.open(path) as picture:
+            assert 150 <= picture.width <= 400 and 100 <= picture.height <= 300
+            assert len(picture.convert("RGB").getcolors(maxcolors=10**6)) > 50
+
+
+def test_force_of_the_own_damping(drawn):
+    one = drawn["the paper's"]
+    (time, force), *_ = one.curves["66 kN at 1.200 s"]
+    assert (float(time), float(force)) == (pytest.approx(1.2), pytest.approx(66.0))
+    # By spectrum, to either side: without impact and with impacts.
+    assert {6.5, -6.5, 62.7, -62.7} <= {round(level, 6) for level in one.levels}
+
+
+def test_forces_by_damping(drawn):
+    curves = drawn["the paper's"].curves
+    ratio, *forces = curves["under-damped"]
+    # Each twice: as a whole, and around the largest one; and without and with impacts.
+    assert [y.max() for _, y in forces] == pytest.approx([12.0, 12.0, 116.0, 116.0])
+    assert len(curves["own"]) == 1
+    # ξ = α / (4 π f) + π β f.
+    f, percent = ratio
+    expected = 100.0 * (0.838 / (4.0 * np.pi * f) + np.pi * 2.12e-4 * f)
+    assert percent == pytest.approx(expected)
+
+
+def test_spectra_say_their_peaks(drawn):
+    curves = drawn["the paper's"].curves
+    (label,) = (name for name in curves if name and name.startswith("over-damped: 38"))
+    ((frequency, spectrum),) = curves[label]
+    assert (
+        label == f"over-damped: {spectrum.max():.3g} m/s² at {frequency[spectrum.argmax()]:.3g} Hz"
+    )
+    assert spectrum.max() == pytest.approx(3.0 * 64e3 / 5e3, rel=0.01)
+
+
+def test_demands(drawn):
+    one = drawn["the paper's"]
+    assert one.bars["black"][0] == pytest.approx([10, 12, 10, 9])
+    by_spectrum = one.bars[style.BLUE]
+    assert by_spectrum[0] == pytest.approx([6.5, 7.8, 6.5, 5.85])
+    assert by_spectrum[1] == pytest.approx([35.0] * 4)
+    assert by_spectrum[3] == pytest.approx([5.0] * 4)
+    # With rotations, broadened and both.
+    assert len(one.bars) == 5
+    assert len(drawn["along z, one analysis"].bars) == 2
+
+
+def test_modes_move_as_in_the_store(drawn):
+    (beam, base, centre) = (
+        drawn["the paper's"].curves[name] for name in ("beam", "base", "mass centre")
+    )
+    # Figure 24 comes first, with both at rest.
+    (at_rest, _), *beam = beam
+    assert at_rest == pytest.approx([0.0, 0.0])
+    centre = centre[1:]
+    first, second = beam[0][0], beam[1][0]
+    # Base and mass centre on one side in the first mode, on two in the second.
+    assert first[0] * first[-1] > 0.0 and second[0] * second[-1] < 0.0
+    shift = 0.01 + 0.03 * np.array([0.0, 0.5 * HEIGHT, HEIGHT])
+    assert first / first[-1] == pytest.approx(shift / shift[-1])
+    for k in range(2):
+        assert float(base[k][0]) == beam[k][0][0]
+        assert float(centre[k][1]) == pytest.approx(HEIGHT)
+    texts = drawn["the paper's"].texts
+    assert f"f = {FREQUENCIES[3]:.2f} Hz\n327 kg, 21.2 %" in texts
+
+
+def test_the_body_turns_as_its_mass_centre_does(drawn):
+    body = drawn["the paper's"].curves["body"]
+    x, z = body[0]
+    # The rigid body's middle line has the slope of the straight beam below it.
+    line, levels = drawn["the paper's"].curves["beam"][1]
+    slope = (line[-1] - line[0]) / (levels[-1] - levels[0])
+    assert (x[3] - x[0]) == pytest.approx(slope * 1.0)
+    assert (z[1] - z[0]) == pytest.approx(-slope * 1.0)
+
+
+def test_values_of_the_mechanical_model(drawn):
+    texts = "\n".join(drawn["the paper's"].texts)
+    for words in (
+        "$K_{yy}$ = $1.4 \\cdot 10^{8}$ N/m",
+        "$K_{rxx}$ = $3 \\cdot 10^{7}$ N m/rad",
+        "$m$ = 1500 kg at 0.46 m\n$J_x$ = 220 kg m²",
+        "mode 2: 30.50 Hz, 1219 kg, damping 2 %",
+    ):
+        assert words in texts
+    along_x = "\n".join(drawn["along x, no beam, no cylinder"].texts)
+    assert "$K_{xx}$" in along_x and "$K_{ryy}$" in along_x and "mode 1:" in along_x
+    assert "beam" not in along_x
+
+
+def test_a_rigid_spring(tmp_path):
+    store = device_store(WantedDevice())
+    store["base_stiffness"][0, 1] = np.inf
+    drawing = DeviceView(store).drawing(0)
+    assert drawing is not None and drawing.spring == np.inf
+    model_figure(tmp_path / "model.png", DeviceView(store), 0)
+    assert (tmp_path / "model.png").is_file()
+
+
+@pytest.mark.parametrize("make", [elements_figure, modes_figure, model_figure])
+def test_no_drawing_of_a_device_from_modes(tmp_path, make):
+    view = DeviceView(device_store(WantedDevice(from_modes=True)))
+    with pytest.raises(ValueError, match="device pump is made of modes"):
+        make(tmp_path / "figure.png", view, 0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_plan_of_a_floor():
+    floor = Floor(one_floor(), 3)
+    outline = floor.outline()
+    # Four sides; neither the diagonals nor the acroterion.
+    assert len(outline) == 4 and len(floor.mesh()) == 8
+    assert np.linalg.norm(outline[:, 1] - outline[:, 0], axis=1).sum() == pytest.approx(28.0)
+    assert np.sort(floor.walls()[0], axis=0).tolist() == [[0.0, 6.0], [8.0, 6.0]]
+    assert floor.columns().tolist() == [[4.0, 3.0]]
+    assert floor.beams().tolist() == [[[0.0, 0.0], [4.0, 3.0]]]
+    assert floor.impact_edge().tolist() == [[[0.0, 6.0], [8.0, 6.0]]]
+    assert floor.anchor_nodes(np.array([4.1, 3.1, 12.0]), 1).tolist() == [[4.0, 3.0]]
+
+
+def test_a_figure_that_cannot_be_written(tmp_path):
+    folder = device_folder(tmp_path)
+    (folder / "figures" / "figure_28_damping.png" / "full").mkdir(parents=True)
+    with pytest.raises(ImpactfemError, match=r"cannot write .*figure_28_damping\.png"):
+        device_figures(folder)

@@ -1,0 +1,264 @@
+"""A pipe between two floors of the shipped frame: all supports coupled, against the full order."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from mpi4py import MPI
+from scipy.sparse.linalg import splu
+
+from impactfem.building.links import linked
+from impactfem.building.model import assemble_building
+from impactfem.building.read_parts import read_parts
+from impactfem.case import load_case
+from impactfem.device.body import Body
+from impactfem.device.coupled import coupled
+from impactfem.device.damping import Rayleigh
+from impactfem.device.from_matrices import from_matrices
+from impactfem.device.interface import MountedDevice
+from impactfem.device.mounted import ModalStructure, mounted_response
+from impactfem.device.on_springs import on_springs
+from impactfem.device.springs import BaseSprings
+from impactfem.reduction.loads import Loads
+from impactfem.reduction.modal_response import modal_response
+from impactfem.spectra import response_spectra
+from impactfem.stages.device.rosette import find_rosette
+from impactfem.stages.device.study_model import Accuracy, study_model
+from impactfem.stages.device.support import largest_apart
+
+GEOMETRY = Path(__file__).parents[3] / "geometry"
+FACTOR, STEP, STEPS = 0.5, 1e-3, 400
+POINTS = np.array([[0.6, 0.7, 3.0], [0.6, 0.7, 6.0]])
+
+
+def pipe(scale=1.0):
+    """A vertical beam of four elements with 180 kg between its ends, which are its anchors."""
+    count, length, EI, EA, GJ, m = 4, 0.75, 2e6, 4e8, 1e6, 60.0
+    n = 6 * (count + 1)
+    K, M = np.zeros((n, n)), np.zeros((n, n))
+    h, q = length, EI / length**3
+    bend = q * np.array(
+        [
+            [12, 6 * h, -12, 6 * h],
+            [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+            [-12, -6 * h, 12, -6 * h],
+            [6 * h, 2 * h * h, -6 * h, 4 * h * h],
+        ]
+    )
+    turned = np.array([1, -1, 1, -1])  # a rotation about x moves what is above along -y
+    spring = np.array([[1, -1], [-1, 1]])
+    for e in range(count):
+        at = 6 * e
+        for rows, block in (
+            ([0, 4, 6, 10], bend),
+            ([1, 3, 7, 9], bend * np.outer(turned, turned)),
+            ([2, 8], EA / h * spring),
+            ([5, 11], GJ / h * spring),
+        ):
+            place = np.ix_([at + r for r in rows], [at + r for r in rows])
+            K[place] += block
+        masses = 0.5 * m * h * np.array([1, 1, 1, 0.01, 0.01, 0.01])
+        for end in (at, at + 6):
+            M[range(end, end + 6), range(end, end + 6)] += masses
+    anchored = {i: i for i in range(6)} | {n - 6 + i: 6 + i for i in range(6)}
+    damping = Rayleigh.through(0.02, 10.0, 60.0)
+    return from_matrices("pipe", scale * M, scale * K, anchored, damping, anchors=2)
+
+
+@pytest.fixture(scope="module")
+def frame():
+    case = load_case(GEOMETRY / "frame.toml")
+    parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
+    return case, parts
+
+
+@pytest.fixture(scope="module")
+def rosettes(frame):
+    return [find_rosette(frame[1].mesh, "pipe", tuple(point), 0.4) for point in POINTS]
+
+
+@pytest.fixture(scope="module")
+def reduced(frame, rosettes):
+    case, parts = frame
+    corner = int(np.argmin(np.linalg.norm(parts.mesh.nodes - [4.0, 0.0, 6.0], axis=1)))
+    follower, base = int(rosettes[1].followers[0]), int(parts.mesh.base[0])
+    return study_model(
+        assemble_building(MPI.COMM_SELF, parts),
+        parts.mesh,
+        FACTOR,
+        rosettes,
+        [corner, follower, base],
+        directions=[1],
+        hit=[2],
+        eccentricity=0.0,
+        wall=None,
+        accuracies=[Accuracy(case.building("F").damping.coefficients, 300.0, 0.002)],
+        largest=600,
+    )
+
+
+def shaking():
+    t = STEP * np.arange(STEPS + 1)
+    ground = np.zeros((STEPS + 1, 3))
+    ground[:, 1] = np.sin(2 * np.pi * 6 * t) * np.sin(np.pi * t / t[-1])
+    return ground
+
+
+def mounted(reduced, device, damping):
+    ground = shaking()
+    return mounted_response(
+        ModalStructure(reduced.eigenvalue, reduced.ground[:, 1:2], *damping),
+        [MountedDevice("pipe", device, np.vstack(reduced.anchors))],
+        ground[:, 1:2],
+        ground,
+        STEP,
+    ).devices[0]
+
+
+FREQUENCY, RATIO = 14.0, 0.02
+
+
+def light(mass, height=0.0):
+    """A mass above its anchor, against which it can move along y only."""
+    k = mass * (2.0 * np.pi * FREQUENCY) ** 2
+    springs = BaseSprings.of_directions(**dict.fromkeys(("x", "z", "rx", "ry", "rz"), np.inf), y=k)
+    return on_springs("light", springs, Body.at_height(mass, height, 1e-9, 1e-9, 1e-9), RATIO)
+
+
+def alone(reduced, damping):
+    """Acceleration of the anchors without a device, shape (2, 6, n_t)."""
+    ground = shaking()
+    loads = Loads(STEP, ground, (1,), (), np.zeros((len(ground), 0)), 0.0)
+    found = modal_response(reduced.model(loads), loads.amplitudes, STEP, *damping)
+    motion = reduced.anchors @ found.acceleration
+    motion[:, :3] += ground.T
+    return motion
+
+
+def carried(reduced, damping, device, anchors):
+    ground = shaking()
+    shapes = np.vstack([reduced.anchors[k] for k in anchors])
+    return mounted_response(
+        ModalStructure(reduced.eigenvalue, reduced.ground[:, 1:2], *damping),
+        [MountedDevice(device.name, device, shapes)],
+        ground[:, 1:2],
+        ground,
+        STEP,
+        substeps=8,
+    ).devices[0]
+
+
+def scipy_matrix(matrix):
+    indptr, indices, values = matrix.getValuesCSR()
+    return sp.csr_matrix((values, indices, indptr), shape=matrix.getSize())
+
+
+@pytest.fixture(scope="module")
+def full(frame, rosettes):
+    """Force on both floors by average acceleration with all unknowns, shape (12, n_t)."""
+    case, parts = frame
+    links = [one.link for one in rosettes]
+    building, _ = linked(assemble_building(MPI.COMM_SELF, parts), links, parts.mesh.nodes)
+    K, M = scipy_matrix(building.stiffness(FACTOR)), scipy_matrix(building.mass)
+    n, own = K.shape[0], coupled(pipe(), "relative")
+    S = np.zeros((12, n))
+    for k, one in enumerate(rosettes):
+        row = int(building.rows(np.array([one.master]))[0])
+        S[6 * k : 6 * k + 6, row : row + 6] = one.carried
+    m = len(own.M) - 12
+    W = sp.bmat([[sp.csr_matrix(S), None], [None, sp.eye(m)]]).tocsr()
+    alpha, beta = case.building("F").damping.coefficients
+
+    def whole(of_building, of_device):
+        empty = sp.csr_matrix((m, m))
+        return (sp.block_diag([of_building, empty]) + W.T @ sp.csr_matrix(of_device) @ W).tocsc()
+
+    K_all, M_all = whole(K, own.K), whole(M, own.M)
+    C_all = whole(alpha * M + beta * K, own.C)
+    ground, shaken = shaking()[:, 1], np.zeros(12 + m)
+    shaken[[1, 7]] = 1.0
+    p = np.zeros((STEPS + 1, n + m))
+    p[:, :n] = -np.outer(ground, building.ground[:, 1])
+    p -= np.outer(ground, W.T @ (own.M @ shaken))
+    h = STEP
+    factor = splu((M_all + 0.5 * h * C_all + 0.25 * h**2 * K_all).tocsc())
+    u, v, a = (np.zeros(n + m) for _ in range(3))
+    found = np.zeros((12, STEPS + 1))
+    for k in range(1, STEPS + 1):
+        u, v = u + h * v + 0.25 * h**2 * a, v + 0.5 * h * a
+        a = factor.solve(p[k] - C_all @ v - K_all @ u)
+        u, v = u + 0.25 * h**2 * a, v + 0.5 * h * a
+        y = W @ a
+        y[[1, 7]] += ground[k]
+        # What the pipe does to the floors: inertia and the stiffness between the supports.
+        found[:, k] = -(own.M @ y)[:12] - (own.K @ (W @ u))[:12]
+    return found
+
+
+def test_detailed_analysis_against_full_order(frame, reduced, full):
+    damping = frame[0].building("F").damping.coefficients
+    found = mounted(reduced, pipe(), damping)
+    largest = np.abs(full).max(axis=1)
+    for rows in (slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)):
+        size = largest[rows].max()
+        assert np.abs(found.force[rows] - full[rows]).max() < 5e-3 * size
+    # Masses sit on the anchors, too: what presses on them without a spring is known.
+    assert found.imbalance < 1e-9
+    # Both supports matter: a pipe that hangs at one of them alone is another device.
+    assert largest[1] > 0.3 * largest[7] > 0.0
+
+
+def test_points_move_as_the_rigid_plate_and_the_base_do(reduced, rosettes, frame):
+    _, follower, base = reduced.points
+    arm = frame[1].mesh.nodes[rosettes[1].followers[0]] - POINTS[1]
+    anchor = reduced.anchors[1]
+    moved = anchor[:3] + np.cross(anchor[3:].T, arm).T
+    assert follower[:3] == pytest.approx(moved, abs=1e-9 * np.abs(moved).max())
+    assert follower[3:] == pytest.approx(anchor[3:], abs=1e-12)
+    assert not base.any() and np.abs(reduced.points[0]).max() > 0.0
+
+
+def test_displacements_apart(reduced):
+    """A rigid motion of all anchors strains nothing; a shift of one of them does."""
+    device, t = pipe(), np.linspace(0.0, 1.0, 5)
+    tilt = np.zeros((12, 5))
+    tilt[3], tilt[9] = t, t
+    tilt[7] = -3.0 * t  # a rotation about x carries the upper anchor along -y
+    assert largest_apart(device, POINTS, tilt) == pytest.approx(np.zeros(12), abs=1e-12)
+    tilt[7] += 0.25 * t
+    apart = largest_apart(device, POINTS, tilt)
+    assert apart[7] == pytest.approx(0.25) and np.abs(np.delete(apart, 7)).max() < 1e-12
+
+
+def test_a_light_device_sees_the_translational_spectrum_of_the_floor(reduced, frame):
+    """Mass → 0, rotations blocked, at the floor: force over mass is the floor's spectrum."""
+    damping = frame[0].building("F").damping.coefficients
+    floor = alone(reduced, damping)[1, 1]
+    spectrum = response_spectra(floor, STEP, [FREQUENCY], [RATIO], absolute=False)
+    wanted = float(spectrum.psa[0, 0, 0])
+    found = carried(reduced, damping, light(1e-3), [1])
+    assert found.largest[1] / 1e-3 == pytest.approx(wanted, rel=5e-3)
+    assert found.imbalance < 1e-9
+    # A heavy one moves the floor; one above it is moved by the floor's rotation, too.
+    heavy = carried(reduced, damping, light(3e4), [1])
+    assert abs(heavy.largest[1] / 3e4 / wanted - 1.0) > 0.02
+    above = carried(reduced, damping, light(1e-3, 1.0), [1])
+    assert abs(above.largest[1] / 1e-3 / wanted - 1.0) > 0.01
+
+
+def test_two_supports_with_one_motion_are_one_support(reduced, frame):
+    """A light mass on two springs of half the stiffness, both on the same anchor."""
+    damping = frame[0].building("F").damping.coefficients
+    half = 0.5e-3 * (2.0 * np.pi * FREQUENCY) ** 2
+    K = half * np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    M = np.diag([0.0, 1e-3, 0.0])
+    device = from_matrices("link", M, K, {0: 1, 2: 7}, RATIO, anchors=2)
+    both = carried(reduced, damping, device, [1, 1])
+    one = carried(reduced, damping, light(1e-3), [1])
+    assert both.force[1] == pytest.approx(0.5 * one.force[1], abs=1e-6 * one.largest[1])
+    assert both.force[1] == pytest.approx(both.force[7], abs=1e-9 * one.largest[1])
+    # On two floors they share unequally, and what holds them apart is between them.
+    apart = carried(reduced, damping, device, [0, 1])
+    assert np.abs(apart.force[1] - apart.force[7]).max() > 0.1 * one.largest[1]
+    assert apart.imbalance < 1e-9

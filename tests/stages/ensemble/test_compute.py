@@ -1,0 +1,180 @@
+"""Ensembles: members, bands, failures that are not fatal, going on after an interruption."""
+
+import shutil
+from concurrent.futures import Executor, Future
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactfem.case import load_case
+from impactfem.coupling.from_case import calibration_of, system_of
+from impactfem.motion import Accelerogram, write_csv
+from impactfem.stages.ensemble import compute as ensemble
+from impactfem.stages.ensemble.compute import members_of, run_ensemble
+from impactfem.stages.ensemble.store import ensemble_scalars, write_ensemble
+from impactfem.system.errors import SolutionError
+from impactfem.system.scalar import from_json
+
+pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
+
+
+class Inline(Executor):
+    """Runs at once, in this process."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        future = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@pytest.fixture
+def case(new_case, tmp_path):
+    path = new_case(tmp_path)
+    text = path.read_text(encoding="utf-8") + "\n[ensemble]\nmotions = 4\nfirst_seed = 7\n"
+    path.write_text(text, encoding="utf-8")
+    return load_case(path)
+
+
+@pytest.fixture
+def run(case, tmp_path):
+    ready = (calibration_of(case), system_of(case, None))
+
+    def call(case=case, progress=lambda done, of: None):
+        return run_ensemble(case, ready, tmp_path / "members", "key", Inline(), progress)
+
+    return call
+
+
+def test_members_have_seeds_of_their_own(case):
+    members = members_of(case)
+    assert [m.name for m in members] == ["seed_7", "seed_8", "seed_9", "seed_10"]
+    assert [m.case.motions[0].seed for m in members] == [7, 8, 9, 10]
+    assert members_of(case.model_copy(update={"ensemble": None})) == []
+
+
+def test_components_never_share_a_seed(case):
+    other = case.motions[0].model_copy(update={"direction": "x"})
+    two = case.model_copy(update={"motions": (*case.motions, other)})
+    seeds = [motion.seed for m in members_of(two) for motion in m.case.motions]
+    assert len(set(seeds)) == len(seeds) == 8
+
+
+def test_percentiles_are_those_of_the_members(run):
+    result = run()
+    assert result.members == ("seed_7", "seed_8", "seed_9", "seed_10") and not result.failed
+    scalars = {s.name: s for s in ensemble_scalars(result)}
+    column = result.scalars[:, result.names.index("motion.pgv")]
+    assert len(set(column)) == 4
+    assert scalars["ensemble.median.motion.pgv"].value == pytest.approx(np.median(column))
+    assert scalars["ensemble.p84.motion.pgv"].value == pytest.approx(np.percentile(column, 84))
+    assert scalars["ensemble.p16.motion.pgv"].value < scalars["ensemble.p84.motion.pgv"].value
+    assert scalars["ensemble.members"].value == 4
+    assert result.psa.shape[0] == 4 and np.ptp(result.psa, axis=0).max() > 0.0
+    # What all members share is no band.
+    assert not [name for name in result.names if name.startswith("sticks.")]
+
+
+def test_a_member_is_the_run_of_its_seed(case, run):
+    result = run()
+    single = ensemble.run_member((None, system_of(case, None)), members_of(case)[2])
+    np.testing.assert_array_equal(single["psa"], result.psa[2])
+    assert np.abs(single["psa"] - result.psa[1]).max() > 0.0
+
+
+def test_what_is_done_is_not_done_again(run, monkeypatch, tmp_path):
+    first = run()
+    seen = []
+    monkeypatch.setattr(ensemble, "run_member", lambda *_: pytest.fail("done again"))
+    again = run(progress=lambda done, of: seen.append((done, of)))
+    np.testing.assert_array_equal(again.scalars, first.scalars)
+    assert seen == [(4, 4)]
+
+
+def test_an_interrupted_ensemble_goes_on(run, tmp_path):
+    whole = run()
+    files = sorted((tmp_path / "members").iterdir())
+    files[0].unlink()
+    files[1].write_bytes(files[1].read_bytes()[:100])
+    seen = []
+    again = run(progress=lambda done, of: seen.append(done))
+    assert seen == [2, 3, 4]
+    np.testing.assert_array_equal(again.psa, whole.psa)
+
+
+def test_a_failure_is_named_and_not_fatal(run, monkeypatch, caplog):
+    right = ensemble.run_member
+
+    def fail(ready, member):
+        if member.name == "seed_8":
+            raise SolutionError("no motion was found")
+        return right(ready, member)
+
+    monkeypatch.setattr(ensemble, "run_member", fail)
+    result = run()
+    assert result.failed == {"seed_8": "no motion was found"}
+    assert result.members == ("seed_7", "seed_9", "seed_10")
+    scalars = {s.name: s for s in ensemble_scalars(result)}
+    assert scalars["ensemble.failed"].value == 1 and "seed_8" in scalars["ensemble.failed"].note
+
+
+def test_too_few_members_are_an_error(run, monkeypatch):
+    def fail(ready, member):
+        raise SolutionError("no motion was found")
+
+    monkeypatch.setattr(ensemble, "run_member", fail)
+    with pytest.raises(SolutionError, match=r"fewer than two.*seed_7: no motion was found"):
+        run()
+
+
+def test_records_of_a_folder(case, tmp_path):
+    folder = tmp_path / "records"
+    folder.mkdir()
+    t = np.arange(300) * 0.01
+    for k in (1, 2, 3):
+        write_csv(Accelerogram(0.01, k * np.sin(7.0 * t), "r", "made"), folder / f"r{k}.csv")
+    path = case.path
+    text = path.read_text(encoding="utf-8")
+    start, end = text.index("[[motions]]"), text.index("# Laws of the contact force")
+    motion = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "records/r1.csv"\n\n'
+    text = text[:start] + motion + text[end:]
+    text = text.replace("motions = 4\nfirst_seed = 7", 'records = "records"')
+    path.write_text(text, encoding="utf-8")
+    found = members_of(load_case(path))
+    assert [m.name for m in found] == ["r1.csv", "r2.csv", "r3.csv"]
+    assert [m.case.motions[0].file for m in found] == [folder / m.name for m in found]
+
+
+def test_store(case, run, tmp_path):
+    import xarray as xr
+
+    result = run()
+    write_ensemble(tmp_path / "ensemble.nc", case, result, "the key")
+    with xr.open_dataset(tmp_path / "ensemble.nc", engine="h5netcdf") as store:
+        assert store.attrs["inputs"] == "the key"
+        assert list(store["motion"].values) == list(result.members)
+        middle = store["psa_percentile"].sel(percentile=store["percentile"] == 50.0).values[0]
+        np.testing.assert_allclose(middle, np.median(result.psa, axis=0), rtol=1e-12)
+        names = {s.name for s in from_json(store.attrs["scalars"])}
+    assert {"ensemble.p05.motion.pgd", "ensemble.p95.motion.pgd"} <= names
+    shutil.rmtree(tmp_path / "members")
+
+
+def test_folder_is_left_alone(run, tmp_path):
+    run()
+    assert all(path.suffix == ".npz" for path in Path(tmp_path / "members").iterdir())
+
+
+def test_a_damaged_member_is_computed_again(run, tmp_path, caplog):
+    """Also one whose damage is within an array, which shows when that is read."""
+    first = run()
+    path = sorted((tmp_path / "members").iterdir())[0]
+    content = path.read_bytes()
+    middle = len(content) // 2
+    path.write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
+    again = run()
+    assert f"{path} is damaged" in caplog.text and path.read_bytes() == content
+    np.testing.assert_array_equal(again.psa, first.psa)

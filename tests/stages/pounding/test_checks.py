@@ -1,0 +1,276 @@
+import logging
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem.stages.check import log_checks
+from impactfem.stages.pounding.checks import stick_checks
+from impactfem.system.files import write_netcdf
+from impactfem.system.scalar import Scalar, from_json, to_json
+
+
+@pytest.fixture
+def told(finished, tmp_path, caplog):
+    """What is logged for the finished run with scalars changed: the level by the line."""
+
+    def log(asked=16, **changes):
+        with xr.open_dataset(finished.folder / "sticks.nc", engine="h5netcdf") as dataset:
+            store = dataset.load()
+        scalars = {s.name: s for s in from_json(store.attrs["scalars"])}
+        for name, value in changes.items():
+            full = name.replace("__", ".")
+            assert full in scalars
+            scalars[full] = Scalar(full, value, scalars[full].unit)
+        store.attrs["scalars"] = to_json(scalars.values())
+        store.to_netcdf(tmp_path / "sticks.nc", engine="h5netcdf")
+        caplog.clear()
+        with caplog.at_level(logging.INFO, "impactfem"):
+            log_checks(stick_checks(tmp_path, asked, {}))
+        return {record.getMessage(): record.levelno for record in caplog.records}
+
+    return log
+
+
+def level(told, words):
+    found = [kind for line, kind in told.items() if words in line]
+    assert len(found) == 1, words
+    return found[0]
+
+
+GOOD, WARNED = logging.INFO, logging.WARNING
+
+
+@pytest.mark.parametrize(
+    ("words", "change", "limits"),
+    [
+        ("discrete identity", "pounding__energy_residual", (1e-9, 2e-9)),
+        ("shortest impact", "pounding__steps_per_impact_min", (16.0, 15.9)),
+        ("points in a cycle", "frs__peak_error_bound", (0.05, 0.06)),
+        ("of the gap", "pounding__penetration_over_gap", (0.5, 0.51)),
+        ("bearing pressure", "pounding__bearing_ratio_max", (1.0, 1.01)),
+        ("storey shear", "pounding__cracking_ratio_max", (1.0, 1.01)),
+    ],
+)
+def test_a_limit(told, words, change, limits):
+    for value, expected in zip(limits, (GOOD, WARNED), strict=True):
+        lines = told(**{change: value})
+        assert level(lines, words) == expected
+        marked = [line for line, kind in lines.items() if kind == WARNED]
+        assert all(line.startswith("warning: ") for line in marked)
+
+
+def test_the_steps_asked_are_those_of_the_case(told):
+    assert level(told(asked=16), "16 asked") == GOOD
+    assert level(told(asked=100), "100 asked") == WARNED
+
+
+def test_the_numbers_are_those_of_the_run(told, finished):
+    values = {scalar.name: scalar.value for scalar in finished.run.scalars}
+    text = "\n".join(told())
+    assert f"{values['pounding.impacts']:.0f} impacts" in text
+    assert f"{values['pounding.peak_force.floor_3'] / 1e6:.4g} MN" in text
+    assert f"a gap of {100 * values['pounding.required_separation']:.3g} cm" in text
+
+
+def test_without_an_impact(told):
+    lines = told(pounding__main_impact_time=None)
+    assert any("no impact" in line for line in lines)
+
+
+def test_without_an_impact_or_a_pair(told):
+    lines = told(pounding__main_impact_time=None, pounding__required_separation=None)
+    assert "pounding: no impact" in lines
+
+
+SCALARS = {
+    "sticks.stiffness_factor": 0.131,
+    "sticks.rigid_below": 0.06,
+    "sticks.rigid_above": 0.79,
+    "sticks.storey_height.1": 3.26,
+    "sticks.frequency_error_max": 0.012,
+    "sticks.mass_error_max": 0.091,
+    "pounding.impacts": 2.0,
+    "pounding.peak_force.floor_1": 121.6e6,
+    "pounding.main_impact_force": 131.2e6,
+    "pounding.main_impact_time": 5.1,
+    "pounding.main_impact_duration": 0.0126,
+    "pounding.main_impact_restitution": 0.6,
+    "pounding.required_separation": 0.046,
+    "pounding.steps_per_impact_min": 26.0,
+    "pounding.steps_per_impact_observed": 26.0,
+    "pounding.energy_residual": 1e-14,
+    "pounding.contact_energy_defect": 7e-4,
+    "pounding.bearing_pressure_max": 8.8e6,
+    "pounding.shear_stress_max": 2.3e6,
+    "pounding.storey_shear_max": 27.6e6,
+    "frs.points_per_cycle": 23.8,
+    "frs.peak_error_bound": 0.0087,
+}
+ASKED = {
+    "sticks.one.frequency.1": 0.015,
+    "sticks.one.frequency.2": 0.015,
+    "sticks.one.effective_mass.1": 0.1,
+}
+TOLD = 5
+"""Lines of such a store that no limit is set for, beside those of missing data."""
+
+
+@pytest.fixture
+def checked(tmp_path):
+    """The checks of a store with scalars and impacts that no run made."""
+
+    def check(
+        tolerances=ASKED,
+        *,
+        scalars=SCALARS,
+        notes=None,
+        distance=np.nan,
+        defect=(-10.0, 12.0),
+        taken=(500.0, 500.0),
+        end=1.05,
+        **more,
+    ):
+        scalars = [Scalar(name, x, "-") for name, x in (scalars | more).items()]
+        scalars += [Scalar(name, 1.0, "-", note) for name, note in (notes or {}).items()]
+        store = xr.Dataset(
+            {
+                "pair": ("pair", np.array(["one.floor_1-two.floor_1"], dtype=object)),
+                "pair_rest_gap": ("pair", np.array([0.01])),
+                "pair_distance": ("pair", np.array([distance])),
+                "impact_restitution": ("impact", np.array([0.6, 0.5])),
+                "impact_defect": ("impact", np.array(defect)),
+                "impact_dissipated": ("impact", np.add(defect, taken)),
+                "target_building": ("target", np.array(["one", "one"], dtype=object)),
+                "target_mode": ("target", np.array([1, 2])),
+                "target_frequency": ("target", np.array([1.75, 5.19])),
+                "calibrated_frequency": ("target", np.array([1.75 * 1.01, 5.19 * 0.988])),
+                "target_effective_mass": ("target", np.array([1e7, np.nan])),
+                "calibrated_effective_mass": ("target", np.array([0.909e7, 2e6])),
+                "station_building": ("station", np.array(["one", "two"], dtype=object)),
+                "station_floor": ("station", np.array([1, 1])),
+                "psa": (
+                    ("damping", "station", "direction", "frequency"),
+                    np.array([[[[9.0, 5.0]], [[9.0, 5.0 * end]]]]),
+                ),
+                "pfa": (("station", "direction"), np.full((2, 1), 5.0)),
+            },
+            coords={"direction": ["y"], "frequency": [10.0, 500.0]},
+            attrs={"scalars": to_json(scalars)},
+        )
+        write_netcdf(tmp_path / "sticks.nc", store)
+        return stick_checks(tmp_path, 16, tolerances)
+
+    return check
+
+
+def one(checks, words):
+    (found,) = (check for check in checks if words in check[1])
+    return found
+
+
+def test_what_has_no_limit_is_neither_met_nor_missed(checked):
+    told = [text for good, text in checked() if good is None]
+    assert [text.split(" ")[0] for text in told] == [
+        "sticks:",
+        "pounding:",
+        "pounding:",
+        "linear?",
+        "linear?",
+    ]
+    assert len(told) == TOLD
+
+
+def test_the_force_is_that_of_the_impact_it_names(checked):
+    """Two other buildings hit harder than the first one, or the first one is not hit at all."""
+    words = "2 impacts, the largest with 131.2 MN at 5.1 s for 12.6 ms"
+    assert words in one(checked(), "impacts, the largest")[1]
+    without = {k: v for k, v in SCALARS.items() if not k.startswith("pounding.peak_force")}
+    assert words in one(checked(scalars=without), "impacts, the largest")[1]
+
+
+@pytest.mark.parametrize("observed", [26.0, 7.0])
+def test_an_impact_that_other_forces_cut_short(checked, observed):
+    good, text = one(checked(**{"pounding.steps_per_impact_observed": observed}), "steps:")
+    assert good is True
+    told = "; 7 in the shortest of the run, which other forces cut short"
+    assert text.endswith("16 asked" if observed > 16.0 else f"16 asked{told}")
+
+
+@pytest.mark.parametrize(("distance", "good"), [(0.0109, True), (0.02, False)])
+def test_the_gap_beside_axis_and_offset(checked, distance, good):
+    assert one(checked(distance=distance), "offset")[0] is good
+
+
+@pytest.mark.parametrize("missed", [False, True])
+def test_a_reviewers_criteria_are_told(checked, missed):
+    notes = {
+        "motion.acceptance.duration": "missed: at least 20 is asked" if missed else "met: so it is",
+        "motion.correlation.x_y": "met: at most 0.16 in size is asked",
+    }
+    good, text = one(checked(notes=notes), "3.7.1")
+    assert good is None
+    assert text.startswith(f"motion: {1 if missed else 2} of 2 criteria")
+    assert text.endswith("missed: duration" if missed else "has to meet")
+
+
+def test_targets_against_the_tolerances_of_the_reference(checked):
+    good, text = one(checked(), "target frequency")
+    assert good is True and text.endswith("each within its tolerance in the case's reference")
+    good, text = one(checked(ASKED | {"sticks.one.frequency.2": 0.011}), "target frequency")
+    assert good is False
+    assert text.endswith("reference: sticks.one.frequency.2 (1.2 %, 1.1 % asked)")
+    good, text = one(checked(ASKED | {"sticks.one.effective_mass.1": 0.09}), "target frequency")
+    assert good is False and "sticks.one.effective_mass.1 (9.1 %, 9 % asked)" in text
+
+
+@pytest.mark.parametrize("lacking", ASKED)
+def test_targets_without_a_tolerance_are_told(checked, lacking):
+    fewer = {name: value for name, value in ASKED.items() if name != lacking}
+    assert one(checked(fewer), "target frequency")[0] is None
+
+
+@pytest.mark.parametrize(("end", "good"), [(1.05, True), (1.18, False), (0.85, False)])
+def test_whether_spectra_end(checked, end, good):
+    found, text = one(checked(end=end), "spectra at 500 Hz")
+    assert found is good and text.startswith(
+        f"sticks: spectra at 500 Hz are {end:g} times the peak acceleration where they are "
+        "farthest from it (two.floor_1, y) (limit 1.1)"
+    )
+    assert ("at 1 of 2 points they have not ended" in text) is not good
+
+
+@pytest.mark.parametrize(
+    ("defect", "good", "share"),
+    [
+        ((-10.0, 12.0), True, "2.2 %"),
+        ((50.0, 0.0), True, "5 %"),
+        # What one impact adds does not make good what another loses.
+        ((-40.0, 40.0), False, "8 %"),
+        ((-60.0, 0.0), False, "6 %"),
+    ],
+)
+def test_the_defect_against_what_the_laws_took(checked, defect, good, share):
+    found = one(checked(defect=defect), "time stepping in contact")
+    assert found == (
+        good,
+        "energy: time stepping in contact lost 7.0e-04 of the largest kinetic energy; without "
+        f"regard to the sign, impact by impact, {share} of what the contact laws took, 5 % asked",
+    )
+
+
+def test_the_defect_of_an_elastic_law_is_told(checked):
+    found = one(checked(taken=(0.0, 1e-12)), "time stepping in contact")
+    text = "energy: time stepping in contact lost 7.0e-04 of the largest kinetic energy"
+    assert found == (None, text)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "words"),
+    [("pounding.bearing_ratio_max", "bearing"), ("pounding.cracking_ratio_max", "shear stress")],
+)
+def test_a_stress_needs_a_strength(checked, ratio, words):
+    assert one(checked(), words)[0] is None
+    for value, good in ((0.29, True), (1.2, False)):
+        found = one(checked(**{ratio: value}), words)
+        assert found[0] is good and "strength, 1 asked" in found[1]

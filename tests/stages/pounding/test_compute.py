@@ -1,0 +1,173 @@
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from impactfem.coupling.contact import hertz, kelvin_voigt
+from impactfem.stages.pounding.compute import (
+    STEPS,
+    floor_spectra,
+    run_sticks,
+    station_dofs,
+    steps_of_law,
+)
+
+SECOND_MOTION = """
+[[motions]]
+direction = "x"
+type = "record"
+file = "record.csv"
+pga = "1.5 m/s2"
+"""
+
+
+def record(n=301, dt=0.005):
+    t = dt * np.arange(n)
+    acceleration = np.sin(20 * t) * np.sin(np.pi * t / t[-1])
+    lines = (f"{a:.6g},{b:.9g}" for a, b in zip(t, acceleration, strict=True))
+    return "time [s],acceleration [m/s2]\n" + "\n".join(lines) + "\n"
+
+
+@pytest.fixture(scope="module")
+def two_motions(small_case, run):
+    return run(small_case(extra=SECOND_MOTION, files={"record.csv": record()}))
+
+
+@pytest.fixture(scope="module")
+def no_contacts(study, run):
+    return run(study.case.model_copy(update={"contacts": ()}))
+
+
+def test_steps_are_reported_in_order(study):
+    seen = []
+
+    @contextmanager
+    def step(name):
+        seen.append(f"{name} begins")
+        yield
+        seen.append(f"{name} ends")
+
+    again = run_sticks(study.case, step)
+    assert seen == [f"{name} {what}" for name in STEPS for what in ("begins", "ends")]
+    # The same case gives the same numbers to the last bit.
+    assert np.array_equal(again.response.u, study.response.u)
+    assert np.array_equal(again.floors.psa, study.floors.psa)
+
+
+def test_shapes_and_time(study):
+    response = study.response
+    assert response.time_step == 2.5e-4 and response.time.size == 8001
+    assert response.ground.shape == (8001, 3) and not response.ground[:, [0, 2]].any()
+    assert np.abs(response.ground[:, 1]).max() == pytest.approx(3.0, rel=1e-6)
+    assert study.stations == [(name, k) for name in ("west", "east") for k in (1, 2, 3)]
+    assert [m.frequency.size for m in study.modes] == [18, 18]
+    assert study.floors.psa.shape == (2, 6, 1, study.floors.spectra.frequency.size)
+    assert study.floors.directions == study.floors_free.directions == ("y",)
+
+
+def test_the_run_pounds_and_the_free_one_does_not(study):
+    assert study.impacts and study.response.force.any()
+    assert study.free.force.shape == (8001, 0)
+    first = study.impacts[0].first
+    assert np.array_equal(study.free.u[:first], study.response.u[:first])
+    assert not np.array_equal(study.free.u[-1], study.response.u[-1])
+    assert study.energy.residual < 1e-9
+    assert len(study.checks) == len(study.impacts)
+    assert len(study.separations) == 3
+
+
+def test_main_impact(study, no_contacts):
+    assert study.main_impact.peak_force == study.response.force.max()
+    assert no_contacts.main_impact is None
+
+
+def test_peak_floor_acceleration_is_that_of_the_history(study):
+    dofs = station_dofs(study.system)
+    assert dofs.shape == (6, 6) and list(dofs[:, 0]) == [0, 6, 12, 18, 24, 30]
+    for floors, run in ((study.floors, study.response), (study.floors_free, study.free)):
+        peak = np.abs(run.absolute_acceleration[:, dofs[:, 1]]).max(axis=0)
+        # Between the samples of the history a band-limited record can be a little higher.
+        assert np.all(floors.pfa[:, 0] >= peak * (1 - 1e-9))
+        assert floors.pfa[:, 0] == pytest.approx(peak, rel=0.2)
+    assert study.floors.pfa.max() > 1.5 * study.floors_free.pfa.max()
+
+
+def test_a_floor_spectrum_against_another_integrator(study):
+    frequency = study.floors.spectra.frequency
+    k = int(np.argmin(np.abs(frequency - 4.0)))
+    w, xi = 2 * np.pi * frequency[k], study.floors.spectra.damping[1]
+    a = study.free.absolute_acceleration[:, station_dofs(study.system)[2, 1]]
+    _, x, _ = scipy.signal.lsim(([-1.0], [1.0, 2 * xi * w, w**2]), a, study.free.time)
+    found = study.floors_free.sd[1, 2, 0, k]
+    # The free vibration after the record may go beyond it, the record's own peak never.
+    assert found >= np.abs(x).max() * (1 - 1e-3)
+    assert found == pytest.approx(np.abs(x).max(), rel=0.02)
+    assert study.floors_free.psa[1, 2, 0, k] == pytest.approx(w**2 * found, rel=1e-9)
+
+
+def test_required_separation_belongs_to_the_free_run(study):
+    # Floors of west are the components 1, 7 and 13 along y, those of east 18 further.
+    u = study.free.u
+    approach = [(u[:, k] - u[:, 18 + k]).max() for k in (1, 7, 13)]
+    assert [separation.required for separation in study.separations] == pytest.approx(approach)
+    for k, separation in enumerate(study.separations):
+        assert separation.touched == study.response.force[:, k].any()
+
+
+def test_steps_of_law_by_hand(study, no_contacts):
+    touched = [s.pair.law for s in study.separations if s.touched]
+    by_hand = min(np.pi / np.sqrt(1.2e10 / law.mass * (1 - law.xi**2)) / 2.5e-4 for law in touched)
+    assert steps_of_law(study) == pytest.approx(by_hand)
+    assert by_hand < kelvin_voigt(1.2e10, 0.14, 240e3).duration(1.0) / 2.5e-4
+    assert np.isnan(steps_of_law(no_contacts))
+
+
+def test_steps_of_a_law_that_depends_on_the_speed(study):
+    law = hertz(3e11, 120e3)
+    impacts = tuple(replace(i, pair=replace(i.pair, law=law)) for i in study.impacts)
+    fastest = max(impact.approach for impact in impacts)
+    found = steps_of_law(replace(study, impacts=impacts))
+    assert found == pytest.approx(law.duration(fastest) / 2.5e-4)
+    # One that begins at rest has no duration of its own; none is left without the others.
+    resting = replace(impacts[0], approach=0.0)
+    assert steps_of_law(replace(study, impacts=(*impacts, resting))) == found
+    assert np.isnan(steps_of_law(replace(study, impacts=(resting,))))
+
+
+def test_no_contacts(study, no_contacts):
+    assert no_contacts.impacts == () == no_contacts.checks == no_contacts.separations
+    assert np.array_equal(no_contacts.response.u, no_contacts.free.u)
+    assert np.array_equal(no_contacts.response.u, study.free.u)
+    assert np.array_equal(no_contacts.floors.psa, study.floors_free.psa)
+    assert no_contacts.calibration is None
+
+
+def test_two_motions(study, two_motions):
+    assert [motion.direction for motion in two_motions.motions] == ["y", "x"]
+    ground = two_motions.response.ground
+    assert np.array_equal(ground[:, 1], study.response.ground[:, 1])
+    assert np.abs(ground[:, 0]).max() == pytest.approx(1.5, rel=1e-3)
+    # The record ends after 1.5 s of 2 s.
+    assert not ground[6002:, 0].any() and ground[5900:5999, 0].any()
+    assert two_motions.floors.directions == ("x", "y")
+    assert two_motions.floors.psa.shape[2] == 2
+    # Central pairs along y: nothing of x comes into y.
+    assert two_motions.floors.pfa[:, 1] == pytest.approx(study.floors.pfa[:, 0], rel=1e-9)
+
+
+def test_duration_and_update_of_the_case(study, run):
+    pounding = study.case.pounding.model_copy(update={"duration": 0.5, "update": "lagged"})
+    short = run(study.case.model_copy(update={"pounding": pounding}))
+    assert short.response.time[-1] == pytest.approx(0.5)
+    assert short.response.time.size == 2001
+    longer = study.case.pounding.model_copy(update={"duration": 2.25})
+    after = run(study.case.model_copy(update={"pounding": longer})).response
+    assert after.time.size == 9001 and not after.ground[8001:].any() and after.u[9000].any()
+
+
+def test_directions_asked_of_the_spectra(study):
+    x = floor_spectra(study.case, study.response, ("x", "y"))
+    assert not x.pfa[:, 0].any() and not x.psa[:, :, 0].any()
+    assert np.array_equal(x.pfa[:, 1], study.floors.pfa[:, 0])

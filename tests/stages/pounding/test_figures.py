@@ -1,0 +1,224 @@
+"""The figures of cases of many kinds: all are drawn, none warns, each is a picture."""
+
+import struct
+import zlib
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from impactfem.case import load_case
+from impactfem.coupling.force_history import write_forces
+from impactfem.plot.style import (
+    BUILDINGS,
+    figure,
+    floor_colours,
+    floor_looks,
+    letter,
+    ordered_looks,
+)
+from impactfem.stages.pounding import model_figures as figures_models
+from impactfem.stages.pounding.compute import run_sticks
+from impactfem.stages.pounding.figures import stick_figures
+from impactfem.stages.pounding.store import write_motion, write_sticks
+
+ALL = ["02_case", "03_stick", "05_contact", "08_response", "09_forces", "10_floor_spectra"]
+FREE = ["02_case", "03_stick", "08_response", "10_floor_spectra"]
+FASTER = (('duration = "3 s"', 'duration = "1.6 s"'), ('["0.5 s", "2.5 s"]', '["0.4 s", "1.4 s"]'))
+FAR = """[[buildings]]
+name = "far"
+material = "concrete"
+floors = "small_floors.csv"
+axis = ["10 m", "30.04 m"]
+rigid_below = "0.40 m"
+rigid_above = "0.10 m"
+
+"""
+FAR_CONTACT = """[[contacts]]
+a = { building = "east", floor = [1, 2, 3], offset = ["0 m", "6 m", "0 m"] }
+b = { building = "far", floor = [1, 2, 3], offset = ["0 m", "-6 m", "0 m"] }
+normal = [0, 1, 0]
+gap = "2 cm"
+law = "floor"
+
+"""
+STOREY_CONTACT = """[[contacts]]
+a = { building = "west", floor = 2, offset = ["0 m", "6 m", "0 m"] }
+b = { building = "east", storey = 3, relative_height = 0.5, offset = ["0 m", "-6 m", "0 m"] }
+normal = [0, 1, 0]
+gap = "2 cm"
+law = "floor"
+
+"""
+GRID = 'frequencies = { minimum = "0.5 Hz", maximum = "50 Hz", per_decade = 10 }'
+
+
+def without(text, begin, end):
+    start = text.index(begin)
+    return text[:start] + text[text.index(end, start) :]
+
+
+def free(text):
+    return without(text, "[[contacts]]\n", "# A floor that meets")
+
+
+def alone(text):
+    return without(free(text), '[[buildings]]\nname = "east"', "# Fit stiffness")
+
+
+def before(mark, addition):
+    return lambda text: text.replace(mark, addition + mark)
+
+
+def changed(*changes):
+    def change(text):
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        return text
+
+    return change
+
+
+def direction(name):
+    return changed(
+        ('direction = "y"\ntype = "synthetic"', f'direction = "{name}"\ntype = "synthetic"')
+    )
+
+
+def row_of_three(text):
+    text = before("# Fit stiffness", FAR)(text)
+    return before("# A floor that meets", FAR_CONTACT)(text)
+
+
+CASES = {
+    "without contacts": (free, FREE),
+    "one building": (alone, FREE),
+    "three buildings": (row_of_three, ALL),
+    "along x": (direction("x"), ALL),
+    "vertical": (direction("z"), ALL),
+    "floor on storey": (before("# A floor that meets", STOREY_CONTACT), ALL),
+    "one frequency": (changed((GRID, 'frequencies = ["5 Hz"]')), ALL),
+    "one floor": (changed(("[1, 2, 3]", "1"), ("small_floors", "one_floor")), ALL),
+}
+
+
+@pytest.fixture
+def draw(new_case, tmp_path):
+    """Compute a case and draw its figures, as the stage does."""
+
+    def run(change):
+        path = new_case(tmp_path, *FASTER)
+        floors = (tmp_path / "small_floors.csv").read_text(encoding="utf-8")
+        (tmp_path / "one_floor.csv").write_text(floors[: floors.index("\n2,")], encoding="utf-8")
+        path.write_text(change(path.read_text(encoding="utf-8")), encoding="utf-8")
+        study = run_sticks(load_case(path), lambda _: nullcontext())
+        write_motion(tmp_path / "motion.nc", study, "")
+        write_sticks(tmp_path / "sticks.nc", study, "")
+        write_forces(tmp_path / "forces.nc", study.response, "", "")
+        return stick_figures(tmp_path)
+
+    return run
+
+
+def picture(path):
+    """Width, height and the number of different bytes of a PNG's pixels."""
+    content = path.read_bytes()
+    assert content[:8] == b"\x89PNG\r\n\x1a\n" and content[-8:-4] == b"IEND"
+    width, height = struct.unpack(">II", content[16:24])
+    data, at = b"", 8
+    while at < len(content):
+        (length,) = struct.unpack(">I", content[at : at + 4])
+        if content[at + 4 : at + 8] == b"IDAT":
+            data += content[at + 8 : at + 8 + length]
+        at += 12 + length
+    return width, height, np.unique(np.frombuffer(zlib.decompress(data), np.uint8)).size
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_case(draw, tmp_path, name):
+    change, expected = CASES[name]
+    drawn = draw(change)
+    assert sorted(path.name for path in drawn) == [f"figure_{kind}.png" for kind in expected]
+    assert sorted((tmp_path / "figures").iterdir()) == sorted(drawn)
+    for path in drawn:
+        assert path.stat().st_size > 5000
+        width, height, colours = picture(path)
+        assert 800 < width < 2000 and 400 < height < 2000 and colours > 50
+
+
+def captions(monkeypatch):
+    """What is written below figures from now on."""
+    found, kept = [], Figure.text
+
+    def below(self, x, y, words, *args, **options):
+        found.append(words.replace("\n", " "))
+        return kept(self, x, y, words, *args, **options)
+
+    monkeypatch.setattr(Figure, "text", below)
+    return found
+
+
+@pytest.mark.parametrize("hertz", [False, True])
+def test_the_law_of_figure_5(draw, monkeypatch, hertz):
+    """A spring and a dashpot are the picture of one law alone."""
+    told = captions(monkeypatch)
+    linear = 'type = "kelvin-voigt"\nstiffness = "1.2e10 N/m" '
+    other = 'type = "hunt-crossley"\nstiffness = "3e11 N/m^1.5" #'
+    draw(changed((linear, other)) if hertz else changed())
+    (words,) = (text for text in told if text.startswith("Figure 5"))
+    assert ("The laws are hunt-crossley" in words) == hertz
+
+
+def test_buildings_are_as_wide_as_their_points_say(draw, monkeypatch):
+    """A tower of 10 m beside a wing of 12 m, 2 cm apart."""
+    drawn = []
+    monkeypatch.setattr(
+        figures_models, "Rectangle", lambda at, width, *_, **__: drawn.append((at[0], width))
+    )
+    monkeypatch.setattr(Axes, "add_patch", lambda *_: None)
+    draw(changed(('"18.02 m"', '"17.02 m"'), ('"-6 m"', '"-5 m"')))
+    # Left side and width of each.
+    assert np.array(drawn) == pytest.approx(np.array([(0.0, 12.0), (12.02, 10.0)]))
+
+
+def test_of_the_finished_run(finished):
+    names = {path.name for path in (finished.folder / "figures").iterdir()}
+    assert names >= {f"figure_{kind}.png" for kind in ALL}
+
+
+def test_floors_have_colours_of_their_own():
+    for count in (1, 2, 8, 40):
+        assert len({tuple(colour) for colour in floor_colours(count)}) == count
+    assert len(set(BUILDINGS)) == 4
+
+
+def test_neighbours_are_told_apart_without_colour():
+    for count in (1, 2, 8, 13):
+        looks = floor_looks(count)
+        assert looks == ordered_looks(count)[::-1]
+        assert len({(tuple(look["color"]), look["ls"]) for look in looks}) == count
+        # The top floor's line is solid, and no two of four neighbours have the same dashes.
+        dashes = [look["ls"] for look in looks[::-1]]
+        assert dashes[0] == "-"
+        assert all(len(set(dashes[k : k + 4])) == len(dashes[k : k + 4]) for k in range(count))
+
+
+def test_panels_and_captions(tmp_path):
+    path = tmp_path / "a.png"
+    with figure(path, (2, 2), (6.0, 4.0), "Figure 1: " + "words " * 60) as (drawn, axes):
+        letter(axes)
+        assert [panel.get_title("left") for panel in axes] == ["(a)", "(b)", "(c)", "(d)"]
+        assert not path.exists()
+    width, height, _ = picture(path)
+    # 150 dots an inch; the caption makes it higher.
+    assert width == 900 and height > 600
+    assert [text.get_text().split()[0] for text in drawn.texts] == ["Figure"]
+
+
+def test_an_error_leaves_no_picture(tmp_path):
+    with pytest.raises(ZeroDivisionError), figure(tmp_path / "a.png", (1, 1), (3, 3), "") as _:
+        raise ZeroDivisionError
+    assert not list(tmp_path.iterdir())

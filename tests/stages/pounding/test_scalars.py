@@ -1,0 +1,151 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactfem.coupling.contact import kelvin_voigt
+from impactfem.stages.pounding.scalars import stick_scalars
+from impactfem.sticks.calibration import Calibration, Parameters, Target
+from impactfem.sticks.modes import DIRECTIONS
+from impactfem.system.scalar import from_json, to_json
+
+# The names that the first issue asks for, with the buildings and floors of the small case.
+REQUIRED = {
+    "motion.pga": "m/s2",
+    "motion.sa_max": "m/s2",
+    "motion.sa_max_frequency": "Hz",
+    **{f"sticks.{b}.frequency.{k}": "Hz" for b in ("west", "east") for k in (1, 2, 3, 4)},
+    **{f"sticks.{b}.effective_mass.{k}": "kg" for b in ("west", "east") for k in (1, 2, 3, 4)},
+    "pounding.peak_force.floor_3": "N",
+    "pounding.penetration.floor_3": "m",
+    "pounding.peak_acceleration.floor_3": "m/s2",
+    "pounding.main_impact_force": "N",
+    "pounding.main_impact_time": "s",
+    "pounding.main_impact_duration": "s",
+    "pounding.steps_per_impact_min": "-",
+    "pounding.energy_residual": "-",
+    "pounding.required_separation": "m",
+    "frs.floor_3.peak": "m/s2",
+    "frs.floor_3.peak_frequency": "Hz",
+    "frs.floor_3.pfa": "m/s2",
+}
+
+
+@pytest.fixture(scope="module")
+def scalars(study):
+    return {scalar.name: scalar for scalar in stick_scalars(study)}
+
+
+@pytest.fixture(scope="module")
+def untouched(study, run):
+    return run(study.case.model_copy(update={"contacts": ()}))
+
+
+def test_required_names_and_units(scalars):
+    assert {name: scalars[name].unit for name in REQUIRED} == REQUIRED
+
+
+def test_every_scalar_is_a_finite_number_of_its_own_name(study, scalars):
+    assert len(scalars) == len(stick_scalars(study))
+    for scalar in scalars.values():
+        assert np.isfinite(scalar.value) and scalar.unit
+    assert from_json(to_json(scalars.values())) == list(scalars.values())
+
+
+def test_motion(study, scalars):
+    assert scalars["motion.pga"].value == pytest.approx(3.0, rel=1e-6)
+    spectrum = study.motions[0].spectrum
+    k = int(np.argmax(spectrum.psa[0, 0]))
+    assert scalars["motion.sa_max"].value == spectrum.psa[0, 0, k]
+    assert scalars["motion.sa_max_frequency"].value == spectrum.frequency[k]
+    assert "motion.misfit_rms" in scalars
+
+
+def test_modes_are_those_bending_about_x_in_natural_order(study, scalars):
+    for k, name in enumerate(("west", "east")):
+        result = study.modes[k]
+        family = result.of_family("y")
+        found = [scalars[f"sticks.{name}.frequency.{n}"].value for n in range(1, 7)]
+        assert found == list(result.frequency[family]) and found == sorted(found)
+        masses = [scalars[f"sticks.{name}.effective_mass.{n}"].value for n in range(1, 7)]
+        assert masses == list(result.effective_mass[DIRECTIONS.index("y"), family])
+        assert sum(masses) == pytest.approx(672e3) == scalars[f"sticks.{name}.mass"].value
+    # Building east bends more easily.
+    assert scalars["sticks.east.frequency.1"].value < scalars["sticks.west.frequency.1"].value
+    assert "e_x" in scalars["sticks.west.frequency.1"].note
+
+
+def test_pounding(study, scalars):
+    response = study.response
+    assert scalars["pounding.peak_force.floor_3"].value == response.force[:, 2].max()
+    assert scalars["pounding.peak_force.floor_3"].value > 0.0
+    assert scalars["pounding.penetration.floor_3"].value == pytest.approx(-response.gap[:, 2].min())
+    peak = np.abs(response.absolute_acceleration[:, 13]).max()
+    assert scalars["pounding.peak_acceleration.floor_3"].value == pytest.approx(peak)
+    top = np.abs(response.u[:, 18 + 13]).max()
+    assert scalars["pounding.peak_displacement.east"].value == pytest.approx(top)
+    free = np.abs(study.free.u[:, 13]).max()
+    assert scalars["pounding.peak_displacement_no_contact.west"].value == pytest.approx(free)
+    main = study.main_impact
+    assert scalars["pounding.main_impact_force"].value == main.peak_force
+    assert scalars["pounding.main_impact_time"].value == main.peak_time
+    assert scalars["pounding.main_impact_duration"].value == main.duration
+    assert scalars["pounding.main_impact_restitution"].value == main.restitution
+    assert main.pair.name in scalars["pounding.main_impact_time"].note
+    assert scalars["pounding.impacts"].value == len(study.impacts)
+
+
+def test_checks(study, scalars):
+    assert scalars["pounding.energy_residual"].value < 1e-9
+    expected = max(separation.required for separation in study.separations)
+    assert scalars["pounding.required_separation"].value == expected > 0.005
+    fewest = min(impact.steps for impact in study.impacts)
+    assert scalars["pounding.steps_per_impact_observed"].value == fewest
+    # The duration for 96 t, the lightest pair, when the tops touch: some 9 ms in all.
+    law = kelvin_voigt(1.2e10, study.system.pairs[2].law.xi, 96e3)
+    assert scalars["pounding.steps_per_impact_min"].value == pytest.approx(
+        law.duration(1.0) / 2.5e-4
+    )
+    depth = max(impact.penetration for impact in study.impacts) / 0.005
+    assert scalars["pounding.penetration_over_gap"].value == pytest.approx(depth)
+    pressure = max(impact.peak_force for impact in study.impacts) / 5.0
+    assert scalars["pounding.bearing_pressure_max"].value == pytest.approx(pressure)
+    assert scalars["pounding.bearing_ratio_max"].value == pytest.approx(pressure / 25e6)
+
+
+def test_floor_spectra(study, scalars):
+    psa, f = study.floors.psa[0, 2, 0], study.floors.spectra.frequency
+    assert scalars["frs.floor_3.peak"].value == psa.max()
+    assert scalars["frs.floor_3.peak_frequency"].value == f[np.argmax(psa)]
+    assert scalars["frs.floor_3.pfa"].value == study.floors.pfa[2, 0]
+    assert scalars["frs.floor_3.pfa_no_contact"].value == study.floors_free.pfa[2, 0]
+    assert scalars["frs.east.floor_3.peak"].value == study.floors.psa[0, 5, 0].max()
+    assert "0.02 damping" in scalars["frs.floor_3.peak"].note
+    assert scalars["frs.points_per_cycle"].value >= 20
+
+
+def test_nothing_touches(untouched):
+    scalars = {scalar.name: scalar for scalar in stick_scalars(untouched)}
+    for name in ("main_impact_time", "main_impact_duration", "steps_per_impact_min"):
+        assert scalars[f"pounding.{name}"].value is None
+    assert scalars["pounding.required_separation"].value is None
+    assert scalars["pounding.impacts"].value == 0.0
+    assert scalars["pounding.main_impact_time"].note == "no impact"
+    absent = ("pounding.peak_force.floor_3", "pounding.bearing_pressure_max")
+    assert not set(absent) & set(scalars)
+    assert scalars["frs.floor_3.pfa"].value == scalars["frs.floor_3.pfa_no_contact"].value
+    assert from_json(to_json(scalars.values())) == list(scalars.values())
+
+
+def test_calibration(study, scalars):
+    assert not [name for name in scalars if name.startswith("sticks.storey_height")]
+    targets = (Target("west", 1, 2.0, 500e3), Target("west", 2, 8.0, None))
+    parameters = Parameters(0.4, np.array([3.5, 3.4, 3.6]), 0.3, 0.2)
+    calibration = Calibration(parameters, targets, np.array([2.1, 7.0]), np.array([4e5, 1e5]))
+    fitted = replace(study, calibration=calibration)
+    found = {scalar.name: scalar.value for scalar in stick_scalars(fitted)}
+    assert found["sticks.stiffness_factor"] == 0.4
+    assert [found[f"sticks.storey_height.{k}"] for k in (1, 2, 3)] == [3.5, 3.4, 3.6]
+    assert (found["sticks.rigid_below"], found["sticks.rigid_above"]) == (0.3, 0.2)
+    assert found["sticks.frequency_error_max"] == pytest.approx(0.125)
+    assert found["sticks.mass_error_max"] == pytest.approx(0.2)

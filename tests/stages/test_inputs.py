@@ -1,0 +1,103 @@
+"""What the stages depend on: damping cases and their restitution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from impactfem.case import Case, DampingCase, Transient, load_case
+from impactfem.case.part_damping import PartDamping
+from impactfem.stages.building.stage import BUILDING
+from impactfem.stages.calibrate.stage import calibrate_key
+from impactfem.stages.ensemble import stage as ensemble
+from impactfem.stages.inputs import inputs_key, matrices_key, tolerances
+from impactfem.stages.pounding.stage import STICKS
+from impactfem.stages.transient.stage import TRANSIENT
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+LIGHT = DampingCase(name="light", mass_coefficient=0.8, stiffness_coefficient=2e-4)
+
+
+@pytest.fixture(scope="module")
+def case(new_case: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Case:
+    return _with(load_case(new_case(tmp_path_factory.mktemp("inputs"))))
+
+
+def _with(case: Case, **changes: object) -> Case:
+    """The case with one damping case, changed."""
+    one = LIGHT.model_copy(update=changes)
+    return case.model_copy(update={"damping_cases": (one,)})
+
+
+def _serving(case: Case, served: bool) -> Case:
+    transient = Transient(time_step=1e-3, serve_damping_cases=served)
+    return case.model_copy(update={"transient": transient})
+
+
+@pytest.mark.parametrize("sections", [("contact_laws", "damping_cases"), ("damping_cases",)])
+def test_restitution_counts_with_the_contact_laws(case: Case, sections: tuple[str, ...]) -> None:
+    other = inputs_key(_with(case, restitution=0.5), sections, ())
+    assert (other == inputs_key(case, sections, ())) == ("contact_laws" not in sections)
+    lighter = inputs_key(_with(case, stiffness_coefficient=1e-4), sections, ())
+    assert lighter != inputs_key(case, sections, ())
+
+
+def test_calibration_depends_on_the_dampings(case: Case) -> None:
+    assert calibrate_key(_with(case, stiffness_coefficient=1e-4)) != calibrate_key(case)
+    assert calibrate_key(case.model_copy(update={"damping_cases": ()})) != calibrate_key(case)
+    # It gives a restitution, and takes none.
+    assert calibrate_key(_with(case, restitution=0.5)) == calibrate_key(case)
+
+
+@pytest.mark.parametrize("served", [True, False])
+def test_transient_depends_on_the_dampings_that_it_serves(case: Case, served: bool) -> None:
+    known = TRANSIENT.key(_serving(case, served))
+    lighter = TRANSIENT.key(_serving(_with(case, stiffness_coefficient=1e-4), served))
+    assert (lighter != known) == served
+    assert TRANSIENT.key(_serving(_with(case, restitution=0.5), served)) == known
+    assert TRANSIENT.key(_serving(case, not served)) != known
+
+
+def test_sticks_of_the_case_itself_depend_on_none(case: Case) -> None:
+    assert STICKS.key(case.model_copy(update={"damping_cases": ()})) == STICKS.key(case)
+
+
+def _with_part_damping(case: Case, ratio: float) -> Case:
+    if case.structure is None:
+        raise ValueError("the case has no structure")
+    damping = (PartDamping(parts=("*",), ratio=ratio, frequencies=(1.0, 20.0)),)
+    structure = case.structure.model_copy(update={"damping": damping})
+    transient = Transient(time_step=1e-3, solver="full")
+    return case.model_copy(update={"structure": structure, "transient": transient})
+
+
+def test_damping_by_part_is_that_of_the_response() -> None:
+    """Modes, and what is made of matrices without damping, do not depend on it."""
+    case = load_case(GEOMETRY / "frame.toml")
+    one, other = (_with_part_damping(case, ratio) for ratio in (0.02, 0.03))
+    assert TRANSIENT.key(one) != TRANSIENT.key(other)
+    assert BUILDING.key(one) == BUILDING.key(other) == BUILDING.key(case)
+    assert matrices_key(one, (), "") == matrices_key(other, (), "")
+    assert matrices_key(one, (), "") != matrices_key(one, (), "else")
+    assert matrices_key(one, (), "", ("damping",)) != matrices_key(other, (), "", ("damping",))
+
+
+def test_tolerances_are_those_of_the_reference(case: Case) -> None:
+    assert tolerances(case) == {}
+    paper = load_case(GEOMETRY / "npp_pair.toml")
+    found = tolerances(paper)
+    assert found["sticks.B1.frequency.1"] == 0.015
+    # Every target of the calibration has one, so that its check can be met or missed.
+    assert paper.calibration is not None
+    for target in paper.calibration.targets:
+        for kind in ("frequency", "effective_mass"):
+            assert f"sticks.{target.building}.{kind}.{target.mode}" in found
+
+
+def test_an_ensemble_is_compared_with_what_it_may_miss() -> None:
+    """Not with the peak that all its motions are scaled to, nor with what the sticks are fitted."""
+    found = ensemble._published(load_case(GEOMETRY / "npp_pair.toml"))
+    assert {"pounding.peak_force.floor_8", "motion.sa_max", "frs.floor_8.peak"} <= found.keys()
+    assert not {"motion.pga", "sticks.B1.frequency.1", "transient.wave_speed"} & found.keys()

@@ -1,0 +1,256 @@
+"""The shipped frame as matrices with loads on it, its responses, and a study of it."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix, csr_matrix
+
+from frame_case import QUICK, floors_meet, neighbour
+from impactfem import study
+from impactfem.building.model import BuildingModel, assemble_building
+from impactfem.building.parts import BuildingParts
+from impactfem.case import Case, Spectra, load_case
+from impactfem.coupling.force_history import ForceHistory
+from impactfem.plot import floor_products
+from impactfem.reduction.loads import EdgeForce, Loads, make_loads
+from impactfem.reduction.probes import standard_probes
+from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
+from impactfem.stages.building import stage as building
+from impactfem.stages.building.compute import read_parts
+from impactfem.stages.pounding import stage as sticks
+from impactfem.stages.transient import stage as transient
+from impactfem.stages.transient.full_run import FullRun, run_full
+from impactfem.stages.transient.maps import looked_at
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+GEOMETRY = Path(__file__).parents[3] / "geometry"
+STOREY_FACTOR = 0.5
+HIGHEST = 200.0
+TIME_STEP = 0.5e-3
+STEPS = 1600
+TOLERANCE = 0.005
+TRANSIENT = (
+    """
+[contact_laws.floor]
+type = "kelvin-voigt"
+stiffness = "1e9 N/m"
+restitution = 0.65
+"""
+    + floors_meet("1 m")
+    + """
+[transient]
+solver = "reduced"
+time_step = "1 ms"
+maximum_frequency = "50 Hz"
+forces = "forces_of_another.csv"
+checkpoint_every = "0.2 s"
+"""
+)
+INWARDS = {k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in (1, 2)}
+
+
+def pulses(time: Array) -> ForceHistory:
+    """A smooth impact on floor 2, and on floor 1 a later and shorter one with kinks."""
+    upper = np.where(np.abs(time - 0.31) < 0.01, np.cos(50 * np.pi * (time - 0.31)) ** 2, 0.0)
+    lower = np.where(np.abs(time - 0.405) < 0.005, np.cos(100 * np.pi * (time - 0.405)), 0.0)
+    return ForceHistory(time, ("upper", "lower"), np.column_stack([5e5 * upper, 3e5 * lower]))
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """The frame on one rank.
+
+    Args:
+        case: Its case.
+        parts: Its mesh and sections.
+        model: Its matrices.
+        K: Its stiffness.
+        nodes: The nodes of the probes that are always there.
+        damping: α and β of the case.
+        light: α, and a fifth of β.
+    """
+
+    case: Case
+    parts: BuildingParts
+    model: BuildingModel
+    K: Any
+    nodes: Index
+    damping: tuple[float, float]
+    light: tuple[float, float]
+
+    def loads(self, time_step: float = TIME_STEP, steps: int = STEPS) -> Loads:
+        """A ground motion along y with the impacts of `pulses`, both from one fine grid."""
+        time = np.linspace(0.0, 0.8, 3201)
+        # It rises and fades as sin²; frequencies up to some 20 Hz.
+        ground = np.sin(np.pi * time / 0.8) ** 2 * np.sin(2 * np.pi * (3.0 + 12.0 * time) * time)
+        edges = [INWARDS[2], INWARDS[1]]
+        return make_loads([(1, 0.25e-3, 3.0 * ground)], pulses(time), edges, time_step, steps)
+
+    def patterns(self, loads: Loads, eccentricity: float = 0.3) -> Array:
+        return loads.patterns(self.model, self.parts.mesh, eccentricity)
+
+    def full(
+        self, loads: Loads, damping: tuple[float, float], folder: Path, nodes: Index | None = None
+    ) -> FullRun:
+        """The full model without interruption."""
+        return run_full(
+            self.model,
+            self.K,
+            loads,
+            self.patterns(loads),
+            damping,
+            self.nodes if nodes is None else nodes,
+            checkpoints=folder / "checkpoints",
+            key="frame",
+            every=10**6,
+        )
+
+    def basis(self, loads: Loads, **changes: Any) -> ReducedBasis:
+        """A reduced basis for the light damping."""
+        asked: dict[str, Any] = {
+            "probes": self.nodes,
+            "nodes": looked_at(self.parts.mesh, self.nodes),
+            "damping": self.light,
+            "maximum_frequency": HIGHEST,
+            "shift": 60.0,
+            "tolerance": TOLERANCE,
+            "largest": 1200,
+        }
+        return build_basis(self.model, self.K, self.patterns(loads), loads.names, **asked | changes)
+
+
+@pytest.fixture(scope="session")
+def frame() -> Frame:
+    case = load_case(GEOMETRY / "frame.toml")
+    parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
+    model = assemble_building(MPI.COMM_SELF, parts)
+    alpha, beta = case.building("F").damping.coefficients
+    return Frame(
+        case=case,
+        parts=parts,
+        model=model,
+        K=model.stiffness(STOREY_FACTOR),
+        nodes=np.array([probe.node for probe in standard_probes(parts.mesh)]),
+        damping=(alpha, beta),
+        light=(alpha, beta / 5.0),
+    )
+
+
+@pytest.fixture(scope="session")
+def loads(frame: Frame) -> Loads:
+    return frame.loads()
+
+
+@pytest.fixture(scope="session")
+def basis(frame: Frame, loads: Loads) -> ReducedBasis:
+    return frame.basis(loads)
+
+
+@pytest.fixture(scope="session")
+def full_runs(
+    frame: Frame, loads: Loads, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, tuple[tuple[float, float], FullRun]]:
+    """By name of the damping, the damping and the full model under it."""
+    dampings = {"the case's": frame.damping, "light": frame.light}
+    return {
+        name: (damping, frame.full(loads, damping, tmp_path_factory.mktemp("full")))
+        for name, damping in dampings.items()
+    }
+
+
+@pytest.fixture(scope="session")
+def spectra(frame: Frame) -> Spectra:
+    """Up to the highest frequency of the basis."""
+    frequencies = tuple(np.geomspace(0.5, HIGHEST, 100))
+    return frame.case.spectra.model_copy(update={"frequencies": frequencies, "damping": (0.05,)})
+
+
+@pytest.fixture(scope="session")
+def csc() -> Callable[[Any], csc_matrix]:
+    """A matrix of PETSc on one rank as one of SciPy."""
+
+    def converted(matrix: Any) -> csc_matrix:
+        indptr, indices, values = matrix.getValuesCSR()
+        return csr_matrix((values, indices, indptr), shape=matrix.getSize()).tocsc()
+
+    return converted
+
+
+def write_forces(path: Path, largest: float = 4e5) -> None:
+    """Two impacts of floor 2 and none of floor 1, at 0.5 ms."""
+    time = 0.5e-3 * np.arange(2001)
+    force = np.zeros(2001)
+    for start, size in ((0.4, 0.3), (0.7, 1.0)):
+        inside = (time > start) & (time < start + 0.02)
+        force[inside] = largest * size * np.sin(np.pi * (time[inside] - start) / 0.02)
+    header = "time [s],F.floor_1-G.floor_1 [N],F.floor_2-G.floor_2 [N]"
+    values = np.column_stack([time, np.zeros(2001), force])
+    np.savetxt(path, values, delimiter=",", header=header, comments="", fmt="%.9g")
+
+
+def no_pictures(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(building, "building_pictures", lambda *_: [])
+    patch.setattr(sticks, "stick_figures", lambda *_: [])
+    patch.setattr(floor_products, "floor_figures", lambda *_: [])
+    patch.setattr(transient, "transient_figures", lambda *_, **__: [])
+
+
+def command(name: str, case: Path, *options: str) -> list[str]:
+    """The stage of a case, killed while it writes a file of this name; none has the name "-"."""
+    script = Path(__file__).with_name("interrupted.py")
+    return [sys.executable, str(script), name, str(case), str(case.parent / "run"), *options]
+
+
+def killed(name: str, case: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    words = command(name, case, *options)
+    return subprocess.run(words, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="session")
+def begun(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The case's folder, with a run of the stages before; not to be changed."""
+    folder = tmp_path_factory.mktemp("begun")
+    for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
+        shutil.copy(GEOMETRY / name, folder)
+    case = edited(
+        folder / "frame.toml", *QUICK, neighbour()
+    )  # so far away that the sticks never touch
+    case.write_text(case.read_text() + TRANSIENT)
+    write_forces(folder / "forces_of_another.csv")
+    with pytest.MonkeyPatch.context() as patch:
+        no_pictures(patch)
+        study.run(case, out=folder / "run", stage="building")
+        study.run(case, out=folder / "run", stage="sticks")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def reduced(begun: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, study.Run]:
+    """The same with the stage by the reduced model, and its run; not to be changed."""
+    folder = tmp_path_factory.mktemp("reduced")
+    shutil.copytree(begun, folder, dirs_exist_ok=True)
+    with pytest.MonkeyPatch.context() as patch:
+        no_pictures(patch)
+        done = study.run(folder / "frame.toml", out=folder / "run", stage="transient")
+    return folder, done
+
+
+@pytest.fixture
+def again(reduced: tuple[Path, study.Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the case after it."""
+    no_pictures(monkeypatch)
+    shutil.copytree(reduced[0], tmp_path, dirs_exist_ok=True)
+    return tmp_path / "frame.toml"

@@ -1,0 +1,39 @@
+"""The command line, killed while it writes one of its files.
+
+Run by test_interruption.py: `python interrupted.py NAME CASE FOLDER [OPTION...]`, with options of
+`impactfem run`; no file has the name "-".
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from impactfem.cli import main
+from impactfem.stages.transient import motion_file, motion_index
+from impactfem.stages.transient import stage as transient
+from impactfem.system import archive, files
+
+whole = files.atomic
+name, case, folder, *options = sys.argv[1:]
+
+
+@contextmanager
+def interrupted(path: Path) -> Iterator[Path]:
+    """As `atomic`; the file at hand is only half there when the process ends."""
+    with whole(path) as temporary:
+        yield temporary
+        if path.name == name:
+            os.truncate(temporary, temporary.stat().st_size // 2)
+            os.kill(os.getpid(), signal.SIGKILL)
+
+
+for module in (files, archive, motion_file, motion_index):
+    module.atomic = interrupted
+transient.transient_figures = lambda *_, **__: []
+sys.argv = ["impactfem", "run", case, "--stage", "transient", "--out", folder, *options]
+main()

@@ -1,0 +1,153 @@
+"""The frame in time on the ranks of this program; rank 0 writes what it found.
+
+Run by test_ranks.py: `mpirun -n 2 python on_ranks.py FRAME FOLDER RESULTS`.
+"""
+
+from __future__ import annotations
+
+import logging
+import pickle
+import sys
+import traceback
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from impactfem import study
+from impactfem.building.model import assemble_building
+from impactfem.reduction.reduced_basis import build_basis
+from impactfem.reduction.response import modal_histories, node_response
+from impactfem.stages.transient import stage as transient
+from impactfem.stages.transient.full_run import FullRun, run_full
+from impactfem.system.log import LOGGER
+
+
+class KilledError(Exception):
+    """The end of a run, from outside."""
+
+
+class Lines(logging.Handler):
+    """What the log says on this rank."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.INFO)
+        self.lines: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.lines.append(record.getMessage())
+
+
+def numbers(run: FullRun) -> dict[str, Any]:
+    """What must not depend on ranks."""
+    return {
+        "displacement": run.response.displacement,
+        "acceleration": run.response.acceleration,
+        "kinetic": run.energy.kinetic,
+        "elastic": run.energy.elastic,
+        "damped": run.energy.damped,
+        "input": run.energy.input,
+        "residual": run.energy.residual,
+    }
+
+
+def results(comm: Any, given: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Both solvers, and the full one interrupted; on all ranks."""
+    log, level = Lines(), LOGGER.level
+    LOGGER.addHandler(log)
+    LOGGER.setLevel(logging.INFO)
+    model = assemble_building(comm, given["parts"])
+    K = model.stiffness(given["storey_factor"])
+    loads, nodes, damping = given["loads"], given["nodes"], given["damping"]
+    patterns = loads.patterns(model, given["parts"].mesh, 0.3)
+
+    def full(name: str, until: float = 2.0) -> FullRun | None:
+        def progress(part: float) -> None:
+            if part > until:
+                raise KilledError
+
+        try:
+            return run_full(
+                model,
+                K,
+                loads,
+                patterns,
+                damping,
+                nodes,
+                checkpoints=folder / name,
+                key="key",
+                every=50,
+                progress=progress,
+            )
+        except KilledError:
+            return None
+
+    found: dict[str, Any] = {}
+    # What another number of ranks has left here is of no use.
+    found["full"] = numbers(full("left"))
+    found["log of what was left"] = list(log.lines)
+    log.lines.clear()
+    full("interrupted", 0.6)
+    found["resumed"] = numbers(full("interrupted"))
+    found["log of the resumed"] = list(log.lines)
+    log.lines.clear()
+    full("damaged", 0.6)
+    if comm.rank == comm.size - 1:
+        (path,) = (folder / "damaged").glob(f"state_{comm.rank}_*.npz")
+        path.write_bytes(path.read_bytes()[:-1000])
+    comm.barrier()
+    found["again"] = numbers(full("damaged"))
+    # Each rank reads its own file.
+    found["log of the damaged"] = [line for lines in comm.allgather(log.lines) for line in lines]
+    full("left for others", 0.6)
+    basis = build_basis(
+        model,
+        K,
+        patterns,
+        loads.names,
+        probes=nodes,
+        nodes=np.unique(nodes),
+        damping=damping,
+        maximum_frequency=200.0,
+        shift=60.0,
+        tolerance=0.005,
+        largest=1200,
+        larger=True,
+        spend=True,
+    )
+    response = node_response(basis, modal_histories(basis, loads, damping), loads, nodes)
+    found["basis"] = {
+        "vectors": len(basis.model.eigenvalue),
+        "larger": str([len(model.eigenvalue) for model in basis.larger]),
+        "displacement": response.displacement,
+        "acceleration": response.acceleration,
+    }
+    LOGGER.removeHandler(log)
+    LOGGER.setLevel(level)
+    return found
+
+
+def whole_stage(case: Path) -> None:
+    """The stage of a study, without its pictures; the stages before are there."""
+    transient.transient_figures = lambda *_, **__: []
+    study.run(case, out=case.parent / "run", stage="transient")
+
+
+def main(frame: Path, folder: Path, found: Path) -> None:
+    comm = MPI.COMM_WORLD
+    given = pickle.loads(frame.read_bytes())
+    made = results(comm, given, folder)
+    if comm.rank == 0:
+        found.write_bytes(pickle.dumps(made))
+    if given["case"] is not None:
+        whole_stage(given["case"])
+
+
+if __name__ == "__main__":
+    try:
+        main(*map(Path, sys.argv[1:]))
+    except Exception:
+        # `-m mpi4py` aborts too late: PETSc's end waits for the other ranks before.
+        traceback.print_exc()
+        MPI.COMM_WORLD.Abort(1)

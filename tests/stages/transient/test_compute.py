@@ -1,0 +1,368 @@
+"""The stage `transient` of a study on the shipped frame, with forces of another program."""
+
+from __future__ import annotations
+
+import logging
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem import study
+from impactfem.stages.transient import store
+from impactfem.system.errors import InputError, SolutionError
+
+from .conftest import no_pictures, write_forces
+
+DAMPING_CASES = """
+[[damping_cases]]
+name = "light"
+ratio = "0.5 %"
+frequencies = ["1 Hz", "20 Hz"]
+[[damping_cases]]
+name = "heavy"
+ratio = "9 %"
+frequencies = ["1 Hz", "20 Hz"]
+"""
+AFTER = ("spectra", "maps", "stores", "tables and figures")
+
+
+def add_probe(case: Path, height: str) -> None:
+    probe = f'\n[[transient.probes]]\nname = "low"\npoint = ["0 m", "0 m", "{height}"]\n'
+    case.write_text(case.read_text() + probe)
+
+
+@pytest.fixture
+def case(begun: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the case before the stage."""
+    no_pictures(monkeypatch)
+    shutil.copytree(begun, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "frame.toml"
+
+
+@pytest.fixture
+def run(caplog: pytest.LogCaptureFixture) -> Callable[[Path], tuple[study.Run, list[str]]]:
+    """Run the stage of a case, with what the log says of it."""
+
+    def running(case: Path) -> tuple[study.Run, list[str]]:
+        caplog.clear()
+        with caplog.at_level(logging.INFO, "impactfem"):
+            done = study.run(case, out=case.parent / "run", stage="transient")
+        messages = [record.getMessage() for record in caplog.records]
+        words = ("transient", "damaged", "another case")
+        return done, [text for text in messages if any(word in text for word in words)]
+
+    return running
+
+
+def loaded(run: study.Run, name: str = "transient.nc") -> xr.Dataset:
+    with xr.open_dataset(run.folder / name, engine="h5netcdf") as opened:
+        return opened.load()
+
+
+def steps_of(run: study.Run) -> set[str]:
+    return {name.removeprefix("transient: ") for name in run.times if "transient" in name}
+
+
+def scalars_of(run: study.Run) -> dict[str, float]:
+    return {s.name: s.value for s in run.scalars if s.name.startswith("transient.")}
+
+
+def test_reduced(reduced: tuple[Path, study.Run]) -> None:
+    folder, done = reduced
+    assert done.reused == ["building", "sticks"]
+    assert steps_of(done) == {"inputs", "matrices", "basis", *AFTER}
+    found, values = loaded(done), scalars_of(done)
+    assert found.attrs["solver"] == "reduced"
+    assert found.attrs["basis_vectors"] == values["transient.basis_vectors"] > 20
+    assert found.attrs["main_impact"] == pytest.approx([0.7, 0.72], abs=1.1e-3)
+    assert values["transient.impulse_error"] < 1e-12
+    # Floor 1 is never hit, and is no load.
+    assert found.edge.values.tolist() == ["floor 2"]
+    impulses = found.edge_force.sum("time") * 1e-3
+    assert impulses.values == pytest.approx([2 / np.pi * 0.02 * 4e5 * 1.3], rel=1e-3)
+    assert found.transfer_load.values.tolist() == ["floor 2"]
+    assert 0.0 < values["transient.band_max"] < 0.1
+    assert "transient.energy_residual" not in values
+    assert not (done.folder / "transient_checkpoints").exists()
+    log = (folder / "run" / "run.log").read_text()
+    assert "transient: reduced basis of" in log and "transient: impulses kept to" in log
+    # A step that is too coarse is told before the time is spent.
+    told = "transient: 20.0 points in a cycle of 50 Hz at the step of 1 ms"
+    assert log.index(told) < log.index("transient: reduced basis of")
+    maps = loaded(done, "transient_maps.nc")
+    assert maps.snapshot.values == pytest.approx([0.7, 0.71, 0.72], abs=1.1e-3)
+    centre = found.sel(probe="centre_2")
+    node = int(np.argmin(np.abs(maps.node_position - centre.probe_position).sum("xyz").values))
+    assert maps.pfa[node].values == pytest.approx(centre.pfa.values, rel=1e-6)
+
+
+def test_full_and_both(run: Any, again: Path, reduced: tuple[Path, study.Run], edited: Any) -> None:
+    """The same answer, one after the other in the same folder: nothing of the one before stays."""
+    known = loaded(reduced[1])
+    edited(again, ('solver = "reduced"', 'solver = "full"'))
+    full, told = run(again)
+    assert full.reused == ["building", "sticks"]
+    assert steps_of(full) == {"inputs", "matrices", "time steps", *AFTER} - {"maps"}
+    assert "transient: the full model records its probes only; no maps and no waves" in told
+    found, values = loaded(full), scalars_of(full)
+    assert values["transient.energy_residual"] < 1e-9
+    assert "transient.band_max" not in values and not found.psa_band.any()
+    assert found.attrs["basis_vectors"] == 0 and "transfer_re" not in found
+    assert not (full.folder / "transient_maps.nc").exists()
+    assert not (full.folder / "transient_checkpoints").exists()
+    # Both at 1 ms: the step counts more than the basis.
+    assert known.psa.values == pytest.approx(found.psa.values, rel=0.05)
+
+    edited(again, ('solver = "full"', 'solver = "both"'))
+    both, told = run(again)
+    assert "time steps" in steps_of(both) and "basis" not in steps_of(both)  # kept since before
+    values = scalars_of(both)
+    assert 0.0 < values["transient.reduced_against_full"] < 0.005
+    assert values["transient.energy_residual"] < 1e-9
+    np.testing.assert_array_equal(loaded(both).psa, known.psa)
+    assert (both.folder / "transient_maps.nc").is_file()
+    assert any("spectra of reduced and full differ by" in line for line in told)
+
+
+def test_second_run_reuses_the_stage(
+    run: Any, again: Path, reduced: tuple[Path, study.Run]
+) -> None:
+    second, told = run(again)
+    assert second.reused == ["building", "sticks", "transient"]
+    assert scalars_of(second) == scalars_of(reduced[1])
+    assert second.times == reduced[1].times
+    assert not any("reduced basis" in line for line in told)
+    assert any("points in a cycle" in line for line in told)
+
+
+def test_band_by_larger_and_by_smaller_bases(
+    run: Any, again: Path, reduced: tuple[Path, study.Run], edited: Any
+) -> None:
+    """One basis tells both; one that was made for the latter does not tell the former."""
+    known = loaded(reduced[1])
+    assert known.psa_band.attrs["note"] == "by larger bases, safety factor 1.75"
+    smaller = 'solver = "reduced"\nband = "smaller"'
+    edited(again, ('solver = "reduced"', smaller))
+    done, told = run(again)
+    assert "transient: the reduced basis of transient_basis.npz is used again" in told
+    found = loaded(done)
+    assert found.psa_band.attrs["note"] == "by smaller bases, safety factor 2.5"
+    np.testing.assert_array_equal(found.psa, known.psa)
+    assert float(found.psa_band.median() / known.psa_band.median()) > 2.0
+
+    (done.folder / "transient_basis.npz").unlink()
+    (done.folder / "transient.nc").unlink()
+    run(again)
+    edited(again, (smaller, 'solver = "reduced"'))
+    done, told = run(again)
+    expected = "is without the larger ones that tell its error band, and made again"
+    assert f"transient: the reduced basis of transient_basis.npz {expected}" in told
+    assert loaded(done).psa_band.values == pytest.approx(known.psa_band.values, rel=1e-3)
+
+
+@pytest.mark.parametrize("change", ["motion", "forces and step", "damping", "probe"])
+def test_basis_serves_other_motions_and_forces(
+    run: Any, again: Path, reduced: tuple[Path, study.Run], edited: Any, change: str
+) -> None:
+    """And more damping, and a further probe on a floor: 3D model and basis are not made again."""
+    if change == "motion":
+        edited(again, ("seed = 1", "seed = 2"))
+    elif change == "forces and step":
+        write_forces(again.with_name("forces_of_another.csv"), 5e5)
+        edited(again, ('time_step = "1 ms"\nmaximum', 'time_step = "0.8 ms"\nmaximum'))
+    elif change == "damping":
+        edited(again, ('ratio = "5 %"', 'ratio = "7 %"'))
+    else:
+        add_probe(again, "6 m")
+    done, told = run(again)
+    assert done.reused == ["building"] + ["sticks"] * (change not in ("motion", "damping"))
+    assert steps_of(done) == {"inputs", *AFTER}
+    assert "transient: the reduced basis of transient_basis.npz is used again" in told
+    known, found = loaded(reduced[1]), loaded(done)
+    assert float(found.time[1]) == pytest.approx(0.8e-3 if "step" in change else 1e-3)
+    assert ("low" in found.probe.values) == (change == "probe")
+    if change != "probe":
+        assert np.abs(found.psa / known.psa - 1.0).max() > 0.01
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ("load", "without floor 1"),
+        ("probe", "without some of the probes"),
+        ("damping", "with an error of .* for this damping"),
+        ("maximum_frequency", "with an error of .* for this damping"),
+        ("mesh", None),
+        ("eccentricity", None),
+        ("damaged", None),
+    ],
+)
+def test_basis_that_does_not_serve_is_made_again(
+    run: Any, again: Path, edited: Any, change: str, why: str | None
+) -> None:
+    mesh, path = again.with_name("frame.msh"), again.with_name("forces_of_another.csv")
+    if change == "load":  # floor 1 was never hit in the forces before
+        values = np.loadtxt(path, delimiter=",", skiprows=1)[:, [0, 2, 2]]
+        header = path.read_text().splitlines()[0]
+        np.savetxt(path, values, delimiter=",", header=header, comments="")
+    elif change == "probe":
+        add_probe(again, "1 m")
+    elif change == "mesh":
+        mesh.write_text(mesh.read_text() + "$Comments\nchanged\n$EndComments\n")
+    elif change == "damaged":
+        basis = again.parent / "run" / "transient_basis.npz"
+        basis.write_bytes(basis.read_bytes()[:-2000])
+        write_forces(path, 5e5)
+    else:
+        old, new = {
+            "damping": ('ratio = "5 %"', 'ratio = "0.5 %"'),
+            "maximum_frequency": ('"50 Hz"\nforces', '"500 Hz"\nforces'),
+            "eccentricity": ('"50 Hz"\nforces', '"50 Hz"\neccentricity = "1 m"\nforces'),
+        }[change]
+        edited(again, (old, new))
+    done, told = run(again)
+    assert "basis" in steps_of(done) and not any("used again" in line for line in told)
+    assert ("building" in done.reused) == (change != "mesh")
+    said = [line for line in told if "and made again" in line or "is damaged" in line]
+    if why is None:
+        assert len(said) == (change == "damaged")
+    else:
+        assert re.search(f"transient_basis.npz is {why}, and made again", said[0])
+    found = loaded(done)
+    assert ("floor 1" in found.edge.values) == (change == "load")
+    assert ("low" in found.probe.values) == (change == "probe")
+
+
+def test_basis_that_serves_the_damping_cases(
+    run: Any, again: Path, reduced: tuple[Path, study.Run], edited: Any
+) -> None:
+    """It is made for the lightest one of them, and the response of the case itself stays."""
+    again.write_text(again.read_text() + DAMPING_CASES)
+    assert run(again)[0].reused == ["building", "sticks", "transient"]  # they are not served yet
+    serving = ('"50 Hz"\nforces', '"50 Hz"\nserve_damping_cases = true\nforces')
+    edited(again, serving)
+    served, told = run(again)
+    assert served.reused == ["building", "sticks"] and "basis" in steps_of(served)
+    assert any("with an error of" in line and "and made again" in line for line in told)
+    before, after = scalars_of(reduced[1]), scalars_of(served)
+    assert after["transient.basis_vectors"] > before["transient.basis_vectors"]
+    known, found = loaded(reduced[1]), loaded(served)
+    # Over the largest of each record: what hardly moves is not known to a percent.
+    change = np.abs(found.psa - known.psa) / known.psa.max("frequency")
+    assert change.max() < 0.01
+    assert found.psa_band.max() < known.psa_band.max()
+
+    # A heavier one in its place, or none at all: the basis is good for them, too.
+    edited(again, ('ratio = "0.5 %"', 'ratio = "0.6 %"'))
+    heavier, told = run(again)
+    assert heavier.reused == ["building", "sticks"] and "basis" not in steps_of(heavier)
+    assert "transient: the reduced basis of transient_basis.npz is used again" in told
+    edited(again, serving[::-1])
+    alone, _ = run(again)
+    assert "transient" not in alone.reused and "basis" not in steps_of(alone)
+    np.testing.assert_array_equal(loaded(alone).psa, found.psa)
+
+
+@pytest.mark.parametrize("last", ["write_transient", "write_maps"])
+def test_kill_between_the_stores(
+    run: Any, case: Path, edited: Any, monkeypatch: pytest.MonkeyPatch, last: str
+) -> None:
+    """What is there opens, none of it is taken for finished, and the time steps are not lost."""
+    edited(case, ('solver = "reduced"', 'solver = "both"'))
+
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    folder = case.parent / "run"
+    with monkeypatch.context() as patch:
+        patch.setattr(store, last, killed)
+        with pytest.raises(KeyboardInterrupt):
+            run(case)
+    assert (folder / "transient.nc").is_file() == (last == "write_maps")
+    assert not (folder / "transient.stage.json").exists()
+    assert (folder / "transient_checkpoints").is_dir()
+    if last == "write_maps":
+        with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
+            assert opened.load().psa.all()
+    done, told = run(case)
+    assert done.reused == ["building", "sticks"]
+    assert "transient: going on from 1.000 s" in told
+    assert scalars_of(done)["transient.reduced_against_full"] < 0.005
+    assert loaded(done, "transient_maps.nc").attrs["inputs"] == loaded(done).attrs["inputs"]
+    assert not (folder / "transient_checkpoints").exists()
+    assert run(case)[0].reused == ["building", "sticks", "transient"]
+
+
+@pytest.mark.parametrize("other", [False, True])
+def test_forces_of_an_own_run_by_name(run: Any, again: Path, edited: Any, other: bool) -> None:
+    """They are those of this case's sticks, or it is told that they are not."""
+    with xr.open_dataset(again.parent / "run" / "forces.nc", engine="h5netcdf") as opened:
+        forces = opened.load()
+    if other:
+        forces.attrs["inputs"] = "another"
+    forces.to_netcdf(again.parent / "own.nc", engine="h5netcdf")
+    edited(again, ("forces_of_another.csv", "own.nc"))
+    _, told = run(again)
+    assert any("own.nc was made from another case" in line for line in told) == other
+
+
+def test_unreadable_forces_are_told_by_check(again: Path) -> None:
+    """Before the stages that come first are computed."""
+    study.check(again)
+    path = again.with_name("forces_of_another.csv")
+    path.write_text(path.read_text().replace("F.floor_2-G.floor_2 [N]", "F.floor_2-G.floor_2 [kN]"))
+    with pytest.raises(InputError, match=r"\[N\]' for each pair"):
+        study.check(again)
+
+
+def test_stage_runs_what_it_needs(case: Path) -> None:
+    done = study.run(case, out=case.parent / "new", stage="transient")
+    finished = {path.name for path in done.folder.glob("*.stage.json")}
+    assert finished == {"building.stage.json", "sticks.stage.json", "transient.stage.json"}
+    assert done.reused == []
+
+
+def test_forces_of_the_sticks_without_an_impact(run: Any, again: Path, edited: Any) -> None:
+    """The ground motion alone; there is no main impact and no wave, and nothing of them before."""
+    edited(again, ('forces = "forces_of_another.csv"\n', ""))
+    done, _ = run(again)
+    found, maps = loaded(done), loaded(done, "transient_maps.nc")
+    assert found.sizes["edge"] == 0 and found.edge_force.shape == (1001, 0)
+    assert np.size(found.attrs["main_impact"]) == 0 and maps.sizes["snapshot"] == 0
+    assert scalars_of(done)["transient.impulse_error"] == 0.0
+    assert found.psa.sel(component="y").min() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error", "match"),
+    [
+        ('"50 Hz"\nforces', '"50 Hz"\nlargest_basis = 12\nforces', SolutionError, "18 vectors"),
+        ('forces_of_another.csv"', 'nothing.csv"', InputError, "nothing.csv"),
+        (
+            '"0.2 s"\n',
+            '"0.2 s"\n[[transient.probes]]\nname = "out"\npoint = ["9 m", "0 m", "3 m"]\n',
+            InputError,
+            r"transient\.probes\[0\]: the probe out at \(9\.000, 0\.000, 3\.000\) m is outside the "
+            r"building: the nearest node, at \(6\.000, 0\.000, 3\.000\) m, is 3 m away",
+        ),
+        (
+            'time_step = "1 ms"\nmax',
+            'time_step = "1 ms"\nduration = "3 s"\nmax',
+            InputError,
+            "forces up to 3 s, which is to be computed",
+        ),
+    ],
+)
+def test_bad_input(
+    run: Any, case: Path, edited: Any, old: str, new: str, error: type[Exception], match: str
+) -> None:
+    edited(case, (old, new))
+    with pytest.raises(error, match=match):
+        run(case)
+    assert not (case.parent / "run" / "transient.nc").exists()

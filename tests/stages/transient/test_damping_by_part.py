@@ -1,0 +1,185 @@
+"""Damping by part in full order: the shipped frame, and the stage of its study."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from mpi4py import MPI
+
+from impactfem import study
+from impactfem.building.damping_matrix import damping_matrix
+from impactfem.building.part_damping import Coefficients, PartDamping
+from impactfem.stages.transient.full_run import FullRun, run_full
+from impactfem.system.errors import InputError
+
+from .conftest import STOREY_FACTOR, command, killed, no_pictures
+
+if TYPE_CHECKING:
+    from impactfem.reduction.loads import Loads
+
+    from .conftest import Frame
+
+OTHER = (0.05, 1e-4)
+ENTRY = """
+[[structure.damping]]
+parts = ["{parts}"]
+ratio = "{ratio} %"
+frequencies = ["1 Hz", "20 Hz"]
+"""
+
+
+@pytest.fixture(scope="module")
+def short(frame: Frame) -> Loads:
+    return frame.loads(1e-3, 420)
+
+
+@pytest.fixture
+def run(frame: Frame, short: Loads, tmp_path: Path) -> Callable[..., FullRun]:
+    """The full model with a damping, and another one of some families of parts."""
+
+    def running(whole: Coefficients, own: Coefficients | None, families: str = "") -> FullRun:
+        mesh = frame.parts.mesh
+        C = None
+        if own is not None:
+            shells, beams = (
+                tuple(own if part.family in families else None for part in some)
+                for some in (mesh.shell_parts, mesh.beam_parts)
+            )
+            dampings = PartDamping(shells, beams)
+            C = damping_matrix(MPI.COMM_SELF, frame.parts, dampings, STOREY_FACTOR, whole)
+        return run_full(
+            frame.model,
+            frame.K,
+            short,
+            frame.patterns(short),
+            whole,
+            frame.nodes,
+            C=C,
+            checkpoints=tmp_path / f"{families}_{own}_{whole}",
+            key="key",
+            every=10**6,
+        )
+
+    return running
+
+
+def apart(one: FullRun, other: FullRun) -> float:
+    return max(
+        float(np.abs(getattr(one.response, name) - value).max() / np.abs(value).max())
+        for name in ("displacement", "acceleration")
+        for value in [getattr(other.response, name)]
+    )
+
+
+def test_all_parts_alike_are_the_whole(frame: Frame, run: Callable[..., FullRun]) -> None:
+    every = "floor storey beam column"
+    same = run(frame.damping, None)
+    # From a lighter and from a heavier damping of the building, which then holds for no part.
+    for whole in (OTHER, (3.0, 5e-3)):
+        parts = run(whole, frame.damping, every)
+        assert apart(parts, same) < 1e-10
+        assert parts.energy.damped == pytest.approx(
+            same.energy.damped, rel=1e-10, abs=1e-10 * same.energy.input.max()
+        )
+        assert parts.energy.residual < 1e-9
+    assert apart(run(frame.damping, OTHER, "beam column storey"), same) > 0.05
+
+
+def test_energy_by_part(frame: Frame, run: Callable[..., FullRun]) -> None:
+    """What parts dissipate is counted; less damping of the slabs leaves more energy."""
+    same = run(frame.damping, None)
+    parts = run(frame.damping, OTHER, "floor")
+    assert parts.energy.residual < 1e-9
+    assert parts.energy.damped[-1] > 0.0
+    stored = [one.energy.kinetic + one.energy.elastic for one in (parts, same)]
+    assert stored[0][-1] > 1.02 * stored[1][-1]
+    # Without what the parts take the balance does not hold.
+    assert (
+        np.abs(stored[0] + same.energy.damped - parts.energy.input).max() > 1e-6 * stored[0].max()
+    )
+
+
+@pytest.fixture
+def case(
+    begun: Path, edited: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., Path]:
+    """The case by the full solver with a damping of some parts."""
+    no_pictures(monkeypatch)
+
+    def made(name: str, parts: str = "", ratio: str = "1") -> Path:
+        folder = tmp_path / name
+        shutil.copytree(begun, folder)
+        asked = 'solver = "full"\nduration = "0.5 s"\n'
+        path: Path = edited(folder / "frame.toml", ('solver = "reduced"\n', asked))
+        if parts:
+            path.write_text(path.read_text() + ENTRY.format(parts=parts, ratio=ratio))
+        return path
+
+    return made
+
+
+def computed(case: Path) -> xr.Dataset:
+    done = study.run(case, out=case.parent / "run", stage="transient")
+    assert done.reused == ["building", "sticks"]
+    residual = [s.value for s in done.scalars if s.name == "transient.energy_residual"]
+    assert len(residual) == 1 and residual[0] is not None and residual[0] < 1e-9
+    return loaded(case)
+
+
+def loaded(case: Path) -> xr.Dataset:
+    with xr.open_dataset(case.parent / "run" / "transient.nc", engine="h5netcdf") as opened:
+        return opened.load()
+
+
+def test_stage(case: Callable[..., Path], edited: Any) -> None:
+    """What is the same for all parts is [damping]; the modes do not depend on it."""
+    plain = computed(case("plain"))
+    path = case("alike", "*", "5")
+    alike = computed(path)
+    largest = float(np.abs(plain.acceleration).max())
+    assert float(np.abs(alike.acceleration - plain.acceleration).max()) < 1e-10 * largest
+    assert "14 of 14 parts have a damping of their own" in (path.parent / "run/run.log").read_text()
+    light = computed(edited(path, ('["*"]\nratio = "5 %"', '["*"]\nratio = "1 %"')))
+    assert float(np.abs(light.acceleration - plain.acceleration).max()) > 0.05 * largest
+
+
+def test_patterns_without_a_part(case: Callable[..., Path]) -> None:
+    path = case("unknown", "roof_*")
+    match = r"structure\.damping\[0\]\.parts\[0\].*roof_\*.*expected a pattern.*: floor_1, floor_2"
+    with pytest.raises(InputError, match=match):
+        study.run(path, out=path.parent / "run", stage="transient")
+
+
+@pytest.mark.slow
+def test_resumed_and_on_two_ranks(
+    case: Callable[..., Path], under_mpirun: Callable[..., Any]
+) -> None:
+    whole = computed(case("whole", "storey_*"))
+    path = case("killed", "storey_*")
+    assert killed("history_400.npz", path).returncode == -signal.SIGKILL
+    ended = killed("-", path, "--resume")
+    assert ended.returncode == 0 and "going on from 0.200 s" in ended.stderr, ended.stderr
+    again = loaded(path)
+    np.testing.assert_array_equal(again.acceleration, whole.acceleration)
+    # The checkpoints of another damping are not gone on from.
+    other = case("other", "storey_*", "2")
+    assert killed("history_400.npz", other).returncode == -signal.SIGKILL
+    other.write_text(other.read_text().replace('ratio = "2 %"', 'ratio = "1 %"'))
+    ended = killed("-", other)
+    assert ended.returncode == 0 and "going on" not in ended.stderr, ended.stderr
+    np.testing.assert_array_equal(loaded(other).acceleration, whole.acceleration)
+
+    path = case("ranks", "storey_*")
+    ended = under_mpirun(2, *command("-", path))
+    assert ended.returncode == 0, ended.stderr
+    two = loaded(path)
+    for name in ("displacement", "acceleration"):
+        difference = float(np.abs(two[name] - whole[name]).max() / np.abs(whole[name]).max())
+        assert 0.0 < difference < 1e-8, name

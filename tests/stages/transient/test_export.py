@@ -1,0 +1,262 @@
+"""The motion of the whole model, beside the histories of the probes."""
+
+from __future__ import annotations
+
+import pickle
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem import study
+from impactfem.case import Transient
+from impactfem.stages.transient import export
+from impactfem.stages.transient.export import exported_steps, write_motion
+from impactfem.stages.transient.motion_grid import motion_grid
+from impactfem.system.errors import InputError, SolutionError
+
+from .conftest import no_pictures
+
+if TYPE_CHECKING:
+    from impactfem.reduction.loads import Loads
+
+    from .conftest import Frame
+
+NAMES = ("displacement", "acceleration")
+FILES = ["transient_motion.vtkhdf", "transient_motion.xdmf"]
+ON = ('checkpoint_every = "0.2 s"', 'checkpoint_every = "0.2 s"\nexport = true')
+IMPACT = (0.31, 0.33)
+
+
+@pytest.fixture(scope="module")
+def exported(
+    reduced: tuple[Path, study.Run], edited: Any, tmp_path_factory: pytest.TempPathFactory
+) -> study.Run:
+    """The reduced run again with its motion."""
+    folder = tmp_path_factory.mktemp("exported")
+    shutil.copytree(reduced[0], folder, dirs_exist_ok=True)
+    case = edited(folder / "frame.toml", ON)
+    with pytest.MonkeyPatch.context() as patch:
+        no_pictures(patch)
+        return study.run(case, out=folder / "run", stage="transient")
+
+
+@pytest.fixture(scope="module")
+def seen(exported: study.Run, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What VTK reads of it."""
+    found = tmp_path_factory.mktemp("seen") / "found"
+    script = Path(__file__).with_name("read_motion.py")
+    command = [sys.executable, "-P", str(script), str(exported.folder / FILES[0]), str(found)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    content: dict[str, Any] = pickle.loads(found.read_bytes())
+    return content
+
+
+@pytest.fixture
+def store(exported: study.Run) -> xr.Dataset:
+    with xr.open_dataset(exported.folder / "transient.nc", engine="h5netcdf") as opened:
+        return opened.load()
+
+
+def steps_of(run: study.Run) -> set[str]:
+    return {name.removeprefix("transient: ") for name in run.times if "transient" in name}
+
+
+def test_what_is_written(exported: study.Run, seen: dict[str, Any], frame: Frame) -> None:
+    """The default: 0.2 s at every step, from 10 ms before the impact of 0.7 s, at all vertices."""
+    listed = (exported.folder / "transient.stage.json").read_text()
+    assert all(name in listed for name in FILES)
+    assert {"export", "basis"} < steps_of(exported)
+    assert seen["times"] == pytest.approx(np.arange(691, 892) * 1e-3, abs=1e-9)
+    grid = motion_grid(frame.parts.mesh, "vertices")
+    assert np.array_equal(seen["points"], grid.points)
+    assert np.count_nonzero(seen["types"] == 5) == len(frame.parts.mesh.triangles)
+    assert np.count_nonzero(seen["types"] == 3) == len(frame.parts.mesh.lines)
+    log = (exported.folder / "run.log").read_text()
+    assert f"motion of {len(grid.nodes)} nodes at 201 times, 0.691 to 0.891 s" in log
+    assert "is without some of the nodes that are exported, and made again" in log
+
+
+def test_histories_are_those_of_the_probes(
+    seen: dict[str, Any], store: xr.Dataset, frame: Frame
+) -> None:
+    nodes = motion_grid(frame.parts.mesh, "vertices").nodes
+    steps = np.rint(np.array(seen["times"]) / 1e-3).astype(int)
+    compared = 0
+    for k, node in enumerate(store.probe_node.values):
+        if node not in nodes:
+            continue
+        compared += 1
+        at = int(np.searchsorted(nodes, node))
+        for name in NAMES:
+            known = store[name].values[:, k]
+            close = {"rtol": 0.0, "atol": 1e-6 * np.abs(known).max()}
+            assert np.allclose(seen[name][:, at], known[steps], **close)
+            assert not np.allclose(seen[name][:, at], known[steps - 1], **close)
+            assert not np.allclose(seen[name][:, at - 1], known[steps], **close)
+    assert compared >= 6
+
+
+def test_base_moves_with_the_ground(seen: dict[str, Any], store: xr.Dataset, frame: Frame) -> None:
+    mesh = frame.parts.mesh
+    nodes = motion_grid(mesh, "vertices").nodes
+    base = np.isin(nodes, mesh.base)
+    assert base.any() and not seen["displacement"][:, base].any()
+    ground = store.ground_acceleration.values[691:892].astype(np.float32)
+    assert np.array_equal(seen["acceleration"][:, base], np.tile(ground[:, None], (base.sum(), 1)))
+    assert seen["displacement"][1:, ~base].any(axis=(0, 2)).all()
+
+
+@pytest.fixture
+def whole(frame: Frame, loads: Loads) -> Callable[..., Any]:
+    """What the export needs of a study on the frame; the basis keeps all nodes."""
+    basis = frame.basis(loads, nodes=np.arange(len(frame.parts.mesh.nodes)))
+
+    def made(**asked: Any) -> Any:
+        transient = Transient(time_step=loads.time_step, export=True, **asked)
+        case = frame.case.model_copy(update={"transient": transient})
+        return SimpleNamespace(
+            case=case, parts=frame.parts, loads=loads, basis=basis, main_impact=IMPACT
+        )
+
+    return made
+
+
+def fields_of(path: Path) -> dict[str, Any]:
+    with h5py.File(path) as file:
+        times = file["VTKHDF/Steps/Values"][...]
+        found = {name: file[f"VTKHDF/PointData/{name}"][...] for name in NAMES}
+    return {name: values.reshape(len(times), -1, 3) for name, values in found.items()} | {
+        "times": times
+    }
+
+
+def test_parts_do_not_show(
+    whole: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever is computed at once; rounding of the products apart."""
+    told: list[float] = []
+    path = tmp_path / "m.vtkhdf"
+    asked = whole(export_nodes="all", export_duration=0.01)
+    assert write_motion(path, asked, "key", told.append) == [path, tmp_path / "m.xdmf"]
+    once = fields_of(path)
+    assert told == [1.0]
+    monkeypatch.setattr(export, "AT_ONCE", 3 * 6 * once["displacement"].shape[1])
+    monkeypatch.setattr(export, "NODES", 7)
+    told.clear()
+    write_motion(path, asked, "key", told.append)
+    assert told == pytest.approx([6 / 21, 12 / 21, 18 / 21, 1.0])
+    for name in NAMES:
+        largest = np.abs(once[name]).max()
+        assert np.abs(fields_of(path)[name] - once[name]).max() < 1e-6 * largest
+
+
+def test_choice_of_times(whole: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "m.vtkhdf"
+    write_motion(path, whole(export_start=0.3, export_duration=0.05), "key")
+    every = fields_of(path)
+    assert every["times"] == pytest.approx(np.linspace(0.3, 0.35, 101), abs=1e-9)
+    write_motion(path, whole(export_start=0.3, export_duration=0.05, export_step=2e-3), "key")
+    some = fields_of(path)
+    assert some["times"] == pytest.approx(every["times"][::4], abs=1e-12)
+    for name in NAMES:
+        assert np.abs(some[name] - every[name][::4]).max() < 1e-6 * np.abs(every[name]).max()
+
+
+def test_basis_without_the_nodes(whole: Callable[..., Any], tmp_path: Path) -> None:
+    asked = whole(export_nodes="all")
+    short = replace(asked.basis, nodes=asked.basis.nodes[:-1], vectors=asked.basis.vectors[:-1])
+    asked.basis = short
+    path = tmp_path / "m.vtkhdf"
+    path.write_text("old")
+    with pytest.raises(KeyError, match="not made for"):
+        write_motion(path, asked, "key")
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+
+
+def test_no_basis(whole: Callable[..., Any], tmp_path: Path) -> None:
+    asked = whole()
+    asked.basis = None
+    with pytest.raises(ValueError, match="only a case with a reduced basis"):
+        write_motion(tmp_path / "m.vtkhdf", asked, "key")
+
+
+@pytest.mark.parametrize(
+    ("asked", "impact", "steps"),
+    [
+        ({}, IMPACT, range(600, 1001)),
+        ({"export_duration": 0.01}, IMPACT, range(600, 621)),
+        ({"export_step": 0.01}, IMPACT, range(600, 1001, 20)),
+        ({"export_step": 0.00124}, IMPACT, range(600, 1001, 2)),
+        ({"export_start": 0.0}, IMPACT, range(401)),
+        ({"export_start": 0.1001}, IMPACT, range(201, 601)),
+        ({"export_start": 0.75}, IMPACT, range(1500, 1601)),  # to the end of what is computed
+        ({"export_start": 0.8}, IMPACT, [1600]),
+        ({"export_duration": 1e-4}, IMPACT, [600]),
+        ({}, (0.004, 0.01), range(401)),
+    ],
+)
+def test_exported_steps(
+    loads: Loads, asked: dict[str, float], impact: tuple[float, float], steps: Any
+) -> None:
+    transient = Transient(time_step=loads.time_step, **asked)
+    assert exported_steps(transient, loads, impact).tolist() == list(steps)
+
+
+def test_without_an_impact(loads: Loads) -> None:
+    largest = int(np.argmax(np.abs(loads.ground[:, 1])))
+    found = exported_steps(Transient(time_step=loads.time_step), loads, None)
+    assert found[0] == largest - 20
+
+
+def test_start_that_is_not_computed(loads: Loads) -> None:
+    transient = Transient(time_step=loads.time_step, export_start=0.81)
+    with pytest.raises(SolutionError, match=r"0\.81 s: the last time that is computed is 0\.8 s"):
+        exported_steps(transient, loads, IMPACT)
+
+
+def test_start_behind_the_forces_is_told_before_the_basis(
+    begun: Path, tmp_path: Path, edited: Any
+) -> None:
+    shutil.copytree(begun, tmp_path, dirs_exist_ok=True)
+    late = (ON[0], ON[1] + '\nexport_start = "1 s"')
+    case = edited(tmp_path / "frame.toml", late)
+    with pytest.raises(InputError, match=r"export_start = '1 s': less than what is computed, 1 s"):
+        study.run(case, out=tmp_path / "run", stage="transient")
+    assert not (tmp_path / "run" / "transient_basis.npz").exists()
+
+
+def test_motion_of_a_run_before_is_removed(
+    exported: study.Run, tmp_path: Path, edited: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And its basis, which has more nodes than asked for, is used again."""
+    no_pictures(monkeypatch)
+    shutil.copytree(exported.folder.parent, tmp_path, dirs_exist_ok=True)
+    case = edited(tmp_path / "frame.toml", (ON[1], ON[0]))
+    assert all((tmp_path / "run" / name).is_file() for name in FILES)
+    done = study.run(case, out=tmp_path / "run", stage="transient")
+    assert not any((tmp_path / "run" / name).exists() for name in FILES)
+    assert not {"export", "basis"} & steps_of(done)
+
+
+def test_lost_motion_is_made_again(
+    exported: study.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    no_pictures(monkeypatch)
+    shutil.copytree(exported.folder.parent, tmp_path, dirs_exist_ok=True)
+    path = tmp_path / "run" / FILES[0]
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-1000])
+    done = study.run(tmp_path / "frame.toml", out=tmp_path / "run", stage="transient")
+    assert "export" in steps_of(done) and "basis" not in steps_of(done)
+    assert path.read_bytes() == whole

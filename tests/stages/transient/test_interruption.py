@@ -1,0 +1,256 @@
+"""Kills and full disks while the stage writes: what is there opens, and --resume goes on."""
+
+from __future__ import annotations
+
+import logging
+import resource
+import shutil
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem import study
+from impactfem.stages.transient import motion_file, motion_index
+from impactfem.system import archive, files
+from impactfem.system.errors import ImpactfemError
+from impactfem.system.files import atomic
+
+from .conftest import command, killed, no_pictures, write_forces
+
+pytestmark = pytest.mark.slow
+STORES = (
+    "transient_basis.npz",
+    "transient.nc",
+    "transient_maps.nc",
+    "transient_motion.vtkhdf",
+    "transient_motion.xdmf",
+    "transient.stage.json",
+)
+"""What the stage leaves, in the order in which it is written."""
+CHECKPOINTS = ("state_0_200.npz", "history_200.npz", "checkpoint.json")
+"""The first of two that come before the last step, in that order, too."""
+Ended = subprocess.CompletedProcess[str]
+
+
+@pytest.fixture(scope="module")
+def case_of(
+    begun: Path, edited: Any, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], Path]:
+    """A case of half a second by some solver, in a folder of its own, after the stages before."""
+
+    def made(solver: str) -> Path:
+        folder = tmp_path_factory.mktemp(solver)
+        shutil.copytree(begun, folder, dirs_exist_ok=True)
+        asked = f'solver = "{solver}"\nduration = "0.5 s"\n'
+        if solver != "full":
+            asked += 'export = true\nexport_duration = "20 ms"\n'
+        return edited(folder / "frame.toml", ('solver = "reduced"\n', asked))
+
+    return made
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(case_of: Callable[[str], Path]) -> Callable[[str], Path]:
+    """The folder of a run by some solver that nothing has ended."""
+    done: dict[str, Path] = {}
+
+    def made(solver: str) -> Path:
+        if solver not in done:
+            case = case_of(solver)
+            with pytest.MonkeyPatch.context() as patch:
+                no_pictures(patch)
+                study.run(case, out=case.parent / "run", stage="transient")
+            done[solver] = case.parent / "run"
+        return done[solver]
+
+    return made
+
+
+@contextmanager
+def full_disk(name: str) -> Iterator[None]:
+    """No file of this name can be written while the block runs."""
+
+    @contextmanager
+    def limited(path: Path) -> Iterator[Path]:
+        if path.name == name:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (20, resource.RLIM_INFINITY))
+        try:
+            with atomic(path) as temporary:
+                yield temporary
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (files, archive, motion_file, motion_index):
+            patch.setattr(module, "atomic", limited)
+        yield
+
+
+def opens(path: Path) -> bool:
+    """Whether a store is whole."""
+    if path.suffix == ".nc":
+        with xr.open_dataset(path, engine="h5netcdf") as opened:
+            return bool(opened.load().sizes)
+    if path.suffix == ".npz":
+        with np.load(path) as opened:
+            return all(opened[name] is not None for name in opened)
+    if path.suffix == ".vtkhdf":
+        with h5py.File(path) as opened:
+            return bool(opened["VTKHDF/PointData/acceleration"][...].any())
+    return path.stat().st_size > 0
+
+
+def same(one: Path, other: Path) -> bool:
+    """To the last bit."""
+    motion = "transient_motion.vtkhdf"
+    for name in ("transient.nc", "transient_maps.nc", motion):
+        if (one / name).exists() != (other / name).exists():
+            return False
+    for name in ("transient.nc", "transient_maps.nc"):
+        if (one / name).exists():
+            with (
+                xr.open_dataset(one / name, engine="h5netcdf") as first,
+                xr.open_dataset(other / name, engine="h5netcdf") as second,
+            ):
+                if not first.load().equals(second.load()):
+                    return False
+    return not (one / motion).exists() or (
+        (one / motion).read_bytes() == (other / motion).read_bytes()
+    )
+
+
+def left(folder: Path) -> list[str]:
+    """The stores that are there; each of them opens."""
+    found = [name for name in STORES if (folder / name).exists()]
+    assert all(opens(folder / name) for name in found)
+    return found
+
+
+def test_kills(case_of: Callable[[str], Path], uninterrupted: Callable[[str], Path]) -> None:
+    """Each run gets farther than the one before it, and goes on from what is there."""
+    case = case_of("both")
+    folder = case.parent / "run"
+    # The folder holds stages of a case without a solver: that one is not gone on with.
+    options: tuple[str, ...] = ()
+    for name, before, going_on in (
+        ("transient_basis.npz", 0, ""),
+        ("checkpoint.json", 1, ""),
+        ("history_400.npz", 1, ""),
+        ("transient.nc", 1, "going on from 0.200 s"),
+        ("transient_motion.vtkhdf", 3, "going on from 0.500 s"),
+    ):
+        ended = killed(name, case, *options)
+        options = ("--resume",)
+        assert ended.returncode == -signal.SIGKILL, (name, ended.stderr)
+        assert left(folder) == list(STORES[:before]), name
+        assert going_on in ended.stderr and "damaged" not in ended.stderr, name
+        assert going_on or "going on" not in ended.stderr, name
+        assert (folder / "transient_checkpoints").exists() == (before > 0), name
+    ended = killed("-", case, "--resume")
+    assert ended.returncode == 0, ended.stderr
+    assert left(folder) == list(STORES) and not (folder / "transient_checkpoints").exists()
+    assert same(folder, uninterrupted("both"))
+
+
+def test_full_disks(
+    case_of: Callable[[str], Path],
+    uninterrupted: Callable[[str], Path],
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """The same, with every file in turn; nothing of it stays."""
+    no_pictures(monkeypatch)
+    case = case_of("both")
+    folder = case.parent / "run"
+    names = [STORES[0], *CHECKPOINTS, *STORES[1:]]
+    for name in names:
+        caplog.clear()
+        message = rf"cannot write .*{name}: File too large"
+        with (
+            caplog.at_level(logging.INFO, "impactfem"),
+            full_disk(name),
+            pytest.raises(ImpactfemError, match=message),
+        ):
+            study.run(case, out=folder, stage="transient", resume=name != names[0])
+        before = STORES.index(name) if name in STORES else 1
+        assert left(folder) == list(STORES[:before])
+        assert not list(folder.rglob(".*.part"))
+        told = [record.getMessage() for record in caplog.records]
+        assert not any("damaged" in line for line in told)
+        # No checkpoint was whole before that; then that of the last step is.
+        whole = names.index(name) > names.index("transient.nc")
+        assert ("transient: going on from 0.500 s" in told) == whole
+    study.run(case, out=folder, stage="transient", resume=True)
+    assert left(folder) == list(STORES)
+    assert same(folder, uninterrupted("both"))
+
+
+@pytest.mark.parametrize("name", ["transient.nc", "transient_motion.vtkhdf"])
+def test_results_before(
+    uninterrupted: Callable[[str], Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+) -> None:
+    """Those of other forces are not taken for those of these, and are replaced."""
+    no_pictures(monkeypatch)
+    shutil.copytree(uninterrupted("both").parent, tmp_path, dirs_exist_ok=True)
+    write_forces(tmp_path / "forces_of_another.csv", 5e5)
+    case, folder = tmp_path / "frame.toml", tmp_path / "run"
+    with full_disk(name), pytest.raises(ImpactfemError, match=f"cannot write .*{name}"):
+        study.run(case, out=folder, stage="transient")
+    with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
+        first = opened.load()
+    assert not (folder / "transient_motion.vtkhdf").exists()
+    done = study.run(case, out=folder, stage="transient")
+    assert done.reused == ["building", "sticks"]
+    with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
+        second = opened.load()
+    assert first.equals(second) == (name != "transient.nc")
+    assert not same(folder, uninterrupted("both"))
+
+
+def test_full_solver_goes_on_after_a_kill(
+    case_of: Callable[[str], Path], uninterrupted: Callable[[str], Path]
+) -> None:
+    """On one rank with the same numbers to the last bit."""
+    case = case_of("full")
+    assert killed("history_400.npz", case).returncode == -signal.SIGKILL
+    ended = killed("-", case, "--resume")
+    assert ended.returncode == 0, ended.stderr
+    assert "going on from 0.200 s" in ended.stderr
+    assert same(case.parent / "run", uninterrupted("full"))
+    assert not same(case.parent / "run", uninterrupted("both"))
+
+
+def test_full_solver_goes_on_after_a_kill_of_one_rank(
+    case_of: Callable[[str], Path],
+    uninterrupted: Callable[[str], Path],
+    under_mpirun: Callable[..., Ended],
+) -> None:
+    """On two ranks to 1e-10 of an uninterrupted run on two."""
+    cases = {name: case_of("full") for name in ("killed", "whole")}
+    ended = under_mpirun(2, *command("history_400.npz", cases["killed"]))
+    assert ended.returncode != 0 and not (cases["killed"].parent / "run" / "transient.nc").exists()
+    found = {}
+    for name, case in cases.items():
+        ended = under_mpirun(2, *command("-", case, *["--resume"][: name == "killed"]))
+        assert ended.returncode == 0, ended.stderr
+        assert ("going on from 0.200 s" in ended.stderr) == (name == "killed")
+        with xr.open_dataset(case.parent / "run" / "transient.nc", engine="h5netcdf") as opened:
+            found[name] = opened.load()
+    with xr.open_dataset(uninterrupted("full") / "transient.nc", engine="h5netcdf") as opened:
+        one = opened.load()
+    for variable in ("displacement", "acceleration", "psa"):
+        whole = found["whole"][variable]
+        largest = float(np.abs(whole).max())
+        assert float(np.abs(found["killed"][variable] - whole).max()) <= 1e-10 * largest
+        assert 0.0 < float(np.abs(one[variable] - whole).max()) <= 1e-8 * largest

@@ -1,0 +1,199 @@
+"""Fields over the floors of the frame, and the waves on its top floor."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from impactfem.building.part import Part
+from impactfem.reduction.response import modal_histories, node_response, node_spectra
+from impactfem.stages.transient.maps import (
+    AT_ONCE,
+    FloorMaps,
+    floor_maps,
+    floor_vertices,
+    looked_at,
+    membrane_force,
+    wave_slab,
+)
+
+if TYPE_CHECKING:
+    from impactfem.case import Spectra
+    from impactfem.reduction.loads import Loads
+    from impactfem.reduction.reduced_basis import ReducedBasis
+
+    from .conftest import Array, Frame
+
+IMPACT = (0.3, 0.32)
+
+
+@pytest.fixture(scope="module")
+def make(frame: Frame, loads: Loads, basis: ReducedBasis, spectra: Spectra) -> Any:
+    def made(**changes: Any) -> FloorMaps:
+        history = modal_histories(basis, loads, frame.damping)
+        asked = {"main_impact": IMPACT} | changes
+        return floor_maps(frame.parts, basis, history, loads, spectra, **asked)
+
+    return made
+
+
+@pytest.fixture(scope="module")
+def maps(make: Any) -> FloorMaps:
+    made: FloorMaps = make()
+    return made
+
+
+def test_nodes(frame: Frame, maps: FloorMaps) -> None:
+    """Corners of the slabs' triangles, and all nodes of the top slab."""
+    mesh = frame.parts.mesh
+    z = mesh.nodes[:, 2]
+    corners = np.zeros(len(z), dtype=bool)
+    corners[mesh.triangles[:, :3]] = True
+    assert np.array_equal(maps.nodes, np.flatnonzero(corners & np.isin(z, [3.0, 6.0])))
+    assert np.array_equal(maps.wave_nodes, np.flatnonzero(z == 6.0))
+    assert np.array_equal(maps.wave_triangles, mesh.triangles_of("floor", 2))
+    every = looked_at(mesh, frame.nodes)
+    assert set(frame.nodes) | set(maps.nodes) | set(maps.wave_nodes) == set(every.tolist())
+    assert np.array_equal(floor_vertices(mesh), maps.nodes)
+
+
+def test_low_walls_on_the_wave_slab_make_no_waves(frame: Frame) -> None:
+    """The wall of storey 2 as a part of floor 2: it has spectra, and no membrane force along y."""
+    mesh = frame.parts.mesh
+    names = [str(part) for part in mesh.shell_parts]
+    parts = list(mesh.shell_parts)
+    wall = next(k for k, part in enumerate(parts) if (part.family, part.level) == ("storey", 2))
+    parts[wall] = Part("floor", 2, "acroterion")
+    other = replace(mesh, shell_parts=tuple(parts))
+    assert [str(part) for part in other.shell_parts] != names
+    for before, after in zip(wave_slab(mesh), wave_slab(other), strict=True):
+        assert np.array_equal(before, after)
+    added = np.setdiff1d(floor_vertices(other), floor_vertices(mesh))
+    assert len(added) and np.all((mesh.nodes[added, 2] > 3.0) & (mesh.nodes[added, 2] < 6.0))
+
+
+def test_spectra_are_those_of_the_nodes(
+    frame: Frame,
+    loads: Loads,
+    basis: ReducedBasis,
+    spectra: Spectra,
+    maps: FloorMaps,
+) -> None:
+    """More nodes than are taken at once; at the first damping, from the records as they are."""
+    found = maps
+    assert len(found.nodes) > 80 and found.psa.dtype == np.float32
+    assert found.damping == 0.05 and len(found.frequency) > 60
+    chosen = np.array([0, 7, len(found.nodes) - 1])
+    response = node_response(
+        basis, modal_histories(basis, loads, frame.damping), loads, found.nodes[chosen]
+    )
+    asked = spectra.model_copy(
+        update={"frequencies": tuple(found.frequency), "points_per_cycle": 2}
+    )
+    expected = node_spectra(response, asked)
+    psa = expected.psa[0].reshape(3, 3, -1)
+    assert found.psa[chosen] == pytest.approx(psa, rel=1e-5)
+    assert found.pfa[chosen] == pytest.approx(expected.zpa.reshape(3, 3), rel=1e-12)
+    assert found.points_per_cycle == expected.points_per_cycle == 10.0  # 200 Hz at 0.5 ms
+
+
+def test_nodes_come_in_their_order_across_blocks(
+    maps: FloorMaps, make: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert len(maps.nodes) < AT_ONCE
+    monkeypatch.setattr("impactfem.stages.transient.maps.AT_ONCE", 7)
+    told: list[float] = []
+    again = make(progress=told.append)
+    assert again.psa == pytest.approx(maps.psa, rel=1e-5)
+    assert again.pfa == pytest.approx(maps.pfa, rel=1e-9)
+    assert told == sorted(told) and told[-1] == 1.0 and len(told) == -(-len(maps.nodes) // 7)
+
+
+def test_snapshots(frame: Frame, loads: Loads, basis: ReducedBasis, maps: FloorMaps) -> None:
+    """At the beginning, in the middle and at the end of the impact."""
+    assert maps.wave_times == pytest.approx([0.30, 0.31, 0.32])
+    response = node_response(
+        basis, modal_histories(basis, loads, frame.damping), loads, maps.wave_nodes
+    )
+    steps = [600, 620, 640]
+    assert maps.wave_displacement == pytest.approx(response.displacement[steps], abs=1e-12)
+    assert maps.wave_acceleration == pytest.approx(response.acceleration[steps], abs=1e-8)
+    late = response.acceleration[[601, 621, 641]]
+    assert np.abs(maps.wave_acceleration - late).max() > 1e-3
+    # The impact presses the slab at its edge.
+    edge = np.argmax(frame.parts.mesh.nodes[maps.wave_nodes, 1])
+    assert maps.wave_acceleration[1, edge, 1] < maps.wave_acceleration[0, edge, 1]
+    assert maps.membrane_force[1].mean() < 0.0
+
+
+@pytest.mark.parametrize(
+    ("impact", "times"), [((0.3, 0.3004), [0.3, 0.3005]), ((0.799, 0.9), [0.799, 0.8])]
+)
+def test_snapshots_of_a_short_impact_and_at_the_end(
+    make: Any, impact: tuple[float, float], times: list[float]
+) -> None:
+    assert make(main_impact=impact).wave_times == pytest.approx(times)
+
+
+def test_frames(frame: Frame, loads: Loads, basis: ReducedBasis, maps: FloorMaps) -> None:
+    """From 10 ms before the impact to 30 ms after it, every computed time of 0.5 ms."""
+    assert maps.frame_times == pytest.approx(np.arange(580, 701) * 0.0005)
+    response = node_response(
+        basis, modal_histories(basis, loads, frame.damping), loads, maps.wave_nodes
+    )
+    assert maps.frame_acceleration.dtype == np.float32
+    expected = response.acceleration[580:701]
+    assert maps.frame_acceleration == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())
+    # The snapshots are among them.
+    assert maps.frame_acceleration[[20, 40, 60]] == pytest.approx(maps.wave_acceleration, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("impact", "first", "last"), [((0.002, 0.3), 0.0, 0.3245), ((0.7, 0.79), 0.69, 0.8)]
+)
+def test_frames_are_few_and_inside_of_the_record(
+    make: Any, impact: tuple[float, float], first: float, last: float
+) -> None:
+    times = make(main_impact=impact).frame_times
+    assert len(times) <= 150
+    assert np.diff(times) == pytest.approx(np.diff(times)[0])
+    assert times[0] == pytest.approx(first) and last <= times[-1] <= 0.8
+
+
+def test_without_impact(frame: Frame, maps: FloorMaps, make: Any) -> None:
+    none = make(main_impact=None)
+    assert none.wave_times.shape == (0,)
+    assert none.wave_displacement.shape == none.wave_acceleration.shape == (0, 245, 3)
+    assert none.frame_times.shape == (0,) and none.frame_acceleration.shape == (0, 245, 3)
+    assert none.membrane_force.shape == (0, len(maps.wave_triangles))
+    assert np.array_equal(none.pfa, maps.pfa)
+
+
+def test_membrane_force_of_a_known_displacement(frame: Frame) -> None:
+    """N_y = E t (a + ν b) / (1 − ν²) for u_y = a y and u_x = b x, whatever else the slab does."""
+    mesh = frame.parts.mesh
+    triangles, nodes = wave_slab(mesh)
+    x, y, _ = mesh.nodes[nodes].T
+    a, b, shear, turn = 1e-4, -3e-5, 2e-5, 7e-5
+
+    def force(ux: Array, uy: Array) -> Array:
+        u = np.stack([ux, uy, np.sin(3 * x)], axis=-1)
+        return membrane_force(frame.parts, triangles, nodes, u[None])[0]
+
+    plane = 33e9 * 0.2 / (1.0 - 0.2**2)
+    straight = force(b * x, a * y)
+    assert straight == pytest.approx(np.full(len(triangles), plane * (a + 0.2 * b)), rel=1e-9)
+    moved = force(b * x + (shear - turn) * y + 0.3, a * y + (shear + turn) * x - 0.2)
+    assert moved == pytest.approx(straight, rel=1e-7)
+    # x and y are not the same, and the force is along y.
+    assert force(a * x, b * y) == pytest.approx(
+        np.full(len(triangles), plane * (b + 0.2 * a)), rel=1e-9
+    )
+    # Of a bent field it is that at the centres: six-node triangles hold it exactly.
+    centre = mesh.nodes[mesh.triangles[triangles, :3]].mean(axis=1)
+    bent = force(1e-4 * x * y, 1e-4 * (y**2 + x * y))
+    strain = 1e-4 * (2 * centre[:, 1] + centre[:, 0]), 1e-4 * centre[:, 1]
+    assert bent == pytest.approx(plane * (strain[0] + 0.2 * strain[1]), rel=1e-9)

@@ -1,0 +1,191 @@
+"""A motion file as VTK reads it, on disks that are full, and after kills."""
+
+from __future__ import annotations
+
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from impactfem.stages.transient.motion_file import motion_file
+from impactfem.stages.transient.motion_grid import MotionGrid
+from impactfem.system.errors import ImpactfemError
+
+UNITS = {"displacement": "m", "acceleration": "m/s2"}
+TIMES = np.array([0.25, 0.5, 0.75, 1.5])
+# A square of two triangles with a post, and their mid nodes behind their vertices.
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+SIDES = [(0, 1), (1, 2), (0, 2), (2, 3), (0, 3), (0, 4)]
+ALL = np.vstack([POINTS, [(POINTS[a] + POINTS[b]) / 2 for a, b in SIDES]])
+TRIANGLES = np.array([[0, 1, 2, 5, 6, 7], [0, 2, 3, 7, 8, 9]])
+LINES = np.array([[0, 4, 10]])
+GRIDS = {
+    "vertices": MotionGrid(np.arange(5), POINTS, TRIANGLES[:, :3], LINES[:, :2]),
+    "all": MotionGrid(np.arange(11), ALL, TRIANGLES, LINES),
+}
+TYPES = {"vertices": [5, 5, 3], "all": [22, 22, 21]}
+BIG = """
+import os, resource, signal, sys
+from pathlib import Path
+import numpy as np
+from impactfem.system.errors import ImpactfemError
+from impactfem.stages.transient.motion_file import motion_file
+from impactfem.stages.transient.motion_grid import MotionGrid
+grid = MotionGrid(
+    np.arange(1000), np.zeros((1000, 3)), np.array([[0, 1, 2]]), np.zeros((0, 2), dtype=np.int64)
+)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]),) * 2)
+try:
+    with motion_file(Path(sys.argv[1]), grid, np.arange(50.0), {"u": "m"}, {}) as write:
+        print("begun", flush=True)
+        write("u", 0, np.ones((25, 1000, 3), dtype=np.float32))
+        if len(sys.argv) > 3:
+            os.kill(os.getpid(), signal.SIGKILL)
+        write("u", 25, np.ones((25, 1000, 3), dtype=np.float32))
+except ImpactfemError as error:
+    print(error)
+    sys.exit(7)
+"""
+FIELD = 1000 * 50 * 12
+
+
+def values(grid: MotionGrid, shift: float) -> Any:
+    n = len(TIMES) * len(grid.nodes) * 3
+    return (np.arange(n, dtype=np.float32) + np.float32(shift)).reshape(len(TIMES), -1, 3)
+
+
+def write_all(path: Path, grid: MotionGrid, order: tuple[tuple[int, int], ...]) -> None:
+    with motion_file(path, grid, TIMES, UNITS, {"title": "Équilibre"}) as write:
+        for first, count in order:
+            for shift, name in enumerate(UNITS):
+                write(name, first, values(grid, shift)[first : first + count])
+
+
+@pytest.fixture
+def with_vtk(tmp_path: Path) -> Callable[[Path], dict[str, Any]]:
+    """What VTK reads of a file."""
+
+    def read(path: Path) -> dict[str, Any]:
+        found = tmp_path / "found"
+        script = Path(__file__).with_name("read_motion.py")
+        command = [sys.executable, "-P", str(script), str(path), str(found)]
+        ended = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert ended.returncode == 0, ended.stderr
+        content: dict[str, Any] = pickle.loads(found.read_bytes())
+        return content
+
+    return read
+
+
+@pytest.mark.parametrize("which", GRIDS)
+def test_vtk_reads_what_was_written(
+    tmp_path: Path, with_vtk: Callable[[Path], dict[str, Any]], which: str
+) -> None:
+    grid = GRIDS[which]
+    path = tmp_path / "motion.vtkhdf"
+    write_all(path, grid, ((0, 3), (3, 1)))
+    found = with_vtk(path)
+    assert found["times"] == list(TIMES) == list(found["told"])
+    assert np.array_equal(found["points"], grid.points)
+    assert found["types"].tolist() == TYPES[which]
+    cells = (*grid.triangles.tolist(), *grid.lines.tolist())
+    assert found["cells"].tolist() == [k for cell in cells for k in (len(cell), *cell)]
+    assert np.array_equal(found["displacement"], values(grid, 0.0))
+    assert np.array_equal(found["acceleration"], values(grid, 1.0))
+    assert not np.array_equal(found["acceleration"], values(grid, 0.0))
+
+
+def test_order_of_writing_is_free(tmp_path: Path) -> None:
+    for name, order in (("one", ((0, 4),)), ("other", ((2, 2), (0, 1), (1, 1)))):
+        write_all(tmp_path / name, GRIDS["all"], order)
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "other").read_bytes()
+    with h5py.File(tmp_path / "one") as file:
+        assert file.attrs["title"] == "Équilibre"
+        fields = file["VTKHDF/PointData"]
+        assert {name: field.attrs["units"] for name, field in fields.items()} == UNITS
+        assert {field.dtype.str for field in fields.values()} == {"<f4"}
+        assert np.array_equal(
+            fields["acceleration"][...].reshape(4, 11, 3), values(GRIDS["all"], 1)
+        )
+
+
+def test_long_motion_takes_no_memory(tmp_path: Path) -> None:
+    """Holes stay holes: the file in memory is smaller than a field at one time."""
+    n = 100_000
+    grid = MotionGrid(
+        np.arange(n), np.zeros((n, 3)), np.array([[0, 1, 2]]), np.zeros((0, 2), dtype=np.int64)
+    )
+    code = (
+        "import resource, sys, numpy as np; from pathlib import Path\n"
+        "from impactfem.stages.transient.motion_file import motion_file\n"
+        "from impactfem.stages.transient.motion_grid import MotionGrid\n"
+        f"n = {n}\n"
+        "grid = MotionGrid(np.arange(n), np.zeros((n, 3)), np.array([[0, 1, 2]]),\n"
+        "    np.zeros((0, 2), dtype=np.int64))\n"
+        "used = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "before = used()\n"
+        "with motion_file(Path(sys.argv[1]), grid, np.arange(200.0), {'u': 'm'}, {}): pass\n"
+        "print(used() - before)"
+    )
+    path = tmp_path / "motion.vtkhdf"
+    ended = subprocess.run(
+        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
+    )
+    assert path.stat().st_size > 200 * 12 * len(grid.nodes)
+    assert int(ended.stdout) * 1024 < 0.1 * path.stat().st_size
+
+
+def in_process(path: Path, room: int, *more: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", BIG, str(path), str(room), *more]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("room", [1000, FIELD // 2, FIELD, FIELD + 1_100_000])
+def test_full_disk(tmp_path: Path, room: int) -> None:
+    """It is told at the beginning, HDF5's own arrays included, and the old file stays."""
+    path = tmp_path / "motion.vtkhdf"
+    path.write_text("old")
+    ended = in_process(path, room)
+    if room > FIELD:
+        assert ended.returncode == 0 and FIELD < path.stat().st_size < 1.2 * FIELD
+    else:
+        assert ended.returncode == 7, ended.stderr
+        assert ended.stdout == f"cannot write {path}: File too large\n"
+        assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_kill(tmp_path: Path) -> None:
+    path = tmp_path / "motion.vtkhdf"
+    path.write_text("old")
+    assert in_process(path, 10 * FIELD, "kill").returncode == -signal.SIGKILL
+    assert path.read_text() == "old"
+    assert in_process(path, 10 * FIELD).returncode == 0
+    with h5py.File(path) as file:
+        assert np.array_equal(file["VTKHDF/PointData/u"], np.ones((50_000, 3)))
+
+
+def test_error_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "motion.vtkhdf"
+    path.write_text("old")
+    with (
+        pytest.raises(ZeroDivisionError),
+        motion_file(path, GRIDS["all"], TIMES, UNITS, {}),
+    ):
+        raise ZeroDivisionError
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+
+
+def test_no_place(tmp_path: Path) -> None:
+    with (
+        pytest.raises(ImpactfemError, match=r"cannot write .*none/m\.vtkhdf: No such file"),
+        motion_file(tmp_path / "none" / "m.vtkhdf", GRIDS["all"], TIMES, UNITS, {}),
+    ):
+        pass

@@ -1,0 +1,181 @@
+"""The numbers beside the paper's, from curves and pulses that are known."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem.stages.transient.physics import (
+    arrivals,
+    crossing_time,
+    displacement_spread,
+    far_highest_below,
+    force_ratio,
+    longest_above,
+    physics_scalars,
+)
+from impactfem.stages.transient.view import TransientView
+
+F = np.geomspace(1.0, 500.0, 60)
+
+
+@pytest.fixture
+def numbers(transient_folder):
+    def compute(**wanted):
+        folder = transient_folder(**wanted)
+        with (
+            xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
+            xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as sticks,
+        ):
+            return {s.name: s for s in physics_scalars(TransientView(store), sticks)}
+
+    return compute
+
+
+def test_where_the_near_one_overtakes():
+    far = F**0.5
+    near = far * (F / 75.0) ** 0.3
+    assert far_highest_below(near, far, F) == pytest.approx(75.0)
+    # What the rigid floor does at low frequencies does not count.
+    wiggle = np.where(F < 5.0, 1.001 * far, near)
+    assert far_highest_below(wiggle, far, F) == pytest.approx(75.0)
+    assert far_highest_below(2.0 * far, far, F) is None
+    assert far_highest_below(0.5 * far, far, F) == pytest.approx(500.0)
+
+
+def test_the_widest_interval_above():
+    first = np.ones_like(F)
+    bump = np.log(F / 36.0) * np.log(F / 152.0)
+    assert longest_above(first, np.exp(0.01 * bump), F) == pytest.approx((36.0, 152.0), rel=2e-3)
+    assert longest_above(first, 2.0 * first, F) is None
+    assert longest_above(2.0 * first, first, F) == pytest.approx((1.0, 500.0))
+    two = np.where((F > 2.0) & (F < 4.0) | (F > 100.0) & (F < 110.0), 0.5, 2.0)
+    low, high = longest_above(first, two, F)
+    assert 1.5 < low < 2.2 and 3.6 < high < 4.5
+
+
+def test_spread():
+    sd = np.array([[0.10, 0.02], [0.11, 0.02]])
+    assert displacement_spread(sd) == pytest.approx(0.01 / 0.11)
+    assert displacement_spread(sd[:1]) == 0.0
+
+
+def travelling(speed, distance, time, lasts=0.012, before=0.0):
+    """A smooth pulse that pushes along −1 and travels without a change."""
+    phase = (time - 0.5 - distance[:, None] / speed) / lasts
+    return before - 40.0 * np.where((phase > 0) & (phase < 1), np.sin(np.pi * phase) ** 2, 0.0)
+
+
+@pytest.mark.parametrize("speed", [1972.0, 3785.0])
+def test_crossing_of_a_travelling_pulse(speed):
+    time, distance = 1e-3 * np.arange(2000), np.linspace(0.0, 15.6, 9)
+    impact = (0.5, 0.512)
+    found = arrivals(time, travelling(speed, distance, time, before=3.0), -1.0, impact)
+    finer = 1e-5 * np.arange(100_000)
+    exact = arrivals(finer, travelling(speed, distance, finer, before=3.0), -1.0, impact)
+    for name in ("peak", "half"):
+        sampled, known = getattr(found, name), getattr(exact, name)
+        assert crossing_time(distance, sampled) == pytest.approx(15.6 / speed, rel=0.005)
+        assert crossing_time(distance, known) == pytest.approx(15.6 / speed, rel=1e-4)
+    # sin² has its peak in the middle, and half of it at a quarter.
+    assert exact.peak[0] == pytest.approx(0.506, abs=1e-6)
+    assert exact.half[0] == pytest.approx(0.503, abs=1e-6)
+
+
+def foot(time, acceleration, sense, part=0.1):
+    """The measure that was in use before: when a part of the peak is reached."""
+    pushed = sense * (acceleration - acceleration[:, :1])
+    reached = pushed >= part * pushed.max(axis=1, keepdims=True)
+    return time[np.argmax(reached, axis=1)]
+
+
+def test_a_precursor_is_not_the_wave():
+    """A tenth of the wave runs ahead twice as fast: the foot takes its speed for the wave's."""
+    time, distance, c = 1e-3 * np.arange(2000), np.linspace(0.0, 15.6, 9), 1972.0
+    both = travelling(c, distance, time) + 0.2 * travelling(3.0 * c, distance, time)
+    found = arrivals(time, both, -1.0, (0.5, 0.512))
+    assert crossing_time(distance, found.peak) == pytest.approx(15.6 / c, rel=0.05)
+    fast = crossing_time(distance, foot(time, both, -1.0))
+    assert fast is not None and fast < 0.8 * 15.6 / c
+
+
+def test_a_reflection_is_not_the_wave():
+    """Without damping the wave and what comes back from the far edge add up to twice as much."""
+    time, distance, c = 1e-4 * np.arange(20_000), np.linspace(0.0, 15.6, 9), 1972.0
+    both = travelling(c, distance, time) + travelling(c, 31.2 - distance, time)
+    found = arrivals(time, both, -1.0, (0.5, 0.512), 15.6 / c)
+    assert found.peak[-1] - found.peak[0] == pytest.approx(15.6 / c, rel=1e-3)
+    # Where both are one, near the far edge, the peak stands still, and the slope is less steep.
+    assert crossing_time(distance, found.peak) == pytest.approx(15.6 / c, rel=0.2)
+    # In a longer window the largest value of a point is no arrival.
+    largest = time[np.argmax(-both, axis=1)]
+    assert largest[4] > largest[5] > found.peak[4]
+
+
+def test_a_slab_that_takes_longer_to_cross_than_the_impact():
+    time, distance = 1e-3 * np.arange(2000), np.linspace(0.0, 60.0, 9)
+    histories = travelling(1000.0, distance, time, 0.006)
+    short = arrivals(time, histories, -1.0, (0.5, 0.506))
+    assert np.isnan(short.peak[-1])
+    whole = arrivals(time, histories, -1.0, (0.5, 0.506), crossing=0.055)
+    assert crossing_time(distance, whole.peak) == pytest.approx(0.06, rel=0.005)
+
+
+def test_no_crossing():
+    time, distance = 1e-3 * np.arange(2000), np.linspace(0.0, 15.6, 9)
+    impact = (0.5, 0.512)
+    still = arrivals(time, np.full((9, 2000), 3.0), -1.0, impact)
+    assert np.isnan(still.peak).all() and np.isnan(still.half).all()
+    assert crossing_time(distance, still.peak) is None
+    together = arrivals(time, travelling(1e9, distance, time), -1.0, impact).peak
+    assert crossing_time(distance, np.full(9, together[0])) is None
+    backwards = arrivals(time, travelling(2000.0, distance[::-1], time), -1.0, impact).peak
+    assert crossing_time(distance, backwards) is None
+    one = np.where(np.arange(9) == 4, 0.5, math.nan)
+    assert crossing_time(distance, one) is None
+
+
+def test_ratio_of_forces():
+    time = 1e-3 * np.arange(1000)
+    pulse = np.where((time > 0.5) & (time < 0.512), np.sin(np.pi * (time - 0.5) / 0.012), 0.0)
+    assert force_ratio(10.0 * pulse, pulse, 1e-3) == pytest.approx(100.0)
+    assert force_ratio(pulse, np.roll(pulse, -200), 1e-3) == pytest.approx(1.0)
+    assert force_ratio(pulse, 0.0 * pulse, 1e-3) is None
+
+
+def test_of_a_store(numbers):
+    found = numbers()
+    assert found["transient.wave_crossing"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
+    assert found["transient.measured_wave_speed"].value == pytest.approx(2000.0, rel=0.03)
+    assert found["transient.wave_crossing_half"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
+    assert found["transient.wave_far_edge"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
+    assert found["transient.wave_reversal"].value is None  # a half sine that is not reflected
+    assert found["transient.psd_ratio"].value == pytest.approx(4.0, rel=1e-6)
+    # The store's spectra grow from one probe to the next, and peak near 60 Hz.
+    assert found["transient.frs.far_highest_below"].value == pytest.approx(422.0, rel=0.02)
+    assert found["transient.frs.near_highest_at"].value == pytest.approx(60.0, rel=0.1)
+    assert found["transient.frs.floor_2_above_floor_3.lowest"].value is None
+    # 20.1 m/s2 near 20 Hz for the sticks; 45.1 m/s2 near 60 Hz.
+    ratio = found["transient.frs.floor_3.peak_over_sticks"].value
+    assert ratio == pytest.approx(45.1 / 20.1, rel=0.03)
+    frequency = found["transient.frs.floor_3.peak_frequency_over_sticks"].value
+    assert frequency == pytest.approx(3.0, rel=0.2)
+    transfer = found["transient.transfer.floor_3"]
+    # 1 + ln(f / 0.5), up to the highest frequency below 450 Hz of the store.
+    assert transfer.value == pytest.approx(1e-6 * (1.0 + math.log(434.0 / 0.5)), rel=0.01)
+    assert transfer.unit == "1/kg"
+    assert found["transient.pfa.edges_over_inside"].value == pytest.approx(1.0, abs=0.02)
+
+
+def test_what_does_not_exist_is_left_out(numbers):
+    free = numbers(loads=())
+    assert not {n for n in free if "wave" in n or "psd" in n or "transfer" in n}
+    assert "transient.frs.near_highest_at" in free
+    full = numbers(solver="full", loads=(3,))
+    assert not {n for n in full if "psd" in n or "transfer" in n}
+    assert "transient.wave_crossing" in full
+    one = numbers(floors=(1,), loads=(1,))
+    assert not {n for n in one if "above" in n or "psd" in n}
+    along = numbers(direction="x")
+    assert along["transient.wave_crossing"].value == pytest.approx(6.0 / 2000.0, rel=0.03)

@@ -1,0 +1,100 @@
+"""Pictures in 3D: they are drawn, fill their frame, and see the building from the right side."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import LogNorm
+from PIL import Image
+
+from impactfem.plot.scene import impact_view, screen_axes
+from impactfem.stages.transient.pictures import (
+    AMPLIFICATION,
+    PEAKS,
+    PROBES,
+    colour_scale,
+    round_numbers,
+    transient_pictures,
+)
+from impactfem.system.errors import ImpactfemError
+
+
+def inked(path):
+    """Share of the picture's width and height between its first and last pixel that is not white.
+
+    Legend, axes and the scale of colours are outside of the middle, which alone is looked at.
+    """
+    with Image.open(path) as picture:
+        dark = np.asarray(picture.convert("L")) < 250
+    dark = dark[: int(0.8 * dark.shape[0]), : int(0.8 * dark.shape[1])]
+    rows, columns = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))
+    return np.ptp(rows) / dark.shape[0], np.ptp(columns) / dark.shape[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("direction", ["x", "y"])
+def test_a_building(transient_folder, direction):
+    folder = transient_folder(direction=direction)
+    drawn = transient_pictures(folder)
+    assert [path.name for path in drawn] == [PROBES, PEAKS, AMPLIFICATION]
+    for path in drawn:
+        with Image.open(path) as picture:
+            assert picture.width > 900 and picture.height > 300
+            assert len(picture.convert("RGB").getcolors(maxcolors=10**7)) > 50
+        assert max(inked(path)) > 0.6
+
+
+@pytest.mark.slow
+def test_without_fields(transient_folder):
+    folder = transient_folder(maps=False)
+    assert [path.name for path in transient_pictures(folder)] == [PROBES]
+
+
+def test_a_store_that_is_missing(transient_folder):
+    folder = transient_folder(maps=False)
+    (folder / "building.nc").unlink()
+    with pytest.raises(ImpactfemError, match=r"building\.nc"):
+        transient_pictures(folder)
+
+
+def test_floors_that_are_far_above_the_others_take_the_logarithm():
+    hit, others = np.array([60.0, 128.0]), np.array([2.7, 6.0, np.nan])
+    scale = colour_scale(np.concatenate([hit, others]))
+    assert isinstance(scale, LogNorm)
+    assert np.asarray(scale([2.7, 128.0])) == pytest.approx([0.0, 1.0])
+    # Of the floors that are not hit, a fifth of the colours and not a fortieth.
+    assert np.ptp(scale([2.7, 6.0])) > 0.2
+    assert bool(scale(others).mask[2])
+
+
+@pytest.mark.parametrize("values", [[0.0, 128.0], [20.0, 128.0], [5.0, 5.0], [np.nan]])
+def test_others_take_a_straight_scale(values):
+    scale = colour_scale(np.array(values))
+    assert not isinstance(scale, LogNorm)
+    middle = 0.5 * (scale.vmin + scale.vmax)
+    if scale.vmin < scale.vmax:
+        assert scale(middle) == pytest.approx(0.5)
+
+
+def test_round_numbers():
+    assert round_numbers(2.7, 128.0) == pytest.approx([5.0, 10.0, 20.0, 50.0, 100.0])
+    assert round_numbers(0.02, 0.3) == pytest.approx([0.02, 0.05, 0.1, 0.2])
+
+
+def test_the_impact_edge_is_seen(transient_folder):
+    for direction, along in (("x", 0), ("y", 1)):
+        with xr.open_dataset(
+            transient_folder(direction=direction) / "building.nc", engine="h5netcdf"
+        ) as store:
+            view = impact_view(store)
+            none = impact_view(store.isel(edge=slice(0)))
+        assert view[along] == pytest.approx(1.0) and view[2] > 0.0
+        assert none[along] < 0.0
+
+
+def test_axes_of_the_screen():
+    right, up = screen_axes(np.array([0.0, -2.0, 0.0]))
+    assert right == pytest.approx([1.0, 0.0, 0.0]) and up == pytest.approx([0.0, 0.0, 1.0])
+    view = np.array([-0.3, -1.0, 0.8])
+    right, up = screen_axes(view)
+    assert [right @ up, right @ view, up @ view] == pytest.approx([0.0, 0.0, 0.0])
+    assert right[0] > 0.0 and right[2] == pytest.approx(0.0) and up[2] > 0.0

@@ -1,0 +1,169 @@
+"""A small store of the stage `calibrate` that no solver made, in the layout of its `store.py`.
+
+Floors go to a wall and away from it at known speeds, under half sines of force.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+
+from impactfem.system.scalar import Scalar, to_json
+
+Hits = dict[int, tuple[tuple[float, float, float], ...]]
+WALL_STEP = 0.5e-3
+GAP, APPROACH, REBOUND = 0.01, 0.16, 0.1
+FLOOR_MASS = 3e6
+EDGE = np.array([0.0, 3.0, 6.0, 9.0, 12.0])
+MODEL_HITS: Hits = {
+    6: (),
+    7: ((0.2013, 0.014, 300e3),),
+    8: ((0.2003, 0.016, 800e3),),
+}
+STICK_HITS: Hits = {
+    6: (),
+    7: ((0.2064, 0.012, 310e3),),
+    8: ((0.2054, 0.0165, 780e3), (0.4502, 0.016, 37e3)),
+}
+DAMPINGS = {"own": (0.838, 1.06e-3), "under-damped": (0.838, 2.12e-4), "over-damped": (0.559, 3e-3)}
+WALL_SCALARS: dict[str, float | None] = {
+    "epsilon": 2.0 / 3.0,
+    "xi_c": 0.128,
+    "K_Ceq": 1.2e11,
+    "stick_delay": 5.1e-3,
+    "stick_impulse_ratio": 0.975,
+    "stick_duration_ratio": 1.03,
+    "complementarity": 1e-14,
+    "energy_residual": 1e-13,
+    "energy_gained": 0.0,
+    "penetration": 8e-5,
+    "basis_error": 0.003,
+    "start_unevenness": 2e-11,
+}
+
+
+@dataclass(frozen=True)
+class WantedWall:
+    """What a store of the stage `calibrate` is to have.
+
+    Args:
+        hits: Start [s], duration [s] and impulse [N s] of each impact of the 3D model, by floor.
+        stick_hits: The same of the stick.
+        steps: Number of times.
+        separation: Shortest time without force between two impacts [s].
+        dampings: Number of damping cases.
+        durations: Durations of the first impact of the damping cases [s].
+        numerical: What the time stepping takes of the energy [J].
+        pull: How the floor was drawn aside.
+        scalars: Scalars that differ from `WALL_SCALARS`; None for one that does not exist.
+    """
+
+    hits: Hits = field(default_factory=lambda: MODEL_HITS)
+    stick_hits: Hits = field(default_factory=lambda: STICK_HITS)
+    steps: int = 1201
+    separation: float = 5e-3
+    dampings: int = 3
+    durations: tuple[float, ...] = (0.016, 0.015, 0.017)
+    numerical: float = 0.0
+    scalars: dict[str, float | None] = field(default_factory=dict)
+    pull: str = "whole_floor"
+
+
+def calibrate_store(asked: WantedWall) -> xr.Dataset:
+    """The store."""
+    time = WALL_STEP * np.arange(asked.steps)
+    floors = sorted(asked.hits)
+    start, lasts, _ = asked.hits[floors[-1]][0]
+    near = (time > start - 5 * WALL_STEP) & (time < start + lasts + 6 * WALL_STEP)
+    histories = _histories(time, asked.hits, "") | _histories(time, asked.stick_hits, "stick_")
+    length = np.array([1.5, 3.0, 3.0, 3.0, 1.5])
+    kinetic = 60e3 * np.sin(10.0 * time) ** 2
+    damped, contact = 50e3 * time, -8e3 * (time > start)
+    numerical = asked.numerical * time / time[-1]
+    names = list(DAMPINGS)[: asked.dampings]
+    count = len(names)
+    by_case = {
+        "mass_coefficient": [DAMPINGS[name][0] for name in names],
+        "stiffness_coefficient": [DAMPINGS[name][1] for name in names],
+        "epsilon": [2.0 / 3.0, 0.9, 0.4],
+        "xi_c": [0.128, 0.03, 0.28],
+        "K_Ceq": [1.2e11, 1.1e11, 1.3e11],
+        "impact_time": [start] * 3,
+        "impact_duration": asked.durations,
+        "impulse": [800e3, 912e3, 672e3],
+        "approach_velocity": [APPROACH] * 3,
+    }
+    scalars = [
+        Scalar(f"calibration.{k}", v, "-") for k, v in (WALL_SCALARS | asked.scalars).items()
+    ]
+    return xr.Dataset(
+        {
+            **histories,
+            "floor_mass": ("floor", np.full(len(floors), FLOOR_MASS)),
+            "kinetic_energy": ("time", kinetic),
+            "elastic_energy": ("time", 170e3 - kinetic - damped - numerical + contact),
+            "damped_energy": ("time", damped),
+            "numerical_energy": ("time", numerical),
+            "contact_work": ("time", contact),
+            "constraint_floor": ("constraint", np.repeat(floors, len(EDGE))),
+            "constraint_position": ("constraint", np.tile(EDGE, len(floors))),
+            "constraint_length": ("constraint", np.tile(length, len(floors))),
+            "constraint_force": (
+                ("step", "constraint"),
+                np.kron(histories["force"][1][near], length / EDGE[-1]),
+            ),
+            **{name: ("case", np.array(values[:count])) for name, values in by_case.items()},
+        },
+        coords={
+            "time": ("time", time),
+            "step": ("step", time[near]),
+            "floor": ("floor", np.array(floors)),
+            "case": ("case", np.array(names, dtype=object)),
+        },
+        attrs={
+            "building": "one",
+            "side": "y+",
+            "gap": GAP,
+            "separation": asked.separation,
+            "stick_contact_update": "implicit",
+            "displaced_floor": 8,
+            "displacement_at_start": -0.02,
+            "pull": asked.pull,
+            "scalars": to_json(scalars),
+        },
+    )
+
+
+def _histories(time: np.ndarray, hits: Hits, prefix: str) -> dict[str, tuple]:
+    columns = [_at_wall(time, hits[floor]) for floor in sorted(hits)]
+    names = ("displacement", "velocity", "force", "opening")
+    both = ("time", "floor")
+    return {
+        f"{prefix}{name}": (both, np.column_stack([column[k] for column in columns]))
+        for k, name in enumerate(names)
+    }
+
+
+def _at_wall(
+    time: np.ndarray, hits: tuple[tuple[float, float, float], ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Straight to the wall, at rest while the force acts, straight away from it, and so on."""
+    force = np.zeros_like(time)
+    if not hits:
+        distance = np.full_like(time, 1e-3)
+        return GAP - distance, np.zeros_like(time), force, distance
+    distance, velocity = np.zeros_like(time), np.zeros_like(time)
+    end = -np.inf
+    for start, lasts, impulse in hits:
+        middle = 0.5 * (end + start)
+        leaves, comes = (time > end) & (time < middle), (time >= middle) & (time < start)
+        rebound = APPROACH if np.isfinite(end) else 0.0
+        distance[leaves], velocity[leaves] = rebound * (time[leaves] - end), -rebound
+        distance[comes], velocity[comes] = APPROACH * (start - time[comes]), APPROACH
+        end = start + lasts
+        inside = (time > start) & (time < end)
+        amplitude = 0.5 * np.pi * impulse / lasts
+        force[inside] = amplitude * np.sin(np.pi * (time[inside] - start) / lasts)
+    after = time >= end
+    distance[after], velocity[after] = REBOUND * (time[after] - end), -REBOUND
+    return GAP - distance, velocity, force, distance

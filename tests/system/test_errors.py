@@ -1,0 +1,84 @@
+import pickle
+from pathlib import Path
+
+import pytest
+
+from impactfem.system.errors import (
+    MOST_FAULTS,
+    Fault,
+    ImpactfemError,
+    InputError,
+    SolutionError,
+    printable,
+)
+
+
+@pytest.mark.parametrize(
+    ("fault", "text"),
+    [
+        (Fault("a.toml", "gap", "1 kg", "a length"), "a.toml: gap = '1 kg': a length"),
+        (Fault(Path("a.toml"), "gap", -1.0, "at least 0"), "a.toml: gap = -1.0: at least 0"),
+        (Fault("a.toml", "gap", None, "missing"), "a.toml: gap: missing"),
+        (Fault("a.toml", "", None, "no such file"), "a.toml: no such file"),
+        (Fault("a.toml", "gap", 0, "above 0"), "a.toml: gap = 0: above 0"),
+        (Fault("a.toml", "gap", "", "a length"), "a.toml: gap = '': a length"),
+    ],
+)
+def test_a_fault_says_where_what_and_what_was_expected(fault, text):
+    assert str(fault) == text
+
+
+def test_a_long_value_is_cut():
+    text = str(Fault("a.toml", "gap", "x" * 1000, "a length"))
+    assert len(text) < 120 and "..." in text and text.endswith(": a length")
+    assert "..." not in str(Fault("a.toml", "gap", "x" * 70, "a length"))
+
+
+def test_a_long_key_is_cut():
+    text = str(Fault("a.csv", f"line 1, column {'x' * 100_000}", None, "unknown column"))
+    assert len(text) < 200 and text.endswith("...: unknown column")
+
+
+def test_an_input_error_keeps_every_fault():
+    faults = [Fault("a.toml", key, None, "missing") for key in ("gap", "law")]
+    error = InputError(fault for fault in faults)
+    assert error.faults == tuple(faults)
+    assert str(error).splitlines() == ["a.toml: gap: missing", "a.toml: law: missing"]
+
+
+def test_one_base_for_all():
+    for error in (InputError([]), SolutionError("no result")):
+        assert isinstance(error, ImpactfemError)
+    assert not issubclass(SolutionError, InputError)
+
+
+def test_an_input_error_comes_whole_from_another_process():
+    error = InputError([Fault("a.csv", "line 2", "nan", "a number"), Fault("b", "", None, "text")])
+    again = pickle.loads(pickle.dumps(error))
+    assert again.faults == error.faults and str(again) == str(error)
+
+
+@pytest.mark.parametrize("sign", ["\n", "\r", "\x1b[31m", "\x85", "\u2028", "\u202e", "\udc80"])
+def test_a_fault_is_one_line_that_commands_no_terminal(sign):
+    for fault in (
+        Fault(f"a{sign}.toml", "gap", None, "missing"),
+        Fault("a.toml", f"ga{sign}p", None, "missing"),
+        Fault("a.toml", "gap", f"1{sign}", "missing"),
+        Fault("a.toml", "gap", None, f"missing{sign}"),
+    ):
+        text = str(fault)
+        assert len(text.splitlines()) == 1 and text.isprintable() and "\\" in text
+
+
+def test_letters_of_any_language_stay():
+    text = "Bâtiment α, 梁 \u200c"
+    assert printable(text) == text
+
+
+def test_more_faults_than_anyone_reads():
+    error = InputError(Fault("a.toml", f"key_{k}", None, "unknown") for k in range(1000))
+    assert len(error.faults) == MOST_FAULTS
+    assert error.faults[-1].expected == "801 further faults, here and before"
+    assert pickle.loads(pickle.dumps(error)).faults == error.faults
+    whole = InputError(Fault("a.toml", f"key_{k}", None, "unknown") for k in range(MOST_FAULTS))
+    assert whole.faults[-1].key == f"key_{MOST_FAULTS - 1}"

@@ -1,0 +1,232 @@
+import errno
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem.system import files
+from impactfem.system.errors import ImpactfemError
+from impactfem.system.files import atomic, remove_parts, write_json, write_netcdf
+
+
+@pytest.fixture
+def old(tmp_path):
+    path = tmp_path / "résultat 1.txt"
+    path.write_text("old")
+    return path
+
+
+def only(path):
+    return [file.name for file in path.parent.iterdir()] == [path.name]
+
+
+def test_a_whole_file_takes_the_place_of_the_old_one(old):
+    with atomic(old) as temporary:
+        assert temporary.parent == old.parent and temporary != old
+        temporary.write_text("new")
+        assert old.read_text() == "old"
+    assert old.read_text() == "new" and only(old)
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit, MemoryError])
+def test_an_error_leaves_the_old_file(old, error):
+    with pytest.raises(error), atomic(old) as temporary:
+        temporary.write_text("half")
+        raise error
+    assert old.read_text() == "old" and only(old)
+
+
+def test_an_error_leaves_no_file_where_none_was(tmp_path):
+    with pytest.raises(ValueError), atomic(tmp_path / "a.txt") as temporary:
+        temporary.write_text("half")
+        raise ValueError
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_kill_leaves_the_old_file(old):
+    code = (
+        "import os, signal, sys; from pathlib import Path\n"
+        "from impactfem.system.files import atomic\n"
+        "with atomic(Path(sys.argv[1])) as temporary:\n"
+        "    temporary.write_text('half')\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code, str(old)], check=False)
+    assert ended.returncode == -signal.SIGKILL
+    assert old.read_text() == "old"
+    # What a killed run left is in nobody's way.
+    with atomic(old) as temporary:
+        temporary.write_text("new")
+    assert old.read_text() == "new" and not only(old)
+    remove_parts(old.parent)
+    assert old.read_text() == "new" and only(old)
+
+
+@pytest.fixture
+def other():
+    """A process that lives, and one that has ended."""
+    with subprocess.Popen(["cat"], stdin=subprocess.PIPE) as living:
+        with subprocess.Popen(["true"]) as ended:
+            pass
+        yield living.pid, ended.pid
+
+
+def test_what_a_kill_left_is_removed(tmp_path, other):
+    living, ended = other
+    folder = tmp_path / "tables" / "deep"
+    folder.mkdir(parents=True)
+    left = [tmp_path / f".a b.nc.{ended}.part", folder / f".é.csv.{ended}.part"]
+    # In a container each run has the same number.
+    left.append(folder / f".c.csv.{os.getpid()}.part")
+    kept = [folder / f".a.csv.{living}.part", folder / ".a.csv.1.part"]
+    kept += [folder / name for name in ("a.csv.99.part", ".part", ".a.part", ".a.0.part", "a.csv")]
+    kept += [folder / f".a.csv.{ended}.part2", folder / ".a.csv.99999999999999999999.part"]
+    for path in left + kept:
+        path.write_text("half")
+    (folder / f".folder.{ended}.part").mkdir()
+    remove_parts(tmp_path)
+    assert not [path for path in left if path.exists()]
+    assert all(path.is_file() for path in kept)
+    assert (folder / f".folder.{ended}.part").is_dir()
+
+
+@pytest.mark.parametrize(
+    "place", ["missing/a.txt", "file/a.txt", "folder"], ids=["no folder", "in a file", "a folder"]
+)
+def test_a_place_that_cannot_be_written(tmp_path, place):
+    (tmp_path / "file").write_text("old")
+    (tmp_path / "folder").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    with (
+        pytest.raises(ImpactfemError, match=f"cannot write .*{place}: "),
+        atomic(tmp_path / place) as temporary,
+    ):
+        temporary.write_text("new")
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EACCES, errno.EROFS])
+def test_the_message_names_the_file_and_the_reason(old, code):
+    with (
+        pytest.raises(ImpactfemError, match=f"{old.name}: {os.strerror(code)}"),
+        atomic(old) as temporary,
+    ):
+        temporary.write_text("half")
+        raise OSError(code, os.strerror(code))
+    assert old.read_text() == "old" and only(old)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_without_permission(old):
+    old.parent.chmod(0o500)
+    try:
+        with pytest.raises(ImpactfemError, match="Permission denied"):
+            write_json(old, 1)
+    finally:
+        old.parent.chmod(0o700)
+    assert old.read_text() == "old"
+
+
+def test_a_block_that_writes_nothing(old):
+    with pytest.raises(ImpactfemError, match="cannot write"), atomic(old):
+        pass
+    assert old.read_text() == "old"
+
+
+def test_json(old):
+    write_json(old, [{"é": 0.1, "none": None}])
+    text = old.read_text(encoding="utf-8")
+    assert json.loads(text) == [{"é": 0.1, "none": None}]
+    assert "é" in text and text.endswith("]\n") and only(old)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_json_refuses_what_json_has_not(old, value):
+    with pytest.raises((ValueError, ImpactfemError)):
+        write_json(old, {"value": float(value)})
+    assert old.read_text() == "old" and only(old)
+
+
+def test_netcdf(tmp_path):
+    path = tmp_path / "a.nc"
+    rng = np.random.default_rng(0)
+    written = xr.Dataset(
+        {
+            "long": ("t", np.round(rng.standard_normal(5000), 2), {"units": "m"}),
+            "short": ("s", np.array([1.0, np.nan])),
+            "words": ("s", np.array(["a", "é"], dtype=object)),
+        },
+        attrs={"title": "é"},
+    )
+    write_netcdf(path, written)
+    with xr.open_dataset(path, engine="h5netcdf") as found:
+        xr.testing.assert_identical(found.load(), written)
+        assert found["long"].encoding["zlib"] and not found["short"].encoding["zlib"]
+    assert only(path)
+    assert path.stat().st_size < 8 * 5000
+
+
+def test_a_write_that_fails_holds_no_memory(tmp_path, monkeypatch):
+    """Whoever keeps the error keeps its frames: no view in them may hold the file made in memory.
+
+    Python 3.13 reports the `BufferError` of a buffer that goes while a view of it is there.
+    """
+    made = []
+
+    class Kept(io.BytesIO):
+        def __init__(self) -> None:
+            super().__init__()
+            made.append(self)
+
+    monkeypatch.setattr(io, "BytesIO", Kept)
+    monkeypatch.setattr(files, "atomic", lambda _: nullcontext(Path("/dev/full")))
+    with pytest.raises(OSError, match="No space left on device") as raised:
+        write_netcdf(tmp_path / "a.nc", xr.Dataset({"a": ("t", np.zeros(5000))}))
+    assert raised.tb is not None
+    (whole,) = made
+    whole.close()  # a BufferError where the view lives on in a frame
+    assert whole.closed
+
+
+def limited(path: Path, what: str, size: int) -> subprocess.CompletedProcess[str]:
+    """Write in a process whose files may not grow beyond a size, as on a disk that is full."""
+    code = (
+        "import resource, sys; from pathlib import Path\n"
+        "import numpy as np, xarray as xr\n"
+        "from impactfem.system.errors import ImpactfemError\n"
+        "from impactfem.system.files import write_json, write_netcdf\n"
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))\n"
+        "values = np.random.default_rng(0).standard_normal(100_000)\n"
+        "try:\n"
+        f"    {what}\n"
+        "except ImpactfemError as error:\n"
+        "    print(error)\n"
+        "    sys.exit(7)"
+    )
+    return subprocess.run(
+        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        "write_json(Path(sys.argv[1]), values.tolist())",
+        "write_netcdf(Path(sys.argv[1]), xr.Dataset({'a': ('t', values)}))",
+    ],
+    ids=["json", "netcdf"],
+)
+def test_a_full_disk(old, what):
+    ended = limited(old, what, 100_000)
+    assert old.read_text() == "old" and only(old)
+    assert ended.returncode == 7, ended.stderr[-600:]
+    assert ended.stdout.startswith(f"cannot write {old}: ")
+    assert limited(old, what, 10_000_000).returncode == 0

@@ -1,0 +1,284 @@
+import io
+import logging
+import threading
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from impactfem.system import log
+from impactfem.system.errors import ImpactfemError
+from impactfem.system.log import LOGGER, Steps, in_file_only, mirrored, set_up
+
+
+def speak():
+    LOGGER.debug("a detail")
+    LOGGER.info("a step")
+    LOGGER.warning("a warning")
+
+
+@pytest.mark.parametrize(
+    ("verbose", "heard"),
+    [(False, ["a step", "a warning"]), (True, ["a detail", "a step", "a warning"])],
+)
+def test_standard_error(capsys, verbose, heard):
+    set_up(verbose)
+    speak()
+    found = capsys.readouterr()
+    assert found.err.splitlines() == heard and found.out == ""
+
+
+@pytest.mark.parametrize(
+    ("verbose", "heard"), [(False, []), (True, ["a detail", "a step", "a warning"])]
+)
+def test_in_file_only(capsys, tmp_path, verbose, heard):
+    set_up(verbose)
+    with mirrored(tmp_path / "run.log"):
+        with in_file_only() as warnings:
+            speak()
+            speak()
+            assert warnings == {"a warning"}
+        assert capsys.readouterr().err.splitlines() == 2 * heard
+        speak()
+    assert warnings == {"a warning"} and "a warning" in capsys.readouterr().err
+    assert (tmp_path / "run.log").read_text().count("a detail") == 3
+
+
+def test_control_characters_are_escaped(capsys, tmp_path):
+    """Names of files and values of others come into messages."""
+    set_up(False)
+    with mirrored(tmp_path / "run.log"):
+        LOGGER.warning("%s", "a\x1b[31m\u2028b\rc\nd")
+    heard = ["a\\x1b[31m\\u2028b\\rc", "d"]
+    assert capsys.readouterr().err.splitlines() == heard
+    lines = (tmp_path / "run.log").read_text().splitlines()
+    assert [line.rpartition(" ")[2] for line in lines] == heard
+
+
+def test_setting_up_twice_says_nothing_twice(capsys):
+    set_up(True)
+    set_up(False)
+    speak()
+    assert capsys.readouterr().err.splitlines() == ["a step", "a warning"]
+
+
+def test_only_rank_0_speaks(capsys, tmp_path):
+    set_up(True, rank=1)
+    with mirrored(tmp_path / "run.log", rank=1):
+        speak()
+    assert capsys.readouterr().err == "" and not list(tmp_path.iterdir())
+
+
+def test_the_file_has_the_details_and_is_appended_to(tmp_path):
+    path = tmp_path / "run.log"
+    set_up(False)
+    for _ in range(2):
+        with mirrored(path):
+            speak()
+    LOGGER.info("after")
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert [line.split(" ", 2)[2].split() for line in lines[:3]] == [
+        ["DEBUG", "a", "detail"],
+        ["INFO", "a", "step"],
+        ["WARNING", "a", "warning"],
+    ]
+    assert len(lines) == 6
+
+
+def test_the_file_is_closed_after_an_error(tmp_path):
+    with pytest.raises(ValueError), mirrored(tmp_path / "run.log"):
+        raise ValueError
+    assert not [h for h in LOGGER.handlers if isinstance(h, logging.FileHandler)]
+
+
+def test_the_file_has_the_details_without_a_command_line(tmp_path):
+    """From Python nobody calls `set_up`."""
+    path = tmp_path / "run.log"
+    LOGGER.setLevel(logging.NOTSET)
+    with mirrored(path):
+        speak()
+    assert len(path.read_text(encoding="utf-8").splitlines()) == 3
+
+
+def test_steps(capsys):
+    with Steps({"first": 1.0, "second": 3.0}) as steps:
+        for name in ("first", "second"):
+            with steps.step(name):
+                pass
+    assert list(steps.times) == ["first", "second"]
+    assert all(value >= 0.0 for value in steps.times.values())
+    found = capsys.readouterr()
+    assert found.out == "" and found.err == ""  # quiet in a pipe
+
+
+def test_a_step_that_fails_is_not_timed():
+    with pytest.raises(ValueError), Steps({"first": 1.0}) as steps, steps.step("first"):
+        raise ValueError
+    assert steps.times == {}
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    stream = io.StringIO()
+    monkeypatch.setattr(
+        log, "Console", lambda stderr: Console(file=stream, force_terminal=True, width=80)
+    )
+    return stream
+
+
+def test_a_bar_on_a_terminal(terminal):
+    with Steps({"pounding": 1.0}, "stage sticks") as steps, steps.step("pounding"):
+        pass
+    assert "stage sticks: pounding" in terminal.getvalue() and "remaining" in terminal.getvalue()
+
+
+class Clock:
+    """A time that passes when it is set."""
+
+    time = 100.0
+
+    def __call__(self):
+        return self.time
+
+
+NEVER = 1e6
+"""Time between two lines, so long that the test ends before the first."""
+
+
+@pytest.fixture
+def stage():
+    """A stage of two steps with a clock of its own, whose lines come when `tell` is called."""
+    clock = Clock()
+    with Steps({"mesh": 1.0, "basis": 3.0}, "stage a", every=NEVER, clock=clock) as steps:
+        yield steps, clock
+
+
+def test_lines_where_no_terminal_is(capsys, stage):
+    """A step that says nothing is at work; one that says its part has a time left."""
+    set_up(False)
+    steps, clock = stage
+    steps.tell()
+    with steps.step("mesh"):
+        clock.time += 119.0
+        steps.tell()
+        clock.time += 61.0
+        steps.tell()
+    with steps.step("basis"):
+        steps.within("basis", 0.0)
+        clock.time += 30.0
+        steps.within("basis", 0.25)
+        steps.tell()
+        clock.time += 10.0
+        steps.tell()
+        clock.time += 2.0 * 3600.0
+        steps.tell()
+        steps.within("basis", 1.0)
+        steps.tell()
+    assert capsys.readouterr().err.splitlines() == [
+        "stage a, at work for 0 s",
+        "stage a: mesh (1 of 2), at work for 119 s",
+        "stage a: mesh (1 of 2), at work for 3 min",
+        "stage a: basis (2 of 2), at work for 30 s, 25 %, 90 s left",
+        "stage a: basis (2 of 2), at work for 40 s, 25 %, 80 s left",
+        "stage a: basis (2 of 2), at work for 2.0 h, 25 %, 0 s left",
+        "stage a: basis (2 of 2), at work for 2.0 h, 99 %",
+    ]
+    assert steps.times == {"mesh": 180.0, "basis": 7240.0}
+
+
+def test_work_of_an_earlier_run_took_no_time(capsys, stage):
+    """80 % are there at once, 10 % more take 20 s: so do the last 10 %."""
+    set_up(False)
+    steps, clock = stage
+    with steps.step("basis"):
+        clock.time += 1.0
+        steps.within("basis", 0.8)
+        steps.tell()
+        clock.time += 20.0
+        steps.within("basis", 0.9)
+        steps.tell()
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.endswith("at work for 1 s, 80 %")
+    assert second.endswith("at work for 21 s, 90 %, 20 s left")
+
+
+def test_a_terminal_with_a_bar_has_no_lines_and_the_file_has(capsys, terminal, tmp_path):
+    set_up(False)
+    with (
+        mirrored(tmp_path / "run.log"),
+        Steps({"mesh": 1.0}, "stage a", every=NEVER) as steps,
+        steps.step("mesh"),
+    ):
+        steps.tell()
+    assert capsys.readouterr().err == "" and "mesh" in terminal.getvalue()
+    text = (tmp_path / "run.log").read_text()
+    assert "stage a: mesh (1 of 1), at work for" in text and "remaining" not in text
+    # Without the bar it is as elsewhere.
+    with Steps({"mesh": 1.0}, "stage a", bar=False, every=NEVER) as steps:
+        steps.tell()
+    assert capsys.readouterr().err.startswith("stage a, at work for")
+
+
+def test_lines_come_by_themselves_until_the_stage_ends():
+    """By a thread of rank 0; it ends with the block, also by an error."""
+    told = threading.Event()
+
+    class Told(logging.Handler):
+        def emit(self, record):
+            told.set()
+
+    set_up(False)
+    handler = Told()
+    LOGGER.addHandler(handler)
+    before = threading.active_count()
+    with pytest.raises(ValueError), Steps({"mesh": 1.0}, "stage a", every=0.0):
+        assert threading.active_count() == before + 1
+        assert told.wait(600.0)
+        raise ValueError
+    assert threading.active_count() == before
+    with Steps({"mesh": 1.0}, "stage a", every=0.0, quiet=True):  # another rank
+        assert threading.active_count() == before
+
+
+def test_lines_that_cannot_be_written_end_quietly(capsys):
+    """A full disk: what the stage itself logs next is the error, as it is without lines."""
+    set_up(False)
+    with (
+        pytest.raises(ImpactfemError, match="cannot write /dev/full"),
+        mirrored(Path("/dev/full")),
+        Steps({"mesh": 1.0}, "stage a", every=0.0) as steps,
+    ):
+        steps._teller.join(600.0)
+        assert not steps._teller.is_alive()
+        speak()
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_progress_passes_where_reports_go_to_files_only(capsys, stage):
+    set_up(False)
+    steps, _ = stage
+    with in_file_only():
+        speak()
+        steps.tell()
+    assert capsys.readouterr().err.splitlines() == ["stage a, at work for 0 s"]
+
+
+def test_a_full_disk_is_an_error_and_no_traceback(capsys):
+    """What is logged is lost then, as all that comes after would be."""
+    set_up(False)
+    with (
+        pytest.raises(ImpactfemError, match="cannot write /dev/full: No space left on device"),
+        mirrored(Path("/dev/full")),
+    ):
+        speak()
+    assert "Traceback" not in capsys.readouterr().err
+    speak()  # the file is closed
+    assert capsys.readouterr().err.splitlines() == ["a step", "a warning"]
+
+
+def test_a_log_that_cannot_be_opened(tmp_path):
+    with (
+        pytest.raises(ImpactfemError, match=f"cannot write {tmp_path}: Is a directory"),
+        mirrored(tmp_path),
+    ):
+        speak()

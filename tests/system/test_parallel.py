@@ -1,0 +1,323 @@
+"""Threads, processes and ranks acting as one program."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from impactfem.system import parallel
+from impactfem.system.errors import Fault, ImpactfemError, InputError
+
+RANKS = """
+import sys
+from impactfem.system.errors import Fault, InputError
+from impactfem.system.parallel import exit_code, on_root, rank, size, workers
+
+assert on_root(lambda: 40 + rank()) == 40 and size() == int(sys.argv[1])
+try:
+    on_root(lambda: (_ for _ in ()).throw(InputError([Fault("file", "key", 1, "two")])))
+except Exception as error:
+    assert exit_code(error) == 2 and (str(error) != "") == (rank() == 0)
+else:
+    raise SystemExit(3)
+with workers() as executor:
+    if executor is not None:
+        print(sorted(executor.map(abs, [-3, 1, -2])))
+"""
+
+
+def test_threads(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    assert parallel.threads() == 3
+    monkeypatch.setenv("OMP_NUM_THREADS", "many")
+    assert parallel.threads() == len(os.sched_getaffinity(0))
+
+
+SETTLED = """
+import json, os, sys
+{first}
+import impactfem
+early = "numpy" in sys.modules
+import scipy.linalg
+from impactfem.system.parallel import all_blas_threads, one_blas_thread, openblas
+
+def counts():
+    copies = sorted(openblas(), key=lambda copy: "numpy.libs" not in copy.filepath)
+    return [copy.num_threads for copy in copies]
+
+found = [counts()]
+with all_blas_threads():
+    found.append(counts())
+with one_blas_thread():
+    found.append(counts())
+    with all_blas_threads(), one_blas_thread():
+        found.append(counts())
+    found.append(counts())
+found.append(counts())
+names = ("OPENBLAS_THREAD_TIMEOUT", "OMP_NUM_THREADS")
+print(json.dumps([early, [os.environ.get(name) for name in names], found]))
+"""
+
+
+def settled(first="", **environment):
+    """What a process finds that imports the package: see `SETTLED`."""
+    taken = ("OMP_", "OPENBLAS_", "GOTO_", "OMPI_COMM", "PMI", "SLURM_")
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(taken)}
+    ended = subprocess.run(
+        [sys.executable, "-c", SETTLED.format(first=first)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**kept, **environment},
+    )
+    assert ended.returncode == 0, ended.stderr
+    return json.loads(ended.stdout)
+
+
+def test_idle_threads_sleep():
+    """OpenBLAS reads it when it is loaded, and the package loads none. The user's value stays."""
+    assert settled()[:2] == [False, ["4", None]]
+    assert settled(OPENBLAS_THREAD_TIMEOUT="20")[1] == ["20", None]
+
+
+@pytest.mark.parametrize(
+    ("environment", "expected"),
+    [
+        ({"OMPI_COMM_WORLD_SIZE": "2"}, "1"),
+        ({"PMI_SIZE": "4"}, "1"),
+        ({"SLURM_NTASKS": "2", "PMIX_RANK": "0"}, "1"),
+        ({"SLURM_NTASKS": "2"}, None),
+        ({"OMPI_COMM_WORLD_SIZE": "1"}, None),
+        ({"OMPI_COMM_WORLD_SIZE": "2", "OMP_NUM_THREADS": "3"}, "3"),
+        ({"OMPI_COMM_WORLD_SIZE": "2", "OPENBLAS_NUM_THREADS": "3"}, None),
+    ],
+)
+def test_a_rank_of_several_has_one_thread(monkeypatch, environment, expected):
+    for name in (*parallel.LAUNCHERS, *parallel.OPENBLAS_THREADS, "PMIX_RANK"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    parallel.settle_threads()
+    assert os.environ.get("OMP_NUM_THREADS") == expected
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: one thread everywhere")
+@pytest.mark.parametrize("late", [False, True], ids=["NumPy later", "NumPy first"])
+def test_threads_of_both_copies(late):
+    """NumPy's wheel brings one copy, Debian another. What is loaded too early has one thread."""
+    found = settled("import numpy" if late else "", OMP_NUM_THREADS="2")[2]
+    gained = [1, 2] if late else [2, 2]
+    assert found == [[2, 2], [2, 2], [1, 1], gained, [1, 1], [2, 2]]
+    assert settled("import numpy", OPENBLAS_THREAD_TIMEOUT="4", OMP_NUM_THREADS="2")[2][3] == [2, 2]
+
+
+def test_one_process(monkeypatch):
+    for name in parallel.LAUNCHERS:
+        monkeypatch.delenv(name, raising=False)
+    assert parallel.world() is None and parallel.rank() == 0 and parallel.size() == 1
+    assert parallel.on_root(lambda: 7) == 7
+    with pytest.raises(ImpactfemError, match="said here"):
+        parallel.on_root(lambda: (_ for _ in ()).throw(ImpactfemError("said here")))
+
+
+def test_exit_codes():
+    assert parallel.exit_code(InputError([Fault("f", "k", 1, "x")])) == 2
+    assert parallel.exit_code(ImpactfemError("x")) == 1
+    assert parallel.exit_code(parallel.OtherRankError(2)) == 2
+
+
+def test_workers_of_one_process(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    with parallel.workers() as executor:
+        assert list(executor.map(abs, [-1, 2, -3])) == [1, 2, 3]
+        assert list(executor.map(os.getenv, ["OMP_NUM_THREADS"])) == ["1"]
+    assert os.environ["OMP_NUM_THREADS"] == "2"
+
+
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_ranks(ranks, under_mpirun, tmp_path):
+    script = tmp_path / "ranks.py"
+    script.write_text(RANKS, encoding="utf-8")
+    ended = under_mpirun(ranks, sys.executable, "-m", "mpi4py", script, ranks)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.split("\n")[0] == "[1, 2, 3]"
+
+
+WORK = """
+from impactfem.system.parallel import alone, communicator, on_root, rank, size, workers, world
+
+def work(value):
+    from petsc4py import PETSc
+    with alone():
+        comm = communicator()
+        vector = PETSc.Vec().createMPI(3, comm=comm)
+        vector.set(value)
+        with workers() as executor:
+            inner = list(executor.map(abs, [-1.0]))
+        found = (world() is None, rank(), size(), comm.size, on_root(lambda: vector.sum()), inner)
+    return *found, size()
+"""
+ALONE_EACH = """
+from impactfem.system.parallel import start_solvers, workers
+from work import work
+
+start_solvers()
+with workers() as executor:
+    if executor is not None:
+        print(list(executor.map(work, [1.0, 2.0])))
+"""
+
+
+def test_ranks_that_act_alone(under_mpirun, tmp_path):
+    """PETSc starts on all of three ranks; then each of two works with a communicator of its own."""
+    (tmp_path / "work.py").write_text(WORK, encoding="utf-8")
+    script = tmp_path / "each.py"
+    script.write_text(ALONE_EACH, encoding="utf-8")
+    ended = under_mpirun(3, sys.executable, "-m", "mpi4py", script)
+    assert ended.returncode == 0, ended.stderr
+    rows = [(True, 0, 1, 1, 3.0 * value, [1.0], 3) for value in (1.0, 2.0)]
+    assert ended.stdout.split("\n")[0] == str(rows)
+
+
+def test_alone_in_one_process(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "3")  # not asked in the block
+    with parallel.alone():
+        with parallel.alone():
+            assert parallel.world() is None
+        assert parallel.world() is None and parallel.size() == 1
+        with parallel.workers() as executor:
+            assert list(executor.map(lambda value: (value, os.getpid()), [5])) == [(5, os.getpid())]
+
+
+def test_a_number_of_workers(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    with parallel.workers(1) as executor:
+        assert len(set(executor.map(eval, ["__import__('os').getpid()"] * 4))) == 1
+
+
+def test_a_run_on_two_ranks_is_that_of_one(under_mpirun, new_case, finished, tmp_path):
+    program = Path(sys.executable).with_name("impactfem")
+    case = new_case(tmp_path)
+    ended = under_mpirun(2, program, "run", case, "--out", tmp_path / "run")
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.count("results: ") == 1
+    of_two, of_one = (
+        json.loads((folder / "summary.json").read_text())
+        for folder in (tmp_path / "run", finished.folder)
+    )
+    assert [entry["name"] for entry in of_two] == [entry["name"] for entry in of_one]
+    for two, one in zip(of_two, of_one, strict=True):
+        # Sums differ in the last digits with the number of threads; residuals are all rounding.
+        if one["name"] != "pounding.energy_residual":
+            assert two["value"] == pytest.approx(one["value"], rel=1e-9, abs=1e-12), one["name"]
+    assert json.loads((tmp_path / "run" / "provenance.json").read_text())["ranks"] == 2
+
+
+def test_bad_input_on_two_ranks_is_told_once(under_mpirun, new_case, tmp_path):
+    program = Path(sys.executable).with_name("impactfem")
+    case = new_case(tmp_path, ('gap = "2 cm"', 'gap = "-2 cm"'))
+    ended = under_mpirun(2, program, "run", case, "--out", tmp_path / "run")
+    assert ended.returncode == 2 and "Traceback" not in ended.stderr
+    assert ended.stderr.count("error: ") == 1 and "contacts[0].gap" in ended.stderr
+    assert not (tmp_path / "run").exists()
+
+
+ALONE = """
+import sys
+from mpi4py import MPI
+from petsc4py import PETSc
+from impactfem import cli, study
+from impactfem.system.errors import SolutionError
+
+def run(*_, **__):
+    if MPI.COMM_WORLD.rank == 1:
+        raise {error}
+    MPI.COMM_WORLD.barrier()
+
+study.run = run
+sys.argv = ["impactfem", "run", "any.toml"]
+cli.main()
+"""
+
+
+@pytest.mark.parametrize("error", ["SolutionError('here')", "ZeroDivisionError('here')"])
+def test_a_rank_that_fails_alone_takes_the_others_with_it(error, under_mpirun, tmp_path):
+    """Rank 0 waits in a barrier: without an abort it would wait for ever."""
+    script = tmp_path / "alone.py"
+    script.write_text(ALONE.format(error=error), encoding="utf-8")
+    ended = under_mpirun(2, sys.executable, script)
+    assert ended.returncode == 1 and "here" in ended.stderr
+
+
+def test_an_error_of_all_ranks_is_told_once(under_mpirun, tmp_path):
+    script = tmp_path / "all.py"
+    text = ALONE.format(error="SolutionError('here')").replace("rank == 1", "size == 2")
+    script.write_text(text, encoding="utf-8")
+    ended = under_mpirun(2, sys.executable, script)
+    assert ended.returncode == 1 and ended.stderr.count("error: here") == 1
+
+
+WORKER = """
+import os, sys, time
+from impactfem.system.parallel import workers
+
+def work(seconds):
+    print(os.getpid(), flush=True)
+    time.sleep(seconds)
+
+if __name__ == "__main__":
+    with workers(1) as executor:
+        for _ in range(3):
+            waiting = executor.submit(work, 100.0)
+        waiting.result()
+"""
+
+
+@pytest.fixture
+def parent(tmp_path, interruptible):
+    """A program that waits for a worker, and the number of that worker."""
+    (tmp_path / "program.py").write_text(WORKER, encoding="utf-8")
+    with subprocess.Popen(
+        [sys.executable, "program.py"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as program:
+        yield program, int(program.stdout.readline())
+
+
+def test_a_worker_ends_with_its_parent(parent):
+    """However it ends: a worker alone would wait for work for ever."""
+    program, _ = parent
+    program.kill()
+    program.communicate(timeout=600)  # ends when the worker has closed its output, too
+
+
+def test_an_interrupted_program_waits_for_no_worker(parent):
+    program, worker = parent
+    os.killpg(program.pid, signal.SIGINT)  # as Ctrl-C does: the worker gets it, too
+    said = program.communicate(timeout=600)[1]
+    assert program.returncode == -signal.SIGINT
+    assert said.count("Traceback") == 1 and said.endswith("KeyboardInterrupt\n")
+    with pytest.raises(ProcessLookupError):
+        os.kill(worker, 0)
+
+
+def test_one_process_needs_no_network():
+    """Not even the loopback, which a new network namespace has down."""
+    code = "from impactfem.system.parallel import communicator; print(communicator().size)"
+    apart = ["unshare", "--net"]
+    if subprocess.run([*apart, "true"], capture_output=True, check=False).returncode != 0:
+        pytest.skip("no network namespace may be made here")
+    ended = subprocess.run(
+        [*apart, sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout == "1\n"

@@ -1,0 +1,153 @@
+"""A stop by a signal: in one process and of one rank of several."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from impactfem.run.folder import open_folder
+from impactfem.system.errors import InputError
+
+SETTING = """
+import os, signal, sys, time
+from impactfem import cli
+
+class Importing:
+    def find_spec(self, name, path, target=None):
+        if name == "impactfem.study":
+            os.kill(os.getpid(), signal.SIGTERM)
+
+class Going:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)  # what is raised here, Python leaves out
+
+def lost(*_, **__):
+    Going()
+    time.sleep(600.0)
+
+def wrapped(*_, **__):
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+    except BaseException as stop:
+        raise ValueError("of a library") from stop
+
+"""
+IMPORTING = "sys.meta_path.insert(0, Importing())\n"
+IN_CHECK = "from impactfem.study import loop; loop.checked = {function}\n"
+
+
+@pytest.mark.parametrize(
+    "how",
+    [IMPORTING, IN_CHECK.format(function="lost"), IN_CHECK.format(function="wrapped")],
+    ids=["in an import", "lost in a destructor", "made another error"],
+)
+def test_a_signal_is_never_lost(tmp_path, how):
+    script = tmp_path / "script.py"
+    script.write_text(f"{SETTING}{how}cli.main()\n", encoding="utf-8")
+    ended = subprocess.run(
+        [sys.executable, script, "check", "case.toml"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=500,
+    )
+    assert (ended.returncode, ended.stderr) == (128 + signal.SIGTERM, "terminated\n")
+
+
+BACKGROUND = """
+def interrupted(*_, **__):
+    os.kill(os.getpid(), signal.SIGINT)
+    print("not interrupted", flush=True)
+    os.kill(os.getpid(), signal.SIGTERM)
+"""
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize(
+    ("trap", "expected"),
+    [
+        ("", (128 + signal.SIGINT, "", "interrupted\n")),
+        ("trap '' INT;", (128 + signal.SIGTERM, "not interrupted\n", "terminated\n")),
+    ],
+    ids=["foreground", "background"],
+)
+def test_a_job_in_the_background_is_not_interrupted(tmp_path, trap, expected):
+    """A shell has it ignore SIGINT, so that a Ctrl-C at another program of the terminal spares it.
+
+    SIGTERM, which is meant for it, still ends it.
+    """
+    script = tmp_path / "script.py"
+    how = IN_CHECK.format(function="interrupted")
+    script.write_text(f"{SETTING}{BACKGROUND}{how}cli.main()\n", encoding="utf-8")
+    ended = subprocess.run(
+        ["/bin/sh", "-c", f'{trap} exec "$@"', "sh", sys.executable, script, "check", "case.toml"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == expected
+
+
+RANKS = """
+import os, signal, sys, threading, time
+from contextlib import ExitStack
+from mpi4py import MPI
+from petsc4py import PETSc
+from impactfem import cli, study
+from impactfem.system.log import LOGGER, mirrored
+from impactfem.run.folder import open_folder
+
+comm = MPI.COMM_WORLD
+stopped, out = sys.argv[1:]
+
+def run(case, out, **_):
+    vector = PETSc.Vec().createMPI(4, comm=comm)
+    with ExitStack() as opened:
+        if comm.rank == 0:
+            opened.enter_context(open_folder(out, False))
+        opened.enter_context(mirrored(out / "run.log", comm.rank))
+        LOGGER.info("begun")
+        comm.Barrier()
+        try:
+            if str(comm.rank) in stopped:
+                os.kill(os.getpid(), signal.SIGTERM)
+            comm.Barrier()  # for a rank that never comes
+        finally:
+            vector.norm()  # on all ranks together, as a factorisation goes; no thread runs then
+
+study.run = run
+sys.argv[1:] = ["run", "case.toml", "--out", out]
+cli.main()
+"""
+
+
+def wait_until_free(folder, patience=300.0):
+    """Open MPI 5 may end before rank 0, and a busy machine has it killed before its lock goes."""
+    last = time.monotonic() + patience
+    while True:
+        try:
+            with open_folder(folder, True):
+                return
+        except InputError:
+            if time.monotonic() > last:
+                raise
+        time.sleep(0.1)
+
+
+@pytest.mark.parametrize("stopped", ["0", "1", "01"], ids=["first", "second", "both"])
+def test_a_signal_ends_all_ranks(under_mpirun, tmp_path, stopped):
+    """It waits for none of them: 600 s are the fixture's patience."""
+    script, out = tmp_path / "script.py", tmp_path / "run"
+    script.write_text(RANKS, encoding="utf-8")
+    ended = under_mpirun(2, sys.executable, script, stopped, out)
+    assert ended.returncode == 128 + signal.SIGTERM
+    assert ended.stderr.count("terminated; run again with --resume to go on\n") == 1
+    assert "Traceback" not in ended.stderr and "ignored" not in ended.stderr
+    assert {path.name for path in out.iterdir()} <= {"run.log", ".lock"}
+    wait_until_free(out)
+    assert [path.name for path in out.iterdir()] == ["run.log"]
+    begun, end = (out / "run.log").read_text(encoding="utf-8").splitlines()
+    assert begun.endswith(" begun") and end.endswith(" WARNING terminated by SIGTERM")
