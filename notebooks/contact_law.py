@@ -167,7 +167,7 @@ plt.show()
 #
 # A case file names the laws that the program has; one of your own comes in from Python.
 # `system_of` makes the sticks and the contact pairs of a case, `with_laws` gives each pair another
-# law, for its own effective mass, and `run_sticks` does what the stage `sticks` does, without
+# law, for its own effective mass, and `run_sticks` does what the stage `pounding` does, without
 # files. Both runs share the ground motion and the sticks; stiffness and restitution of each pair
 # stay what the case says.
 

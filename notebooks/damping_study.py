@@ -60,7 +60,7 @@ shown = [
     "pounding.required_separation",
 ]
 swept = study.sweep(
-    Path(case_file), {"damping.ratio": ratios}, stage="sticks", out=Path(sweep_folder), show=shown
+    Path(case_file), {"damping.ratio": ratios}, stage="pounding", out=Path(sweep_folder), show=shown
 )
 for table in swept.short_tables():
     print(table.as_text())

@@ -78,12 +78,12 @@ except InputError as error:
 # %% [markdown]
 # ## Run
 #
-# `study.run` runs the stages of the case up to the one that is named; the stage `sticks` is the
+# `study.run` runs the stages of the case up to the one that is named; the stage `pounding` is the
 # pounding of the stick models. A second call with the same inputs reads what the first one has
 # written.
 
 # %%
-done = study.run(Path(case_file), out=Path(folder) / "run", stage="sticks")
+done = study.run(Path(case_file), out=Path(folder) / "run", stage="pounding")
 run = open_run(done.folder)
 print("stores:", ", ".join(run.stores))
 
@@ -138,7 +138,7 @@ print(f"largest force {1e-6 * float(main.max()):.1f} MN between {pair} at {at:.3
 # Near the first modes, where the buildings sway, it may even lower it: they hold each other up.
 
 # %%
-sticks = run.sticks
+sticks = run.pounding
 station = f"{case.buildings[0].name}.floor_{top}"
 direction = sticks.attrs["shown_direction"]
 damping = float(sticks.damping[0])

@@ -290,7 +290,7 @@ print(run.table("pounding.peak_force.*", "transient.pfa.*").as_text())
 # case asked for. The stick knows the mass centre only.
 
 # %%
-transient, sticks = run.transient, run.sticks
+transient, sticks = run.transient, run.pounding
 top = max(floors)
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 for probe, label, colour in (

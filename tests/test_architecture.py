@@ -23,7 +23,7 @@ PACKAGES = {
     "case": {"spectra"},
     "motion": {"case", "spectra"},
     "sticks": set(),
-    "coupling": {"case", "dynamics", "sticks"},
+    "coupling": {"case", "sticks"},
     "building": {"_fenicsx", "case", "dynamics"},
     "reduction": {"building", "case", "coupling", "dynamics", "spectra"},
     "device": {"case", "dynamics", "spectra", "sticks"},
@@ -73,7 +73,7 @@ PACKAGES = {
         *("stages.ensemble", "stages.pounding", "stages.transient"),
     },
     "study": {"run", "stages"},
-    "cli": {"bench", "case", "study", "verify"},
+    "cli": {"bench", "case", "run", "study", "verify"},
 }
 
 

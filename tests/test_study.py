@@ -11,9 +11,10 @@ import xarray as xr
 
 from impactfem import __version__, study
 from impactfem.stages.pounding import stage as sticks
+from impactfem.stages.stage import Stage
 from impactfem.system.errors import ImpactfemError, InputError, SolutionError
 
-FILES = {"run.log", "summary.json", "provenance.json", "sticks.nc", "motion.nc", "forces.nc"} | {
+FILES = {"run.log", "summary.json", "provenance.json", "pounding.nc", "motion.nc", "forces.nc"} | {
     "forces.csv",
     "tables",
     "figures",
@@ -28,7 +29,7 @@ def tree(folder):
 
 
 def stamp(folder):
-    return (folder / "sticks.nc").stat().st_mtime_ns
+    return (folder / "pounding.nc").stat().st_mtime_ns
 
 
 def load(path):
@@ -79,7 +80,7 @@ class TestFinished:
     def test_values_are_those_of_the_stores(self, finished):
         values = scalars(finished.run)
         with (
-            xr.open_dataset(finished.folder / "sticks.nc", engine="h5netcdf") as sticks,
+            xr.open_dataset(finished.folder / "pounding.nc", engine="h5netcdf") as sticks,
             xr.open_dataset(finished.folder / "forces.nc", engine="h5netcdf") as forces,
             xr.open_dataset(finished.folder / "motion.nc", engine="h5netcdf") as motion,
         ):
@@ -108,8 +109,8 @@ class TestFinished:
         case = study.check(finished.case)
         assert found["impactfem"] == __version__
         assert found["case"] == "small.toml" and found["case_hash"] == case.content_hash()
-        (sticks,) = (stage for stage in study.STAGES if stage.name == "sticks")
-        assert found["inputs"] == {"sticks": sticks.key(case)}
+        (sticks,) = (stage for stage in study.STAGES if stage.name == "pounding")
+        assert found["inputs"] == {"pounding": sticks.key(case)}
         assert found["seeds"] == {"motions[0].seed": 1}
         assert found["ranks"] == 1 and found["reused"] == []
         assert found["packages"]["numpy"] == np.__version__
@@ -123,7 +124,7 @@ class TestFinished:
         provenance = load(finished.folder / "provenance.json")
         del provenance["command"]  # as it was typed
         texts = [json.dumps(provenance), (finished.folder / "summary.json").read_text()]
-        for name in ("sticks.nc", "motion.nc", "forces.nc"):
+        for name in ("pounding.nc", "motion.nc", "forces.nc"):
             with xr.open_dataset(finished.folder / name, engine="h5netcdf") as store:
                 texts.append(str(store.attrs) + str([v.attrs for v in store.variables.values()]))
         for path in (*finished.folder.glob("tables/*.csv"), finished.folder / "forces.csv"):
@@ -137,24 +138,47 @@ class TestReuse:
         before = tree(tmp_path / "run")
         when = stamp(tmp_path / "run")
         again = study.run(copied, out=tmp_path / "run")
-        assert again.reused == ["sticks"] and again.times == finished.run.times
+        assert again.reused == ["pounding"] and again.times == finished.run.times
         assert again.scalars == finished.run.scalars
         assert stamp(tmp_path / "run") == when
         after = tree(tmp_path / "run")
         changed = {str(path) for path in before if before[path] != after.get(path)}
         assert changed <= {"run.log", "provenance.json", "report.html"}
         assert before.keys() == after.keys()
-        assert load(tmp_path / "run" / "provenance.json")["reused"] == ["sticks"]
+        assert load(tmp_path / "run" / "provenance.json")["reused"] == ["pounding"]
+
+    def test_an_edited_figure_is_drawn_again_and_nothing_is_computed(
+        self, copied, tmp_path, finished, monkeypatch
+    ):
+        store = tmp_path / "run" / "pounding.nc"
+        when = stamp(tmp_path / "run")
+        figure = next((tmp_path / "run" / "figures").glob("*.png"))
+        before = figure.stat().st_mtime_ns, store.stat().st_mtime_ns
+        key = Stage.drawing_key
+        monkeypatch.setattr(Stage, "drawing_key", lambda stage, case: key(stage, case) + "edited")
+        again = study.run(copied, out=tmp_path / "run")
+        assert again.reused == ["pounding"] and stamp(tmp_path / "run") == when
+        assert figure.stat().st_mtime_ns > before[0] and store.stat().st_mtime_ns == before[1]
+        # Drawn once, and its time is that of the drawing.
+        drawn = figure.stat().st_mtime_ns
+        assert study.run(copied, out=tmp_path / "run").times == again.times
+        assert figure.stat().st_mtime_ns == drawn
+
+    def test_a_lost_figure_is_drawn_again(self, copied, tmp_path):
+        figure = next((tmp_path / "run" / "figures").glob("*.png"))
+        figure.unlink()
+        assert study.run(copied, out=tmp_path / "run").reused == ["pounding"]
+        assert figure.is_file()
 
     def test_resuming_a_finished_run(self, copied, tmp_path):
-        assert study.run(copied, out=tmp_path / "run", resume=True).reused == ["sticks"]
+        assert study.run(copied, out=tmp_path / "run", resume=True).reused == ["pounding"]
 
     def test_the_case_may_move(self, copied, tmp_path):
         (tmp_path / "other").mkdir()
         for file in tmp_path.glob("small*"):
             shutil.move(file, tmp_path / "other")
         again = study.run(tmp_path / "other" / copied.name, out=tmp_path / "run")
-        assert again.reused == ["sticks"]
+        assert again.reused == ["pounding"]
 
     @pytest.mark.parametrize(
         "change",
@@ -163,13 +187,13 @@ class TestReuse:
     )
     def test_words_change_no_result(self, copied, tmp_path, edited, change):
         edited(copied, change)
-        assert study.run(copied, out=tmp_path / "run").reused == ["sticks"]
+        assert study.run(copied, out=tmp_path / "run").reused == ["pounding"]
         provenance = load(tmp_path / "run" / "provenance.json")
         assert provenance["case_hash"] == study.check(copied).content_hash()
 
     def test_a_published_value_goes_into_the_summary(self, copied, tmp_path, edited):
         edited(tmp_path / "small_published.csv", ("motion.pga,300", "motion.pga,290"))
-        assert study.run(copied, out=tmp_path / "run").reused == ["sticks"]
+        assert study.run(copied, out=tmp_path / "run").reused == ["pounding"]
         entry = next(
             e for e in load(tmp_path / "run" / "summary.json") if e["name"] == "motion.pga"
         )
@@ -197,7 +221,7 @@ class TestReuse:
         case = with_record(tmp_path, sine)
         out = tmp_path / "run"
         assert study.run(case, out=out).reused == []
-        assert study.run(case, out=out).reused == ["sticks"]
+        assert study.run(case, out=out).reused == ["pounding"]
         (tmp_path / "record.csv").write_text(sine.replace("3.0", "3.1", 1) + "2.01,0\n")
         assert study.run(case, out=out).reused == []
 
@@ -207,7 +231,7 @@ class TestReuse:
         case = with_record(tmp_path, sine)
         study.run(case, out=tmp_path / "run")
         monkeypatch.chdir(tmp_path)
-        assert study.run(Path(case.name), out=tmp_path / "run").reused == ["sticks"]
+        assert study.run(Path(case.name), out=tmp_path / "run").reused == ["pounding"]
 
     def test_fresh(self, copied, tmp_path, no_figures, finished):
         when = stamp(tmp_path / "run")
@@ -221,9 +245,9 @@ class TestReuse:
     @pytest.mark.parametrize(
         ("name", "damage"),
         [
-            ("sticks.nc", "truncated"),
-            ("sticks.nc", "overwritten"),
-            ("sticks.nc", "empty"),
+            ("pounding.nc", "truncated"),
+            ("pounding.nc", "overwritten"),
+            ("pounding.nc", "empty"),
             ("forces.nc", "overwritten"),
             ("forces.csv", "truncated"),
             ("forces.csv", "empty"),
@@ -253,7 +277,7 @@ class TestReuse:
             assert f"{path} is missing or was changed; computed again" in caplog.text
         assert path.stat().st_size == pytest.approx(len(content), rel=0.01)
 
-    @pytest.mark.parametrize("name", ["sticks.nc", "motion.nc", "forces.nc", "forces.csv"])
+    @pytest.mark.parametrize("name", ["pounding.nc", "motion.nc", "forces.nc", "forces.csv"])
     def test_a_missing_file_is_written_again(self, copied, tmp_path, no_figures, name):
         (tmp_path / "run" / name).unlink()
         assert study.run(copied, out=tmp_path / "run").reused == []
@@ -288,7 +312,7 @@ class TestFolder:
         (tmp_path / "runs").mkdir()
         (tmp_path / "run").rename(tmp_path / "runs" / "small")
         again = study.run(Path(copied.name))
-        assert again.folder == Path("runs/small") and again.reused == ["sticks"]
+        assert again.folder == Path("runs/small") and again.reused == ["pounding"]
 
     def test_resuming_what_is_not_there(self, copied, tmp_path):
         before = tree(tmp_path)
@@ -340,13 +364,13 @@ class TestFolder:
             raise KeyboardInterrupt
 
         edited(copied, ('gap = "2 cm"', 'gap = "21 mm"'))
-        before = (tmp_path / "run" / "sticks.nc").read_bytes()
+        before = (tmp_path / "run" / "pounding.nc").read_bytes()
         names = set(tree(tmp_path / "run"))
         with monkeypatch.context() as patch:
             patch.setattr(sticks, "write_sticks", interrupt)
             with pytest.raises(KeyboardInterrupt):
                 study.run(copied, out=tmp_path / "run")
-        assert (tmp_path / "run" / "sticks.nc").read_bytes() == before
+        assert (tmp_path / "run" / "pounding.nc").read_bytes() == before
         assert set(tree(tmp_path / "run")) == names
         again = study.run(copied, out=tmp_path / "run", resume=True)
         assert again.reused == []
@@ -355,13 +379,13 @@ class TestFolder:
 class TestInput:
     def test_an_unknown_stage(self, finished, tmp_path):
         with pytest.raises(
-            InputError, match="'roof': expected one of the stages building, calibrate, sticks"
+            InputError, match="'roof': expected one of the stages building, calibrate, pounding"
         ):
             study.run(finished.case, out=tmp_path / "run", stage="roof")
         assert not list(tmp_path.iterdir())
 
     def test_the_known_stage(self, copied, tmp_path):
-        assert study.run(copied, out=tmp_path / "run", stage="sticks").reused == ["sticks"]
+        assert study.run(copied, out=tmp_path / "run", stage="pounding").reused == ["pounding"]
 
     def test_check(self, finished):
         case = study.check(finished.case)

@@ -32,7 +32,7 @@ LastStage = Annotated[
     str | None,
     typer.Option(
         metavar="STAGE",
-        help="Run this stage and those that it needs: building, calibrate, sticks, ensemble, "
+        help="Run this stage and those that it needs: building, calibrate, pounding, ensemble, "
         "transient, device, design or report. All that the case has the input for when left out.",
     ),
 ]

@@ -43,21 +43,21 @@ class TestRun:
 
     def test_again(self, program, copied, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
-        ended = program("run", copied.name, "--out", "run", "--stage", "sticks", "--resume")
+        ended = program("run", copied.name, "--out", "run", "--stage", "pounding", "--resume")
         assert ended.code == 0 and "reused" in ended.err
-        assert "stage sticks: starts" not in ended.err and "done in" not in ended.err
+        assert "stage pounding: starts" not in ended.err and "done in" not in ended.err
 
     def test_a_stage_says_that_it_starts_before_all_else(self, finished):
         """Then what it found, then that it is done; the next one starts after that."""
         log = (finished.folder / "run.log").read_text(encoding="utf-8")
-        told = ["stage sticks: starts", " INFO    pounding: ", "stage sticks: done in "]
+        told = ["stage pounding: starts", " INFO    pounding: ", "stage pounding: done in "]
         told += ["stage report: starts", "stage report: done in "]
         assert [log.count(words) for words in told] == [1, log.count(told[1]), 1, 1, 1]
         assert sorted(told, key=log.index) == told and log.rindex(told[1]) < log.index(told[2])
 
     def test_another_case_does_not_go_on(self, program, copied, edited, tmp_path):
         """It is refused, and nothing changes; without `--resume` it is computed."""
-        words = ("run", copied, "--out", tmp_path / "run", "--stage", "sticks")
+        words = ("run", copied, "--out", tmp_path / "run", "--stage", "pounding")
         log = (tmp_path / "run" / "run.log").read_bytes()
         before = hash_of(tmp_path / "run")
         edited(copied, ("restitution = 0.65", "restitution = 0.6"))
@@ -71,7 +71,7 @@ class TestRun:
 
     def test_a_case_of_another_name_goes_on(self, program, copied, tmp_path):
         other = copied.rename(tmp_path / "other.toml")
-        ended = program("run", other, "--out", tmp_path / "run", "--resume", "--stage", "sticks")
+        ended = program("run", other, "--out", tmp_path / "run", "--resume", "--stage", "pounding")
         assert ended.code == 0 and "reused" in ended.err
 
     def test_the_checks_are_told(self, program, copied, tmp_path):

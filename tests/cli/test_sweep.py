@@ -12,7 +12,7 @@ from impactfem.system.errors import SolutionError
 
 
 class TestSweep:
-    SET = ("--set", "buildings[0].stiffness_factor=0.5,2", "--stage", "sticks")
+    SET = ("--set", "buildings[0].stiffness_factor=0.5,2", "--stage", "pounding")
     SHOW = ("--show", "sticks.west.frequency.1, sticks.east.frequency.1,")
 
     def test_a_table(self, program, new_case, tmp_path, monkeypatch, no_figures):
@@ -31,7 +31,7 @@ class TestSweep:
     def test_details(self, program, new_case, tmp_path, no_figures):
         case = new_case(tmp_path)
         ended = program("-v", "sweep", case, *self.SET, "--out", tmp_path / "s")
-        assert ended.code == 0 and ended.err.count("stage sticks: done in") == 2
+        assert ended.code == 0 and ended.err.count("stage pounding: done in") == 2
 
     def test_a_variant_that_fails(self, program, new_case, tmp_path, monkeypatch):
         def fail(*_, **__):

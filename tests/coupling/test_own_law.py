@@ -154,8 +154,8 @@ def test_the_stage_and_its_store(study, tmp_path):
     assert found.main_impact.peak_force == pytest.approx(study.main_impact.peak_force, rel=1e-6)
     assert found.floors.pfa == pytest.approx(study.floors.pfa, rel=1e-6)
     assert steps_of_law(found) == pytest.approx(steps_of_law(study), rel=1e-6)
-    write_sticks(tmp_path / "sticks.nc", found, "")
-    with xr.open_dataset(tmp_path / "sticks.nc", engine="h5netcdf") as store:
+    write_sticks(tmp_path / "pounding.nc", found, "")
+    with xr.open_dataset(tmp_path / "pounding.nc", engine="h5netcdf") as store:
         assert set(store.pair_law.values) == {"again"}
         assert store.pair_stiffness.attrs["units"] == "N/m"
         expected = [pair.law.epsilon for pair in study.system.pairs]

@@ -90,7 +90,7 @@ def test_batch_scripts(script):
 @pytest.mark.parametrize(
     ("text", "found"),
     [
-        ("impactfem run case.toml --out a --stage sticks --resume", None),
+        ("impactfem run case.toml --out a --stage pounding --resume", None),
         ("a/b/impactfem run 'my case.toml' > log; ls --wrong", None),
         ("mpirun -n 3 impactfem sweep c.toml --set a.b=1,2 --processes 4  # --wrong", None),
         ("run() { impactfem sweep c.toml \\\n  --zip --set 'a=1' \"$@\"; }", None),

@@ -146,20 +146,20 @@ def test_what_may_be_reused(finished, tmp_path, caplog):
     """A damaged manifest or archive is computed again, and a good one is read."""
     run = tmp_path / "run"
     shutil.copytree(finished.folder, run)
-    manifest = run / "sticks.stage.json"
+    manifest = run / "pounding.stage.json"
     content = manifest.read_bytes()
     key = re.search(r'"inputs": "(\w+)"', content.decode())[1]
 
     def reuse():
-        if is_finished(run, "sticks", key):
-            assert all(isinstance(t, float) for t in seconds_of(run, "sticks").values())
-            memory_of(run, "sticks")
+        if is_finished(run, "pounding", key):
+            assert all(isinstance(t, float) for t in seconds_of(run, "pounding").values())
+            memory_of(run, "pounding")
 
     for seed in range(MANIFESTS):
         damage(random.Random(seed), manifest, content)
         assert outcome(reuse, run, ImpactfemError) == "good", seed
         mend(manifest, content)
-    assert is_finished(run, "sticks", key)
+    assert is_finished(run, "pounding", key)
     archive = tmp_path / "basis.npz"
     write_archive(archive, "key", {"q": np.arange(30.0), "names": np.array(["a", "b"])})
     content = archive.read_bytes()

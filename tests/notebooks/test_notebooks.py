@@ -102,12 +102,12 @@ def test_own_building(built: Built) -> None:
     told = check(built.notebook, 2)
     assert "no fault found" in told and "stand_in.AT2" in told
     with open_run(built.folder / "run") as run:
-        assert run.stores == ("building", "motion", "sticks", "forces", "transient", "maps")
+        assert run.stores == ("building", "pounding", "motion", "forces", "transient", "maps")
         assert run.value("pounding.peak_force.floor_3") > 1e5
         first = run.value("building.frequency.1")
-        assert float(run.sticks.calibrated_frequency[0]) == pytest.approx(first, rel=1e-3)
+        assert float(run.pounding.calibrated_frequency[0]) == pytest.approx(first, rel=1e-3)
         # Low on, the stick and the 3D model are one: the floor moves as a rigid body.
-        stick = run.sticks.psa.sel(station="mine.floor_3", direction="y")[0]
+        stick = run.pounding.psa.sel(station="mine.floor_3", direction="y")[0]
         centre = run.transient.psa.sel(probe="centre_3", component="y")[0]
         low = stick.frequency.values < 0.8 * first
         assert stick.values[low] == pytest.approx(centre.values[low], rel=0.05)

@@ -67,7 +67,7 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("run")
-    write_floor_products(folder, store(folder / "sticks.nc"))
+    write_floor_products(folder, store(folder / "pounding.nc"))
     return folder
 
 
@@ -76,11 +76,11 @@ def test_files(made: Path) -> None:
     assert found == [
         "figures/floor_spectra_B1.png",
         "figures/floor_spectra_B2.png",
+        "pounding.nc",
         "products/floor_peaks.csv",
         "products/floor_spectra.csv",
         "products/floor_spectra.nc",
         "products/floor_spectra.xlsx",
-        "sticks.nc",
     ]
 
 
@@ -100,7 +100,7 @@ def test_table_has_labels_units_and_both_spectra(made: Path) -> None:
         for r in rows
         if (r["building"], r["floor"], r["direction"], r["damping [-]"]) == ("B1", "2", "y", "0.05")
     ]
-    with xr.open_dataset(made / "sticks.nc", engine="h5netcdf") as source:
+    with xr.open_dataset(made / "pounding.nc", engine="h5netcdf") as source:
         psa = source["psa"].values[1, 1, 1]
     computed = [r for r in one if r["raw [m/s2]"]]
     np.testing.assert_allclose([float(r["frequency [Hz]"]) for r in computed], F, rtol=1e-5)
@@ -115,7 +115,7 @@ def test_table_has_labels_units_and_both_spectra(made: Path) -> None:
 def test_peaks(made: Path) -> None:
     rows = rows_of(made / "products/floor_peaks.csv")
     assert len(rows) == len(FLOORS) * 2 * 2
-    spectra, _ = read_floor_spectra(made / "sticks.nc")
+    spectra, _ = read_floor_spectra(made / "pounding.nc")
     first = rows[0]
     assert (first["building"], first["floor"], first["direction"]) == ("B1", "1", "x")
     assert float(first["raw peak [m/s2]"]) == pytest.approx(spectra.psa[0, 0, 0, 0].max(), rel=1e-5)
@@ -189,7 +189,7 @@ def test_ensemble_has_fractiles(tmp_path: Path) -> None:
 
 
 def test_broadening_and_clipping_reach_the_files(tmp_path: Path) -> None:
-    source = store(tmp_path / "sticks.nc")
+    source = store(tmp_path / "pounding.nc")
     write_floor_products(tmp_path, source, broadening=0.0, clipping=True)
     with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="h5netcdf") as data:
         assert np.any(data["broadened"].max("design_frequency") < data["raw"].max("frequency"))
@@ -231,7 +231,7 @@ def test_store_without_spectra_is_refused(tmp_path: Path) -> None:
 
 
 def test_nothing_is_written_for_a_wrong_argument(tmp_path: Path) -> None:
-    source = store(tmp_path / "sticks.nc")
+    source = store(tmp_path / "pounding.nc")
     with pytest.raises(ImpactfemError, match="ratios of at least 0"):
         write_floor_products(tmp_path, source, broadening=2.0)
     assert not (tmp_path / "products").exists()

@@ -31,7 +31,7 @@ VALUES = {
         "calibration.K_Ceq": 1.1e11,
         "calibration.impact_duration": 0.0165,
     },
-    "sticks": {
+    "pounding": {
         "sticks.B1.frequency.1": 1.75,
         "sticks.B1.frequency.2": 5.19,
         "sticks.B2.frequency.1": 1.29,
@@ -70,7 +70,7 @@ def write(folder, *names, stiffness=1.1e11, target=1.8, without=()):
         scalars = dict(VALUES[name])
         if name == "motion":
             scalars = {}
-        if name == "sticks":
+        if name == "pounding":
             scalars |= VALUES["motion"]
         kept = [
             Scalar(key, None if key in without else value, "-", NOTES.get(key, ""))
@@ -79,7 +79,7 @@ def write(folder, *names, stiffness=1.1e11, target=1.8, without=()):
         store = xr.Dataset(attrs={"scalars": to_json(kept), "shown_direction": "y"})
         if name == "motion":
             store = xr.Dataset(attrs={"title": "none"})
-        if name == "sticks":
+        if name == "pounding":
             store["pair_stiffness"] = ("pair", np.array([stiffness]))
             store["target_frequency"] = ("target", np.array([target]))
         if name == "device":
@@ -129,7 +129,7 @@ def test_all_stages(tmp_path, texts):
 
 
 def test_sticks_alone(tmp_path, texts):
-    flowchart_figure(write(tmp_path, "motion", "sticks"))
+    flowchart_figure(write(tmp_path, "motion", "pounding"))
     assert texts.count("not part of this run") == 6
     assert "Dashed box: not part of this run." in texts[-1] and "Dashed arrow" not in texts[-1]
 

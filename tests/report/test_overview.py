@@ -8,11 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from results.device_store import device_folder
 
 from impactfem.report import overview
 from impactfem.report.overview import _carried_floors, facts
 from impactfem.stages.open_store import open_store
+
+from ..stages.device.device_store import device_folder
 
 FLOORS = 5
 

@@ -15,6 +15,7 @@ from impactfem.report.page import _tiles, number, quantity, write_report
 from impactfem.stages.manifest import file_digest
 from impactfem.system.errors import ImpactfemError
 
+TITLES = {stage.name: (stage.title, stage.about) for stage in study.STAGES}
 VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
 
 
@@ -75,7 +76,7 @@ def test_everything_that_the_run_drew_is_in_it(finished, page):
 
 def test_checks_and_results_are_those_of_the_run(finished, page):
     checks = json.loads((finished.folder / "checks.json").read_text(encoding="utf-8"))
-    assert {check["stage"] for check in checks} >= {"sticks"}
+    assert {check["stage"] for check in checks} >= {"pounding"}
     assert {check["text"] for check in checks} <= set(page.words)
     summary = json.loads((finished.folder / "summary.json").read_text(encoding="utf-8"))
     assert {entry["name"] for entry in summary} <= set(page.words)
@@ -84,12 +85,12 @@ def test_checks_and_results_are_those_of_the_run(finished, page):
 def with_checks(run, checks):
     """Put other checks into the folder of a run, signed as its own; gives the page."""
     path, made = run / "checks.json", run / "provenance.json"
-    listed = [{"stage": "sticks", "good": good, "text": text} for text, good in checks.items()]
+    listed = [{"stage": "pounding", "good": good, "text": text} for text, good in checks.items()]
     path.write_text(json.dumps(listed), encoding="utf-8")
     provenance = json.loads(made.read_text(encoding="utf-8"))
     provenance["files"]["checks.json"] = file_digest(path)
     made.write_text(json.dumps(provenance), encoding="utf-8")
-    return Page(write_report(run).read_text(encoding="utf-8"))
+    return Page(write_report(run, TITLES).read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize(
@@ -131,10 +132,10 @@ def test_it_is_made_again_from_the_folder_alone(finished, tmp_path, text, monkey
 
 def test_a_folder_without_a_run(tmp_path):
     with pytest.raises(ImpactfemError, match=r"no run to report on: case.json, summary.json"):
-        write_report(tmp_path)
+        write_report(tmp_path, TITLES)
 
 
-@pytest.mark.parametrize("name", ["summary.json", "case.json", "sticks.stage.json"])
+@pytest.mark.parametrize("name", ["summary.json", "case.json", "pounding.stage.json"])
 @pytest.mark.parametrize("content", ["{", '"words"'])
 def test_a_broken_file_is_named(finished, tmp_path, name, content):
     shutil.copytree(finished.folder, tmp_path / "run")
@@ -145,9 +146,9 @@ def test_a_broken_file_is_named(finished, tmp_path, name, content):
 
 def test_a_broken_store_is_named(finished, tmp_path):
     shutil.copytree(finished.folder, tmp_path / "run")
-    (tmp_path / "run" / "sticks.nc").write_bytes(b"no store")
-    with pytest.raises(ImpactfemError, match=r"cannot read .*sticks\.nc"):
-        write_report(tmp_path / "run")
+    (tmp_path / "run" / "pounding.nc").write_bytes(b"no store")
+    with pytest.raises(ImpactfemError, match=r"cannot read .*pounding\.nc"):
+        write_report(tmp_path / "run", TITLES)
 
 
 @pytest.mark.parametrize("name", ["summary.json", "case.json", "forces.csv"])
@@ -158,17 +159,17 @@ def test_a_file_that_was_changed_is_named(finished, tmp_path, name):
     with pytest.raises(
         ImpactfemError, match=re.escape(f"cannot read {path}: it is missing, or not")
     ):
-        write_report(tmp_path / "run")
+        write_report(tmp_path / "run", TITLES)
 
 
 def test_a_stage_of_another_run_is_refused(finished, tmp_path):
     """As a run that was killed after some of its stages leaves it."""
     shutil.copytree(finished.folder, tmp_path / "run")
-    path = tmp_path / "run" / "sticks.stage.json"
+    path = tmp_path / "run" / "pounding.stage.json"
     manifest = json.loads(path.read_text(encoding="utf-8"))
     path.write_text(json.dumps(manifest | {"inputs": "other"}), encoding="utf-8")
-    with pytest.raises(ImpactfemError, match=r"sticks\.stage\.json: the stage has other inputs"):
-        write_report(tmp_path / "run")
+    with pytest.raises(ImpactfemError, match=r"pounding\.stage\.json: the stage has other inputs"):
+        write_report(tmp_path / "run", TITLES)
 
 
 def test_a_stage_of_before_may_be_tidied_up(finished, tmp_path):
@@ -176,10 +177,10 @@ def test_a_stage_of_before_may_be_tidied_up(finished, tmp_path):
     other = tmp_path / "run" / "device.stage.json"
     files = {"device.nc": "gone", "tables/device.csv": "gone"}
     other.write_text(json.dumps({"inputs": "old", "seconds": {}, "files": files}))
-    write_report(tmp_path / "run")
+    write_report(tmp_path / "run", TITLES)
     (tmp_path / "run" / "device.nc").write_bytes(b"damaged")
     with pytest.raises(ImpactfemError, match=r"cannot read .*device\.nc: it is missing, or not"):
-        write_report(tmp_path / "run")
+        write_report(tmp_path / "run", TITLES)
 
 
 @pytest.mark.parametrize(
@@ -280,7 +281,7 @@ def beside_a_paper(run):
     for name in ("case.json", "summary.json"):
         provenance["files"][name] = file_digest(run / name)
     made.write_text(json.dumps(provenance), encoding="utf-8")
-    return Page(write_report(run).read_text(encoding="utf-8"))
+    return Page(write_report(run, TITLES).read_text(encoding="utf-8"))
 
 
 def test_what_is_given_counts_apart(finished, tmp_path, caplog):

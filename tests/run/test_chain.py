@@ -119,7 +119,7 @@ def test_the_pump(done: study.Run) -> None:
 
 def test_finished_stages_are_reused(case: Path, done: study.Run) -> None:
     again = study.run(case, out=done.folder)
-    stages = ["building", "calibrate", "sticks", "transient", "device", "design"]
+    stages = ["building", "calibrate", "pounding", "transient", "device", "design"]
     assert again.reused == stages
     assert values(again) == values(done)
 
@@ -163,7 +163,7 @@ def test_a_wider_wall_gap_calibrates_again(
     no_pictures(monkeypatch)
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
     other = edited(tmp_path / "frame.toml", ('gap = "2 mm"', 'gap = "3 mm"'))
-    again = study.run(other, out=tmp_path / "run", stage="sticks")
+    again = study.run(other, out=tmp_path / "run", stage="pounding")
     assert again.reused == ["building"]
     assert "calibrate: basis" not in again.times
     assert values(again)["calibration.epsilon"] != values(done)["calibration.epsilon"]
@@ -232,7 +232,7 @@ def test_detailed_analysis_in_full_order(copied: Callable[[str], Path]) -> None:
     for solver in ("reduced", "full"):
         path = by(copied(solver), f'solver = "{solver}"\n')
         runs[solver] = study.run(path, out=path.parent / "run", stage="device")
-        assert runs[solver].reused == ["building", "calibrate", "sticks"]
+        assert runs[solver].reused == ["building", "calibrate", "pounding"]
         assert "device: basis" not in runs[solver].times
         assert ("device: time steps" in runs[solver].times) == (solver == "full")
         assert not list((path.parent / "run").glob("device_checkpoints*"))

@@ -50,7 +50,7 @@ def test_time_within_a_factor_of_two(name, monkeypatch):
     ("step", "measured"), [(0.3358e-3, 0.85), (0.1e-3, 1.98), (0.03358e-3, 5.06)]
 )
 def test_memory_of_sticks_alone(case, step, measured):
-    """`impactfem run geometry/npp_pair.toml --stage sticks`, with shorter steps as well."""
+    """`impactfem run geometry/npp_pair.toml --stage pounding`, with shorter steps as well."""
     shorter = case.pounding.model_copy(update={"time_step": step})
     found = estimate(case.model_copy(update={"pounding": shorter, "structure": None}), LONGEST)
     assert 1 / 1.5 < 1e-9 * found.stages[0].memory / measured < 1.5
@@ -112,7 +112,7 @@ def test_the_stages_that_are_asked_for(monkeypatch):
     fine = load_case(GEOMETRY / "npp_pair_fine.toml")
     monkeypatch.setattr(module, "total_memory", lambda: 4e9)
     found = estimate(fine, LONGEST)
-    assert list(too_much(fine, found)) and not list(too_much(fine, found.of({"sticks"})))
+    assert list(too_much(fine, found)) and not list(too_much(fine, found.of({"pounding"})))
     assert found.of(set()) == found
 
 

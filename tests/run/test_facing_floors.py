@@ -45,8 +45,8 @@ def test_check_says_what_it_cannot_tell(new_case, tmp_path, caplog):
 @pytest.mark.usefixtures("no_figures")
 def test_a_run_reports_an_overlap(new_case, tmp_path):
     path = new_case(tmp_path, *LISTED)
-    result = study.run(path, out=tmp_path / "run", stage="sticks", bar=False)
-    (text,) = (text for good, text in result.checks["sticks"] if "facing" in text and not good)
+    result = study.run(path, out=tmp_path / "run", stage="pounding", bar=False)
+    (text,) = (text for good, text in result.checks["pounding"] if "facing" in text and not good)
     with (tmp_path / "run/tables/facing_floors.csv").open(encoding="utf-8") as file:
         (row,) = csv.DictReader(file)
     assert (row["floor"], row["faces"]) == ("west.floor_3", "east.floor_3")
@@ -58,7 +58,7 @@ def test_a_run_reports_an_overlap(new_case, tmp_path):
     values = {scalar.name: scalar.value for scalar in result.scalars}
     assert values["pounding.facing_distance_min"] == pytest.approx(1e-3 * nearest)
     checks = json.loads((tmp_path / "run/checks.json").read_text(encoding="utf-8"))
-    assert {"stage": "sticks", "good": False, "text": text} in checks
+    assert {"stage": "pounding", "good": False, "text": text} in checks
 
 
 def test_a_whole_case_says_nothing(finished):

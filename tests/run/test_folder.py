@@ -25,8 +25,8 @@ def ended():
 def test_what_a_kill_left_goes_with_the_next_run(tmp_path, ended):
     (tmp_path / LOG).write_text("before")
     (tmp_path / "tables").mkdir()
-    left = [tmp_path / f".sticks.nc.{ended}.part", tmp_path / "tables" / f".a.csv.{ended}.part"]
-    of_another_run = tmp_path / f".sticks.nc.{os.getppid()}.part"
+    left = [tmp_path / f".pounding.nc.{ended}.part", tmp_path / "tables" / f".a.csv.{ended}.part"]
+    of_another_run = tmp_path / f".pounding.nc.{os.getppid()}.part"
     table = tmp_path / "tables" / "a.csv"
     for path in (*left, of_another_run, table):
         path.write_text("half")
@@ -50,7 +50,7 @@ def test_a_folder_that_holds_no_run_keeps_its_files(tmp_path, ended):
 
 def test_a_file_that_cannot_be_removed(tmp_path, ended, monkeypatch):
     (tmp_path / LOG).touch()
-    (tmp_path / f".sticks.nc.{ended}.part").touch()
+    (tmp_path / f".pounding.nc.{ended}.part").touch()
 
     def refused(path, missing_ok=False):
         raise PermissionError(13, os.strerror(13))

@@ -10,7 +10,7 @@ import pytest
 from impactfem import study
 from impactfem.case import load_case
 from impactfem.run import loop
-from impactfem.stages.pounding.stage import STICKS
+from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.transient import stage as transient
 from impactfem.system.errors import InputError
 
@@ -54,12 +54,12 @@ def test_it_is_one_of_the_checks_of_a_run(finished):
     checks = json.loads((finished.folder / "checks.json").read_text(encoding="utf-8"))
     (found,) = (one for one in checks if "axes and offsets" in one["text"])
     assert found == {
-        "stage": "sticks",
+        "stage": "pounding",
         "good": True,
         "text": "contact: 3 gaps are those of axes and offsets",
     }
     case = load_case(finished.case)
-    assert (True, found["text"]) in STICKS.checks(case, finished.folder)
+    assert (True, found["text"]) in POUNDING.checks(case, finished.folder)
 
 
 @pytest.mark.parametrize("forces", [None, Path("forces.csv")])

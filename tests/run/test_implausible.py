@@ -31,7 +31,7 @@ def test_check_warns_of_a_value(new_case, tmp_path, caplog):
 def test_a_run_warns_once(new_case, tmp_path):
     axis = 'axis = ["10 m", "18.02 m"]'
     path = new_case(tmp_path, (axis, f'{axis}\nlength = "4 km"'))
-    study.run(path, out=tmp_path / "run", stage="sticks", bar=False)
+    study.run(path, out=tmp_path / "run", stage="pounding", bar=False)
     text = (tmp_path / "run/run.log").read_text(encoding="utf-8")
     assert text.count("buildings[1].length = '4 km': usual is 5 to 200 m") == 1
 

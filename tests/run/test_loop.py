@@ -28,7 +28,7 @@ def results(folder, names):
 def test_kills_at_random_moments(finished, tmp_path):
     """The process and all that it started, somewhere after its folder is open."""
     random_numbers, folder = random.Random(8), tmp_path / "run"
-    command = [PROGRAM, "run", finished.case, "--out", folder, "--stage", "sticks"]
+    command = [PROGRAM, "run", finished.case, "--out", folder, "--stage", "pounding"]
     silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     for kill in range(2):
         again = ["--resume"] if kill else []
@@ -45,7 +45,7 @@ def test_kills_at_random_moments(finished, tmp_path):
     assert last.returncode == 0, last.stderr
     assert not list(folder.rglob(".*"))
     stores = [path.name for path in folder.glob("*.nc")]
-    assert {"sticks.nc", "motion.nc", "forces.nc"} <= set(stores)
+    assert {"pounding.nc", "motion.nc", "forces.nc"} <= set(stores)
     scalars, found = results(folder, stores)
     expected_scalars, expected = results(finished.folder, stores)
     assert scalars == expected_scalars

@@ -29,9 +29,9 @@ def test_scalars(finished: Any) -> None:
 
 def test_stores(finished: Any) -> None:
     with open_run(str(finished.folder)) as run:
-        assert run.stores == ("motion", "sticks", "forces")
-        assert run.sticks is run.sticks
-        pfa = run.sticks.pfa.sel(station="west.floor_3", direction="y")
+        assert run.stores == ("pounding", "motion", "forces")
+        assert run.pounding is run.pounding
+        pfa = run.pounding.pfa.sel(station="west.floor_3", direction="y")
         assert float(pfa) == pytest.approx(run.value("frs.floor_3.pfa"))
         assert run.forces.force.dims == ("time", "pair") and "acceleration_0" in run.motion
 
@@ -59,7 +59,7 @@ def test_results_that_are_not_there(finished: Any, tmp_path: Path) -> None:
         with pytest.raises(InputError, match=r"x: the result has no value in this run\. no impact"):
             run.value("x")
         with pytest.raises(InputError, match="the stores of this run are: none"):
-            _ = run.sticks
+            _ = run.pounding
 
 
 @pytest.mark.parametrize(
@@ -81,12 +81,12 @@ def test_no_run(tmp_path: Path, content: str | None, expected: str) -> None:
 
 def test_a_store_that_is_none(tmp_path: Path) -> None:
     (tmp_path / "summary.json").write_text("[]")
-    (tmp_path / "sticks.nc").write_text("nothing")
+    (tmp_path / "pounding.nc").write_text("nothing")
     with (
-        pytest.raises(ImpactfemError, match=r"cannot read .*sticks\.nc"),
+        pytest.raises(ImpactfemError, match=r"cannot read .*pounding\.nc"),
         open_run(tmp_path) as run,
     ):
-        _ = run.sticks
+        _ = run.pounding
 
 
 def test_neither_fenicsx_nor_vtk_is_loaded() -> None:

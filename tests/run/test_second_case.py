@@ -132,7 +132,7 @@ def found(done: study.Run) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def store(done: study.Run) -> xr.Dataset:
-    with xr.open_dataset(done.folder / "sticks.nc", engine="h5netcdf") as sticks_store:
+    with xr.open_dataset(done.folder / "pounding.nc", engine="h5netcdf") as sticks_store:
         return sticks_store.load()
 
 

@@ -31,7 +31,7 @@ def rows_of(folder: Path) -> list[dict[str, str]]:
 
 def test_a_table_of_all_variants(case: Path, tmp_path: Path) -> None:
     """Stiffness four times as high: every frequency twice as high."""
-    swept = study.sweep(case, FACTORS, stage="sticks", out=tmp_path / "s", show=[FREQUENCY])
+    swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s", show=[FREQUENCY])
     assert swept.failed == 0 and swept.shown == (FREQUENCY,)
     low, high = rows_of(tmp_path / "s")
     column = f"{FREQUENCY} [Hz]"
@@ -48,23 +48,23 @@ def test_a_table_of_all_variants(case: Path, tmp_path: Path) -> None:
 
 
 def test_a_variant_is_a_case_of_its_own(case: Path, tmp_path: Path) -> None:
-    swept = study.sweep(case, FACTORS, stage="sticks", out=tmp_path / "s")
+    swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
     row = swept.results.rows[1]
     path = tmp_path / "s" / "cases" / f"{row.name}.toml"
-    again = study.run(path, out=tmp_path / "again", stage="sticks")
+    again = study.run(path, out=tmp_path / "again", stage="pounding")
     values = {scalar.name: scalar.value for scalar in again.scalars}
     assert values == {name: scalar.value for name, scalar in row.scalars.items()}
-    held = study.run(path, out=tmp_path / "s" / "runs" / row.name, stage="sticks", resume=True)
-    assert held.reused == ["sticks"]
+    held = study.run(path, out=tmp_path / "s" / "runs" / row.name, stage="pounding", resume=True)
+    assert held.reused == ["pounding"]
 
 
 def test_finished_variants_are_reused(
     case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = study.sweep(case, FACTORS, stage="sticks", out=tmp_path / "s")
+    first = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
     monkeypatch.setattr(sticks, "run_sticks", _fail)
     wider = {"buildings[0].stiffness_factor": [0.5, 1.0, 2.0]}
-    again = study.sweep(case, wider, stage="sticks", out=tmp_path / "s")
+    again = study.sweep(case, wider, stage="pounding", out=tmp_path / "s")
     assert again.failed == 1
     low, middle, high = again.results.rows
     assert [low, high] == list(first.results.rows)
@@ -82,12 +82,12 @@ def test_a_stage_with_the_same_inputs_is_computed_once(
     calls = []
     compute = sticks.run_sticks
     monkeypatch.setattr(sticks, "run_sticks", lambda *a, **k: calls.append(1) or compute(*a, **k))
-    swept = study.sweep(case, {"title": ["a", "b", "c"]}, stage="sticks", out=tmp_path / "s")
+    swept = study.sweep(case, {"title": ["a", "b", "c"]}, stage="pounding", out=tmp_path / "s")
     assert len(calls) == 1 and swept.failed == 0
     first, *others = swept.results.rows
     assert all(other.scalars == first.scalars for other in others)
     # Nor in a later sweep into the same folder, under another name.
-    later = study.sweep(case, {"title": ["d"]}, stage="sticks", out=tmp_path / "s")
+    later = study.sweep(case, {"title": ["d"]}, stage="pounding", out=tmp_path / "s")
     assert len(calls) == 1 and later.results.rows[0].scalars == first.scalars
 
 
@@ -110,7 +110,7 @@ def test_a_variant_that_fails_is_named(
         return compute(one, *rest, **named)
 
     monkeypatch.setattr(sticks, "run_sticks", run_sticks)
-    swept = study.sweep(case, FACTORS, stage="sticks", out=tmp_path / "s")
+    swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
     assert swept.failed == 1
     low, high = rows_of(tmp_path / "s")
     assert low["error"] == told and low[f"{FREQUENCY} [Hz]"] == ""
@@ -126,7 +126,7 @@ def test_an_interrupt_ends_the_sweep(
 
     monkeypatch.setattr(sticks, "run_sticks", interrupt)
     with pytest.raises(KeyboardInterrupt):
-        study.sweep(case, FACTORS, stage="sticks", out=tmp_path / "s")
+        study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
     assert not (tmp_path / "s" / "sweep.csv").exists()
 
 
@@ -180,7 +180,7 @@ def test_a_result_that_is_not_there(
     case: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     names = [FREQUENCY.replace("west", "wst"), "xyz*"]
-    swept = study.sweep(case, FACTORS, stage="sticks", out=tmp_path / "s", show=names)
+    swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s", show=names)
     assert swept.shown == ()
     assert f"no result is called {names[0]}; did you mean '{FREQUENCY}'?" in caplog.text
     assert "no result is called xyz*" in caplog.text
@@ -198,8 +198,8 @@ def same_tables(one: Path, other: Path) -> bool:
 
 def test_processes_give_the_same(case: Path, tmp_path: Path) -> None:
     one = {"buildings[0].stiffness_factor": [0.5]}
-    study.sweep(case, one, stage="sticks", out=tmp_path / "one")
-    study.sweep(case, one, stage="sticks", out=tmp_path / "two", processes=2)
+    study.sweep(case, one, stage="pounding", out=tmp_path / "one")
+    study.sweep(case, one, stage="pounding", out=tmp_path / "two", processes=2)
     assert same_tables(tmp_path / "one", tmp_path / "two")
 
 
@@ -234,7 +234,7 @@ def test_a_process_that_is_killed_is_told(
     case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(MODULE, "run_alone", _die)
-    swept = study.sweep(case, FACTORS, stage="sticks", out=tmp_path / "s", processes=2)
+    swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s", processes=2)
     assert swept.failed == 2
     assert all(row.error.startswith("its process ended: ") for row in swept.results.rows)
 

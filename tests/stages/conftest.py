@@ -57,7 +57,7 @@ def transient_folder(tmp_path: Path) -> Callable[..., Path]:
         asked = Wanted(**wanted)  # type: ignore[arg-type]
         slab = _slab(asked.direction)
         write_netcdf(tmp_path / "building.nc", _building(asked, slab))
-        write_netcdf(tmp_path / "sticks.nc", _sticks(asked))
+        write_netcdf(tmp_path / "pounding.nc", _sticks(asked))
         write_netcdf(tmp_path / "transient.nc", _transient(asked, slab))
         if asked.maps:
             write_netcdf(tmp_path / "transient_maps.nc", _maps(asked, slab))

@@ -10,10 +10,10 @@ import pytest
 from impactfem.case import Case, DampingCase, Transient, load_case
 from impactfem.case.part_damping import PartDamping
 from impactfem.stages.building.stage import BUILDING
-from impactfem.stages.calibrate.stage import calibrate_key
+from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.ensemble import stage as ensemble
 from impactfem.stages.inputs import inputs_key, matrices_key, tolerances
-from impactfem.stages.pounding.stage import STICKS
+from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.transient.stage import TRANSIENT
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -45,10 +45,10 @@ def test_restitution_counts_with_the_contact_laws(case: Case, sections: tuple[st
 
 
 def test_calibration_depends_on_the_dampings(case: Case) -> None:
-    assert calibrate_key(_with(case, stiffness_coefficient=1e-4)) != calibrate_key(case)
-    assert calibrate_key(case.model_copy(update={"damping_cases": ()})) != calibrate_key(case)
+    assert CALIBRATE.key(_with(case, stiffness_coefficient=1e-4)) != CALIBRATE.key(case)
+    assert CALIBRATE.key(case.model_copy(update={"damping_cases": ()})) != CALIBRATE.key(case)
     # It gives a restitution, and takes none.
-    assert calibrate_key(_with(case, restitution=0.5)) == calibrate_key(case)
+    assert CALIBRATE.key(_with(case, restitution=0.5)) == CALIBRATE.key(case)
 
 
 @pytest.mark.parametrize("served", [True, False])
@@ -61,7 +61,7 @@ def test_transient_depends_on_the_dampings_that_it_serves(case: Case, served: bo
 
 
 def test_sticks_of_the_case_itself_depend_on_none(case: Case) -> None:
-    assert STICKS.key(case.model_copy(update={"damping_cases": ()})) == STICKS.key(case)
+    assert POUNDING.key(case.model_copy(update={"damping_cases": ()})) == POUNDING.key(case)
 
 
 def _with_part_damping(case: Case, ratio: float) -> Case:

@@ -127,9 +127,9 @@ def terminal(monkeypatch):
 
 
 def test_a_bar_on_a_terminal(terminal):
-    with Steps({"pounding": 1.0}, "stage sticks") as steps, steps.step("pounding"):
+    with Steps({"pounding": 1.0}, "stage pounding") as steps, steps.step("pounding"):
         pass
-    assert "stage sticks: pounding" in terminal.getvalue() and "remaining" in terminal.getvalue()
+    assert "stage pounding: pounding" in terminal.getvalue() and "remaining" in terminal.getvalue()
 
 
 class Clock:

@@ -16,7 +16,6 @@ from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.case import load_case
-from impactfem.coupling.unilateral_full import FullMotion
 from impactfem.stages.calibrate.building_model import (
     WallModel,
     WallPatterns,
@@ -33,6 +32,7 @@ from impactfem.stages.calibrate.compute import (
     wall_probes,
 )
 from impactfem.stages.calibrate.experiment import WallExperiment
+from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.system.parallel import communicator
 from impactfem.verify.shipped import shipped_case
 

@@ -47,7 +47,7 @@ def write_floor_products(
 
     Args:
         folder: The run's folder.
-        store: `sticks.nc`, or the store of an ensemble.
+        store: `pounding.nc`, or the store of an ensemble.
         broadening: Of the peaks to either side: a ratio, or one down and one up [-].
         clipping: Whether narrow peaks are reduced before they are broadened.
         statistic: Over the motions of an ensemble: "envelope", "mean" or a probability.
@@ -75,7 +75,7 @@ def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, str]:
     """Read floor spectra from a store.
 
     Args:
-        store: `sticks.nc`, or one of the same form with the dimension `motion`.
+        store: `pounding.nc`, or one of the same form with the dimension `motion`.
 
     Returns:
         The spectra, and the hash of the inputs that the store was made from.

@@ -191,21 +191,21 @@ def _force(found: Found, kind: str) -> list[str]:
 LEFT, MIDDLE, RIGHT = 14.0, 50.0, 85.0
 ROWS = (91.0, 64.5, 38.0, 11.5)
 BOXES = {
-    "motion": Box("Ground motion", "sticks", "2", "motion", LEFT, ROWS[0], _motion),
-    "sticks": Box("Stick models", "sticks", "3 b and c", "sticks", MIDDLE, ROWS[0], _sticks),
+    "motion": Box("Ground motion", "pounding", "2", "motion", LEFT, ROWS[0], _motion),
+    "sticks": Box("Stick models", "pounding", "3 b and c", "pounding", MIDDLE, ROWS[0], _sticks),
     "building": Box("3D model", "building", "1, 3 a", "building", RIGHT, ROWS[0], _building),
     "ensemble": Box(
         "The same for many motions", "ensemble", "", "ensemble", LEFT, ROWS[1], _ensemble
     ),
     "pounding": Box(
-        "Pounding of the sticks", "sticks", "5, 8, 9", "sticks", MIDDLE, ROWS[1], _pounding
+        "Pounding of the sticks", "pounding", "5, 8, 9", "pounding", MIDDLE, ROWS[1], _pounding
     ),
     "wall": Box("Impact on a rigid wall", "calibrate", "6, 7", "calibrate", RIGHT, ROWS[1], _wall),
     "spectra": Box(
         "Floor response spectra",
-        "sticks, transient",
+        "pounding, transient",
         "10, 13, 15, 19",
-        "sticks",
+        "pounding",
         LEFT,
         ROWS[2],
         _spectra,

@@ -13,7 +13,7 @@ import xarray as xr
 from impactfem.stages.open_store import open_store
 from impactfem.system.scalar import from_json
 
-STORES = ("motion", "building", "calibrate", "sticks", "ensemble", "transient", "device")
+STORES = ("motion", "building", "calibrate", "pounding", "ensemble", "transient", "device")
 MAIN = "pounding.main_impact_force"
 SAME = 1e-9
 """Relative difference of a value that was handed over from the one that was found."""
@@ -74,7 +74,7 @@ def read_found(folder: Path) -> Found:
             scalars = from_json(store.attrs.get("scalars", "[]"))
             values |= {s.name: s.value for s in scalars if s.value is not None}
             direction = str(store.attrs.get("shown_direction", direction))
-            if name == "sticks":
+            if name == "pounding":
                 main_pair = next(
                     (s.note for s in scalars if s.name == MAIN and s.value is not None), ""
                 )

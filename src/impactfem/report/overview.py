@@ -41,7 +41,7 @@ class Facts:
 def facts(run: RunFiles) -> list[Facts]:
     """The buildings, what hits what, the governing spectra and the device forces of a run."""
     found = [_buildings(run)]
-    if run.has("sticks.nc"):
+    if run.has("pounding.nc"):
         found.append(_impacts(run))
         found.append(_stick_spectra(run))
     if run.has("transient.nc"):
@@ -83,7 +83,7 @@ def _buildings(run: RunFiles) -> Facts:
 
 
 def _impacts(run: RunFiles) -> Facts:
-    with run.store("sticks.nc") as store:
+    with run.store("pounding.nc") as store:
         pairs = [str(name) for name in store["pair"].values]
         gap = 1e3 * store["pair_rest_gap"].values
         required = 1e3 * store["pair_required_separation"].values
@@ -122,7 +122,7 @@ def _impacts(run: RunFiles) -> Facts:
 
 
 def _stick_spectra(run: RunFiles) -> Facts:
-    with run.store("sticks.nc") as store:
+    with run.store("pounding.nc") as store:
         building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
         column = list(store["direction"].values).index(direction)
         chosen = np.flatnonzero(store["station_building"].values == building)[::-1]

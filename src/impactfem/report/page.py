@@ -37,29 +37,10 @@ from impactfem.system.files import atomic
 from impactfem.system.log import LOGGER
 
 REPORT = "report.html"
-TITLES = {
-    "building": ("The 3D model", "Mesh of shells and beams, its masses and modes."),
-    "calibrate": (
-        "Impact on a rigid wall",
-        "Restitution and contact stiffness from an impact of the 3D model, and the stick beside "
-        "it.",
-    ),
-    "sticks": ("Pounding of the sticks", "Ground motion, sticks, impact forces, floor spectra."),
-    "ensemble": ("Many motions", "The sticks under other motions: bands of every result."),
-    "transient": (
-        "The 3D model in time",
-        "The impacts and the ground motion on the 3D model: floor spectra, waves, transfer.",
-    ),
-    "device": (
-        "Devices",
-        "Forces on the anchors in the 3D model and by response spectrum analysis.",
-    ),
-    "design": ("Design spectra", "Spectra enveloped over each floor and broadened."),
-    COMPARISON: (
-        "Comparison with another run",
-        "Floor spectra of both runs, which the first table names, at the points that move.",
-    ),
-}
+COMPARED = (
+    "Comparison with another run",
+    "Floor spectra of both runs, which the first table names, at the points that move.",
+)
 STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
 FARTHEST = 8
 """So many results that differ stand on the first page."""
@@ -70,11 +51,12 @@ KEY_WORDS = ("energy", "steps", "points in a cycle", "band", "Sturm", "mass matr
 """What the checks of the first page speak of."""
 
 
-def write_report(folder: Path) -> Path:
+def write_report(folder: Path, titles: Mapping[str, tuple[str, str]]) -> Path:
     """Make `report.html` from the files of a run.
 
     Args:
         folder: The run's folder.
+        titles: Heading of each stage, and a sentence about it, by its name.
 
     Returns:
         The page, which needs no other file and no network.
@@ -83,18 +65,18 @@ def write_report(folder: Path) -> Path:
         ImpactfemError: The folder holds no run, or a file cannot be read or written.
     """
     path = folder / REPORT
-    text = _render(RunFiles(folder))
+    text = _render(RunFiles(folder), {**titles, COMPARISON: COMPARED})
     with atomic(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path
 
 
-def _render(run: RunFiles) -> str:
+def _render(run: RunFiles, titles: Mapping[str, tuple[str, str]]) -> str:
     templates = files("impactfem.report") / "templates"
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     template = environment.from_string((templates / "report.html").read_text(encoding="utf-8"))
     shown = [*run.stages, *([COMPARISON] if run.compared else [])]
-    stages = [_stage(run, name) for name in shown]
+    stages = [_stage(run, name, titles[name]) for name in shown]
     plots: dict[str, Plot] = {plot.name: plot for stage in stages for plot in stage["plots"]}
     checks = run.checks
     reference = run.case["report"]["reference"]
@@ -154,8 +136,8 @@ def _render(run: RunFiles) -> str:
     )
 
 
-def _stage(run: RunFiles, name: str) -> dict[str, Any]:
-    title, about = TITLES[name]
+def _stage(run: RunFiles, name: str, heading: tuple[str, str]) -> dict[str, Any]:
+    title, about = heading
     figures = run.files_of(name, "figures")
     tables = run.files_of(name, "tables")
     pictures = [path for path in figures if path.suffix == ".png"]

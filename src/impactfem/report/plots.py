@@ -51,7 +51,7 @@ def plots_of(run: RunFiles, stage: str) -> list[Plot]:
         stage: Name of the stage.
     """
     makers: dict[str, Sequence[Callable[[RunFiles], Plot | None]]] = {
-        "sticks": (_motion, _stick_spectra, _impact_forces),
+        "pounding": (_motion, _stick_spectra, _impact_forces),
         "ensemble": (_ensemble,),
         "transient": (_structure_spectra, _across),
         "device": (_anchor_spectra, _device_forces),
@@ -62,7 +62,7 @@ def plots_of(run: RunFiles, stage: str) -> list[Plot]:
 
 
 def _motion(run: RunFiles) -> Plot:
-    with run.store("sticks.nc") as store:
+    with run.store("pounding.nc") as store:
         direction, time = str(store.attrs["shown_direction"]), store["time"].values
         ground = store["ground"].transpose("time", "axis").values[:, XYZ.index(direction)]
     plot = go.Figure()
@@ -73,7 +73,7 @@ def _motion(run: RunFiles) -> Plot:
 
 
 def _stick_spectra(run: RunFiles) -> Plot:
-    with run.store("sticks.nc") as store:
+    with run.store("pounding.nc") as store:
         building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
         column = list(store["direction"].values).index(direction)
         chosen = np.flatnonzero(store["station_building"].values == building)
@@ -250,7 +250,7 @@ def _design_spectra(run: RunFiles) -> Plot:
     wanted = run.case["spectra"]
     with run.store("design.nc") as store:
         made = design_products_of(
-            store, run.folder / "sticks.nc", wanted["broadening"], wanted["clipping"]
+            store, run.folder / "pounding.nc", wanted["broadening"], wanted["clipping"]
         )
         direction, building = made.view.direction, made.view.building
         column = made.view.directions.index(direction)

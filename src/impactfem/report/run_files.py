@@ -54,7 +54,7 @@ class RunFiles:
             stage = path.name.removesuffix(".stage.json")
             # Of a run before, which may have been tidied up; a comparison is looked at below.
             if stage not in made.inputs and stage != COMPARISON:
-                listed = self._manifest(stage).files
+                listed = self._manifest(stage).every
                 self._refuse_changed({n: digest for n, digest in listed.items() if self.has(n)})
         self.provenance: dict[str, Any] = made.model_dump()
         self.case: dict[str, Any] = self._json(CASE)
@@ -115,7 +115,7 @@ class RunFiles:
             stage: Name of the stage.
             part: `figures` or `tables`.
         """
-        listed = self._manifest(stage).files
+        listed = self._manifest(stage).every
         wanted = [name for name in listed if Path(name).parent.name == part]
         whole = part == "figures" and stage == self.stages[0]
         overview = [f"{part}/{name}" for name in OVERVIEW if whole]
@@ -147,7 +147,7 @@ class RunFiles:
         if manifest.inputs != inputs:
             reason = f"the stage has other inputs than in {PROVENANCE}"
             raise _damaged(manifest_file(self.folder, stage), reason)
-        self._refuse_changed(manifest.files)
+        self._refuse_changed(manifest.every)
 
     def _refuse_changed(self, files: Mapping[str, str]) -> None:
         changed = changed_file(self.folder, files)

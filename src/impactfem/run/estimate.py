@@ -316,7 +316,7 @@ def _sticks(case: Case, steps: dict[str, int]) -> StageCost:
     seconds = 8.0 + _integration(case, steps)
     if case.calibration is not None and case.calibration.mode == "fit":
         seconds += 0.5 * case.calibration.starts
-    return StageCost("sticks", seconds, BASE + memory)
+    return StageCost("pounding", seconds, BASE + memory)
 
 
 def _integration(case: Case, steps: dict[str, int]) -> float:

@@ -13,6 +13,7 @@ from impactfem.stages.manifest import (
     manifest_file,
     read_manifest,
 )
+from impactfem.stages.stage import DRAWING
 from impactfem.system.files import atomic, write_json
 from impactfem.system.log import LOGGER
 
@@ -40,6 +41,37 @@ def is_finished(folder: Path, stage: str, key: str) -> bool:
     return changed is None
 
 
+def is_drawn(folder: Path, stage: str, key: str) -> bool:
+    """Whether all tables and figures of a finished stage are there, whole, and as now drawn.
+
+    Args:
+        folder: The run's folder.
+        stage: Name of the stage.
+        key: Hash of what they depend on now.
+    """
+    manifest = read_manifest(folder, stage)
+    return manifest.drawn_from == key and changed_file(folder, manifest.drawings) is None
+
+
+def mark_drawn(folder: Path, stage: str, key: str, files: list[Path], seconds: float) -> None:
+    """Write down the tables and figures of a finished stage.
+
+    Args:
+        folder: The run's folder.
+        stage: Name of the stage.
+        key: Hash of what they depend on.
+        files: All tables and figures, below the folder.
+        seconds: Wall time [s].
+    """
+    manifest = read_manifest(folder, stage)
+    drawn = {
+        "drawn_from": key,
+        "drawings": _digests(folder, files),
+        "seconds": manifest.seconds | {f"{stage}: {DRAWING}": seconds},
+    }
+    write_json(manifest_file(folder, stage), manifest.model_dump() | drawn)
+
+
 def mark_finished(
     folder: Path,
     stage: str,
@@ -48,7 +80,7 @@ def mark_finished(
     seconds: dict[str, float],
     memory: float | None = None,
 ) -> None:
-    """Write down what a stage wrote, last of all: without it the stage is not finished.
+    """Write down what a stage computed, last of all: without it the stage is not finished.
 
     Args:
         folder: The run's folder.
@@ -58,9 +90,13 @@ def mark_finished(
         seconds: Wall time of each of its steps [s].
         memory: Largest resident memory of all its processes [byte], if it is known.
     """
-    listed = {str(path.relative_to(folder)): file_digest(path) for path in sorted(files)}
-    written = Manifest(inputs=key, seconds=seconds, peak_memory=memory, files=listed)
+    digests = _digests(folder, files)
+    written = Manifest(inputs=key, seconds=seconds, peak_memory=memory, files=digests)
     write_json(manifest_file(folder, stage), written.model_dump())
+
+
+def _digests(folder: Path, files: list[Path]) -> dict[str, str]:
+    return {str(path.relative_to(folder)): file_digest(path) for path in sorted(files)}
 
 
 def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Path | None:
@@ -82,13 +118,19 @@ def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Pat
         return None
     for other in others:
         if _claims(other, stage, key) and is_finished(other, stage, key):
-            names = [*read_manifest(other, stage).files, manifest_file(other, stage).name]
+            names = [*_whole(other, read_manifest(other, stage)), manifest_file(other, stage).name]
             for name in names:  # the manifest last of all
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 with atomic(folder / name) as temporary:
                     shutil.copyfile(other / name, temporary)
             return other
     return None
+
+
+def _whole(folder: Path, manifest: Manifest) -> dict[str, str]:
+    """All files of a stage; those of its stores where a table or a figure was changed."""
+    drawn = changed_file(folder, manifest.drawings) is None
+    return manifest.every if drawn else manifest.files
 
 
 def _claims(folder: Path, stage: str, key: str) -> bool:

@@ -18,19 +18,26 @@ from impactfem.case.plausibility import implausible
 from impactfem.motion.from_case import checked_durations
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.run.estimate import DAY, Estimate, duration
-from impactfem.run.finished import is_finished, mark_finished, memory_of, seconds_of
+from impactfem.run.finished import (
+    is_drawn,
+    is_finished,
+    mark_drawn,
+    mark_finished,
+    memory_of,
+    seconds_of,
+)
 from impactfem.run.folder import LOG, check_same_case, log_case, open_folder
 from impactfem.run.further_checks import further_checks, mesh_faults
-from impactfem.run.report import REPORT, write_findings, write_page
-from impactfem.run.stages import STAGES, asked_stages, check_stage_name
+from impactfem.run.report import write_findings, write_page
+from impactfem.run.stages import REPORT, STAGES, asked_stages, check_stage_name
 from impactfem.run.summary import write_summary
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
-from impactfem.stages.inputs import program_key, published_values
+from impactfem.stages.inputs import published_values
 from impactfem.stages.manifest import file_digest
 from impactfem.stages.pounding.pair_distance import distance_check
 from impactfem.stages.provenance import provenance
-from impactfem.stages.stage import Stage
+from impactfem.stages.stage import DRAWING, Stage
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.file_errors import file_errors
 from impactfem.system.files import write_json
@@ -103,7 +110,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
                 duration(further.estimate.seconds),
             )
         for one in STAGES:
-            program_key(one.rooms)
+            one.freeze()
     return case, further.estimate
 
 
@@ -250,16 +257,12 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
     if reused:
         result.reused.append(stage.name)
     else:
-        give_back()  # what the stage before had
-        forget_peak()
-        with Steps(stage.steps, f"stage {stage.name}", quiet=rank() != 0, bar=bar) as steps:
-            if stage.collective:
-                files = stage.run(case, folder, key, steps)
-            else:
-                files = on_root(lambda: stage.run(case, folder, key, steps))
-            times = {f"{stage.name}: {name}": round(t, 3) for name, t in steps.times.items()}
-            memory = total(peak_memory())
-            on_root(lambda: mark_finished(folder, stage.name, key, files, times, memory))
+        _compute(stage, case, folder, key, bar)
+    drawing = on_root(lambda: stage.drawing_key(case))
+    if not on_root(lambda: reused and is_drawn(folder, stage.name, drawing)):
+        if reused:
+            LOGGER.info("stage %s: tables and figures are drawn again", stage.name)
+        on_root(lambda: _draw(stage, case, folder, drawing, bar))
 
     def finish() -> tuple[list[Scalar], dict[str, float]]:
         checks = stage.checks(case, folder)
@@ -275,7 +278,27 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
     result.scalars += scalars
     result.times |= seconds
     if not reused:
-        LOGGER.info("stage %s: done in %.1f s", stage.name, sum(steps.times.values()))
+        LOGGER.info("stage %s: done in %.1f s", stage.name, sum(seconds.values()))
+
+
+def _compute(stage: Stage, case: Case, folder: Path, key: str, bar: bool) -> None:
+    give_back()  # what the stage before had
+    forget_peak()
+    names = {name: share for name, share in stage.steps.items() if name != DRAWING}
+    with Steps(names, f"stage {stage.name}", quiet=rank() != 0, bar=bar) as steps:
+        if stage.collective:
+            files = stage.compute(case, folder, key, steps)
+        else:
+            files = on_root(lambda: stage.compute(case, folder, key, steps))
+        times = {f"{stage.name}: {name}": round(t, 3) for name, t in steps.times.items()}
+        memory = total(peak_memory())
+        on_root(lambda: mark_finished(folder, stage.name, key, files, times, memory))
+
+
+def _draw(stage: Stage, case: Case, folder: Path, key: str, bar: bool) -> None:
+    with Steps({DRAWING: 1.0}, f"stage {stage.name}", bar=bar) as steps, steps.step(DRAWING):
+        files = stage.draw(case, folder)
+    mark_drawn(folder, stage.name, key, files, round(steps.times[DRAWING], 3))
 
 
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:

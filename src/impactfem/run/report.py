@@ -9,12 +9,12 @@ from impactfem.report.page import write_report
 from impactfem.report.run_figures import overview_pictures
 from impactfem.report.run_files import CASE, CHECKS, RunFiles
 from impactfem.run.folder import locked
+from impactfem.run.stages import REPORT, STAGES
 from impactfem.stages.check import Check
 from impactfem.system.file_errors import file_errors
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps
 
-REPORT = "report"
 STEPS = {"overview": 2.0, "page": 8.0}
 
 
@@ -78,7 +78,7 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
         with steps.step("overview"):
             overview_pictures(folder)
         with steps.step("page"):
-            page = write_report(folder)
+            page = write_report(folder, {s.name: (s.title, s.about) for s in STAGES})
     LOGGER.info("stage %s: %s, %.1f MB", REPORT, page, page.stat().st_size / 1e6)
     LOGGER.info("stage %s: done in %.1f s", REPORT, sum(steps.times.values()))
     return page

@@ -18,7 +18,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
-from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -26,20 +25,11 @@ from typing import Self
 import xarray as xr
 
 from impactfem.plot.table import Table
+from impactfem.run.stages import STAGES
 from impactfem.stages.open_store import open_store
 from impactfem.system.errors import Fault, InputError
 
-STORES = {
-    "building": "building.nc",
-    "calibrate": "calibrate.nc",
-    "motion": "motion.nc",
-    "sticks": "sticks.nc",
-    "forces": "forces.nc",
-    "ensemble": "ensemble.nc",
-    "transient": "transient.nc",
-    "maps": "transient_maps.nc",
-    "device": "device.nc",
-}
+STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}
 """Files of the stores by the name of the attribute that opens them."""
 
 
@@ -133,58 +123,25 @@ class RunFolder:
         columns = (("result", ""), ("value", ""), ("unit", ""), ("published", ""))
         return Table("summary", str(self.folder), columns, rows).comparing({"published"})
 
-    @cached_property
-    def building(self) -> xr.Dataset:
-        """The 3D model: mesh, modes, masses."""
-        return self._store("building")
+    def __getattr__(self, name: str) -> xr.Dataset:
+        """A store by its name, as `run.transient`: those of `STORES`.
 
-    @cached_property
-    def calibrate(self) -> xr.Dataset:
-        """The 3D model against a rigid wall: ε and K_Ceq."""
-        return self._store("calibrate")
-
-    @cached_property
-    def motion(self) -> xr.Dataset:
-        """The ground motions with their spectra."""
-        return self._store("motion")
-
-    @cached_property
-    def sticks(self) -> xr.Dataset:
-        """Histories, floor spectra, modes, contact pairs and impacts of the sticks."""
-        return self._store("sticks")
-
-    @cached_property
-    def forces(self) -> xr.Dataset:
-        """The impact forces."""
-        return self._store("forces")
-
-    @cached_property
-    def ensemble(self) -> xr.Dataset:
-        """Results over many motions."""
-        return self._store("ensemble")
-
-    @cached_property
-    def transient(self) -> xr.Dataset:
-        """The 3D model in time: histories and floor spectra at its probes."""
-        return self._store("transient")
-
-    @cached_property
-    def maps(self) -> xr.Dataset:
-        """Peak accelerations and spectra at every vertex of the floors; waves in the top floor."""
-        return self._store("maps")
-
-    @cached_property
-    def device(self) -> xr.Dataset:
-        """Forces on the anchors of devices, detailed and by response spectrum analysis."""
-        return self._store("device")
-
-    def _store(self, name: str) -> xr.Dataset:
+        Raises:
+            InputError: The run has no such store.
+        """
+        if name not in STORES:
+            raise AttributeError(name)
         path = self.folder / STORES[name]
         if not path.is_file():
             found = ", ".join(self.stores) or "none"
             expected = f"missing; the stores of this run are: {found}"
             raise InputError([Fault(path, "", None, expected)])
-        return self._open.enter_context(open_store(path))
+        store = self._open.enter_context(open_store(path))
+        setattr(self, name, store)
+        return store
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.stores]
 
     def close(self) -> None:
         """Close the stores."""

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from impactfem.case import Case
-from impactfem.run.report import REPORT
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.design.stage import DESIGN
 from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble.stage import ENSEMBLE
-from impactfem.stages.pounding.stage import STICKS
+from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.stage import Stage
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import Fault, InputError
 
-STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, STICKS, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
+REPORT = "report"
+STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, POUNDING, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
 
 
 def stage_names() -> list[str]:
@@ -53,7 +53,7 @@ def asked_stages(case: Case, last: str | None) -> list[Stage]:
         name = ahead.pop()
         if name not in wanted:
             wanted.add(name)
-            ahead += by_name[name].needs(case)
+            ahead += [stage.name for stage in by_name[name].needs(case)]
     stages = [stage for stage in STAGES if stage.name in wanted]
     for stage in stages:
         missing = stage.lacks(case)

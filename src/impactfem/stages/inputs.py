@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-import impactfem
 from impactfem.case import Case, motion_files
 from impactfem.case.structure import structure_files
+from impactfem.stages.sources import program_key
 
 MATRICES = ("materials", "buildings", "structure")
 """Sections that the matrices of the 3D model depend on."""
@@ -18,23 +17,24 @@ MATRICES = ("materials", "buildings", "structure")
 def inputs_key(
     case: Case,
     sections: tuple[str, ...],
-    rooms: tuple[str, ...],
+    modules: tuple[str, ...],
     files: tuple[Path, ...] = (),
 ) -> str:
-    """Hash of the program's version and rooms, of sections of the case, and of files.
+    """Hash of modules of the program, of sections of the case, and of files.
 
     Args:
         case: The case.
         sections: Names of the sections of the case file that count. With ``motions`` and ``loads``
             the files that they name count too; without ``damping`` that of buildings and parts
             does not, and without ``contact_laws`` the restitution of the damping cases does not.
-        rooms: Names of the folders of the program, or of its files, whose sources count.
+        modules: Modules of the program that count with all that they import, as in
+            `impactfem.stages.sources`.
         files: Further files whose content counts.
 
     Returns:
         The hash, as hexadecimal digits.
     """
-    digest = hashlib.sha256(program_key(rooms).encode())
+    digest = hashlib.sha256(program_key(modules).encode())
     # What is in a record or a mesh counts, not where it lies.
     nowhere: dict[str, Any] = {
         "motions": {"__all__": {"file"}},
@@ -63,40 +63,19 @@ def inputs_key(
 
 
 def matrices_key(
-    case: Case, rooms: tuple[str, ...], own: str, sections: tuple[str, ...] = ()
+    case: Case, modules: tuple[str, ...], own: str, sections: tuple[str, ...] = ()
 ) -> str:
     """Hash of what the matrices of the 3D model depend on, and what is made of them.
 
     Args:
         case: The case.
-        rooms: As in `inputs_key`.
+        modules: As in `inputs_key`.
         own: What else counts, as text.
         sections: Further sections that count.
     """
     files = structure_files(case.structure) if case.structure is not None else ()
-    rest = inputs_key(case, (*MATRICES, *sections), rooms, files)
+    rest = inputs_key(case, (*MATRICES, *sections), modules, files)
     return hashlib.sha256(f"{own}{rest}".encode()).hexdigest()
-
-
-@cache
-def program_key(rooms: tuple[str, ...]) -> str:
-    """Hash of the program's version and of the rooms' sources, as they were when first asked.
-
-    A changed program may change the result: it counts as an input.
-
-    Args:
-        rooms: Names of folders of the program; the Python files in each count, not those of
-            folders below. Or names of files.
-
-    Returns:
-        The hash, as hexadecimal digits.
-    """
-    digest = hashlib.sha256(impactfem.__version__.encode())
-    for room in rooms:
-        place = Path(impactfem.__file__).parent / room
-        for source in [place] if place.is_file() else sorted(place.glob("*.py")):
-            digest.update(source.read_bytes())
-    return digest.hexdigest()
 
 
 def published_values(case: Case) -> dict[str, float]:

@@ -17,6 +17,8 @@ class Manifest(BaseModel):
         seconds: Wall time of each of its steps when it ran [s].
         peak_memory: Largest resident memory of all its processes [byte], if it is known.
         files: Hash of each file by its name, relative to the run's folder.
+        drawn_from: Hash of what its tables and figures depend on; "" before they are drawn.
+        drawings: Hash of each table and figure, as `files`.
     """
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
@@ -25,6 +27,13 @@ class Manifest(BaseModel):
     seconds: dict[str, FiniteFloat]
     peak_memory: FiniteFloat | None = None
     files: dict[str, str]
+    drawn_from: str = ""
+    drawings: dict[str, str] = {}
+
+    @property
+    def every(self) -> dict[str, str]:
+        """Hash of each file and each drawing by its name."""
+        return self.files | self.drawings
 
 
 def manifest_file(folder: Path, stage: str) -> Path:

@@ -1,47 +1,102 @@
-"""What a stage of the study is."""
+"""What a stage of the study is: all that the program knows of it is declared in one place."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.stages.check import Check
+from impactfem.stages.inputs import inputs_key
+from impactfem.stages.sources import program_key
 from impactfem.system.log import Steps
 from impactfem.system.scalar import Scalar
 
+DRAWING = "tables and figures"
+"""The last step of every stage."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Stage:
     """One stage of the study.
 
+    A finished stage is computed again when its `key` changes: when a section of the case, a file,
+    the program that computes it or a stage that it needs does. Tables and figures are drawn again
+    from its stores when the program that draws them changes, or a published value.
+
     Args:
-        name: Its name on the command line.
-        steps: Its steps and their share of its time.
-        rooms: Rooms of the program that its results depend on; their sources are hashed before
-            anything runs.
-        key: Hash of what it depends on.
-        store: Its main file, with the scalars.
-        run: Computes and writes; gives the files that it wrote, on rank 0.
+        name: Its name on the command line, and of its folder in `impactfem.stages`.
+        title: Its heading in the report.
+        about: What it does, in a sentence of the report.
+        steps: Its steps and their share of its time; `DRAWING` is the last one.
+        sections: Sections of the case file that it depends on, beside those of what it needs.
+        computed_by: Modules of its folder that compute it and write its stores.
+        drawn_by: Modules that draw its tables and figures: of its folder, or with their package.
+        stores: Its files by the name under which `open_run` has them; the scalars are in the first.
+        compute: Computes and writes stores; gives the files that it wrote, on rank 0.
+        draw: Writes tables and figures from the stores of the run; gives their files. On rank 0.
         checks: The checks of its results in words.
+        needs: The stages whose files it reads.
+        files: Files whose content counts, beside those of its sections.
+        further: What else counts, as text.
         announces: Logs what is known of its results before anything is computed.
         lacks: The section of the case file without which the stage has nothing to do; None when
             nothing is missing.
-        needs: Names of the stages whose files it reads.
         derived: Scalars that are read off the run's stores, beside those in its own store.
-        collective: Whether all ranks run it together; else rank 0 does.
+        collective: Whether all ranks compute it together; else rank 0 does.
     """
 
     name: str
-    steps: dict[str, float]
-    rooms: tuple[str, ...]
-    key: Callable[[Case], str]
-    store: str
-    run: Callable[[Case, Path, str, Steps], list[Path]]
+    title: str
+    about: str
+    steps: Mapping[str, float]
+    sections: tuple[str, ...]
+    computed_by: tuple[str, ...]
+    drawn_by: tuple[str, ...]
+    stores: Mapping[str, str]
+    compute: Callable[[Case, Path, str, Steps], list[Path]]
+    draw: Callable[[Case, Path], list[Path]]
     checks: Callable[[Case, Path], list[Check]]
+    needs: Callable[[Case], tuple[Stage, ...]] = lambda case: ()
+    files: Callable[[Case], tuple[Path, ...]] = lambda case: ()
+    further: Callable[[Case], str] = lambda case: ""
     announces: Callable[[Case], None] = lambda case: None
     lacks: Callable[[Case], str | None] = lambda case: None
-    needs: Callable[[Case], tuple[str, ...]] = lambda case: ()
     derived: Callable[[Path], list[Scalar]] = lambda folder: []
     collective: bool = False
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Modules that compute it, by their names below the package."""
+        return self._of(self.computed_by)
+
+    @property
+    def drawing_modules(self) -> tuple[str, ...]:
+        """Modules that draw its tables and figures, by their names below the package."""
+        return self._of(self.drawn_by)
+
+    @property
+    def store(self) -> str:
+        """Its main file, with the scalars."""
+        return next(iter(self.stores.values()))
+
+    def key(self, case: Case) -> str:
+        """Hash of what its stores depend on."""
+        needed = "".join(stage.key(case) for stage in self.needs(case))
+        own = inputs_key(case, self.sections, self.modules, self.files(case))
+        return hashlib.sha256(f"{own}{needed}{self.further(case)}".encode()).hexdigest()
+
+    def drawing_key(self, case: Case) -> str:
+        """Hash of what its tables and figures depend on."""
+        drawn = inputs_key(case, ("published",), self.drawing_modules)
+        return hashlib.sha256(f"{self.key(case)}{drawn}".encode()).hexdigest()
+
+    def _of(self, modules: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(m if "." in m else f"stages.{self.name}.{m}" for m in modules)
+
+    def freeze(self) -> None:
+        """Read the sources that it depends on now: a run goes by these from its start."""
+        program_key(self.modules)
+        program_key(self.drawing_modules)

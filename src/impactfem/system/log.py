@@ -6,7 +6,7 @@ import logging
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -170,7 +170,7 @@ class Steps:
 
     def __init__(
         self,
-        names: dict[str, float],
+        names: Mapping[str, float],
         title: str = "",
         *,
         quiet: bool = False,

@@ -139,7 +139,7 @@ def full_bar(elements: int, beta: float) -> ContactHistory:
     """The impact in full order."""
     from petsc4py import PETSc
 
-    from impactfem.coupling.unilateral_full import FullMotion
+    from impactfem.stages.calibrate.unilateral_full import FullMotion
 
     K, M = (
         PETSc.Mat().createAIJ(A.shape, csr=(A.indptr, A.indices, A.data), comm=PETSc.COMM_SELF)

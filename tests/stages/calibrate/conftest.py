@@ -1,4 +1,4 @@
-"""Small sticks and histories that the tests of this room share."""
+"""Small sticks and histories that the tests here share."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from impactfem.stages.calibrate.history import WallHistory
 from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, Stick, build_stick
+
+from ...dynamics.conftest import chain, membrane, petsc  # noqa: F401
 
 # Unlike in x and y, so that a mistaken axis shows.
 SECTION = Section(E=30e9, G=12.5e9, A=3.4, Avx=1.1, Avy=0.9, Ix=0.8, Iy=1.3, Iz=1.8)

@@ -17,7 +17,8 @@ from impactfem.stages.calibrate.calibrated_contact import (
     with_calibrated_contact,
     with_contact_of_run,
 )
-from impactfem.stages.pounding.stage import STICKS
+from impactfem.stages.calibrate.stage import CALIBRATE
+from impactfem.stages.pounding.stage import POUNDING
 from impactfem.system.scalar import Scalar, to_json
 
 EPSILON, K_CEQ = 0.687, 1.1e11
@@ -59,14 +60,14 @@ def test_which_laws_leave_their_restitution_open(given: Case, case: Case) -> Non
 
 def test_who_asks(given: Case, case: Case) -> None:
     assert not asks_calibration(given)
-    assert STICKS.needs(given) == ()
+    assert POUNDING.needs(given) == ()
     for one in (
         case,
         asking(given, stiffness="calibrated"),
         asking(given, restitution="calibrated"),
     ):
         assert asks_calibration(one)
-        assert STICKS.needs(one) == ("calibrate",)
+        assert POUNDING.needs(one) == (CALIBRATE,)
     # A law that no contact has needs no calibration.
     assert not asks_calibration(case.model_copy(update={"contacts": ()}))
 

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:Deprecat
 def stored(tmp_path):
     def make(asked=None):
         design_store(tmp_path / "design.nc", asked)
-        stick_store(tmp_path / "sticks.nc")
+        stick_store(tmp_path / "pounding.nc")
         with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store:
             return store.load()
 
@@ -29,7 +29,7 @@ def stored(tmp_path):
 def test_a_page_for_each_direction_and_damping(stored, tmp_path):
     store = stored(WantedDesign(still=True))
     files = design_figures(
-        tmp_path, design_products_of(store, tmp_path / "sticks.nc", (0.1, 0.15), False)
+        tmp_path, design_products_of(store, tmp_path / "pounding.nc", (0.1, 0.15), False)
     )
     assert {path.name for path in files} == {
         f"design_{kind}_{direction}_{damping}pct.png"
@@ -42,7 +42,9 @@ def test_a_page_for_each_direction_and_damping(stored, tmp_path):
 
 def test_no_page_of_an_ensemble_that_is_not_there(stored, tmp_path):
     store = stored(WantedDesign(motions=0))
-    files = design_figures(tmp_path, design_products_of(store, tmp_path / "sticks.nc", 0.15, False))
+    files = design_figures(
+        tmp_path, design_products_of(store, tmp_path / "pounding.nc", 0.15, False)
+    )
     assert len(files) == 6 and not any("ensemble" in path.name for path in files)
     assert design_device(tmp_path, store) == []
 

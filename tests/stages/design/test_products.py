@@ -26,9 +26,9 @@ pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:Deprecat
 
 def made(folder: Path, asked: WantedDesign | None = None) -> DesignProducts:
     design_store(folder / "design.nc", asked)
-    stick_store(folder / "sticks.nc")
+    stick_store(folder / "pounding.nc")
     with xr.open_dataset(folder / "design.nc", engine="h5netcdf") as store:
-        return design_products_of(store.load(), folder / "sticks.nc", 0.15, False)
+        return design_products_of(store.load(), folder / "pounding.nc", 0.15, False)
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -142,4 +142,4 @@ def test_no_such_store(tmp_path):
         xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store,
         pytest.raises(ImpactfemError, match="cannot read floor spectra from"),
     ):
-        design_products_of(store, tmp_path / "sticks.nc", 0.15, False)
+        design_products_of(store, tmp_path / "pounding.nc", 0.15, False)

@@ -252,7 +252,7 @@ def test_without_an_ensemble(
     edited(copied_run, ("structure_motions = 3", "structure_motions = 0"))
     folder = copied_run.parent / "run"
     again = study.run(copied_run, out=folder, stage="design")
-    assert again.reused == ["building", "sticks", "transient"]
+    assert again.reused == ["building", "pounding", "transient"]
     assert "motion" not in opened(folder, "design.nc").dims
     assert not any(name.startswith("ensemble3d") for name in values(again))
 

@@ -15,7 +15,7 @@ def told(finished, tmp_path, caplog):
     """What is logged for the finished run with scalars changed: the level by the line."""
 
     def log(asked=16, **changes):
-        with xr.open_dataset(finished.folder / "sticks.nc", engine="h5netcdf") as dataset:
+        with xr.open_dataset(finished.folder / "pounding.nc", engine="h5netcdf") as dataset:
             store = dataset.load()
         scalars = {s.name: s for s in from_json(store.attrs["scalars"])}
         for name, value in changes.items():
@@ -23,7 +23,7 @@ def told(finished, tmp_path, caplog):
             assert full in scalars
             scalars[full] = Scalar(full, value, scalars[full].unit)
         store.attrs["scalars"] = to_json(scalars.values())
-        store.to_netcdf(tmp_path / "sticks.nc", engine="h5netcdf")
+        store.to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
         caplog.clear()
         with caplog.at_level(logging.INFO, "impactfem"):
             log_checks(stick_checks(tmp_path, asked, {}))
@@ -158,7 +158,7 @@ def checked(tmp_path):
             coords={"direction": ["y"], "frequency": [10.0, 500.0]},
             attrs={"scalars": to_json(scalars)},
         )
-        write_netcdf(tmp_path / "sticks.nc", store)
+        write_netcdf(tmp_path / "pounding.nc", store)
         return stick_checks(tmp_path, 16, tolerances)
 
     return check
@@ -234,7 +234,7 @@ def test_targets_without_a_tolerance_are_told(checked, lacking):
 def test_whether_spectra_end(checked, end, good):
     found, text = one(checked(end=end), "spectra at 500 Hz")
     assert found is good and text.startswith(
-        f"sticks: spectra at 500 Hz are {end:g} times the peak acceleration where they are "
+        f"pounding: spectra at 500 Hz are {end:g} times the peak acceleration where they are "
         "farthest from it (two.floor_1, y) (limit 1.1)"
     )
     assert ("at 1 of 2 points they have not ended" in text) is not good

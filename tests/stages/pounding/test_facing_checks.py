@@ -61,17 +61,17 @@ def case() -> Case:
     ],
 )
 def test_checks(tmp_path: Path, case: Case, nearest: float, good: bool, text: str) -> None:
-    store(nearest).to_netcdf(tmp_path / "sticks.nc", engine="h5netcdf")
+    store(nearest).to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
     assert facing_checks(tmp_path, case) == [(good, text)]
 
 
 def test_all_in_pairs(tmp_path: Path, case: Case) -> None:
-    xr.Dataset().to_netcdf(tmp_path / "sticks.nc", engine="h5netcdf")
+    xr.Dataset().to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
     assert facing_checks(tmp_path, case) == []
 
 
 def test_a_plan_that_is_not_known(tmp_path: Path, case: Case) -> None:
-    xr.Dataset().to_netcdf(tmp_path / "sticks.nc", engine="h5netcdf")
+    xr.Dataset().to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
     bare = {"length": None, "width": None}
     buildings = tuple(one.model_copy(update=bare) for one in case.buildings)
     other = case.model_copy(update={"buildings": buildings, "contacts": case.contacts[:3]})

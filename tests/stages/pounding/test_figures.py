@@ -116,7 +116,7 @@ def draw(new_case, tmp_path):
         path.write_text(change(path.read_text(encoding="utf-8")), encoding="utf-8")
         study = run_sticks(load_case(path), lambda _: nullcontext())
         write_motion(tmp_path / "motion.nc", study, "")
-        write_sticks(tmp_path / "sticks.nc", study, "")
+        write_sticks(tmp_path / "pounding.nc", study, "")
         write_forces(tmp_path / "forces.nc", study.response, "", "")
         return stick_figures(tmp_path)
 

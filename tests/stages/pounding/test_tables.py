@@ -13,7 +13,7 @@ NAMES = {"modes", "contact_parameters", "impacts", "impact_checks", "separation"
 
 @pytest.fixture
 def store(finished):
-    with xr.open_dataset(finished.folder / "sticks.nc", engine="h5netcdf") as dataset:
+    with xr.open_dataset(finished.folder / "pounding.nc", engine="h5netcdf") as dataset:
         yield dataset.load()
 
 
@@ -106,7 +106,7 @@ def test_separation(read, store):
 
 
 def test_they_are_in_the_log(finished, caplog, tmp_path):
-    shutil.copy(finished.folder / "sticks.nc", tmp_path)
+    shutil.copy(finished.folder / "pounding.nc", tmp_path)
     with caplog.at_level(logging.DEBUG, "impactfem"):
         files = stick_tables(tmp_path)
     assert {path.stem for path in files} >= NAMES
@@ -116,9 +116,9 @@ def test_they_are_in_the_log(finished, caplog, tmp_path):
 
 def test_nothing_touches(finished, tmp_path, read):
     """No pairs and no impacts: tables with a header only."""
-    with xr.open_dataset(finished.folder / "sticks.nc", engine="h5netcdf") as dataset:
+    with xr.open_dataset(finished.folder / "pounding.nc", engine="h5netcdf") as dataset:
         dataset.load().isel(pair=slice(0), impact=slice(0)).to_netcdf(
-            tmp_path / "sticks.nc", engine="h5netcdf"
+            tmp_path / "pounding.nc", engine="h5netcdf"
         )
     stick_tables(tmp_path)
     for name in NAMES - {"modes"}:

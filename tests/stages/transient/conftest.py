@@ -233,7 +233,7 @@ def begun(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
         study.run(case, out=folder / "run", stage="building")
-        study.run(case, out=folder / "run", stage="sticks")
+        study.run(case, out=folder / "run", stage="pounding")
     return folder
 
 

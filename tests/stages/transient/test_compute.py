@@ -75,7 +75,7 @@ def scalars_of(run: study.Run) -> dict[str, float]:
 
 def test_reduced(reduced: tuple[Path, study.Run]) -> None:
     folder, done = reduced
-    assert done.reused == ["building", "sticks"]
+    assert done.reused == ["building", "pounding"]
     assert steps_of(done) == {"inputs", "matrices", "basis", *AFTER}
     found, values = loaded(done), scalars_of(done)
     assert found.attrs["solver"] == "reduced"
@@ -107,7 +107,7 @@ def test_full_and_both(run: Any, again: Path, reduced: tuple[Path, study.Run], e
     known = loaded(reduced[1])
     edited(again, ('solver = "reduced"', 'solver = "full"'))
     full, told = run(again)
-    assert full.reused == ["building", "sticks"]
+    assert full.reused == ["building", "pounding"]
     assert steps_of(full) == {"inputs", "matrices", "time steps", *AFTER} - {"maps"}
     assert "transient: the full model records its probes only; no maps and no waves" in told
     found, values = loaded(full), scalars_of(full)
@@ -134,7 +134,7 @@ def test_second_run_reuses_the_stage(
     run: Any, again: Path, reduced: tuple[Path, study.Run]
 ) -> None:
     second, told = run(again)
-    assert second.reused == ["building", "sticks", "transient"]
+    assert second.reused == ["building", "pounding", "transient"]
     assert scalars_of(second) == scalars_of(reduced[1])
     assert second.times == reduced[1].times
     assert not any("reduced basis" in line for line in told)
@@ -181,7 +181,7 @@ def test_basis_serves_other_motions_and_forces(
     else:
         add_probe(again, "6 m")
     done, told = run(again)
-    assert done.reused == ["building"] + ["sticks"] * (change not in ("motion", "damping"))
+    assert done.reused == ["building"] + ["pounding"] * (change not in ("motion", "damping"))
     assert steps_of(done) == {"inputs", *AFTER}
     assert "transient: the reduced basis of transient_basis.npz is used again" in told
     known, found = loaded(reduced[1]), loaded(done)
@@ -244,11 +244,11 @@ def test_basis_that_serves_the_damping_cases(
 ) -> None:
     """It is made for the lightest one of them, and the response of the case itself stays."""
     again.write_text(again.read_text() + DAMPING_CASES)
-    assert run(again)[0].reused == ["building", "sticks", "transient"]  # they are not served yet
+    assert run(again)[0].reused == ["building", "pounding", "transient"]  # they are not served yet
     serving = ('"50 Hz"\nforces', '"50 Hz"\nserve_damping_cases = true\nforces')
     edited(again, serving)
     served, told = run(again)
-    assert served.reused == ["building", "sticks"] and "basis" in steps_of(served)
+    assert served.reused == ["building", "pounding"] and "basis" in steps_of(served)
     assert any("with an error of" in line and "and made again" in line for line in told)
     before, after = scalars_of(reduced[1]), scalars_of(served)
     assert after["transient.basis_vectors"] > before["transient.basis_vectors"]
@@ -261,7 +261,7 @@ def test_basis_that_serves_the_damping_cases(
     # A heavier one in its place, or none at all: the basis is good for them, too.
     edited(again, ('ratio = "0.5 %"', 'ratio = "0.6 %"'))
     heavier, told = run(again)
-    assert heavier.reused == ["building", "sticks"] and "basis" not in steps_of(heavier)
+    assert heavier.reused == ["building", "pounding"] and "basis" not in steps_of(heavier)
     assert "transient: the reduced basis of transient_basis.npz is used again" in told
     edited(again, serving[::-1])
     alone, _ = run(again)
@@ -291,12 +291,12 @@ def test_kill_between_the_stores(
         with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
             assert opened.load().psa.all()
     done, told = run(case)
-    assert done.reused == ["building", "sticks"]
+    assert done.reused == ["building", "pounding"]
     assert "transient: going on from 1.000 s" in told
     assert scalars_of(done)["transient.reduced_against_full"] < 0.005
     assert loaded(done, "transient_maps.nc").attrs["inputs"] == loaded(done).attrs["inputs"]
     assert not (folder / "transient_checkpoints").exists()
-    assert run(case)[0].reused == ["building", "sticks", "transient"]
+    assert run(case)[0].reused == ["building", "pounding", "transient"]
 
 
 @pytest.mark.parametrize("other", [False, True])
@@ -324,7 +324,7 @@ def test_unreadable_forces_are_told_by_check(again: Path) -> None:
 def test_stage_runs_what_it_needs(case: Path) -> None:
     done = study.run(case, out=case.parent / "new", stage="transient")
     finished = {path.name for path in done.folder.glob("*.stage.json")}
-    assert finished == {"building.stage.json", "sticks.stage.json", "transient.stage.json"}
+    assert finished == {"building.stage.json", "pounding.stage.json", "transient.stage.json"}
     assert done.reused == []
 
 

@@ -97,7 +97,7 @@ def test_the_band_is_drawn(transient_folder, monkeypatch):
         folder = transient_folder(maps=False, **wanted)
         with (
             xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-            xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as sticks,
+            xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
         ):
             view = TransientView(store)
             centre_spectrum(folder / "one.png", view, sticks)

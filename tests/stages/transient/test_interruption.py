@@ -211,7 +211,7 @@ def test_results_before(
         first = opened.load()
     assert not (folder / "transient_motion.vtkhdf").exists()
     done = study.run(case, out=folder, stage="transient")
-    assert done.reused == ["building", "sticks"]
+    assert done.reused == ["building", "pounding"]
     with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
         second = opened.load()
     assert first.equals(second) == (name != "transient.nc")

@@ -26,7 +26,7 @@ def numbers(transient_folder):
         folder = transient_folder(**wanted)
         with (
             xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-            xr.open_dataset(folder / "sticks.nc", engine="h5netcdf") as sticks,
+            xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
         ):
             return {s.name: s for s in physics_scalars(TransientView(store), sticks)}
 

@@ -55,7 +55,7 @@ def checked(tmp_path: Path) -> Checked:
             attrs={"shown_direction": direction},
         )
         write_netcdf(tmp_path / "building.nc", building)
-        write_netcdf(tmp_path / "sticks.nc", sticks)
+        write_netcdf(tmp_path / "pounding.nc", sticks)
         return stick_against_model(tmp_path)
 
     return check

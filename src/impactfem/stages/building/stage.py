@@ -11,29 +11,26 @@ from impactfem.case.structure import structure_files
 from impactfem.stages.building.checks import building_checks
 from impactfem.stages.building.pictures import building_pictures
 from impactfem.stages.building.tables import building_tables
-from impactfem.stages.inputs import inputs_key, published_values
-from impactfem.stages.stage import Stage
+from impactfem.stages.inputs import published_values
+from impactfem.stages.open_store import open_store
+from impactfem.stages.stage import DRAWING, Stage
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
-
-BUILDING_ROOMS = ("building", "dynamics", "reduction", "stages/building", "_fenicsx.py")
-BUILDING_INPUTS = ("materials", "buildings", "structure", "published")
-STEPS = {
-    "mesh": 3.0,
-    "matrices": 5.0,
-    "modes": 25.0,
-    "stores": 1.0,
-    "tables and pictures": 4.0,
-}
+from impactfem.system.scalar import from_json
 
 
-def building_key(case: Case) -> str:
-    """Hash of what the stage depends on, the user's mesh file included."""
-    files = structure_files(case.structure) if case.structure is not None else ()
-    return inputs_key(case, BUILDING_INPUTS, BUILDING_ROOMS, files)
+def storey_factor(folder: Path) -> float:
+    """The storey factor that the stage was given or fitted.
+
+    Args:
+        folder: The run's folder, with `building.nc`.
+    """
+    with open_store(folder / "building.nc") as store:
+        scalars = {s.name: s.value for s in from_json(store.attrs["scalars"])}
+    return float(scalars["building.storey_stiffness_factor"] or 1.0)
 
 
-def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import MESH, run_building
     from impactfem.stages.building.store import write_building
@@ -46,26 +43,29 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             files.append(folder / MESH)
         with steps.step("stores"):
             write_building(files[0], study, case.title, key)
-        with steps.step("tables and pictures"):
-            files += building_tables(folder, published_values(case), _bays(case))
-            files += building_pictures(folder)
         return files
 
     return on_root(write) or []
 
 
-def _bays(case: Case) -> tuple[Bay, ...]:
+def _draw(case: Case, folder: Path) -> list[Path]:
     mesh = None if case.structure is None else case.structure.mesh
-    return mesh.bays if isinstance(mesh, GeneratedMesh) else ()
+    bays: tuple[Bay, ...] = mesh.bays if isinstance(mesh, GeneratedMesh) else ()
+    return [*building_tables(folder, published_values(case), bays), *building_pictures(folder)]
 
 
 BUILDING = Stage(
     name="building",
-    steps=STEPS,
-    rooms=BUILDING_ROOMS,
-    key=building_key,
-    store="building.nc",
-    run=_run,
+    title="The 3D model",
+    about="Mesh of shells and beams, its masses and modes.",
+    steps={"mesh": 3.0, "matrices": 5.0, "modes": 25.0, "stores": 1.0, DRAWING: 4.0},
+    sections=("materials", "buildings", "structure"),
+    files=lambda case: structure_files(case.structure) if case.structure is not None else (),
+    computed_by=("compute", "store"),
+    drawn_by=("pictures", "tables"),
+    stores={"building": "building.nc"},
+    compute=_compute,
+    draw=_draw,
     checks=lambda case, folder: building_checks(folder),
     lacks=lambda case: "structure" if case.structure is None else None,
     collective=True,

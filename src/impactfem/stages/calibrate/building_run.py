@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from impactfem.building.model import BuildingModel
 from impactfem.coupling.contact_history import ContactHistory
 from impactfem.coupling.unilateral import unilateral_response
-from impactfem.coupling.unilateral_full import FullMotion
 from impactfem.coupling.unilateral_modal import ModalMotion
 from impactfem.stages.calibrate.building_model import WallModel, WallPatterns
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.history import WallHistory
+from impactfem.stages.calibrate.unilateral_full import FullMotion
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -20,8 +20,8 @@ class WallExperiment:
     """A building in front of a rigid wall, without ground motion (paper, section 3.2.2).
 
     One floor is drawn aside, see `impactfem.stages.calibrate.pull`; at t = 0 what held it is gone
-    and the building, at rest, is free. The wall is a plane at the gap g from the undeformed building,
-    n the unit vector towards it: a point with displacement u touches where n · u = g.
+    and the building, at rest, is free. The wall is a plane at the gap g from the undeformed
+    building, n the unit vector towards it: a point with displacement u touches where n · u = g.
 
     Args:
         floors: Numbers of the floors that may hit the wall, each once.

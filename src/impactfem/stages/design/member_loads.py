@@ -72,7 +72,7 @@ def pairs_of(case: Case, mesh: BuildingMesh, forces: Path, duration: float) -> P
 
 
 def member_loads(case: Case, system: System, pairs: Pairs, mesh: BuildingMesh) -> MemberLoads:
-    """Run the sticks under the motions of a member as the stage `sticks` does.
+    """Run the sticks under the motions of a member as the stage `pounding` does.
 
     Args:
         case: The case with the motions of the member.

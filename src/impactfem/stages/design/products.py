@@ -69,7 +69,7 @@ def design_products_of(
 
     Args:
         store: The open `design.nc`.
-        sticks: `sticks.nc` of the same case.
+        sticks: `pounding.nc` of the same case.
         broadening: Of the peaks to either side: a ratio, or one down and one up [-].
         clipping: Whether narrow peaks are reduced before they are broadened.
 

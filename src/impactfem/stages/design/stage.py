@@ -7,19 +7,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from impactfem.case import Case
-from impactfem.stages.building.factor_of_run import storey_factor
-from impactfem.stages.building.stage import building_key
+from impactfem.stages.building.stage import BUILDING, storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.calibrated_contact import with_contact_of_run
 from impactfem.stages.design.checks import design_checks
 from impactfem.stages.design.device_figures import design_device
 from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import design_products_of, write_design_products
-from impactfem.stages.device.stage import DEVICE, DEVICE_ROOMS, model_key
-from impactfem.stages.inputs import inputs_key
+from impactfem.stages.device.stage import DEVICE, model_key
+from impactfem.stages.ensemble.stage import ENSEMBLE
 from impactfem.stages.open_store import open_store
-from impactfem.stages.pounding.stage import STICK_INPUTS, STICKS, stick_inputs_key
-from impactfem.stages.stage import Stage
+from impactfem.stages.pounding.stage import POUNDING, motions_key
+from impactfem.stages.sources import program_key
+from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.transient.stage import TRANSIENT, basis_key
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
@@ -27,49 +27,23 @@ from impactfem.system.parallel import communicator, on_root
 if TYPE_CHECKING:
     from impactfem.stages.design.compute import DesignStudy
 
-DESIGN_ROOMS = (*DEVICE_ROOMS, "stages/transient", "stages/design")
-STEPS = {
-    "inputs": 4.0,
-    "sticks": 5.0,
-    "matrices": 3.0,
-    "basis": 12.0,
-    "vertices": 1.0,
-    "members": 35.0,
-    "stores": 1.0,
-    "tables and figures": 8.0,
-}
-
 
 def _carried(case: Case) -> int:
     """Number of members that are carried through the 3D building."""
     return 0 if case.ensemble is None else case.ensemble.structure_motions
 
 
-def _key(case: Case) -> str:
-    keys = [TRANSIENT.key(case), inputs_key(case, (), ("stages/design",))]
-    if _carried(case):
-        files = tuple(case.ensemble.files()) if case.ensemble is not None else ()
-        count = f"{_carried(case)} members"
-        keys += [
-            count,
-            inputs_key(case, ("ensemble",), ("stages/design",), files),
-            _members_key(case),
-        ]
-    return hashlib.sha256("".join(keys).encode()).hexdigest()
-
-
 def _members_key(case: Case) -> str:
     """Hash of what members depend on beside their motions."""
-    sections = (*STICK_INPUTS, "transient", "devices", "device_analysis")
-    own = stick_inputs_key(case, tuple(name for name in sections if name != "motions"))
-    rooms = inputs_key(case, ("structure",), DESIGN_ROOMS)
-    keys = [own, rooms, basis_key(case), building_key(case)]
+    sections = ("transient", "devices", "device_analysis", "structure")
+    program, motions = program_key(DESIGN.modules), motions_key(case, sections)
+    keys = [program, motions, basis_key(case), BUILDING.key(case)]
     if case.devices:
         keys.append(model_key(case))
     return hashlib.sha256("".join(keys).encode()).hexdigest()
 
 
-def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.design.store import write_design
 
@@ -81,8 +55,6 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         files = [folder / "design.nc"]
         with steps.step("stores"):
             write_design(files[0], case, study.own, study.whole, study.carried, key)
-        with steps.step("tables and figures"):
-            files += _shown(case, folder)
         return files
 
     return on_root(write)
@@ -99,7 +71,7 @@ def _study(case: Case, folder: Path, steps: Steps) -> DesignStudy | None:
     members = _carried(case)
     with_devices = bool(members and case.devices)
     with steps.step("inputs"):
-        inputs = on_root(lambda: STICKS.key(case))
+        inputs = on_root(lambda: POUNDING.key(case))
         keys = on_root(
             lambda: Keys(
                 basis=basis_key(case),
@@ -127,32 +99,45 @@ def _study(case: Case, folder: Path, steps: Steps) -> DesignStudy | None:
     )
 
 
-def _shown(case: Case, folder: Path) -> list[Path]:
+def _draw(case: Case, folder: Path) -> list[Path]:
     """Tables and figures from the store."""
     with open_store(folder / "design.nc") as store:
         products = design_products_of(
-            store, folder / "sticks.nc", case.spectra.broadening, case.spectra.clipping
+            store, folder / "pounding.nc", case.spectra.broadening, case.spectra.clipping
         )
         files = write_design_products(folder, products)
         files += design_figures(folder, products)
         return files + design_device(folder, store)
 
 
-def _needs(case: Case) -> tuple[str, ...]:
-    names = ["building", "sticks", TRANSIENT.name]
-    if _carried(case):
-        names.append("ensemble")
-        names += [DEVICE.name] if case.devices else []
-    return tuple(names)
+def _needs(case: Case) -> tuple[Stage, ...]:
+    needed = (*TRANSIENT.needs(case), TRANSIENT)
+    if not _carried(case):
+        return needed
+    return (*needed, ENSEMBLE, *((DEVICE,) if case.devices else ()))
 
 
 DESIGN = Stage(
     name="design",
-    steps=STEPS,
-    rooms=DESIGN_ROOMS,
-    key=_key,
-    store="design.nc",
-    run=_run,
+    title="Design spectra",
+    about="Spectra enveloped over each floor and broadened.",
+    steps={
+        "inputs": 4.0,
+        "sticks": 5.0,
+        "matrices": 3.0,
+        "basis": 12.0,
+        "vertices": 1.0,
+        "members": 35.0,
+        "stores": 1.0,
+        DRAWING: 8.0,
+    },
+    sections=(),
+    further=lambda case: f"{_carried(case)} members",
+    computed_by=("compute", "store"),
+    drawn_by=("device_figures", "figures", "products"),
+    stores={"design": "design.nc"},
+    compute=_compute,
+    draw=_draw,
     checks=lambda case, folder: design_checks(folder),
     lacks=lambda case: "transient" if case.transient is None else None,
     needs=_needs,

@@ -2,43 +2,22 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
-from impactfem.stages.building.factor_of_run import storey_factor
+from impactfem.stages.building.stage import BUILDING, storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.calibrated_contact import calibrated_laws, with_contact_of_run
-from impactfem.stages.calibrate.stage import CALIBRATE_ROOMS, DAMPINGS, calibrate_key
+from impactfem.stages.calibrate.stage import CALIBRATE, DAMPINGS
 from impactfem.stages.device.checks import device_checks
 from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.tables import device_tables
-from impactfem.stages.inputs import inputs_key, matrices_key, published_values
-from impactfem.stages.pounding.stage import STICK_INPUTS, STICK_ROOMS, stick_inputs_key
-from impactfem.stages.stage import Stage
-from impactfem.stages.stored import stored
+from impactfem.stages.inputs import matrices_key, published_values
+from impactfem.stages.pounding.stage import POUNDING
+from impactfem.stages.stage import DRAWING, Stage
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
-
-DEVICE_ROOMS = tuple(dict.fromkeys((*CALIBRATE_ROOMS, *STICK_ROOMS, "device", "stages/device")))
-STEPS = {
-    "inputs": 4.0,
-    "matrices": 5.0,
-    "basis": 90.0,
-    "time steps": 0.0,
-    "damping cases": 40.0,
-    "stores": 3.0,
-    "tables and figures": 10.0,
-}
-
-
-def _key(case: Case) -> str:
-    sections = (*STICK_INPUTS, "transient", "devices", "device_analysis", "damping_cases")
-    files = transient_files(case.transient) if case.transient is not None else ()
-    own = stick_inputs_key(case, sections, files)
-    rooms = inputs_key(case, ("structure",), DEVICE_ROOMS)
-    return hashlib.sha256(f"{own}{rooms}{calibrate_key(case)}".encode()).hexdigest()
 
 
 def model_key(case: Case) -> str:
@@ -58,10 +37,10 @@ def model_key(case: Case) -> str:
     own += "".join(device.model_dump_json(include=placed) for device in case.devices)
     if any(anchor.envelope for device in case.devices for anchor in device.anchors):
         own += transient.model_dump_json(include={"probes"})
-    return matrices_key(case, DEVICE_ROOMS, own, DAMPINGS)
+    return matrices_key(case, DEVICE.modules, own, DAMPINGS)
 
 
-def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.device.compute import run_devices
@@ -87,16 +66,16 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         within=steps.within,
     )
 
-    files = stored(
-        study,
-        folder / "device.nc",
-        lambda path, found: write_devices(path, found, key),
-        lambda: [*device_tables(folder, published_values(case)), *device_figures(folder)],
-        steps,
-    )
-    # Last of all: until here a failure costs no time steps.
-    on_root(lambda: remove_full_checkpoints(folder))
-    return files
+    def write() -> list[Path]:
+        if study is None:
+            return []
+        with steps.step("stores"):
+            write_devices(folder / "device.nc", study, key)
+        # Last of all: until here a failure costs no time steps.
+        remove_full_checkpoints(folder)
+        return [folder / "device.nc"]
+
+    return on_root(write)
 
 
 def _lacks(case: Case) -> str | None:
@@ -107,13 +86,38 @@ def _lacks(case: Case) -> str | None:
 
 DEVICE = Stage(
     name="device",
-    steps=STEPS,
-    rooms=DEVICE_ROOMS,
-    key=_key,
-    store="device.nc",
-    run=_run,
+    title="Devices",
+    about="Forces on the anchors in the 3D model and by response spectrum analysis.",
+    steps={
+        "inputs": 4.0,
+        "matrices": 5.0,
+        "basis": 90.0,
+        "time steps": 0.0,
+        "damping cases": 40.0,
+        "stores": 3.0,
+        DRAWING: 10.0,
+    },
+    sections=(
+        *POUNDING.sections,
+        "structure",
+        "transient",
+        "devices",
+        "device_analysis",
+        "damping_cases",
+    ),
+    files=lambda case: transient_files(case.transient) if case.transient is not None else (),
+    # It computes the impact on the wall for each damping case.
+    further=CALIBRATE.key,
+    computed_by=("compute", "store", "prepared"),
+    drawn_by=("figures", "tables"),
+    stores={"device": "device.nc"},
+    compute=_compute,
+    draw=lambda case, folder: [
+        *device_tables(folder, published_values(case)),
+        *device_figures(folder),
+    ],
     checks=lambda case, folder: device_checks(folder),
     lacks=_lacks,
-    needs=lambda case: ("building", "sticks"),
+    needs=lambda case: (BUILDING, *POUNDING.needs(case), POUNDING),
     collective=True,
 )

@@ -13,15 +13,10 @@ from impactfem.stages.ensemble.compute import run_ensemble
 from impactfem.stages.ensemble.figures import ensemble_checks, ensemble_results
 from impactfem.stages.ensemble.store import write_ensemble
 from impactfem.stages.inputs import published_values
-from impactfem.stages.pounding.stage import STICK_INPUTS, STICK_ROOMS, stick_inputs_key
-from impactfem.stages.stage import Stage
+from impactfem.stages.pounding.stage import POUNDING, motions_key
+from impactfem.stages.stage import DRAWING, Stage
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root, workers
-
-
-def _key(case: Case) -> str:
-    files = tuple(case.ensemble.files()) if case.ensemble is not None else ()
-    return stick_inputs_key(case, (*STICK_INPUTS, "ensemble", "published"), files)
 
 
 def _published(case: Case) -> dict[str, float]:
@@ -30,13 +25,12 @@ def _published(case: Case) -> dict[str, float]:
     return {n: v for n, v in published_values(case).items() if case.published[n].kind not in same}
 
 
-def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
     with steps.step("sticks"):
         calibration = on_root(lambda: calibration_of(case))
         ready = (calibration, system_of(case, calibration))
-    sections = tuple(section for section in STICK_INPUTS if section != "motions")
-    members_key = on_root(lambda: stick_inputs_key(case, sections))
+    members_key = on_root(lambda: motions_key(case))
     with workers() as executor:
         if executor is None:
             return []  # this rank has worked for rank 0 until now
@@ -49,30 +43,36 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
                 executor,
                 lambda done, of: steps.within("members", done / of),
             )
-    with steps.step("stores and figures"):
+    with steps.step("stores"):
         write_ensemble(folder / "ensemble.nc", case, result, key)
-        return [
-            folder / "ensemble.nc",
-            *ensemble_results(folder, _published(case)),
-            *write_floor_products(
-                folder / "ensemble",
-                folder / "ensemble.nc",
-                broadening=case.spectra.broadening,
-                clipping=case.spectra.clipping,
-                statistic="mean",
-            ),
-        ]
+    return [folder / "ensemble.nc"]
+
+
+def _draw(case: Case, folder: Path) -> list[Path]:
+    products = write_floor_products(
+        folder / "ensemble",
+        folder / "ensemble.nc",
+        broadening=case.spectra.broadening,
+        clipping=case.spectra.clipping,
+        statistic="mean",
+    )
+    return [*ensemble_results(folder, _published(case)), *products]
 
 
 ENSEMBLE = Stage(
     name="ensemble",
-    steps={"sticks": 2.0, "members": 40.0, "stores and figures": 2.0},
-    rooms=(*STICK_ROOMS, "stages/ensemble"),
-    key=_key,
-    store="ensemble.nc",
-    run=_run,
+    title="Many motions",
+    about="The sticks under other motions: bands of every result.",
+    steps={"sticks": 2.0, "members": 40.0, "stores": 1.0, DRAWING: 2.0},
+    sections=("ensemble",),
+    files=lambda case: tuple(case.ensemble.files()) if case.ensemble is not None else (),
+    computed_by=("compute", "store"),
+    drawn_by=("figures", "plot.floor_products"),
+    stores={"ensemble": "ensemble.nc"},
+    compute=_compute,
+    draw=_draw,
     checks=lambda case, folder: ensemble_checks(folder, _published(case)),
     lacks=lambda case: "ensemble" if case.ensemble is None else None,
-    needs=lambda case: ("sticks",),
+    needs=lambda case: (*POUNDING.needs(case), POUNDING),
     collective=True,
 )

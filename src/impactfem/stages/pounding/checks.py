@@ -1,4 +1,4 @@
-"""The checks of the stage `sticks` in words: accuracy, and whether linear analysis is meant."""
+"""The checks of the stage `pounding` in words: accuracy, and whether linear analysis is meant."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def stick_checks(
     """The checks of the stage.
 
     Args:
-        folder: The run's folder, with `sticks.nc`.
+        folder: The run's folder, with `pounding.nc`.
         points_per_impact: Least number of steps asked of an impact.
         tolerances: Largest relative difference from a published value that counts as reproduced,
             by the name of the result; empty for a case without a reference.
     """
-    with open_store(folder / "sticks.nc") as store:
+    with open_store(folder / "pounding.nc") as store:
         values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
         restitution = store["impact_restitution"].values
         notes = {s.name: s.note for s in from_json(store.attrs["scalars"])}
@@ -225,7 +225,7 @@ def _ended(store: xr.Dataset) -> Check:
     names = [f"{b}.floor_{int(f)}" for b, f in zip(buildings, floors, strict=True)]
     ratio = np.where(pfa > 0.0, psa[..., -1] / np.where(pfa > 0.0, pfa, 1.0), np.nan)
     axes = [str(direction) for direction in store["direction"].values]
-    return end_check("sticks", names, axes, ratio, float(store["frequency"].values[-1]))
+    return end_check("pounding", names, axes, ratio, float(store["frequency"].values[-1]))
 
 
 def _linearity(values: Mapping[str, float]) -> list[Check]:

@@ -1,4 +1,4 @@
-"""The stage `sticks`: motions, calibrated sticks, pounding, impacts, floor response spectra."""
+"""The stage `pounding`: motions, calibrated sticks, pounding, impacts, floor response spectra."""
 
 from __future__ import annotations
 

@@ -16,13 +16,13 @@ def facing_checks(folder: Path, case: Case) -> list[Check]:
     """Whether floors in no pair stay apart, and which ones cannot be told.
 
     Args:
-        folder: The run's folder, with `sticks.nc`.
+        folder: The run's folder, with `pounding.nc`.
         case: The case.
 
     Returns:
         The checks; none where all floors that face each other are in pairs.
     """
-    with open_store(folder / "sticks.nc") as store:
+    with open_store(folder / "pounding.nc") as store:
         approach = [_approach(store)] if "facing" in store.dims else []
     return [*approach, *((None, line) for line in unknown_lines(facing_floors(case)))]
 

@@ -1,4 +1,4 @@
-"""The figures of the stage `sticks`, from its stores, in the paper's layout and numbering."""
+"""The figures of the stage `pounding`, from its stores, in the paper's layout and numbering."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def stick_figures(folder: Path) -> list[Path]:
     """Draw figures 2, 3, 5, 8, 9 and 10 into `figures/`.
 
     Args:
-        folder: The run's folder, with `motion.nc`, `sticks.nc` and `forces.nc`.
+        folder: The run's folder, with `motion.nc`, `pounding.nc` and `forces.nc`.
 
     Returns:
         The files; figures about impacts are left out when nothing can touch.
@@ -37,7 +37,7 @@ def stick_figures(folder: Path) -> list[Path]:
     drawn: list[Path] = []
     with (
         open_store(folder / "motion.nc") as motion,
-        open_store(folder / "sticks.nc") as sticks,
+        open_store(folder / "pounding.nc") as sticks,
         open_store(folder / "forces.nc") as forces,
     ):
         makers: dict[str, Callable[[Path], None]] = {

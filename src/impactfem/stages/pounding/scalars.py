@@ -1,4 +1,4 @@
-"""The scalar results of the stage `sticks`, by the names of `summary.json`."""
+"""The scalar results of the stage `pounding`, by the names of `summary.json`."""
 
 from __future__ import annotations
 

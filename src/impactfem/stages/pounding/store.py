@@ -1,10 +1,10 @@
-"""The stores of the stage: `motion.nc` and `sticks.nc`.
+"""The stores of the stage: `motion.nc` and `pounding.nc`.
 
 `motion.nc` has, for the ground motion number k, `time_k` [s], `acceleration_k` [m/s2] with the
 attribute `direction`, `spectrum_k` (pseudo-acceleration, over `frequency_k` [Hz]) [m/s2] and, for
 a synthetic one, `target_k`, the design spectrum.
 
-`sticks.nc` has the dimensions `time`, `station` (a floor of a building), `component` (those of
+`pounding.nc` has the dimensions `time`, `station` (a floor of a building), `component` (those of
 x, y, z, rx, ry, rz in which anything moves), `direction`, `damping`, `frequency`, `pair`, `impact`,
 `building`, `mode`, `facing` (floors that face each other and are in no pair) and `target`. All
 values are SI; each variable carries its unit. Names that end in `_free` belong to the run without
@@ -62,7 +62,7 @@ def write_motion(path: Path, study: StickStudy, key: str) -> None:
 
 
 def write_sticks(path: Path, study: StickStudy, key: str) -> None:
-    """Write `sticks.nc`; arguments as `write_motion`."""
+    """Write `pounding.nc`; arguments as `write_motion`."""
     variables = {
         **_histories(study),
         **_spectra(study),

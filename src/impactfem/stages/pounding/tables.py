@@ -1,4 +1,4 @@
-"""Tables of the stage `sticks`, from its store: modes, contact parameters, impacts, separation."""
+"""Tables of the stage `pounding`: modes, contact parameters, impacts, separation."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ def stick_tables(folder: Path) -> list[Path]:
     """Write the tables of the stage into `tables/` and its checks into the log.
 
     Args:
-        folder: The run's folder, with `sticks.nc`.
+        folder: The run's folder, with `pounding.nc`.
 
     Returns:
         The files.
     """
-    with open_store(folder / "sticks.nc") as store:
+    with open_store(folder / "pounding.nc") as store:
         tables = [_modes(store), _contact(store), _impacts(store), _checks(store), _gaps(store)]
         if "target" in store.dims:
             tables.append(_calibration(store))

@@ -33,8 +33,8 @@ def transient_figures(
     """Draw figures 11 to 22, maps of the floors and a film of the wave into `figures/`.
 
     Args:
-        folder: The run's folder, with `building.nc`, `sticks.nc`, `transient.nc` and, where fields
-            were computed, `transient_maps.nc`.
+        folder: The run's folder, with `building.nc`, `pounding.nc`, `transient.nc` and, where
+            fields were computed, `transient_maps.nc`.
         fields: Maps of the floors, as in the case: "pfa", "psa" or both.
         field_frequencies: Frequencies of the maps of pseudo-acceleration [Hz]; those without
             spectra are left out.
@@ -49,7 +49,7 @@ def transient_figures(
     target.mkdir(exist_ok=True)
     with open_stores(folder) as opened:
         view = TransientView(opened("transient.nc"))
-        makers = _of_probes(view, opened("sticks.nc"))
+        makers = _of_probes(view, opened("pounding.nc"))
         if (folder / "transient_maps.nc").is_file():
             maps = opened("transient_maps.nc")
             makers |= _of_waves(view, maps)

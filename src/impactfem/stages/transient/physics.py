@@ -217,7 +217,7 @@ def physics_scalars(view: TransientView, sticks: xr.Dataset) -> list[Scalar]:
 
     Args:
         view: The store `transient.nc`.
-        sticks: The store `sticks.nc`.
+        sticks: The store `pounding.nc`.
     """
     return [
         *_against_sticks(view, sticks),

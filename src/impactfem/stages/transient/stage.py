@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
-from impactfem.stages.building.factor_of_run import storey_factor
-from impactfem.stages.building.stage import BUILDING_ROOMS, building_key
+from impactfem.stages.building.stage import BUILDING, storey_factor
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import inputs_key, matrices_key, published_values
 from impactfem.stages.open_store import open_store
-from impactfem.stages.pounding.stage import STICK_INPUTS, STICK_ROOMS, STICKS, stick_inputs_key
-from impactfem.stages.stage import Stage
+from impactfem.stages.pounding.stage import POUNDING
+from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.transient.checks import log_samples, transient_checks
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
@@ -23,30 +21,6 @@ from impactfem.stages.transient.view import TransientView
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
 from impactfem.system.scalar import Scalar
-
-TRANSIENT_ROOMS = (*BUILDING_ROOMS, *STICK_ROOMS, "stages/transient")
-STEPS = {
-    "inputs": 2.0,
-    "matrices": 5.0,
-    "basis": 60.0,
-    "time steps": 0.0,
-    "spectra": 3.0,
-    "maps": 15.0,
-    "stores": 3.0,
-    "export": 0.0,
-    "tables and figures": 20.0,
-}
-
-
-def _key(case: Case) -> str:
-    asked = case.transient
-    files = transient_files(asked) if asked is not None else ()
-    own = stick_inputs_key(case, (*STICK_INPUTS, "transient", "published"), files)
-    # Not among the inputs of the sticks: the basis does not depend on a restitution.
-    served = asked is not None and asked.serve_damping_cases
-    sections = ("structure", "damping", *(("damping_cases",) if served else ()))
-    rooms = inputs_key(case, sections, TRANSIENT_ROOMS)
-    return hashlib.sha256(f"{own}{rooms}{building_key(case)}".encode()).hexdigest()
 
 
 def basis_key(case: Case) -> str:
@@ -58,10 +32,10 @@ def basis_key(case: Case) -> str:
     if asked is None:
         return ""
     own = asked.model_dump_json(include={"shift", "eccentricity"})
-    return matrices_key(case, TRANSIENT_ROOMS, own)
+    return matrices_key(case, TRANSIENT.modules, own)
 
 
-def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.dynamics.checkpoints import remove_checkpoints
     from impactfem.stages.building.compute import mesh_of_run
@@ -74,7 +48,7 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     with steps.step("inputs"):
         prepared = on_root(
             lambda: prepare(
-                case, mesh, folder / "forces.nc", storey_factor(folder), STICKS.key(case)
+                case, mesh, folder / "forces.nc", storey_factor(folder), POUNDING.key(case)
             )
         )
     study = run_transient(
@@ -105,9 +79,6 @@ def _run(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         if case.transient is not None and case.transient.export:
             with steps.step("export"):
                 files += write_motion(motion, study, key, lambda part: steps.within("export", part))
-        with steps.step("tables and figures"):
-            files += transient_tables(folder, published_values(case))
-            files += _figures(case, folder)
         # Last of all: until here a failure costs no time steps.
         remove_checkpoints(folder / CHECKPOINTS)
         return files
@@ -127,33 +98,58 @@ def _checks(case: Case, folder: Path) -> list[Check]:
     return [*found, *stick_against_model(folder)] if own else found
 
 
-def _figures(case: Case, folder: Path) -> list[Path]:
+def _draw(case: Case, folder: Path) -> list[Path]:
     asked = case.transient
     if asked is None:
         return []
-    return transient_figures(folder, fields=asked.fields, field_frequencies=asked.field_frequencies)
+    return [
+        *transient_tables(folder, published_values(case)),
+        *transient_figures(folder, fields=asked.fields, field_frequencies=asked.field_frequencies),
+    ]
+
+
+def _served_dampings(case: Case) -> str:
+    # Not a section of its own: the basis does not depend on a restitution.
+    served = case.transient is not None and case.transient.serve_damping_cases
+    return inputs_key(case, ("damping_cases",), ()) if served else ""
 
 
 def _physics(folder: Path) -> list[Scalar]:
     """What the stores of this stage and of the sticks say together."""
     with (
         open_store(folder / "transient.nc") as store,
-        open_store(folder / "sticks.nc") as sticks,
+        open_store(folder / "pounding.nc") as sticks,
     ):
         return physics_scalars(TransientView(store), sticks)
 
 
 TRANSIENT = Stage(
     name="transient",
-    steps=STEPS,
-    rooms=TRANSIENT_ROOMS,
-    key=_key,
-    store="transient.nc",
-    run=_run,
+    title="The 3D model in time",
+    about="The impacts and the ground motion on the 3D model: floor spectra, waves, transfer.",
+    steps={
+        "inputs": 2.0,
+        "matrices": 5.0,
+        "basis": 60.0,
+        "time steps": 0.0,
+        "spectra": 3.0,
+        "maps": 15.0,
+        "stores": 3.0,
+        "export": 0.0,
+        DRAWING: 20.0,
+    },
+    sections=("transient", "structure", "damping"),
+    files=lambda case: transient_files(case.transient) if case.transient is not None else (),
+    further=_served_dampings,
+    computed_by=("compute", "store", "prepared", "export"),
+    drawn_by=("figures", "tables"),
+    stores={"transient": "transient.nc", "maps": "transient_maps.nc"},
+    compute=_compute,
+    draw=_draw,
     checks=_checks,
     announces=_announce,
     lacks=lambda case: "transient" if case.transient is None else None,
-    needs=lambda case: ("building", "sticks"),
+    needs=lambda case: (BUILDING, *POUNDING.needs(case), POUNDING),
     derived=_physics,
     collective=True,
 )

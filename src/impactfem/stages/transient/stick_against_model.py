@@ -25,14 +25,14 @@ def stick_against_model(folder: Path) -> list[Check]:
     soft hits at other times and with other speeds than the building that its forces are put on.
 
     Args:
-        folder: The run's folder, with `building.nc` and `sticks.nc`.
+        folder: The run's folder, with `building.nc` and `pounding.nc`.
 
     Returns:
         The check; nothing for a vertical direction, along which nothing bends.
     """
     with (
         open_store(folder / "building.nc") as building,
-        open_store(folder / "sticks.nc") as sticks,
+        open_store(folder / "pounding.nc") as sticks,
     ):
         name, direction = str(building.attrs["building"]), str(sticks.attrs["shown_direction"])
         if direction == "z":

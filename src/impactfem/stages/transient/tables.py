@@ -22,7 +22,7 @@ def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]
     """Write the tables of the stage into `tables/` and into the log.
 
     Args:
-        folder: The run's folder, with `transient.nc` and `sticks.nc`.
+        folder: The run's folder, with `transient.nc` and `pounding.nc`.
         published: Published values in SI by the name of the result.
 
     Returns:
@@ -33,7 +33,7 @@ def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]
     """
     with (
         open_store(folder / "transient.nc") as store,
-        open_store(folder / "sticks.nc") as sticks,
+        open_store(folder / "pounding.nc") as sticks,
     ):
         view = TransientView(store)
         tables = [_probes(view), _physics(view, sticks, published)]

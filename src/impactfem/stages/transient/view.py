@@ -232,7 +232,7 @@ def _by_floor(names: NDArray[np.object_]) -> dict[int, int]:
 
 
 def stick_station(sticks: xr.Dataset, building: str, floor: int) -> int | None:
-    """The station of a building's floor in `sticks.nc`; None when it has none."""
+    """The station of a building's floor in `pounding.nc`; None when it has none."""
     mine = sticks["station_building"].values == building
     found = np.flatnonzero(mine & (sticks["station_floor"].values == floor))
     return int(found[0]) if found.size else None

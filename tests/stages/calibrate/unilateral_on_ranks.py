@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.coupling.unilateral import unilateral_response
-from impactfem.coupling.unilateral_full import FullMotion
+from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]

@@ -4,8 +4,8 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from impactfem.coupling.unilateral import unilateral_response
-from impactfem.coupling.unilateral_full import FullMotion, _advance
 from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.stages.calibrate.unilateral_full import FullMotion, _advance
 from impactfem.system.errors import SolutionError
 
 STEP = 2e-4
