@@ -97,16 +97,17 @@ class KrylovBasis(Held):
         """
         return self.vectors.seen(L, self._size)
 
-    def rows(self, index: Index) -> Array:
+    def rows(self, index: Index, first: int = 0) -> Array:
         """The basis at some of this rank's rows, without a copy of the others.
 
         Args:
             index: The rows, counted from the first of this rank, of any shape.
+            first: The first vector.
 
         Returns:
-            The shape of `index` with the size of the basis as a further axis.
+            The shape of `index` with the vectors from the first on as a further axis.
         """
-        return self.vectors.rows(index, self._size)
+        return self.vectors.rows(index, first, self._size)
 
     @property
     def T(self) -> Array:

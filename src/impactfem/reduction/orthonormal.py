@@ -83,19 +83,26 @@ class Orthonormal:
         self._store(X)
         return np.vstack([coordinates, B]), MX
 
-    def rows(self, index: Index, last: int) -> Array:
-        """Some of this rank's rows of the first columns, without a copy of the others.
+    def rows(self, index: Index, first: int, last: int) -> Array:
+        """Some of this rank's rows of a range of columns, without a copy of the others.
 
         Args:
             index: The rows, counted from the first of this rank, of any shape.
-            last: Number of columns.
+            first: The first column.
+            last: The column after the last one.
 
         Returns:
             The shape of `index` with the columns as a further axis.
         """
-        pieces = [piece[index] for piece in self.pieces(0, last)]
-        return np.concatenate([np.empty((*np.shape(index), 0)), *pieces], axis=-1)
+        found = np.empty((*np.shape(index), last - first))
+        flat, start = found.reshape(np.size(index), last - first), 0
+        for piece in self.pieces(first, last):
+            # Column by column: a row of the piece is spread over all of its memory.
+            flat[:, start : start + piece.shape[1]] = piece.T.take(np.ravel(index), axis=1).T
+            start += piece.shape[1]
+        return found
 
+    @all_blas_threads()
     def seen(self, L: Any, last: int) -> Array:
         """Lᵀ V of the first columns, shape (k, last), the same on all ranks.
 
@@ -109,6 +116,7 @@ class Orthonormal:
         total: Array = self.M.getComm().tompi4py().allreduce(local)
         return total
 
+    @all_blas_threads()
     def combination(self, coordinates: Array) -> Array:
         """V c of the first columns, shape (n_local, k), Fortran order.
 
@@ -118,7 +126,8 @@ class Orthonormal:
         X = np.zeros((self.M.getLocalSize()[0], coordinates.shape[1]), order="F")
         first = 0
         for V in self.pieces(0, len(coordinates)):
-            X += V @ coordinates[first : first + V.shape[1]]
+            if X.size:
+                dgemm(1.0, V, coordinates[first : first + V.shape[1]], 1.0, X, overwrite_c=True)
             first += V.shape[1]
         return X
 

@@ -277,11 +277,13 @@ def grow_until_accurate(
     """
     omega = _omega(maximum_frequency)
     at_probes = _Rows(model, np.unique(probes))
+    rows = np.zeros((at_probes.count, DOFS // 2, 0))
     first = math.inf
     while True:
         grown = basis.grow(AT_ONCE)
         models = nested_models(basis)
-        difference = _difference(models, at_probes.gathered(basis), omega, damping)
+        rows = np.concatenate([rows, at_probes.gathered(basis, rows.shape[2])], axis=2)
+        difference = _difference(models, rows, omega, damping)
         LOGGER.debug("reduced basis: %d vectors, difference %.2e", basis.size, difference)
         first = min(first, difference) if math.isinf(first) else first
         if difference <= tolerance or grown == 0:
@@ -314,10 +316,14 @@ class _Rows:
         entries = (np.ones(self.rows.size), (self.rows.ravel(), column.ravel()))
         return scipy.sparse.csc_matrix(entries, shape=shape)
 
-    def gathered(self, basis: KrylovBasis) -> Array:
-        """V at the nodes of all ranks, shape (n, 3, size); zero at clamped ones. Collective."""
-        found = np.zeros((self.count, DOFS // 2, basis.size))
-        found[self.here] = basis.rows(self.rows)
+    def gathered(self, basis: KrylovBasis, first: int = 0) -> Array:
+        """V from a vector on at the nodes of all ranks; zero at clamped ones. Collective.
+
+        Returns:
+            Shape (n, 3, size - first).
+        """
+        found = np.zeros((self.count, DOFS // 2, basis.size - first))
+        found[self.here] = basis.rows(self.rows, first)
         if self.comm.size > 1:
             from mpi4py import MPI
 

@@ -270,7 +270,7 @@ def wall_model(
     b = modes.rows(push[:, None])[:, 0]
     z = b / modes.eigenvalue
     slab = np.flatnonzero(patterns.pull.slab)
-    moved = modes.vectors.rows(slab, modes.vectors.count) @ (modes.coordinates @ z)
+    moved = modes.vectors.rows(slab, 0, modes.vectors.count) @ (modes.coordinates @ z)
     away = np.abs(moved - patterns.pull.unit[slab]).max(initial=0.0)
     return WallModel(
         eigenvalue=modes.eigenvalue,
