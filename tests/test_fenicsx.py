@@ -159,7 +159,10 @@ def test_values_go_to_their_cells():
 @pytest.mark.parametrize(
     ("module", "heavy"),
     [
-        *((name, False) for name in ("cli", "case", "sticks.stage", "spectra", "motion")),
+        *(
+            (name, False)
+            for name in ("cli", "case", "stages.pounding.stage", "study", "spectra", "motion")
+        ),
         ("building.model", True),
     ],
 )

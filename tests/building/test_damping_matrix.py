@@ -14,17 +14,18 @@ from numpy.typing import NDArray
 from impactfem.building.damping_matrix import damping_matrix
 from impactfem.building.model import assemble_building
 from impactfem.building.part import Part
-from impactfem.building.part_damping import Coefficients, PartDamping
+from impactfem.building.part_damping import PartDamping
 from impactfem.building.parts import BuildingParts
 from impactfem.building.section import BeamSection
+from impactfem.dynamics.damping import Rayleigh
 
 Array = NDArray[np.float64]
 FACTOR = 0.4
-WHOLE = (0.3, 2e-4)
-OWN = (1.2, 5e-5)
+WHOLE = Rayleigh(0.3, 2e-4)
+OWN = Rayleigh(1.2, 5e-5)
 
 
-def dampings(parts: BuildingParts, own: dict[str, Coefficients]) -> PartDamping:
+def dampings(parts: BuildingParts, own: dict[str, Rayleigh]) -> PartDamping:
     """By the names of parts; "*" is every part."""
     mesh = parts.mesh
     shells, beams = (
@@ -38,7 +39,7 @@ def dense(matrix: Any) -> Array:
     return np.asarray(matrix[:, :], dtype=np.float64)
 
 
-def added_damping(parts: BuildingParts, own: dict[str, Coefficients]) -> Array:
+def added_damping(parts: BuildingParts, own: dict[str, Rayleigh]) -> Array:
     return dense(damping_matrix(MPI.COMM_SELF, parts, dampings(parts, own), FACTOR, WHOLE))
 
 
@@ -46,11 +47,11 @@ def test_all_parts_alike(house: BuildingParts) -> None:
     """Their damping is Rayleigh's of the whole building with their coefficients."""
     model = assemble_building(MPI.COMM_SELF, house)
     K, M = dense(model.stiffness(FACTOR)), dense(model.mass)
-    C = WHOLE[0] * M + WHOLE[1] * K + added_damping(house, {"*": OWN})
-    expected = OWN[0] * M + OWN[1] * K
+    C = WHOLE.alpha * M + WHOLE.beta * K + added_damping(house, {"*": OWN})
+    expected = OWN.alpha * M + OWN.beta * K
     assert np.abs(C - expected).max() < 1e-13 * np.abs(expected).max()
     # Without one of the parts it is not.
-    C = WHOLE[0] * M + WHOLE[1] * K + added_damping(house, {"*": OWN, "column_2": WHOLE})
+    C = WHOLE.alpha * M + WHOLE.beta * K + added_damping(house, {"*": OWN, "column_2": WHOLE})
     assert np.abs(C - expected).max() > 1e-3 * np.abs(expected).max()
 
 
@@ -61,7 +62,7 @@ def test_parts_add_up(house: BuildingParts) -> None:
     total = sum(added_damping(house, {group: OWN}) for group in groups)
     together = added_damping(house, {"*": OWN})
     assert np.abs(total - together).max() < 1e-13 * np.abs(together).max()
-    two = {"floor_2": OWN, "column_1": (0.0, 7e-4)}
+    two = {"floor_2": OWN, "column_1": Rayleigh(0.0, 7e-4)}
     apart = sum(added_damping(house, {name: damping}) for name, damping in two.items())
     assert np.abs(added_damping(house, two) - apart).max() < 1e-13 * np.abs(apart).max()
 
@@ -74,15 +75,15 @@ def test_added_mass_is_damped_with_its_slab(house: BuildingParts) -> None:
     added[slab] = 500.0
     loaded = replace(house, added_mass=added)
     mass = 12.0 * (0.3 * 2500.0 + 500.0)
-    only_mass = {"floor_2": (OWN[0], WHOLE[1])}
+    only_mass = {"floor_2": Rayleigh(OWN.alpha, WHOLE.beta)}
     for parts, expected in ((loaded, mass), (house, 12.0 * 0.3 * 2500.0)):
         C = added_damping(parts, only_mass)
         along = np.zeros(len(C))
         along[0::6] = 1.0
-        assert along @ C @ along == pytest.approx((OWN[0] - WHOLE[0]) * expected, rel=1e-12)
+        assert along @ C @ along == pytest.approx((OWN.alpha - WHOLE.alpha) * expected, rel=1e-12)
     # That on another slab is not.
-    C = added_damping(loaded, {"floor_1": (OWN[0], WHOLE[1])})
-    assert along @ C @ along == pytest.approx((OWN[0] - WHOLE[0]) * 12.0 * 750.0, rel=1e-12)
+    C = added_damping(loaded, {"floor_1": Rayleigh(OWN.alpha, WHOLE.beta)})
+    assert along @ C @ along == pytest.approx((OWN.alpha - WHOLE.alpha) * 12.0 * 750.0, rel=1e-12)
 
 
 def quadratic_bar(
@@ -119,8 +120,8 @@ def test_bar_of_two_parts(panels: Any) -> None:
     panels.line((0, 0, 2), (0, 0, 5), 2, Part("column", 2), section)
     parts = panels.parts(base=panels.at((2, 0.0)))
     model = assemble_building(MPI.COMM_SELF, parts)
-    upper = (4.0, 3e-5)
-    C = WHOLE[0] * dense(model.mass) + WHOLE[1] * dense(model.stiffness(FACTOR))
+    upper = Rayleigh(4.0, 3e-5)
+    C = WHOLE.alpha * dense(model.mass) + WHOLE.beta * dense(model.stiffness(FACTOR))
     C += added_damping(parts, {"column_2": upper})
     along = slice(2, None, 6)
     found = complex_frequencies(
@@ -132,17 +133,19 @@ def test_bar_of_two_parts(panels: Any) -> None:
         np.array([1.0, 1.0, 1.5, 1.5]), np.full(4, FACTOR * 33e9 * 0.16), np.full(4, 2500 * 0.16)
     )
     M, B, K = (np.zeros((9, 9)) for _ in range(3))
-    for e, (alpha, beta) in enumerate((WHOLE, WHOLE, upper, upper)):
+    for e, damping in enumerate((WHOLE, WHOLE, upper, upper)):
         here = np.ix_(nodes[e], nodes[e])
         M[here] += m[e]
         K[here] += k[e]
-        B[here] += alpha * m[e] + beta * k[e]
+        B[here] += damping.matrix(k[e], m[e])
     expected = complex_frequencies(M[1:, 1:], B[1:, 1:], K[1:, 1:])
     assert len(found[0]) == len(expected[0]) > 5
     assert found[0] == pytest.approx(expected[0], rel=1e-9)
     assert found[1] == pytest.approx(expected[1], rel=1e-9)
     # The ratios of one damping for all are others.
-    same = complex_frequencies(M[1:, 1:], WHOLE[0] * M[1:, 1:] + WHOLE[1] * K[1:, 1:], K[1:, 1:])
+    same = complex_frequencies(
+        M[1:, 1:], WHOLE.alpha * M[1:, 1:] + WHOLE.beta * K[1:, 1:], K[1:, 1:]
+    )
     assert np.abs(found[1][:3] / same[1][:3] - 1.0).max() > 0.1
 
 
@@ -154,7 +157,10 @@ def test_materials_of_parts_count_in_their_damping(house: BuildingParts) -> None
         for part, m in zip(house.mesh.beam_parts, own.beams, strict=True)
     )
     mixed = replace(house, materials=replace(own, beams=soft))
-    for damping, factor in (((WHOLE[0], OWN[1]), 0.5), ((OWN[0], WHOLE[1]), 1.0)):
+    for damping, factor in (
+        (Rayleigh(WHOLE.alpha, OWN.beta), 0.5),
+        (Rayleigh(OWN.alpha, WHOLE.beta), 1.0),
+    ):
         expected = factor * added_damping(house, {"column_2": damping})
         found = added_damping(mixed, {"column_2": damping})
         assert np.abs(expected).max() > 0.0

@@ -13,6 +13,7 @@ from impactfem.building.parts import BuildingParts
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, load_case
 from impactfem.case.part_damping import PartDamping as Entry
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import InputError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -37,7 +38,7 @@ def test_parts_by_patterns(house: BuildingParts) -> None:
     case = case_of({"parts": ("column_?", "floor_2*"), **LIGHT}, {"parts": ("beam_1",), **HEAVY})
     dampings = found(case, house)
     assert dampings is not None
-    light, heavy = (0.2, 1e-3), (2.0, 3e-3)
+    light, heavy = Rayleigh(0.2, 1e-3), Rayleigh(2.0, 3e-3)
     by_name = dict(
         zip(
             [part.group for part in (*house.mesh.shell_parts, *house.mesh.beam_parts)],
@@ -77,6 +78,6 @@ def test_patterns_that_do_not_fit(house: BuildingParts) -> None:
 
 def test_read_with_the_mesh() -> None:
     parts, _, _ = read_parts(case_of({"parts": ("storey_*",), **LIGHT}), GEOMETRY / "frame.msh")
-    assert parts.dampings is not None and parts.dampings.distinct == [(0.2, 1e-3)]
+    assert parts.dampings is not None and parts.dampings.distinct == [Rayleigh(0.2, 1e-3)]
     with pytest.raises(InputError, match="expected a pattern of the parts of the mesh: floor_1"):
         read_parts(case_of({"parts": ("walls",), **LIGHT}), GEOMETRY / "frame.msh")

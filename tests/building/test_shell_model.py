@@ -18,6 +18,7 @@ from impactfem.building.shell_model import (
     read_groups,
     shell_model,
 )
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.system.errors import ImpactfemError, InputError
 
@@ -178,7 +179,7 @@ def test_transient_of_one_mode_is_that_of_an_oscillator(clamped):
     dt = 1.0 / frequency[0] / 400.0
     tip = int(np.argmax(np.abs(shapes[0][:, UZ])))
     history = clamped.transient(
-        load, np.ones(801), dt, alpha=2.0 * xi * omega, probes=clamped.rows(tip, UZ)
+        load, np.ones(801), dt, damping=Rayleigh(2.0 * xi * omega), probes=clamped.rows(tip, UZ)
     )
     t, damped = history.time, omega * np.sqrt(1.0 - xi**2)
     decay = np.exp(-xi * omega * t)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import DampingCase, load_case
+from impactfem.dynamics.damping import Rayleigh
 
 from .faults import faults_of
 from .texts import added
@@ -60,8 +61,8 @@ def test_without_a_structure(with_cases: Callable[[str], Path]) -> None:
         DampingCase(name="heavy_7-B", ratio=0.07, frequencies=(1.0, 20.0), restitution=0.6),
     )
     light, heavy = case.damping_cases
-    assert (light.coefficients, light.restitution) == ((0.838, 2.12e-4), "calibrated")
-    assert heavy.coefficients == case.damping.coefficients
+    assert (light.rayleigh, light.restitution) == (Rayleigh(0.838, 2.12e-4), "calibrated")
+    assert heavy.rayleigh == case.damping.rayleigh
     # The dampings that the buildings have are not touched.
     assert {building.damping for building in case.buildings} == {case.damping}
     assert pickle.loads(pickle.dumps(case)) == case

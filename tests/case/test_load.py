@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import Case, RecordMotion, SyntheticMotion, load_case
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import InputError
 
 Broken = Callable[..., Path]
@@ -323,8 +324,8 @@ def test_resolved_case(pair: Path) -> None:
 def test_own_damping_and_material(broken: Broken) -> None:
     own = 'name = "B2"\ndamping = { mass_coefficient = "1 1/s", stiffness_coefficient = "1 ms" }'
     case = load_case(broken((None, 'name = "B2"', own)))
-    assert case.building("B2").damping.coefficients == (1.0, 1e-3)
-    assert case.building("B1").damping.coefficients != (1.0, 1e-3)
+    assert case.building("B2").damping.rayleigh == Rayleigh(1.0, 1e-3)
+    assert case.building("B1").damping.rayleigh != Rayleigh(1.0, 1e-3)
 
 
 def test_only_what_is_needed(broken: Broken) -> None:

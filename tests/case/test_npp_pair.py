@@ -1,10 +1,12 @@
 """The paper's case as it is in geometry/, against the paper."""
 
+from dataclasses import astuple
 from pathlib import Path
 
 import pytest
 
 from impactfem.case import Case, GeneratedMesh, KelvinVoigtLaw, load_case
+from impactfem.dynamics.damping import Rayleigh
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 # Table 1: width and height in cm by index; index 6 has two parts.
@@ -178,14 +180,16 @@ def test_impact_on_a_wall_of_section_3_2_2(case: Case) -> None:
 
 def test_damping_cases_of_table_8(case: Case) -> None:
     under, damped, over = case.damping_cases
-    assert under.coefficients == (0.838, 2.12e-4)
-    assert damped.coefficients == (0.838, 1.06e-3)
-    assert over.coefficients == (0.559, 3.18e-3)
+    assert under.rayleigh == Rayleigh(0.838, 2.12e-4)
+    assert damped.rayleigh == Rayleigh(0.838, 1.06e-3)
+    assert over.rayleigh == Rayleigh(0.559, 3.18e-3)
     # The one between is that of section 3.2.2, as it is printed.
-    for printed, exact in zip(damped.coefficients, case.damping.coefficients, strict=True):
+    for printed, exact in zip(
+        astuple(damped.rayleigh), astuple(case.damping.rayleigh), strict=True
+    ):
         assert printed == pytest.approx(exact, rel=2e-3)
     # What their names say, of the high frequency range.
-    assert under.ratio_at(80.0) < damped.ratio_at(80.0) < over.ratio_at(80.0)
+    assert under.rayleigh.ratio(80.0) < damped.rayleigh.ratio(80.0) < over.rayleigh.ratio(80.0)
     assert {one.restitution for one in case.damping_cases} == {"calibrated"}
 
 
@@ -202,7 +206,7 @@ def test_device_of_section_5(case: Case) -> None:
     assert pump.beam is not None
     assert pump.mass + pump.beam.mass == pytest.approx(sum(carried), abs=1e-9)
     assert pump.damping is not None
-    assert [pump.damping.ratio_at(f) for f in (30.0, 80.0)] == pytest.approx([0.02, 0.02])
+    assert [pump.damping.rayleigh.ratio(f) for f in (30.0, 80.0)] == pytest.approx([0.02, 0.02])
 
 
 @pytest.mark.parametrize("name", ["", ".under-damped", ".damped", ".over-damped"])

@@ -11,6 +11,7 @@ import pytest
 
 from impactfem.case import load_case
 from impactfem.case.part_damping import PartDamping
+from impactfem.dynamics.damping import Rayleigh
 
 from .faults import faults_of
 from .texts import added
@@ -40,8 +41,9 @@ def test_read(structured: Structured) -> None:
     structure = load_case(added(structured(), TABLES + FULL)).structure
     assert structure is not None
     first, second = structure.damping
-    assert first.parts == ("column_*", "floor_8") and first.ratio_at(20.0) == pytest.approx(0.02)
-    assert second.coefficients == (0.2, 1e-3)
+    assert first.parts == ("column_*", "floor_8")
+    assert first.rayleigh.ratio(20.0) == pytest.approx(0.02)
+    assert second.rayleigh == Rayleigh(0.2, 1e-3)
     without = load_case(added(structured(), FULL)).structure
     assert without is not None and without.damping == ()
 

@@ -1,6 +1,7 @@
 """Models made from Python: derived values and their checks."""
 
 import math
+from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -16,17 +17,18 @@ from impactfem.case import (
     Spectra,
 )
 from impactfem.case.contacts import ContactEntry, expand
+from impactfem.dynamics.damping import Rayleigh
 
 
 def test_rayleigh_coefficients_of_the_paper() -> None:
-    α_R, β_R = Damping(ratio=0.07, frequencies=(1.0, 20.0)).coefficients
+    α_R, β_R = astuple(Damping(ratio=0.07, frequencies=(1.0, 20.0)).rayleigh)
     assert α_R == pytest.approx(0.8378, abs=5e-5)  # section 3.2.2
     assert β_R == pytest.approx(1.06e-3, abs=5e-6)  # Table 8
 
 
 @pytest.mark.parametrize(("ξ", "f1", "f2"), [(0.07, 1.0, 20.0), (0.02, 30.0, 80.0)])
 def test_rayleigh_damping_reaches_its_ratio(ξ: float, f1: float, f2: float) -> None:
-    α_R, β_R = Damping(ratio=ξ, frequencies=(f1, f2)).coefficients
+    α_R, β_R = astuple(Damping(ratio=ξ, frequencies=(f1, f2)).rayleigh)
 
     def ratio(f: float) -> float:
         ω = 2.0 * math.pi * f
@@ -34,7 +36,7 @@ def test_rayleigh_damping_reaches_its_ratio(ξ: float, f1: float, f2: float) -> 
 
     damping = Damping(mass_coefficient=α_R, stiffness_coefficient=β_R)
     for f in (f1, f2, 450.0):
-        assert damping.ratio_at(f) == pytest.approx(ratio(f), rel=1e-14)
+        assert damping.rayleigh.ratio(f) == pytest.approx(ratio(f), rel=1e-14)
     assert ratio(f1) == pytest.approx(ξ, rel=1e-14)
     assert ratio(f2) == pytest.approx(ξ, rel=1e-14)
     assert ratio(math.sqrt(f1 * f2)) < 0.99 * ξ
@@ -42,7 +44,7 @@ def test_rayleigh_damping_reaches_its_ratio(ξ: float, f1: float, f2: float) -> 
 
 def test_rayleigh_coefficients_given() -> None:
     damping = Damping(mass_coefficient=0.838, stiffness_coefficient=1.06e-3)
-    assert damping.coefficients == (0.838, 1.06e-3)
+    assert damping.rayleigh == Rayleigh(0.838, 1.06e-3)
 
 
 @pytest.mark.parametrize(

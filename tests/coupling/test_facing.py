@@ -9,7 +9,7 @@ from impactfem.case import ContactPoint
 from impactfem.case.facing import Facing
 from impactfem.coupling.facing import approaches
 from impactfem.coupling.pounding import Response, System
-from impactfem.sticks.damping import Rayleigh
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, Stick, build_stick
 

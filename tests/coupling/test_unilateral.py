@@ -5,6 +5,7 @@ from scipy.optimize import nnls
 
 from impactfem.coupling.unilateral import unilateral_response
 from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.system.errors import SolutionError
 
 
@@ -13,7 +14,13 @@ def mass(h, *, m=2.0, k=0.0, alpha=0.0, theta=0.5):
     root = np.sqrt(m)
     one = np.array([[1.0 / root]])
     return ModalMotion(
-        np.array([k / m]), one, h, alpha=alpha, theta=theta, load=one.copy(), probes=one.copy()
+        np.array([k / m]),
+        one,
+        h,
+        damping=Rayleigh(alpha),
+        theta=theta,
+        load=one.copy(),
+        probes=one.copy(),
     )
 
 
@@ -63,13 +70,13 @@ def response(rack, steps, *, e=0.0, theta=0.5, load=None, u=None, **damping):
     )
 
 
-def plain(rack, steps, *, e=0.0, theta=0.5, load=None, alpha=0.0, beta=0.0, opening="neutral"):
+def plain(rack, steps, *, e=0.0, theta=0.5, load=None, damping=UNDAMPED, opening="neutral"):
     """The same step as in the books, with dense matrices and nonnegative least squares.
 
     `opening` says which restitution constraints have that are behind the wall and open.
     """
     K, M, G, h = rack["K"], rack["M"], rack["G"], rack["h"]
-    C = alpha * M + beta * K
+    C = damping.matrix(K, M)
     hat = M + theta * h * C + (theta * h) ** 2 * K
     W = G.T @ np.linalg.solve(hat, G)
     n, m = G.shape
@@ -182,9 +189,9 @@ def test_without_walls_it_is_the_theta_rule(theta):
         {"e": 0.5},
         {"e": 1.0},
         {"e": np.array([0.0, 0.3, 0.6, 0.9])},
-        {"alpha": 0.3, "beta": 1e-3},
+        {"damping": Rayleigh(0.3, 1e-3)},
         {"theta": 0.7, "e": 0.2},
-        {"theta": 1.0, "beta": 2e-3},
+        {"theta": 1.0, "damping": Rayleigh(beta=2e-3)},
         {"load": 30.0 * np.sin(np.linspace(0.0, 40.0, 601))[:, None]},
         {"load": 8.0 * np.ones((601, 1)), "theta": 0.55},
     ],

@@ -11,6 +11,7 @@ import scipy.linalg
 
 from impactfem.coupling.unilateral import unilateral_response
 from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.dynamics.damping import Rayleigh
 
 SCRIPT = Path(__file__).with_name("with_siconos.py")
 
@@ -37,15 +38,14 @@ def siconos(tmp_path):
     return run
 
 
-def ours(case, alpha, beta):
+def ours(case, damping):
     lam, phi = scipy.linalg.eigh(case["K"], case["M"])
     steps = case["steps"]
     motion = ModalMotion(
         lam,
         phi.T @ case["G"],
         case["h"],
-        alpha=alpha,
-        beta=beta,
+        damping=damping,
         load=(phi.T @ case["f"])[:, None],
         probes=phi.T,
     )
@@ -96,8 +96,8 @@ def rack(chain, e, load, steps=1500):
     }
 
 
-def with_damping(case, alpha, beta):
-    return {**case, "C": alpha * case["M"] + beta * case["K"]}
+def with_damping(case, damping):
+    return {**case, "C": damping.matrix(case["K"], case["M"])}
 
 
 def apart(history, found):
@@ -123,8 +123,8 @@ def contacts(history):
     ("e", "gravity"), [((0.0, 0.0, 0.0), 0.0), ((0.5, 0.5, 0.3), 0.0), ((1.0, 1.0, 1.0), 9.81)]
 )
 def test_a_rigid_block(siconos, e, gravity):
-    case = with_damping(block(e, gravity), 0.0, 0.0)
-    history, found = ours(case, 0.0, 0.0), siconos(case)
+    case = with_damping(block(e, gravity), Rayleigh())
+    history, found = ours(case, Rayleigh()), siconos(case)
     assert max(apart(history, found).values()) < 1e-8
     assert contacts(history)[1] >= 4
 
@@ -140,20 +140,21 @@ def test_a_rigid_block(siconos, e, gravity):
     ],
 )
 def test_many_contacts(siconos, chain, e, load, alpha, beta):
-    case = with_damping(rack(chain, e, load), alpha, beta)
-    history, found = ours(case, alpha, beta), siconos(case)
+    damping = Rayleigh(alpha, beta)
+    case = with_damping(rack(chain, e, load), damping)
+    history, found = ours(case, damping), siconos(case)
     assert max(apart(history, found).values()) < 1e-8
     at_once, changes = contacts(history)
     assert at_once >= (4 if e == 0.0 else 2) and changes >= 10
     # Another restitution is another response.
-    other = ours({**case, "e": case["e"] - 0.1 if e else case["e"] + 0.1}, alpha, beta)
+    other = ours({**case, "e": case["e"] - 0.1 if e else case["e"] + 0.1}, damping)
     assert min(apart(other, found).values()) > 1e-4
 
 
 def test_where_siconos_gains_energy(siconos, chain):
     """The only difference: Siconos keeps Newton's law for what opens behind the wall."""
-    case = with_damping(rack(chain, 0.0, 5.0, steps=60), 0.1, 1e-3)
-    history, found = ours(case, 0.1, 1e-3), siconos(case)
+    case = with_damping(rack(chain, 0.0, 5.0, steps=60), Rayleigh(0.1, 1e-3))
+    history, found = ours(case, Rayleigh(0.1, 1e-3)), siconos(case)
     speed = found["v"] @ case["G"]
     room = case["gap"] - found["u"] @ case["G"]
     different = np.abs(history.impulse - found["impulse"]) > 1e-8 * found["impulse"].max()

@@ -11,10 +11,10 @@ import pytest
 
 from impactfem.device.beam import Beam
 from impactfem.device.body import Body
-from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.on_springs import on_springs
 from impactfem.device.springs import BaseSprings
+from impactfem.dynamics.damping import Rayleigh
 
 STIFFNESS = {"x": 1.4e8, "y": 1.2e8, "z": math.inf, "rx": 3.0e7, "ry": 2.5e7, "rz": math.inf}
 DAMPING = Rayleigh.through(0.02, 30.0, 80.0)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.device.damping import Rayleigh, checked_ratio
+from impactfem.dynamics.damping import Rayleigh, checked_ratio
 from impactfem.system.errors import ImpactfemError
 
 

@@ -3,9 +3,9 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import ImpactfemError
 
 

@@ -127,7 +127,7 @@ def test_table_of_modes(setup: Callable[..., DeviceSetup]) -> None:
     assert modes.effective_mass[1] == pytest.approx([300.0, 0.0])
     assert modes.effective_mass[3] == pytest.approx([300.0 * 1.1**2, 7.0])
     assert modes.height[0] == pytest.approx(1.1)
-    assert modes.damping == pytest.approx([LIGHT.ratio_at(8.0), 0.05])
+    assert modes.damping == pytest.approx([float(LIGHT.rayleigh.ratio(8.0)), 0.05])
     whole = {"mass": 500.0, "mass_height": 1.0, "inertia": (200.0, 200.0, 1.0)}
     device = device_of(setup(**of_modes(*rows, **whole)))
     assert device.J[1, 1] == pytest.approx(500.0)

@@ -5,9 +5,9 @@ import pytest
 
 from impactfem.device.anchor_force import anchor_force
 from impactfem.device.body import Body
-from impactfem.device.damping import Rayleigh
 from impactfem.device.from_modes import TableMode, from_modes
 from impactfem.device.modes import device_modes
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import ImpactfemError
 
 TABLE = (

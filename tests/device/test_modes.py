@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from impactfem.device.beam import Beam
-from impactfem.device.damping import Rayleigh
 from impactfem.device.modes import device_modes
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import ImpactfemError
 
 

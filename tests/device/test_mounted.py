@@ -9,12 +9,12 @@ from impactfem.device import mounted as module
 from impactfem.device.anchor_force import anchor_force
 from impactfem.device.beam import Beam
 from impactfem.device.body import Body
-from impactfem.device.damping import Rayleigh
 from impactfem.device.from_matrices import from_matrices
 from impactfem.device.interface import MountedDevice
 from impactfem.device.mounted import ModalStructure, mounted_response
 from impactfem.device.on_springs import on_springs
 from impactfem.device.springs import BaseSprings
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks.element import rigid_link
 from impactfem.system.errors import ImpactfemError, SolutionError
 
@@ -46,7 +46,7 @@ class Frame:
     @property
     def modal(self):
         patterns = np.column_stack([-self.M @ GROUND, self.impact])
-        return ModalStructure(self.omega2, self.shapes.T @ patterns, ALPHA, BETA)
+        return ModalStructure(self.omega2, self.shapes.T @ patterns, Rayleigh(ALPHA, BETA))
 
     def carrying(self, device, *places, name="device", drag=False):
         rows = np.vstack([self.places[k] for k in places])
@@ -334,6 +334,6 @@ def test_bad_requests_are_refused(frame):
     with pytest.raises(ImpactfemError, match="have 11 columns, the structure has 12 modes"):
         run(devices=(replace(device, shapes=device.shapes[:, 1:]),))
     with pytest.raises(ImpactfemError, match="eigenvalues of shape"):
-        ModalStructure(frame.omega2, np.zeros((11, 4)), ALPHA, BETA)
+        ModalStructure(frame.omega2, np.zeros((11, 4)), Rayleigh(ALPHA, BETA))
     with pytest.raises(ImpactfemError, match="not a finite number"):
-        ModalStructure(frame.omega2, np.zeros((12, 4)), np.nan, BETA)
+        ModalStructure(frame.omega2, np.full((12, 4), np.nan), Rayleigh(ALPHA, BETA))

@@ -11,6 +11,8 @@ import pytest
 import scipy.sparse as sp
 from petsc4py import PETSc
 
+from impactfem.dynamics.damping import Rayleigh
+
 
 @pytest.fixture
 def petsc() -> Iterator[Callable[[Any], PETSc.Mat]]:
@@ -68,13 +70,13 @@ class Membrane:
         F[:: self.ny + 1, 2] = np.linspace(1.0, 3.0, self.nx)
         return F
 
-    def transfer(self, omega: np.ndarray, alpha: float, beta: float, F: Any) -> np.ndarray:
+    def transfer(self, omega: np.ndarray, damping: Rayleigh, F: Any) -> np.ndarray:
         """Displacements by a dense complex solve at each frequency, shape (n_freq, n, m)."""
-        return np.stack([np.linalg.solve(self.dynamic(w, alpha, beta), F) for w in omega])
+        return np.stack([np.linalg.solve(self.dynamic(w, damping), F) for w in omega])
 
-    def dynamic(self, omega: float, alpha: float, beta: float) -> np.ndarray:
+    def dynamic(self, omega: float, damping: Rayleigh) -> np.ndarray:
         """K + iωC − ω²M."""
-        C = alpha * self.M + beta * self.K
+        C = damping.matrix(self.K, self.M)
         return np.asarray(self.K + 1j * omega * C - omega**2 * self.M)
 
 

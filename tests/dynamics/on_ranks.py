@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner, product, random_column
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.factorisation import Factorisation, SingularMatrixError
 from impactfem.dynamics.modes import modes
 from impactfem.dynamics.newmark import Newmark
@@ -94,7 +95,7 @@ def results() -> dict[str, Any]:
     time = 0.01 * np.arange(301)
     loads = np.stack([np.sin(20.0 * time), 30.0 * (abs(time - 0.5) < 0.03)], axis=1)
     probes = [n - 1, 0, n // 2, n // 2 + 1]
-    with Newmark(K, M, 0.01, patterns, alpha=0.4, beta=1e-3) as system:
+    with Newmark(K, M, 0.01, patterns, damping=Rayleigh(0.4, 1e-3)) as system:
         state = system.start(loads[0], np.sin(np.arange(start, end)))
         middle: list[Any] = []
         history = system.march(
@@ -103,7 +104,7 @@ def results() -> dict[str, Any]:
             probes=probes,
             each_step=lambda now: middle.append(now.copy()) if now.step == 137 else None,
         )
-    with Newmark(K, M, 0.01, patterns, alpha=0.4, beta=1e-3) as system:
+    with Newmark(K, M, 0.01, patterns, damping=Rayleigh(0.4, 1e-3)) as system:
         resumed = system.march(middle[0], loads, probes=probes)
     island = sp.block_diag([stiffness, grid(free=True), stiffness])
     return {

@@ -1,8 +1,10 @@
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.dynamics.history import QUANTITIES
 from impactfem.dynamics.newmark import Newmark, _advance, _right_side
 from impactfem.system.errors import SolutionError
@@ -40,7 +42,7 @@ def building(chain):
 
 
 def of(system, building, **changes):
-    values = {**building, "alpha": 0.3, "beta": 2e-3, **changes}
+    values = {**building, "damping": Rayleigh(0.3, 2e-3), **changes}
     amplitudes = values.pop("amplitudes")
     dt, patterns = values.pop("dt"), values.pop("patterns")
     return system(values.pop("K"), values.pop("M"), dt, patterns, **values), amplitudes
@@ -95,7 +97,9 @@ def test_second_order_of_one_mass(system):
     errors = []
     for count in steps:
         time = np.linspace(0.0, end, count + 1)
-        one = system([[omega**2]], [[1.0]], end / count, np.ones((1, 1)), alpha=2 * xi * omega)
+        one = system(
+            [[omega**2]], [[1.0]], end / count, np.ones((1, 1)), damping=Rayleigh(2 * xi * omega)
+        )
         loads = np.sin(p * time)[:, None]
         history = one.march(one.start(loads[0]), loads, probes=[0])
         errors.append(np.abs(history.motion["displacement"][:, 0] - exact(time)).max())
@@ -119,7 +123,7 @@ def test_second_order_of_many_masses(system, chain, quantity):
     steps = np.array([400, 800, 1600, 3200])
     errors = []
     for count in steps:
-        many = system(K, M, end / count, np.zeros((n, 1)), alpha=alpha, beta=beta)
+        many = system(K, M, end / count, np.zeros((n, 1)), damping=Rayleigh(alpha, beta))
         start = many.start([0.0], phi @ q0)
         history = many.march(start, np.zeros((count + 1, 1)), probes=range(n), record=[quantity])
         errors.append(np.abs(history.motion[quantity][:: count // 40] - exact).max())
@@ -161,7 +165,7 @@ def test_energies(system, building):
     assert state.restoring == pytest.approx(building["K"] @ state.displacement, rel=1e-10)
     assert state.momentum == pytest.approx(building["M"] @ state.velocity, rel=1e-10)
     # Undamped, nothing is lost; the balance does not depend on it.
-    free, _ = of(system, building, alpha=0.0, beta=0.0, C=None)
+    free, _ = of(system, building, damping=UNDAMPED, C=None)
     history = free.march(free.start(amplitudes[0]), amplitudes)
     assert np.all(history.energy.damped == 0.0) and history.energy.residual < 1e-12
 
@@ -250,7 +254,7 @@ def test_what_is_refused(system, building):
     with pytest.raises(SolutionError, match="the response is not finite before step 200"):
         many.march(state, amplitudes)
     with pytest.raises(SolutionError, match="the matrix of the time step is not positive definite"):
-        of(system, building, beta=-1.0)[0].factorise()
+        of(system, building, damping=SimpleNamespace(alpha=0.3, beta=-1.0))[0].factorise()
 
 
 def test_memory_is_known_after_the_first_step(system, building):

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner, product
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import Residual, reduced_model
 from impactfem.system.errors import SolutionError
@@ -66,8 +67,8 @@ def results(K: Array, M: Array, F: Array, shift: float) -> dict[str, Any]:
         "rows": COMM.allgather(mine.stop - mine.start),
         "sizes": basis.sizes,
         "orthonormal": np.abs(gram - np.eye(basis.size)).max(),
-        "transfer": model.transfer(V, omega, 0.5, 1e-4),
-        "residual": Residual(basis).norms(model, omega, 0.5, 1e-4),
+        "transfer": model.transfer(V, omega, Rayleigh(0.5, 1e-4)),
+        "residual": Residual(basis).norms(model, omega, Rayleigh(0.5, 1e-4)),
         "norm": norm,
         "refused": refused,
     }

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.band import (
     LARGER,
     SAFETY,
@@ -69,7 +70,7 @@ class Compared:
         frame: Frame,
         loads: Loads,
         full: FullRun,
-        damping: tuple[float, float],
+        damping: Rayleigh,
         spectra: Spectra,
         basis: ReducedBasis,
     ) -> None:

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import (
     SAFETY,
     by_third_octave,
@@ -15,7 +16,7 @@ from impactfem.system.errors import SolutionError
 
 SHIFT = (2.0 * np.pi * 60.0) ** 2
 OMEGA = 2.0 * np.pi * np.geomspace(2.0, 100.0, 160)
-HEAVY, LIGHT = (1.5, 8e-4), (0.5, 1e-4)
+HEAVY, LIGHT = Rayleigh(1.5, 8e-4), Rayleigh(0.5, 1e-4)
 
 
 @pytest.fixture
@@ -60,22 +61,21 @@ def test_the_band_covers_the_error(membrane, basis, damping, sizes):
     model = membrane(28, 22)
     probes = np.random.default_rng(1).choice(len(model.K), 30, replace=False)
     values, shapes = scipy.linalg.eigh(model.K, model.M)
-    alpha, beta = damping
-    z = 1.0 / (values + 1j * OMEGA[:, None] * (alpha + beta * values) - OMEGA[:, None] ** 2)
+    z = 1.0 / (values + 1j * OMEGA[:, None] * damping.modal(values) - OMEGA[:, None] ** 2)
     exact = np.stack([(z * b) @ shapes[probes].T for b in (shapes.T @ model.loads).T], axis=-1)
     largest = by_third_octave(OMEGA, np.abs(exact)).max(axis=1, keepdims=True)
     ratios, plain = [], []
     for steps in sizes:
         made = basis(steps, model)
         rows, models = made.rows(probes), nested_models(made)
-        band = transfer_band(models, rows, OMEGA, *damping)
-        true = by_third_octave(OMEGA, np.abs(models[0].transfer(rows, OMEGA, *damping) - exact))
+        band = transfer_band(models, rows, OMEGA, damping)
+        true = by_third_octave(OMEGA, np.abs(models[0].transfer(rows, OMEGA, damping) - exact))
         assert band.shape == true.shape == (160, 30, 3)
         matters = true > 1e-3 * largest
         ratios.append((band / true)[matters])
         # The difference to the smallest of them, without what is known of the convergence.
-        coarse = reduced_model(made, len(models[-1].coordinates)).transfer(rows, OMEGA, *damping)
-        apart = np.abs(models[0].transfer(rows, OMEGA, *damping) - coarse)
+        coarse = reduced_model(made, len(models[-1].coordinates)).transfer(rows, OMEGA, damping)
+        apart = np.abs(models[0].transfer(rows, OMEGA, damping) - coarse)
         plain.append((SAFETY * by_third_octave(OMEGA, apart) / true)[matters])
     ratio, other = np.concatenate(ratios), np.concatenate(plain)
     assert ratio.size > 10_000
@@ -89,24 +89,26 @@ def test_the_band_covers_the_error(membrane, basis, damping, sizes):
 @pytest.mark.parametrize("damping", [HEAVY, LIGHT])
 @pytest.mark.parametrize("steps", [3, 10, 20])
 def test_the_bound_holds(membrane, basis, damping, steps):
-    model, (alpha, beta) = membrane(), damping
+    model, (damping) = membrane(), damping
     probes = np.random.default_rng(1).choice(168, 30, replace=False)
     made = basis(steps)
     reduced = reduced_model(made)
-    x = reduced.transfer(made.V, OMEGA, *damping)
-    exact = model.transfer(OMEGA, *damping, model.loads)
+    x = reduced.transfer(made.V, OMEGA, damping)
+    exact = model.transfer(OMEGA, damping, model.loads)
     true = np.abs(x - exact)[:, probes]
     unit = np.eye(168)[:, probes]
-    norms = Residual(made).norms(reduced, OMEGA, *damping)
-    bound = transfer_bound(reduced, made.dual_norm(unit), norms, OMEGA, *damping)
+    norms = Residual(made).norms(reduced, OMEGA, damping)
+    bound = transfer_bound(reduced, made.dual_norm(unit), norms, OMEGA, damping)
     rounding = 1e-12 * np.abs(exact).max()
     assert np.all(true <= bound + rounding)
     # In the norm of M⁻¹: |Δy| ≤ ‖l‖ ‖r‖ / (|1 + iωβ| |Im σ|), by the definition of the residual.
     mass = np.linalg.inv(model.M)
-    r = np.stack([model.loads - model.dynamic(w, *damping) @ x[k] for k, w in enumerate(OMEGA)])
+    r = np.stack([model.loads - model.dynamic(w, damping) @ x[k] for k, w in enumerate(OMEGA)])
     r_norm = np.sqrt(np.einsum("nim,ij,njm->nm", r.conj(), mass, r, optimize=True).real)
-    imaginary = (OMEGA * alpha + OMEGA**3 * beta) / (1.0 + (OMEGA * beta) ** 2)
-    gain = 1.0 / (np.abs(1.0 + 1j * OMEGA * beta) * imaginary)
+    imaginary = (OMEGA * damping.alpha + OMEGA**3 * damping.beta) / (
+        1.0 + (OMEGA * damping.beta) ** 2
+    )
+    gain = 1.0 / (np.abs(1.0 + 1j * OMEGA * damping.beta) * imaginary)
     l_norm = np.sqrt(np.diag(mass)[probes])
     by_mass = l_norm[:, None] * (gain[:, None] * r_norm)[:, None, :]
     assert np.all(true <= by_mass + rounding)
@@ -118,14 +120,14 @@ def test_the_bound_holds(membrane, basis, damping, steps):
 def test_an_exhausted_space_has_no_band(basis):
     made = basis(80)
     models, rows = nested_models(made), made.rows(np.arange(4))
-    assert np.all(transfer_band(models, rows, OMEGA, *LIGHT) == 0.0)
+    assert np.all(transfer_band(models, rows, OMEGA, LIGHT) == 0.0)
 
 
 def test_the_bound_without_damping(basis):
     made = basis(5)
     reduced, omega = reduced_model(made), np.array([0.0, 7.0])
-    norms = Residual(made).norms(reduced, omega, 0.0, 0.0)
+    norms = Residual(made).norms(reduced, omega, Rayleigh(0.0, 0.0))
     assert np.all(norms > 0.0)
-    assert np.all(transfer_bound(reduced, np.ones(2), norms, omega, 0.0, 0.0) == np.inf)
-    some = transfer_bound(reduced, np.ones(2), norms, omega, 0.1, 0.0)
+    assert np.all(transfer_bound(reduced, np.ones(2), norms, omega, Rayleigh(0.0, 0.0)) == np.inf)
+    some = transfer_bound(reduced, np.ones(2), norms, omega, Rayleigh(0.1, 0.0))
     assert np.all(some[0] == np.inf) and np.all(np.isfinite(some[1]))

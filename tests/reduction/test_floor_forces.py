@@ -13,6 +13,7 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 from impactfem.case import Case
 from impactfem.case.loads import FloorForces
 from impactfem.coupling.force_history import ForceHistory
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.newmark import Newmark
 from impactfem.dynamics.state import State
 from impactfem.reduction.forces import with_floor_forces
@@ -86,7 +87,7 @@ def test_a_blast_gives_the_building_its_momentum(frame: Frame, tmp_path: Path) -
     case = blasted(frame, tmp_path / "blast.csv", (0.0, -1.0, 0.0), pulse())
     steps = 60
     loads = alone(frame, case, steps)
-    alpha, beta = frame.damping
+    alpha, beta = frame.damping.alpha, frame.damping.beta
     r = np.tile(np.eye(6)[UY], len(frame.model.nodes))
     momentum, base = [0.0], [0.0]
 
@@ -101,7 +102,7 @@ def test_a_blast_gives_the_building_its_momentum(frame: Frame, tmp_path: Path) -
         base.append(float(r @ (state.restoring + damping + beta * Kv)))
 
     with Newmark(
-        frame.K, frame.model.mass, STEP, frame.patterns(loads, 0.0), alpha=alpha, beta=beta
+        frame.K, frame.model.mass, STEP, frame.patterns(loads, 0.0), damping=frame.damping
     ) as newmark:
         newmark.march(newmark.start(loads.amplitudes[0]), loads.amplitudes, each_step=seen)
     given = cumulative_trapezoid(-loads.force.sum(axis=1), dx=STEP, initial=0.0)
@@ -120,7 +121,9 @@ def test_a_lasting_force_ends_in_its_static_shape(frame: Frame, tmp_path: Path) 
     loads = alone(frame, case, 400)
     patterns = frame.patterns(loads, 0.0)
     # Damped so much that it is at rest after a fraction of a second.
-    with Newmark(frame.K, frame.model.mass, 5e-3, patterns, alpha=40.0, beta=5e-3) as newmark:
+    with Newmark(
+        frame.K, frame.model.mass, 5e-3, patterns, damping=Rayleigh(40.0, 5e-3)
+    ) as newmark:
         static = newmark.static(loads.amplitudes[0]).displacement
         state = newmark.start(loads.amplitudes[0])
         newmark.march(state, loads.amplitudes)

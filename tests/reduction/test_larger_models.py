@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import by_third_octave
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.larger_models import SAFETY, SHARES, larger_models
@@ -15,7 +16,7 @@ from impactfem.reduction.reduced import reduced_model
 
 SHIFT = (2.0 * np.pi * 60.0) ** 2
 OMEGA = 2.0 * np.pi * np.geomspace(2.0, 100.0, 160)
-DAMPING = (1.5, 8e-4)
+DAMPING = Rayleigh(1.5, 8e-4)
 
 
 @pytest.fixture
@@ -49,9 +50,9 @@ def test_space_that_holds_all(basis: Callable[[int], KrylovBasis]) -> None:
     """It cannot grow: the larger models are the model, and its error is nothing."""
     made = basis(80)
     used, rows = reduced_model(made), made.rows(np.arange(4))
-    response = used.transfer(rows, OMEGA, *DAMPING)
+    response = used.transfer(rows, OMEGA, DAMPING)
     for model in larger_models(made):
-        assert np.array_equal(model.transfer(rows, OMEGA, *DAMPING), response)
+        assert np.array_equal(model.transfer(rows, OMEGA, DAMPING), response)
 
 
 @pytest.mark.parametrize("steps", [8, 12, 16])
@@ -63,13 +64,13 @@ def test_they_tell_the_error(
     used = reduced_model(made)
     larger = larger_models(made)
     rows = made.rows(np.arange(168))
-    response = used.transfer(rows, OMEGA, *DAMPING)
+    response = used.transfer(rows, OMEGA, DAMPING)
     model = membrane()
-    truth = model.transfer(OMEGA, *DAMPING, model.loads)
+    truth = model.transfer(OMEGA, DAMPING, model.loads)
     error = by_third_octave(OMEGA, np.abs(response - truth))
     apart = by_third_octave(
         OMEGA,
-        np.max([np.abs(response - m.transfer(rows, OMEGA, *DAMPING)) for m in larger], axis=0),
+        np.max([np.abs(response - m.transfer(rows, OMEGA, DAMPING)) for m in larger], axis=0),
     )
     matters = error > 1e-4 * by_third_octave(OMEGA, np.abs(truth))
     assert matters.sum() > 1000

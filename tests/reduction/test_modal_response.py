@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.newmark import Newmark
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.modal_response import STEPS, modal_response
@@ -80,7 +81,7 @@ def test_the_exact_step_in_closed_form():
     assert free[1][0] == pytest.approx(np.array([thirds, [dt / 2.0, dt / 2.0]]), rel=1e-14)
 
 
-@pytest.mark.parametrize("damping", [(0.0, 0.0), (3.0, 2e-3)])
+@pytest.mark.parametrize("damping", [Rayleigh(), Rayleigh(3.0, 2e-3)])
 def test_exact_for_straight_loads(damping):
     """The same at samples in common, however many lie between; Newmark's are not."""
     rng = np.random.default_rng(2)
@@ -89,9 +90,9 @@ def test_exact_for_straight_loads(damping):
     fine = np.column_stack(
         [np.interp(np.arange(801) / 8.0, np.arange(101), column) for column in loads.T]
     )
-    one = modal_response(model, loads, 1e-3, *damping)
-    many = modal_response(model, fine, 1.25e-4, *damping)
-    other = modal_response(model, loads, 1e-3, *damping, scheme="newmark")
+    one = modal_response(model, loads, 1e-3, damping)
+    many = modal_response(model, fine, 1.25e-4, damping)
+    other = modal_response(model, loads, 1e-3, damping, scheme="newmark")
     for name in ("displacement", "velocity", "acceleration"):
         found, exact = getattr(one, name), getattr(many, name)[:, ::8]
         scale = np.abs(exact).max(axis=1, keepdims=True)
@@ -105,7 +106,7 @@ def test_free_decay_and_rest():
     model = modes_alone(400.0, 1e10)
     n, dt, alpha = 500, 1e-3, 2.0
     start = np.array([0.3, -0.2])
-    free = modal_response(model, np.zeros((n + 1, 2)), dt, alpha, 0.0, start=start)
+    free = modal_response(model, np.zeros((n + 1, 2)), dt, Rayleigh(alpha), start=start)
     time = dt * np.arange(n + 1)
     for k, omega in enumerate(np.sqrt(model.eigenvalue)):
         damped = np.sqrt(omega**2 - 1.0)
@@ -114,20 +115,20 @@ def test_free_decay_and_rest():
     assert free.acceleration[:, 0] == pytest.approx(-model.eigenvalue * start, rel=1e-13)
     # In the deformed shape of a constant load nothing moves.
     still = modal_response(
-        model, np.ones((n + 1, 2)), dt, alpha, 1e-5, start=1.0 / model.eigenvalue
+        model, np.ones((n + 1, 2)), dt, Rayleigh(alpha, 1e-5), start=1.0 / model.eigenvalue
     )
     assert np.ptp(still.displacement, axis=1) == pytest.approx(0.0, abs=1e-14)
     assert np.abs(still.acceleration).max() < 1e-11
 
 
-@pytest.mark.parametrize("damping", [(0.0, 0.0), (0.5, 1e-4), (1.5, 8e-4)])
+@pytest.mark.parametrize("damping", [Rayleigh(), Rayleigh(0.5, 1e-4), Rayleigh(1.5, 8e-4)])
 def test_newmark_as_of_the_full_model(membrane, petsc, damping):
     model = membrane()
     K, M, dt, n = petsc(model.K), petsc(model.M), 1e-3, 300
     rng = np.random.default_rng(4)
     loads = rng.standard_normal((n + 1, 3))
     probes = np.array([0, 40, 167])
-    with Newmark(K, M, dt, model.loads, alpha=damping[0], beta=damping[1]) as full:
+    with Newmark(K, M, dt, model.loads, damping=damping) as full:
         expected = full.march(full.start(loads[0]), loads, probes=probes)
     with KrylovBasis(K, M, SHIFT) as basis:
         basis.add(model.loads)
@@ -135,8 +136,8 @@ def test_newmark_as_of_the_full_model(membrane, petsc, damping):
     reduced = reduced_model(basis)
     assert len(reduced.eigenvalue) == 168
     shapes = reduced.shapes(basis.rows(probes))
-    found = modal_response(reduced, loads, dt, *damping, scheme="newmark")
-    exact = modal_response(reduced, loads, dt, *damping)
+    found = modal_response(reduced, loads, dt, damping, scheme="newmark")
+    exact = modal_response(reduced, loads, dt, damping)
     for name in ("displacement", "velocity", "acceleration"):
         history = expected.motion[name].T
         scale = np.abs(history).max()
@@ -147,13 +148,15 @@ def test_newmark_as_of_the_full_model(membrane, petsc, damping):
 def test_newmark_follows_its_rules():
     rng = np.random.default_rng(5)
     model, dt = modes_alone(40.0, 9e4, 4e7, 1e12), 1e-3
-    h = modal_response(model, rng.standard_normal((200, 4)), dt, 1.0, 1e-6, scheme="newmark")
+    h = modal_response(
+        model, rng.standard_normal((200, 4)), dt, Rayleigh(1.0, 1e-6), scheme="newmark"
+    )
     z, v, a = h.displacement, h.velocity, h.acceleration
     for motion, rate in ((z, v), (v, a)):
         rise = 0.5 * dt * (rate[:, 1:] + rate[:, :-1])
         scale = np.abs(motion).max(axis=1, keepdims=True)
         assert np.max(np.abs(np.diff(motion, axis=1) - rise) / scale) < 1e-11
-    exact = modal_response(model, np.ones((200, 4)), dt, 1.0, 1e-6)
+    exact = modal_response(model, np.ones((200, 4)), dt, Rayleigh(1.0, 1e-6))
     rise = 0.5 * dt * (exact.velocity[:, 1:] + exact.velocity[:, :-1])
     assert np.max(np.abs(np.diff(exact.displacement, axis=1) - rise)[1]) > 1e-9
 
@@ -170,7 +173,8 @@ def test_newmark_is_of_second_order(membrane, petsc):
         time = dt * np.arange(round(0.2 / dt) + 1)
         pulse = (np.sin(np.pi * np.minimum(time / 0.05, 1.0)) ** 4)[:, None]
         newmark, exact = (
-            shape @ modal_response(reduced, pulse, dt, 0.5, 1e-4, scheme=scheme).acceleration
+            shape
+            @ modal_response(reduced, pulse, dt, Rayleigh(0.5, 1e-4), scheme=scheme).acceleration
             for scheme in ("newmark", "exact")
         )
         errors.append(np.abs(newmark - exact).max() / np.abs(exact).max())
@@ -181,10 +185,10 @@ def test_newmark_is_of_second_order(membrane, petsc):
 def test_refused():
     model = modes_alone(1.0)
     with pytest.raises(SolutionError, match="the scheme verlet: there are exact, newmark"):
-        modal_response(model, np.ones((3, 1)), 0.1, 0.0, 0.0, scheme="verlet")
+        modal_response(model, np.ones((3, 1)), 0.1, Rayleigh(0.0, 0.0), scheme="verlet")
     for step in (0.0, -0.1, np.nan):
         with pytest.raises(SolutionError, match="it must be positive"):
-            modal_response(model, np.ones((3, 1)), step, 0.0, 0.0)
+            modal_response(model, np.ones((3, 1)), step, Rayleigh(0.0, 0.0))
 
 
 @pytest.mark.parametrize("time_step", [1e-3, 0.5e-3, 0.25e-3])
@@ -205,7 +209,7 @@ def test_a_force_that_jumps_on_the_end_of_a_damped_bar(time_step: float) -> None
     jump, ramp = np.ones((steps + 1, 1)), np.ones((steps + 1, 1))
     ramp[0] = 0.0
     found = [
-        shape[:, 0] @ modal_response(bar, load, time_step, 0.0, beta).acceleration
+        shape[:, 0] @ modal_response(bar, load, time_step, Rayleigh(beta=beta)).acceleration
         for load in (jump, ramp)
     ]
     time = time_step * np.arange(1, steps + 1)

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import Residual, nested_size, reduced_model, shift_of
 from impactfem.system.errors import SolutionError
@@ -10,7 +11,7 @@ from impactfem.system.errors import SolutionError
 SHIFT = (2.0 * np.pi * 60.0) ** 2
 OMEGA = 2.0 * np.pi * np.geomspace(1.0, 200.0, 40)
 # α [1/s] and β [s]: some 5 % to 50 %, 1 % to 6 %, of the mass alone, of the stiffness alone.
-DAMPINGS = [(1.5, 8e-4), (0.5, 1e-4), (12.0, 0.0), (0.0, 3e-4)]
+DAMPINGS = [Rayleigh(*pair) for pair in ((1.5, 8e-4), (0.5, 1e-4), (12.0, 0.0), (0.0, 3e-4))]
 
 
 @pytest.fixture
@@ -36,9 +37,9 @@ def worst(found, exact):
 def test_one_basis_for_all_dampings(membrane, basis, damping):
     model, made = membrane(), basis(40)
     omega = OMEGA[2.0 * np.pi * 80.0 > OMEGA]
-    exact = model.transfer(omega, *damping, model.loads)
+    exact = model.transfer(omega, damping, model.loads)
     error = [
-        worst(reduced_model(made, size).transfer(made.V, omega, *damping), exact).max()
+        worst(reduced_model(made, size).transfer(made.V, omega, damping), exact).max()
         for size in (30, 60, 90, 120)
     ]
     heavy = damping == DAMPINGS[0]
@@ -47,7 +48,7 @@ def test_one_basis_for_all_dampings(membrane, basis, damping):
     # It is the Krylov vectors that do it: as many others do not.
     rng = np.random.default_rng(3)
     V = np.linalg.qr(rng.standard_normal((168, 90)))[0]
-    D = np.stack([V.T @ model.dynamic(w, *damping) @ V for w in omega])
+    D = np.stack([V.T @ model.dynamic(w, damping) @ V for w in omega])
     other = V @ np.linalg.solve(D, np.broadcast_to(V.T @ model.loads, (len(omega), 90, 3)))
     assert worst(other, exact).max() > 1.0
 
@@ -60,15 +61,15 @@ def test_the_whole_space_is_exact(membrane, basis, damping, shift):
     reduced = reduced_model(made)
     assert reduced.eigenvalue == pytest.approx(model.eigenvalue, rel=1e-8)
     assert reduced.frequency == pytest.approx(np.sqrt(model.eigenvalue) / 6.283185307, rel=1e-8)
-    exact = model.transfer(OMEGA, *damping, model.loads)
-    assert worst(reduced.transfer(made.V, OMEGA, *damping), exact).max() < 1e-8
+    exact = model.transfer(OMEGA, damping, model.loads)
+    assert worst(reduced.transfer(made.V, OMEGA, damping), exact).max() < 1e-8
     shapes = reduced.shapes(made.V)
     assert np.abs(shapes.T @ model.M @ shapes - np.eye(168)).max() < 1e-11
-    z = reduced.amplitude(OMEGA, *damping)
+    z = reduced.amplitude(OMEGA, damping)
     assert worst(shapes @ z, exact).max() < 1e-8
     # A shift that is not the basis' gives another spectrum, and no such response.
     wrong = replace(reduced, eigenvalue=reduced.eigenvalue + 0.01 * shift)
-    assert worst(wrong.transfer(made.V, OMEGA, *damping), exact).max() > 1e-6
+    assert worst(wrong.transfer(made.V, OMEGA, damping), exact).max() > 1e-6
 
 
 def test_low_modes_come_first(membrane, basis):
@@ -87,9 +88,9 @@ def test_a_nested_model_is_that_of_a_smaller_basis(basis, steps):
     large, small = basis(30), basis(steps)
     nested, own = reduced_model(large, small.size), reduced_model(small)
     assert nested.eigenvalue == pytest.approx(own.eigenvalue, rel=1e-9)
-    one = nested.transfer(large.V, OMEGA, 0.5, 1e-4)
-    assert worst(one, own.transfer(small.V, OMEGA, 0.5, 1e-4)).max() < 1e-9
-    other = reduced_model(large, small.size + 3).transfer(large.V, OMEGA, 0.5, 1e-4)
+    one = nested.transfer(large.V, OMEGA, Rayleigh(0.5, 1e-4))
+    assert worst(one, own.transfer(small.V, OMEGA, Rayleigh(0.5, 1e-4))).max() < 1e-9
+    other = reduced_model(large, small.size + 3).transfer(large.V, OMEGA, Rayleigh(0.5, 1e-4))
     assert worst(one, other).max() > 1e-6
 
 
@@ -114,8 +115,8 @@ def test_sizes_of_nested_models(membrane, basis):
 
 def explicit(model, made, reduced, omega, damping, loads):
     """F − (K + iωC − ω²M) x at one frequency, shape (n, n_patterns)."""
-    x = reduced.transfer(made.V, np.array([omega]), *damping)[0]
-    return loads - model.dynamic(omega, *damping) @ x
+    x = reduced.transfer(made.V, np.array([omega]), damping)[0]
+    return loads - model.dynamic(omega, damping) @ x
 
 
 @pytest.mark.parametrize("damping", DAMPINGS)
@@ -129,17 +130,16 @@ def test_residual(membrane, basis, damping, later):
         made.grow(5)
     else:
         made = basis(8)
-    reduced, norms = reduced_model(made), Residual(made).norms(reduced_model(made), OMEGA, *damping)
+    reduced, norms = reduced_model(made), Residual(made).norms(reduced_model(made), OMEGA, damping)
     assert made.Q.shape[1] == reduced.tail.shape[0] == 3
-    alpha, beta = damping
     shifted = model.K + SHIFT * model.M
     for k in (0, 15, 30, 39):
         omega = OMEGA[k]
         r = explicit(model, made, reduced, omega, damping, loads)
-        sigma = 1j * omega * (1j * omega + alpha) / (1.0 + 1j * omega * beta)
-        assert shift_of(omega, alpha, beta) == pytest.approx(sigma, rel=1e-14)
-        z = reduced.amplitude(np.array([omega]), alpha, beta)[0]
-        away = -(sigma - SHIFT) * (1.0 + 1j * omega * beta)
+        sigma = 1j * omega * (1j * omega + damping.alpha) / (1.0 + 1j * omega * damping.beta)
+        assert shift_of(omega, damping) == pytest.approx(sigma, rel=1e-14)
+        z = reduced.amplitude(np.array([omega]), damping)[0]
+        away = -(sigma - SHIFT) * (1.0 + 1j * omega * damping.beta)
         # Rounding of K x, beside which the residual is small at low frequencies.
         rounding = 1e-13 * np.abs(model.K @ (made.V @ reduced.coordinates @ z)).max()
         scale = np.abs(r).max()
@@ -153,15 +153,15 @@ def test_residual(membrane, basis, damping, later):
             assert np.abs(r - away * part).max() > 1e-3 * scale
             other = formula * (sigma + SHIFT) / (sigma - SHIFT)
             assert np.abs(r - other).max() > 1e-3 * scale
-            other = formula / (1.0 + 1j * omega * beta)
-            assert beta == 0.0 or np.abs(r - other).max() > 1e-2 * scale
+            other = formula / (1.0 + 1j * omega * damping.beta)
+            assert damping.beta == 0.0 or np.abs(r - other).max() > 1e-2 * scale
 
 
 def test_the_residual_falls_and_ends(basis):
     norms = []
     for steps in (5, 15, 30, 80):
         made = basis(steps)
-        norms.append(Residual(made).norms(reduced_model(made), OMEGA, 1.5, 8e-4).max())
+        norms.append(Residual(made).norms(reduced_model(made), OMEGA, Rayleigh(1.5, 8e-4)).max())
     assert norms[0] > 10.0 * norms[1] > 1000.0 * norms[2] and norms[3] == 0.0
 
 
@@ -169,7 +169,7 @@ def test_the_residual_of_another_model_is_refused(basis):
     made = basis(8)
     residual, before = Residual(made), reduced_model(made)
     with pytest.raises(SolutionError, match="another model than that of the whole basis"):
-        residual.norms(reduced_model(made, 21), OMEGA, 0.5, 1e-4)
+        residual.norms(reduced_model(made, 21), OMEGA, Rayleigh(0.5, 1e-4))
     made.grow(1)
     with pytest.raises(SolutionError, match="another model"):
-        Residual(made).norms(before, OMEGA, 0.5, 1e-4)
+        Residual(made).norms(before, OMEGA, Rayleigh(0.5, 1e-4))

@@ -13,6 +13,7 @@ import pytest
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import SAFETY
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
@@ -27,9 +28,9 @@ if TYPE_CHECKING:
     from ..stages.transient.conftest import Frame
 
 
-def displacements(basis: ReducedBasis, nodes: Any, f: float, damping: tuple[float, float]) -> Any:
+def displacements(basis: ReducedBasis, nodes: Any, f: float, damping: Rayleigh) -> Any:
     """Under the loads exp(iωt), shape (3 n, number of loads)."""
-    z = basis.model.amplitude(np.array([2.0 * math.pi * f]), *damping)[0]
+    z = basis.model.amplitude(np.array([2.0 * math.pi * f]), damping)[0]
     return basis.of(basis.model, nodes).reshape(3 * len(nodes), -1) @ z
 
 
@@ -42,9 +43,8 @@ def test_transfer_functions_are_those_of_the_full_model(
     rows = (frame.model.rows(frame.nodes)[:, None] + np.arange(3)).ravel()
     loose = frame.basis(loads, tolerance=0.9)
     for damping in (frame.light, frame.damping):
-        alpha, beta = damping
         s = 2j * math.pi * f
-        dynamic = K * (1.0 + s * beta) + M * (s * s + s * alpha)
+        dynamic = K * (1.0 + s * damping.beta) + M * (s * s + s * damping.alpha)
         truth = splu(dynamic.tocsc()).solve(frame.patterns(loads).astype(complex))[rows]
         fine, coarse = (
             np.abs(displacements(one, frame.nodes, f, damping) - truth).max(axis=0)
@@ -65,7 +65,7 @@ def test_estimate_is_that_of_the_nested_models(frame: Frame, basis: ReducedBasis
     third = np.round(3.0 * np.log2(omega / (2.0e3 * math.pi)))
     responses, outside = [], []
     for model in basis.models:
-        z = model.amplitude(omega, *frame.light)
+        z = model.amplitude(omega, frame.light)
         shapes = basis.of(model, frame.nodes).reshape(-1, len(model.eigenvalue))
         responses.append(shapes @ z)
         outside.append(np.linalg.norm(model.tail @ z, axis=1))

@@ -37,12 +37,12 @@ def test_stores(finished: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["building", "calibrate", "ensemble", "transient", "maps", "device"]
+    "name", ["building", "calibrate", "ensemble", "transient", "maps", "device", "design"]
 )
 def test_a_store_that_is_not_there(finished: Any, name: str) -> None:
     with open_run(finished.folder) as run:
         file = "transient_maps" if name == "maps" else name
-        told = rf"{file}\.nc: missing; the stores of this run are: motion, sticks, forces"
+        told = rf"{file}\.nc: missing; the stores of this run are: pounding, motion, forces"
         with pytest.raises(InputError, match=told):
             getattr(run, name)
 

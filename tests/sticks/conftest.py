@@ -15,8 +15,8 @@ from impactfem.case import Case, load_case
 from impactfem.case.template import write_new_case
 from impactfem.coupling.contact import Law, kelvin_voigt
 from impactfem.coupling.pounding import End, Pair, System
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.pounding.compute import StickStudy, run_sticks
-from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, build_stick
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.sticks.damping import Rayleigh
+from impactfem.dynamics.damping import Rayleigh
 
 
 def test_ratio_by_hand():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from impactfem.sticks.damping import Rayleigh
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks.stick import build_stick, mass_on_spring
 from impactfem.system.errors import ImpactfemError
 

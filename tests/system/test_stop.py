@@ -16,7 +16,7 @@ from impactfem import cli
 
 class Importing:
     def find_spec(self, name, path, target=None):
-        if name == "impactfem.study":
+        if name == "impactfem.run":
             os.kill(os.getpid(), signal.SIGTERM)
 
 class Going:
@@ -35,7 +35,7 @@ def wrapped(*_, **__):
 
 """
 IMPORTING = "sys.meta_path.insert(0, Importing())\n"
-IN_CHECK = "from impactfem.study import loop; loop.checked = {function}\n"
+IN_CHECK = "from impactfem.run import loop; loop.checked = {function}\n"
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 import pytest
 
-from impactfem.device.damping import Rayleigh
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify import device
 
 

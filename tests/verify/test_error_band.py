@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction import band
 from impactfem.verify import error_band
 from impactfem.verify.shell_motion import ReducedMotion
@@ -34,7 +35,7 @@ def test_reduced_model_of_another_damping(monkeypatch: pytest.MonkeyPatch, faile
     right = ReducedMotion.motion
 
     def wrong(self: Any, amplitudes: Any, time_step: float, damping: Any, scheme: str) -> Any:
-        other = error_band.Damping(damping.alpha, 1.02 * damping.beta)
+        other = Rayleigh(damping.alpha, 1.02 * damping.beta)
         return right(self, amplitudes, time_step, other, scheme)
 
     monkeypatch.setattr(ReducedMotion, "motion", wrong)

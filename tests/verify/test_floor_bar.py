@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.transient.physics import arrivals, crossing_time
 from impactfem.verify import floor_bar as benchmark
 from impactfem.verify.bar import Bar, EdgeWall
@@ -49,7 +50,7 @@ def test_wall(strip):
 
 
 def paper_bar():
-    return Bar(15.6, 623.7e9, 2652.75e3, (180.6e3, 180.6e3), (0.8378, 1.061e-3))
+    return Bar(15.6, 623.7e9, 2652.75e3, (180.6e3, 180.6e3), Rayleigh(0.8378, 1.061e-3))
 
 
 def test_the_foot_of_a_damped_wave_is_not_the_wave():
@@ -79,7 +80,11 @@ def test_a_wall_below_an_end_has_its_own_frequency():
 
 @pytest.mark.parametrize(
     ("damping", "epsilon"),
-    [((0.838, 2.12e-4), 0.770), ((0.838, 1.06e-3), 0.575), ((0.559, 3.18e-3), 0.352)],
+    [
+        (Rayleigh(0.838, 2.12e-4), 0.770),
+        (Rayleigh(0.838, 1.06e-3), 0.575),
+        (Rayleigh(0.559, 3.18e-3), 0.352),
+    ],
 )
 def test_the_bar_of_the_page_at_the_wall(damping, epsilon):
     """The numbers of docs/floor-as-a-bar.md; they hardly depend on the step."""

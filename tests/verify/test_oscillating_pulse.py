@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify import oscillating_pulse
 from impactfem.verify.oscillating_pulse import DAMPED, HALF_WAVES, RATIO
-from impactfem.verify.shell_motion import Damping
 
 OMEGA = 5.0
 
@@ -78,7 +78,7 @@ def test_a_wrong_modulus_or_damping_of_the_strip_is_seen(altered, monkeypatch, f
     assert "largest deflection, undamped, full" in failed(oscillating_pulse.strip_pulse())
     altered(oscillating_pulse, E=1.0 / 1.01)
     monkeypatch.setattr(
-        oscillating_pulse, "Damping", lambda alpha, beta: Damping(1.1 * alpha, beta)
+        oscillating_pulse, "Rayleigh", lambda alpha, beta=0.0: Rayleigh(1.1 * alpha, beta)
     )
     found = failed(oscillating_pulse.strip_pulse())
     assert {"largest deflection, overdamped, full", "largest deflection, overdamped, reduced"} <= (

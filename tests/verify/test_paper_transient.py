@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from impactfem.case import load_case
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction import response
 from impactfem.verify import paper_transient
 from impactfem.verify.shipped import shipped_case
@@ -10,7 +11,7 @@ from impactfem.verify.shipped import shipped_case
 def test_the_window_holds_what_matters():
     """Strong motion up to 5 s, main impact at 5.1 s; the lightest damping comes first."""
     assert paper_transient.WINDOW > 5.2
-    betas = [beta for _, beta in paper_transient.TABLE_8.values()]
+    betas = [damping.beta for damping in paper_transient.TABLE_8.values()]
     assert betas == sorted(betas) == [2.12e-4, 1.06e-3, 3.18e-3]
     case = load_case(shipped_case(paper_transient.CASE))
     assert case.transient.maximum_frequency >= paper_transient.HIGHEST
@@ -43,7 +44,7 @@ def test_on_a_coarse_mesh(monkeypatch, tmp_path):
         encoding="utf-8",
     )
     monkeypatch.setattr(paper_transient, "HIGHEST", 60.0)
-    monkeypatch.setattr(paper_transient, "TABLE_8", {"damped": (0.838, 1.06e-3)})
+    monkeypatch.setattr(paper_transient, "TABLE_8", {"damped": Rayleigh(0.838, 1.06e-3)})
     rows = paper_transient.reduced_against_full(case, 0.1, 1000)
     # Nothing is hit so early.
     hit = "floors that are hit in the window, at least 1 (yes = 1)"
@@ -53,8 +54,7 @@ def test_on_a_coarse_mesh(monkeypatch, tmp_path):
     right = response.modal_histories
 
     def wrong(basis, loads, damping, **options):
-        alpha, beta = damping
-        return right(basis, loads, (alpha, 1.5 * beta), **options)
+        return right(basis, loads, Rayleigh(damping.alpha, 1.5 * damping.beta), **options)
 
     monkeypatch.setattr(response, "modal_histories", wrong)
     rows = paper_transient.reduced_against_full(case, 0.1, 10**6)

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify import plate_step
 from impactfem.verify.mindlin_plate import LENGTH, STEEL
-from impactfem.verify.shell_motion import Damping, peak
+from impactfem.verify.shell_motion import peak
 
 
 def test_one_term_of_the_series_is_the_published_solution():
@@ -34,7 +35,7 @@ def test_a_wrong_damping_is_seen(monkeypatch, failed):
     """In the model alone: the static deflection stays."""
     series = plate_step.series
     right = {count: series(1e-3 * np.arange(401), count) for count in (1, 60)}
-    monkeypatch.setattr(plate_step, "RAYLEIGH", Damping(alpha=0.45, beta=1.339e-3))
+    monkeypatch.setattr(plate_step, "RAYLEIGH", Rayleigh(alpha=0.45, beta=1.339e-3))
     monkeypatch.setattr(
         plate_step, "series", lambda t, n=60: right[n] if np.ndim(t) else series(t, n)
     )

@@ -3,8 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify import strip_in_time
-from impactfem.verify.shell_motion import Damping, MovingModel
+from impactfem.verify.shell_motion import MovingModel
 
 
 def test_the_loads_are_the_same_at_all_steps():
@@ -18,7 +19,7 @@ def test_another_damping_is_no_second_order(monkeypatch, failed):
     right = MovingModel.full
 
     def wrong(self, loads, step, damping, start=None):
-        return right(self, loads, step, Damping(1.001 * damping.alpha, damping.beta), start)
+        return right(self, loads, step, Rayleigh(1.001 * damping.alpha, damping.beta), start)
 
     monkeypatch.setattr(MovingModel, "full", wrong)
     found = failed(strip_in_time.order())
@@ -53,7 +54,7 @@ def test_a_lost_energy_is_seen(monkeypatch, failed):
 
 
 def test_an_undamped_strip_is_seen(monkeypatch, failed):
-    monkeypatch.setattr(strip_in_time, "RAYLEIGH", Damping())
+    monkeypatch.setattr(strip_in_time, "RAYLEIGH", Rayleigh())
     assert failed(strip_in_time.energy_identity()) == {
         "damped part of the energy at the end, at least a tenth"
     }

@@ -22,6 +22,7 @@ from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, load_case
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import calibration_of
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions
 from impactfem.reduction.band import response_band
@@ -109,7 +110,7 @@ def transient_figures(every_damping: bool = False) -> list[Figure]:
         raise ValueError(f"{CASE} has no transient part")
     parts = _parts(case)
     loads = _loads(case, parts)
-    damping = case.building(structure.building).damping.coefficients
+    damping = case.building(structure.building).damping.rayleigh
     load_forms()
     comm = communicator()
     model = assemble_building(comm, parts)
@@ -204,7 +205,7 @@ class _Clock:
 
 
 def _responses(
-    case: Case, basis: ReducedBasis, loads: Loads, damping: tuple[float, float], nodes: Index
+    case: Case, basis: ReducedBasis, loads: Loads, damping: Rayleigh, nodes: Index
 ) -> tuple[float, float]:
     """Times of the response with its spectra, and of their error band [s]."""
     clock = _Clock()
@@ -221,7 +222,7 @@ def _maps(
     parts: BuildingParts,
     basis: ReducedBasis,
     loads: Loads,
-    damping: tuple[float, float],
+    damping: Rayleigh,
 ) -> _Maps:
     history = modal_histories(basis, loads, damping)
     clock = _Clock()
@@ -265,12 +266,9 @@ def _loads(case: Case, parts: BuildingParts) -> Loads:
     return case_loads(case, parts.mesh, motions, history, case.path, duration)
 
 
-def _full_steps(
-    M: Any, K: Any, loads: Loads, patterns: Array, damping: tuple[float, float]
-) -> _Full:
+def _full_steps(M: Any, K: Any, loads: Loads, patterns: Array, damping: Rayleigh) -> _Full:
     amplitudes = loads.amplitudes
-    alpha, beta = damping
-    with Newmark(K, M, loads.time_step, patterns, alpha=alpha, beta=beta) as system:
+    with Newmark(K, M, loads.time_step, patterns, damping=damping) as system:
         start = time.perf_counter()
         factor = system.factorise()
         factored = time.perf_counter() - start

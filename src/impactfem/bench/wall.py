@@ -16,6 +16,7 @@ from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.case import load_case
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.building_model import (
     WallModel,
     WallPatterns,
@@ -114,7 +115,7 @@ def _reduced(
     K: Any,
     patterns: WallPatterns,
     prepared: Prepared,
-    damping: tuple[float, float],
+    damping: Rayleigh,
 ) -> WallModel:
     return reduced_wall_model(
         model,
@@ -129,14 +130,13 @@ def _reduced(
 
 
 def _full(
-    M: Any, K: Any, patterns: WallPatterns, experiment: WallExperiment, damping: tuple[float, float]
+    M: Any, K: Any, patterns: WallPatterns, experiment: WallExperiment, damping: Rayleigh
 ) -> tuple[float, float, float]:
     """Times of all before the first step, of a step, and of one with impulses [s]."""
-    alpha, beta = damping
     start = time.perf_counter()
     u = np.ascontiguousarray(patterns.held(K)[0])
     with FullMotion(
-        K, M, patterns.contact, experiment.time_step, alpha=alpha, beta=beta, probes=patterns.seen
+        K, M, patterns.contact, experiment.time_step, damping=damping, probes=patterns.seen
     ) as motion:
         motion.delassus()
         motion.start(u, None)

@@ -19,9 +19,10 @@ from petsc4py import PETSc
 
 from impactfem.building.assembly import added, global_matrix, without
 from impactfem.building.model import local_matrices
-from impactfem.building.part_damping import Coefficients, PartDamping
+from impactfem.building.part_damping import PartDamping
 from impactfem.building.parts import BuildingParts, ShellCells
 from impactfem.building.share import shared_out
+from impactfem.dynamics.damping import Rayleigh
 
 
 def damping_matrix(
@@ -29,7 +30,7 @@ def damping_matrix(
     parts: BuildingParts,
     dampings: PartDamping,
     storey_factor: float,
-    whole: Coefficients,
+    whole: Rayleigh,
 ) -> Any:
     """C₊ of equation (1) of the module, on the rows of `assemble_building`. Collective.
 
@@ -38,7 +39,7 @@ def damping_matrix(
         parts: The building, the same on all ranks.
         dampings: Dampings of its parts.
         storey_factor: φ, the factor on the stiffness of walls and columns.
-        whole: α [1/s] and β [s] of the building.
+        whole: The damping of the building.
 
     Returns:
         PETSc AIJ matrix of the free degrees of freedom.
@@ -53,8 +54,8 @@ def damping_matrix(
             of_damping = np.array([one == damping for one in own], dtype=bool)
             K, M, nodes = local_matrices(parts, kind, mine[of_damping[kind.part[mine]]])
             if K is not None:
-                K.scale((damping[1] - whole[1]) * factor)
-                K.axpy(damping[0] - whole[0], M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+                K.scale((damping.beta - whole.beta) * factor)
+                K.axpy(damping.alpha - whole.alpha, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
                 M.destroy()
             matrices.append(global_matrix(K, nodes, share.numbering))
     C = added(matrices, share.numbering)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.part import Part, entry_of
 from impactfem.case.structure import Structure
+from impactfem.dynamics.damping import Rayleigh
 
-Coefficients = tuple[float, float]
 """α [1/s] and β [s]."""
 
 
@@ -21,11 +21,11 @@ class PartDamping:
         beams: Of each of the mesh's `beam_parts`, in their order.
     """
 
-    shells: tuple[Coefficients | None, ...]
-    beams: tuple[Coefficients | None, ...]
+    shells: tuple[Rayleigh | None, ...]
+    beams: tuple[Rayleigh | None, ...]
 
     @property
-    def distinct(self) -> list[Coefficients]:
+    def distinct(self) -> list[Rayleigh]:
         """The coefficients that occur, each once, ascending."""
         return sorted({one for one in (*self.shells, *self.beams) if one is not None})
 
@@ -40,9 +40,9 @@ def part_damping(structure: Structure, mesh: BuildingMesh) -> PartDamping | None
     if not structure.damping:
         return None
 
-    def of(part: Part) -> Coefficients | None:
+    def of(part: Part) -> Rayleigh | None:
         entry = entry_of(part, structure.damping)
-        return None if entry is None else entry.coefficients
+        return None if entry is None else entry.rayleigh
 
     return PartDamping(
         shells=tuple(of(part) for part in mesh.shell_parts),

@@ -35,6 +35,7 @@ from impactfem.building.section import (
     Sections,
     ShellSection,
 )
+from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.own_process import read_in_own_process
 
@@ -339,8 +340,7 @@ class ShellModel:
         amplitudes: Array,
         time_step: float,
         *,
-        alpha: float = 0.0,
-        beta: float = 0.0,
+        damping: Rayleigh = UNDAMPED,
         probes: Ints | None = None,
         velocity: Array | None = None,
     ) -> History:
@@ -350,8 +350,7 @@ class ShellModel:
             loads: One load, shape (n, 6), or several of them.
             amplitudes: Their factors at each time, shape (n_t,), or (n_t, n_loads).
             time_step: Δt [s].
-            alpha: α of the damping C = α M + β K [1/s].
-            beta: β [s].
+            damping: The damping C = α M + β K.
             probes: Rows that are recorded (`rows`); all when None.
             velocity: Velocity at the first time, shape (n, 6); zero when None [m/s, rad/s].
 
@@ -375,7 +374,7 @@ class ShellModel:
         moves = ~self.held.ravel()[rows]
         start = None if velocity is None else np.reshape(velocity, -1)[free]
         K, M = self._matrices()
-        with Newmark(K, M, time_step, patterns, alpha=alpha, beta=beta) as system:
+        with Newmark(K, M, time_step, patterns, damping=damping) as system:
             state = system.start(factors[0], velocity=start)
             history = system.march(state, factors, probes=np.searchsorted(free, rows[moves]))
         K.destroy()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -10,6 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from impactfem.case.base import Section, present
 from impactfem.case.leaf import Frequency, Quantity, Rate, Ratio, refuse
 from impactfem.case.unit import TIME
+from impactfem.dynamics.damping import Rayleigh
 
 
 class Damping(Section):
@@ -67,27 +67,11 @@ class Damping(Section):
                 )
         return value
 
-    def ratio_at(self, frequency: float) -> float:
-        """The damping ratio ξ = (α_R / ω + β_R ω) / 2 of a mode.
-
-        Args:
-            frequency: ω / 2π, above zero [Hz].
-        """
-        α_R, β_R = self.coefficients
-        ω = 2.0 * math.pi * frequency
-        return 0.5 * (α_R / ω + β_R * ω)
-
     @property
-    def coefficients(self) -> tuple[float, float]:
-        """The coefficients (α_R [1/s], β_R [s]) of the mass and the stiffness matrix.
-
-        With the ratio ξ at ω_1 and ω_2: α_R = 2 ξ ω_1 ω_2 / (ω_1 + ω_2), β_R = 2 ξ / (ω_1 + ω_2),
-        the solution of ξ(ω) = (α_R / ω + β_R ω) / 2 at both.
-        """
+    def rayleigh(self) -> Rayleigh:
+        """The damping with the coefficients α_R and β_R."""
         if self.mass_coefficient is not None and self.stiffness_coefficient is not None:
-            return self.mass_coefficient, self.stiffness_coefficient
+            return Rayleigh(self.mass_coefficient, self.stiffness_coefficient)
         if self.ratio is None or self.frequencies is None:
             raise ValueError("this damping was made without validation: it has no coefficients")
-        ω1, ω2 = (2.0 * math.pi * f for f in self.frequencies)
-        β_R = 2.0 * self.ratio / (ω1 + ω2)
-        return β_R * ω1 * ω2, β_R
+        return Rayleigh.through(self.ratio, *self.frequencies)

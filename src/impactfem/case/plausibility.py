@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from impactfem.case.model import Case, CaseFile
 from impactfem.case.named_files import tables_of
 from impactfem.case.place import Place, step, value_at
 from impactfem.case.source import Source, read_source
+from impactfem.dynamics.damping import UNDAMPED
 from impactfem.system.errors import Fault
 
 
@@ -228,12 +229,12 @@ def _dampings(source: Source, case: Case) -> Iterator[Fault]:
     for index, one in enumerate(case.damping_cases):
         places.append((("damping_cases", index), one))
     for place, damping in places:
-        if damping.coefficients == (0.0, 0.0):
+        if damping.rayleigh == UNDAMPED:
             yield source.fault(place, None, "both coefficients are 0: no damping at all")
     for (i, a), (j, b) in itertools.combinations(enumerate(case.damping_cases), 2):
         same = all(
             math.isclose(p, q, rel_tol=SAME)
-            for p, q in zip(a.coefficients, b.coefficients, strict=True)
+            for p, q in zip(astuple(a.rayleigh), astuple(b.rayleigh), strict=True)
         )
         if same and a.restitution == b.restitution:
             text = f"the same damping and restitution as damping_cases[{i}], {a.name}"

@@ -22,7 +22,6 @@ from impactfem.coupling import restitution
 from impactfem.coupling.contact import Law, effective_mass
 from impactfem.coupling.pounding import End, Load, Pair, System
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
-from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, Stick, build_stick
 from impactfem.system.errors import Fault, InputError
@@ -56,7 +55,6 @@ def stick_of(
         storey_points: Points inside storeys, see `build_stick`.
     """
     values = parameters or given_parameters(building)
-    alpha, beta = building.damping.coefficients
     young = building.material.young_modulus
     shear = young / (2.0 * (1.0 + building.material.poisson_ratio))
     moment = building.second_moment_factor
@@ -74,7 +72,6 @@ def stick_of(
             Iz=row.Iz,
         )
         inertia = (row.Jx, row.Jy, row.Jz)
-        damping = Rayleigh(alpha, beta)
         floors.append(
             Floor(
                 number=row.floor,
@@ -82,7 +79,7 @@ def stick_of(
                 inertia=inertia,
                 height=float(height),
                 section=section,
-                damping=damping,
+                damping=building.damping.rayleigh,
                 below=values.below,
                 above=values.above,
             )

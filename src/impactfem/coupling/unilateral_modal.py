@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.coupling.unilateral import check_rule
+from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
@@ -21,8 +22,7 @@ class ModalMotion:
         eigenvalue: λ, shape (r,) [1/s2].
         contact: Γ, modal rows of the constraints, shape (r, m).
         time_step: h [s].
-        alpha: α [1/s].
-        beta: β [s].
+        damping: The damping.
         theta: θ, from ½ to 1.
         load: b, shape (r, n_patterns); none when None.
         probes: Φᵀ L, modal rows of what is recorded, shape (r, n_probes); none when None.
@@ -37,8 +37,7 @@ class ModalMotion:
         contact: Array,
         time_step: float,
         *,
-        alpha: float = 0.0,
-        beta: float = 0.0,
+        damping: Rayleigh = UNDAMPED,
         theta: float = 0.5,
         load: Array | None = None,
         probes: Array | None = None,
@@ -60,7 +59,7 @@ class ModalMotion:
         self._contact: Array = np.ascontiguousarray(contact, dtype=np.float64)
         self._load: Array = np.ascontiguousarray(given["loads"], dtype=np.float64)
         self._seen: Array = np.ascontiguousarray(np.hstack([contact, given["probes"]]).T)
-        self._damping = alpha + beta * self._lambda
+        self._damping = damping.modal(self._lambda)
         self._pivot = 1.0 + theta * time_step * (self._damping + theta * time_step * self._lambda)
         self.displacement: Array = np.zeros(r)
         self.velocity: Array = np.zeros(r)

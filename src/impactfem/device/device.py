@@ -22,10 +22,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.device.damping import Rayleigh, checked_ratio
 from impactfem.device.mechanism import refuse_mechanism
 from impactfem.device.natural import natural_modes
 from impactfem.device.springs import COMPONENTS
+from impactfem.dynamics.damping import Rayleigh, checked_ratio
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
@@ -180,7 +180,7 @@ class Device:
 
     def _damping_matrix(self) -> Array:
         if isinstance(self.damping, Rayleigh):
-            C = self.damping.alpha * self.M + self.damping.beta * self.K
+            C = self.damping.matrix(self.K, self.M)
         else:
             xi = checked_ratio(self.damping)
             omega, shapes = natural_modes(self.M, self.K)

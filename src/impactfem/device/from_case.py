@@ -12,7 +12,6 @@ from impactfem.case.device_analysis import ModeRule, RigidMethod, RigidPart
 from impactfem.case.device_stiffness import RIGID, Rigid
 from impactfem.device.beam import Beam
 from impactfem.device.body import Body, solid_cylinder
-from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.from_matrices import from_matrices
 from impactfem.device.from_modes import TableMode, from_modes
@@ -39,7 +38,7 @@ def device_of(setup: DeviceSetup) -> Device:
         ValueError: It has no modes, no matrices and no body on springs: it was made without
             validation.
     """
-    damping = 0.0 if setup.damping is None else Rayleigh(*setup.damping.coefficients)
+    damping = 0.0 if setup.damping is None else setup.damping.rayleigh
     body = _body(setup)
     if setup.modes is not None:
         rows = [

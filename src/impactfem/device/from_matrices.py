@@ -21,9 +21,9 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
-from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.mechanism import refuse_mechanism
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]

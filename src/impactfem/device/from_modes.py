@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.device.body import Body
-from impactfem.device.damping import Rayleigh, checked_ratio
 from impactfem.device.device import Device
 from impactfem.device.springs import COMPONENTS
+from impactfem.dynamics.damping import Rayleigh, checked_ratio
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]

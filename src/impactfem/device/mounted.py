@@ -27,6 +27,7 @@ from impactfem.device.balance import LARGEST_IMBALANCE, base_imbalance
 from impactfem.device.body import Body
 from impactfem.device.interface import Interface, MountedDevice, interface_of
 from impactfem.device.mounted_march import March, march
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.energy import Energy
 from impactfem.system.errors import ImpactfemError, SolutionError
 
@@ -44,8 +45,7 @@ class ModalStructure:
         eigenvalue: λ, shape (r,) [1/s2].
         load: b, shape (r, n_patterns); what the ground motion does to the structure itself is one
             of the patterns, or several.
-        alpha: α [1/s].
-        beta: β [s].
+        damping: The damping.
 
     Raises:
         ImpactfemError: Shapes do not fit, or a value is not finite.
@@ -53,8 +53,7 @@ class ModalStructure:
 
     eigenvalue: Array
     load: Array
-    alpha: float
-    beta: float
+    damping: Rayleigh
 
     def __post_init__(self) -> None:
         if self.eigenvalue.ndim != 1 or self.load.ndim != 2 or len(self.load) != len(self):
@@ -62,7 +61,7 @@ class ModalStructure:
                 f"a structure with eigenvalues of shape {self.eigenvalue.shape} and loads of shape"
                 f" {self.load.shape}: expected (r,) and (r, patterns)"
             )
-        values = (self.eigenvalue, self.load, self.alpha, self.beta)
+        values = (self.eigenvalue, self.load)
         if not all(np.all(np.isfinite(value)) for value in values):
             raise ImpactfemError(
                 "the modal equations of a structure hold a value that is not a finite number"
@@ -151,7 +150,7 @@ def mounted_response(
     """
     _check(structure, devices, amplitudes, ground, time_step, substeps)
     interface = interface_of(devices)
-    damping = structure.alpha + structure.beta * structure.eigenvalue
+    damping = structure.damping.modal(structure.eigenvalue)
     loads = np.ascontiguousarray(amplitudes @ structure.load.T)
     found = march(
         structure.eigenvalue, damping, loads, interface, ground, time_step / substeps, substeps

@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from impactfem.device.beam import Beam
 from impactfem.device.body import Body
-from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.springs import COMPONENTS, BaseSprings
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks.element import rigid_link
 from impactfem.system.errors import ImpactfemError
 

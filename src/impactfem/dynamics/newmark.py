@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import product, wrapped
+from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.held import Held
 from impactfem.dynamics.history import QUANTITIES, History, Recorder
@@ -44,8 +45,7 @@ class Newmark(Held):
         time_step: Δt [s].
         patterns: Rows of this rank of the spatial patterns of the loads, shape (n_local, m); the
             load at time i is patterns @ amplitudes[i].
-        alpha: α of C = α M + β K + C₊ [1/s].
-        beta: β [s].
+        damping: α and β of C = α M + β K + C₊.
         C: C₊, symmetric (AIJ); for damping by part. It is multiplied at each step.
 
     Raises:
@@ -61,15 +61,13 @@ class Newmark(Held):
         time_step: float,
         patterns: Array,
         *,
-        alpha: float = 0.0,
-        beta: float = 0.0,
+        damping: Rayleigh = UNDAMPED,
         C: PETSc.Mat | None = None,
     ) -> None:
         if not time_step > 0.0:
             raise SolutionError(f"a time step of {time_step} s: it must be positive")
         self.time_step = time_step
-        self.alpha = alpha
-        self.beta = beta
+        self.damping = damping
         self._K, self._M, self._C = K, M, C
         self._patterns = np.asarray(patterns, dtype=np.float64)
         self._factor: Factorisation | None = None
@@ -87,8 +85,8 @@ class Newmark(Held):
     def factorise(self) -> Factorisation:
         """The factorisation of S, made at the first call."""
         if self._factor is None:
-            dt = self.time_step
-            S = combined(self.beta + dt / 2.0, self._K, 2.0 / dt + self.alpha, self._M)
+            dt, α, β = self.time_step, self.damping.alpha, self.damping.beta
+            S = combined(β + dt / 2.0, self._K, 2.0 / dt + α, self._M)
             if self._C is not None:
                 S.axpy(1.0, self._C, structure=PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
             self._factor = Factorisation(S, name="the matrix of the time step")
@@ -114,7 +112,7 @@ class Newmark(Held):
         momentum, Kv = product(self._M, v[:, None])[:, 0], product(self._K, v[:, None])[:, 0]
         restoring = product(self._K, u[:, None])[:, 0]
         out_of_balance = self._patterns @ np.asarray(amplitude, dtype=np.float64) - restoring
-        out_of_balance -= self.alpha * momentum + self.beta * Kv
+        out_of_balance -= self.damping.alpha * momentum + self.damping.beta * Kv
         if self._C is not None:
             out_of_balance -= product(self._C, v[:, None])[:, 0]
         acceleration: Array = np.zeros(n)
@@ -225,8 +223,8 @@ class _Stepper:
             system._C.mult(self.w_vector, self.Cw_vector)
         energies: tuple[float, float, float, float] = _advance(
             system.time_step,
-            system.alpha,
-            system.beta,
+            system.damping.alpha,
+            system.damping.beta,
             self.f,
             self.r,
             self.w,

@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction import error_band, larger_models
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_basis import ReducedBasis
@@ -67,7 +68,7 @@ class Band:
 def response_band(
     basis: ReducedBasis,
     loads: Loads,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     nodes: Index,
     response: NodeResponse,
     psa: Array,
@@ -81,7 +82,7 @@ def response_band(
     Args:
         basis: The basis; with larger models where the band is to come from these.
         loads: The loads.
-        damping: α [1/s] and β [s].
+        damping: The damping.
         nodes: Nodes that the basis was made for, shape (n,).
         response: Histories there by the model of the basis.
         psa: Their spectra, shape (n_dampings, 3 n, n_frequencies) [m/s2].

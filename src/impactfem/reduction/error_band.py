@@ -25,6 +25,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import ReducedModel, nested_size, reduced_model, shift_of
 
@@ -54,7 +55,7 @@ def nested_models(basis: KrylovBasis, shares: Sequence[float] = SHARES) -> list[
 
 
 def transfer_band(
-    models: Sequence[ReducedModel], basis: Array, omega: Array, alpha: float, beta: float
+    models: Sequence[ReducedModel], basis: Array, omega: Array, damping: Rayleigh
 ) -> Array:
     """Half width of the band on the size of transfer functions, as of `ReducedModel.transfer`.
 
@@ -62,14 +63,13 @@ def transfer_band(
         models: The model, and those nested in it.
         basis: Rows of V at the probes, shape (n_probes, size).
         omega: ω, ascending, above zero, shape (n_freq,) [rad/s].
-        alpha: α [1/s].
-        beta: β [s].
+        damping: The damping.
 
     Returns:
         Shape (n_freq, n_probes, n_patterns) [m per unit of the load].
     """
-    responses = [m.transfer(basis, omega, alpha, beta) for m in models]
-    outside = [m.outside(omega, alpha, beta) for m in models]
+    responses = [m.transfer(basis, omega, damping) for m in models]
+    outside = [m.outside(omega, damping) for m in models]
     size = [by_third_octave(omega, np.linalg.norm(w, axis=1)) for w in outside]
     found = np.zeros(responses[0].shape)
     for response, other in zip(responses[1:], size[1:], strict=True):
@@ -85,8 +85,7 @@ def transfer_bound(
     probe_norm: Array,
     residual_norm: Array,
     omega: Array,
-    alpha: float,
-    beta: float,
+    damping: Rayleigh,
 ) -> Array:
     """Bound on the error of transfer functions, in the modulus of the complex difference.
 
@@ -95,16 +94,15 @@ def transfer_bound(
         probe_norm: ‖l‖ of each probe, by `KrylovBasis.dual_norm`, shape (n_probes,).
         residual_norm: ‖r‖ by `Residual.norms`, shape (n_freq, n_patterns).
         omega: ω, shape (n_freq,) [rad/s]. Without damping, and at zero, the bound is infinite.
-        alpha: α [1/s].
-        beta: β [s].
+        damping: The damping.
 
     Returns:
         Shape (n_freq, n_probes, n_patterns) [m per unit of the load].
     """
-    sigma = shift_of(omega, alpha, beta)
+    sigma = shift_of(omega, damping)
     with np.errstate(divide="ignore"):
         gain = np.abs(sigma - model.shift) / np.abs(sigma.imag)
-    gain /= np.abs(1.0 + 1j * beta * np.asarray(omega))
+    gain /= np.abs(1.0 + 1j * damping.beta * np.asarray(omega))
     return np.asarray(probe_norm[:, None] * (gain[:, None] * residual_norm)[:, None, :])
 
 

@@ -19,6 +19,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.system.errors import SolutionError
 
@@ -44,8 +45,7 @@ def modal_response(
     model: ReducedModel,
     amplitudes: Array,
     time_step: float,
-    alpha: float,
-    beta: float,
+    damping: Rayleigh,
     *,
     scheme: str = "exact",
     start: Array | None = None,
@@ -56,8 +56,7 @@ def modal_response(
         model: The reduced model.
         amplitudes: Samples of the load of each pattern, shape (n_steps + 1, n_patterns).
         time_step: Δt [s].
-        alpha: α [1/s].
-        beta: β [s].
+        damping: The damping.
         scheme: One of STEPS: "exact" or "newmark".
         start: Modal displacements at rest at the first sample, shape (r,); zero when None.
 
@@ -68,12 +67,12 @@ def modal_response(
         raise SolutionError(f"the scheme {scheme}: there are {', '.join(STEPS)}")
     if not time_step > 0.0:
         raise SolutionError(f"a time step of {time_step} s: it must be positive")
-    damping = alpha + beta * model.eigenvalue
-    D, G = STEPS[scheme](model.eigenvalue, damping, time_step)
+    d = damping.modal(model.eigenvalue)
+    D, G = STEPS[scheme](model.eigenvalue, d, time_step)
     loads = np.ascontiguousarray(model.load @ amplitudes.T)
     z0 = np.zeros(len(model.eigenvalue)) if start is None else np.asarray(start, dtype=np.float64)
     z, v = _march(D, G, loads, z0)
-    a = loads - damping[:, None] * v - model.eigenvalue[:, None] * z
+    a = loads - d[:, None] * v - model.eigenvalue[:, None] * z
     return ModalHistory(z, v, a)
 
 

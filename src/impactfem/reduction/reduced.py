@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.dynamics.columns import inner
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.system.errors import SolutionError
 
@@ -60,52 +61,49 @@ class ReducedModel:
         """
         return np.asarray(basis[:, : len(self.coordinates)] @ self.coordinates, dtype=np.float64)
 
-    def amplitude(self, omega: Array, alpha: float, beta: float) -> Complex:
+    def amplitude(self, omega: Array, damping: Rayleigh) -> Complex:
         """Modal coordinates z for the loads exp(iωt), one pattern at a time.
 
         Args:
             omega: ω, shape (n,) [rad/s].
-            alpha: α [1/s].
-            beta: β [s].
+            damping: The damping.
 
         Returns:
             Shape (n, r, n_patterns).
         """
-        return np.asarray(self._factor(omega, alpha, beta)[:, :, None] * self.load)
+        return np.asarray(self._factor(omega, damping)[:, :, None] * self.load)
 
-    def transfer(self, basis: Array, omega: Array, alpha: float, beta: float) -> Complex:
+    def transfer(self, basis: Array, omega: Array, damping: Rayleigh) -> Complex:
         """Displacements at some rows under the loads exp(iωt), one pattern at a time.
 
         Args:
             basis: As of `shapes`.
             omega: ω, shape (n_freq,) [rad/s].
-            alpha: α [1/s].
-            beta: β [s].
+            damping: The damping.
 
         Returns:
             Shape (n_freq, n, n_patterns) [m per unit of the load].
         """
-        shapes, factor = self.shapes(basis), self._factor(omega, alpha, beta)
+        shapes, factor = self.shapes(basis), self._factor(omega, damping)
         return np.stack([factor @ (shapes * b).T for b in self.load.T], axis=-1)
 
-    def outside(self, omega: Array, alpha: float, beta: float) -> Complex:
+    def outside(self, omega: Array, damping: Rayleigh) -> Complex:
         """What A x has outside the space under the loads exp(iωt): w = S Y z.
 
         Args:
             omega: ω, shape (n,) [rad/s].
-            alpha: α [1/s].
-            beta: β [s].
+            damping: The damping.
 
         Returns:
             Shape (n, n_tail, n_patterns); its norm is that of A x there in the mass.
         """
-        return np.asarray(self.tail @ self.amplitude(omega, alpha, beta))
+        return np.asarray(self.tail @ self.amplitude(omega, damping))
 
-    def _factor(self, omega: Array, alpha: float, beta: float) -> Complex:
+    def _factor(self, omega: Array, damping: Rayleigh) -> Complex:
         """1 / (λ + iω (α + β λ) − ω²), shape (n_freq, r)."""
         s = 1j * np.asarray(omega)[:, None]
-        damping = alpha + beta * self.eigenvalue
-        return np.asarray(1.0 / (s * s + damping * s + self.eigenvalue), dtype=np.complex128)
+        d = damping.modal(self.eigenvalue)
+        return np.asarray(1.0 / (s * s + d * s + self.eigenvalue), dtype=np.complex128)
 
 
 def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
@@ -156,10 +154,10 @@ def nested_size(basis: KrylovBasis, share: float) -> int:
     return min(sizes, key=lambda n: abs(n - share * basis.size))
 
 
-def shift_of(omega: Array, alpha: float, beta: float) -> Complex:
+def shift_of(omega: Array, damping: Rayleigh) -> Complex:
     """σ = iω (iω + α) / (1 + iωβ) of each ω, shape (n,) [1/s2]."""
     s = 1j * np.asarray(omega)
-    return np.asarray(s * (s + alpha) / (1.0 + s * beta), dtype=np.complex128)
+    return np.asarray(s * (s + damping.alpha) / (1.0 + s * damping.beta), dtype=np.complex128)
 
 
 class Residual:
@@ -178,14 +176,13 @@ class Residual:
         self.gram = inner(basis.M, basis.Q, basis.shifted_tail())
         self._size = basis.size
 
-    def norms(self, model: ReducedModel, omega: Array, alpha: float, beta: float) -> Array:
+    def norms(self, model: ReducedModel, omega: Array, damping: Rayleigh) -> Array:
         """‖r‖ for the loads exp(iωt), one pattern at a time.
 
         Args:
             model: The reduced model of all of the basis.
             omega: ω, shape (n,) [rad/s].
-            alpha: α [1/s].
-            beta: β [s].
+            damping: The damping.
 
         Returns:
             Shape (n, n_patterns).
@@ -195,23 +192,20 @@ class Residual:
         """
         if (len(model.coordinates), len(model.tail)) != (self._size, len(self.gram)):
             raise SolutionError("the residual of another model than that of the whole basis")
-        return residual_norms(self.gram, model, omega, alpha, beta)
+        return residual_norms(self.gram, model, omega, damping)
 
 
-def residual_norms(
-    gram: Array, model: ReducedModel, omega: Array, alpha: float, beta: float
-) -> Array:
+def residual_norms(gram: Array, model: ReducedModel, omega: Array, damping: Rayleigh) -> Array:
     """Norms of the residual, as of `Residual`, from Qᵀ (K + σ0 M) Q; shape (n, n_patterns).
 
     Args:
         gram: Qᵀ (K + σ0 M) Q of the whole basis, shape (n_tail, n_tail).
         model: The reduced model of all of the basis.
         omega: ω, shape (n,) [rad/s].
-        alpha: α [1/s].
-        beta: β [s].
+        damping: The damping.
     """
-    w = model.outside(omega, alpha, beta)
+    w = model.outside(omega, damping)
     squares = np.sum(w.conj() * (gram @ w), axis=1).real
-    away = np.abs(shift_of(omega, alpha, beta) - model.shift)
-    scale = away * np.abs(1.0 + 1j * beta * np.asarray(omega))
+    away = np.abs(shift_of(omega, damping) - model.shift)
+    scale = away * np.abs(1.0 + 1j * damping.beta * np.asarray(omega))
     return np.asarray(scale[:, None] * np.sqrt(np.maximum(squares, 0.0)))

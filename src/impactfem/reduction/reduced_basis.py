@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.local import DOFS
 from impactfem.building.model import BuildingModel
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import (
     by_third_octave,
     nested_models,
@@ -100,13 +101,13 @@ class ReducedBasis:
             raise KeyError("a node that the basis was not made for")
         return self.vectors[at]
 
-    def bound(self, nodes: Index, omega: Array, damping: tuple[float, float]) -> Array:
+    def bound(self, nodes: Index, omega: Array, damping: Rayleigh) -> Array:
         """Rigorous bound on the error of displacements under exp(iωt) of each load.
 
         Args:
             nodes: Nodes, shape (n,).
             omega: ω, shape (n_freq,) [rad/s].
-            damping: α [1/s] and β [s].
+            damping: The damping.
 
         Returns:
             Shape (n_freq, n, 3, n_loads); infinite where nothing is known.
@@ -115,11 +116,11 @@ class ReducedBasis:
         known = np.isin(nodes, self.certified)
         norm = np.full((len(nodes), 3), math.inf)
         norm[known] = self.norm[at[known]]
-        residual = residual_norms(self.gram, self.model, omega, *damping)
-        found = transfer_bound(self.model, norm.ravel(), residual, omega, *damping)
+        residual = residual_norms(self.gram, self.model, omega, damping)
+        found = transfer_bound(self.model, norm.ravel(), residual, omega, damping)
         return found.reshape(len(omega), len(nodes), 3, -1)
 
-    def error(self, probes: Index, damping: tuple[float, float], maximum_frequency: float) -> float:
+    def error(self, probes: Index, damping: Rayleigh, maximum_frequency: float) -> float:
         """Largest estimated error of the accelerations at probes under any one of the loads.
 
         The error band of the transfer functions by nested models, over the largest acceleration of
@@ -127,7 +128,7 @@ class ReducedBasis:
 
         Args:
             probes: Nodes among those that are looked at.
-            damping: α [1/s] and β [s].
+            damping: The damping.
             maximum_frequency: Up to which they count [Hz].
         """
         rows = self.vectors[np.searchsorted(self.nodes, np.unique(probes))]
@@ -188,7 +189,7 @@ def build_basis(
     *,
     probes: Index,
     nodes: Index,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     maximum_frequency: float,
     shift: float,
     tolerance: float,
@@ -206,7 +207,7 @@ def build_basis(
         loads: Their names.
         probes: Nodes whose transfer functions must be accurate.
         nodes: All nodes that are looked at, probes included.
-        damping: α [1/s] and β [s] of the lightest damping that the basis must serve.
+        damping: The lightest damping that the basis must serve.
         maximum_frequency: Up to which the transfer functions must be accurate [Hz].
         shift: Frequency of the shift [Hz].
         tolerance: Largest error of the accelerations at the probes, as of `ReducedBasis.error`.
@@ -251,7 +252,7 @@ def grow_until_accurate(
     model: BuildingModel,
     probes: Index,
     *,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     maximum_frequency: float,
     tolerance: float,
     largest: int,
@@ -263,7 +264,7 @@ def grow_until_accurate(
         basis: The basis, with its loads.
         model: The building that it is of.
         probes: Nodes whose transfer functions must be accurate.
-        damping: α [1/s] and β [s] of the lightest damping.
+        damping: The lightest damping.
         maximum_frequency: Up to which they must be accurate [Hz].
         tolerance: Largest error, as of `ReducedBasis.error`.
         largest: Most vectors.
@@ -339,10 +340,10 @@ def _omega(maximum_frequency: float) -> Array:
 
 
 def _difference(
-    models: Sequence[ReducedModel], rows: Array, omega: Array, damping: tuple[float, float]
+    models: Sequence[ReducedModel], rows: Array, omega: Array, damping: Rayleigh
 ) -> float:
     """Largest error, as estimated, of the transfer functions over the largest of any probe."""
     flat = rows.reshape(-1, rows.shape[2])
-    band = transfer_band(models, flat, omega, *damping).max(axis=1)
-    size = np.abs(models[0].transfer(flat, omega, *damping)).max(axis=1)
+    band = transfer_band(models, flat, omega, damping).max(axis=1)
+    size = np.abs(models[0].transfer(flat, omega, damping)).max(axis=1)
     return float((band / by_third_octave(omega, size)).max())

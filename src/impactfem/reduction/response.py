@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import ModalHistory, modal_response
 from impactfem.reduction.reduced import ReducedModel
@@ -37,7 +38,7 @@ class NodeResponse:
 def modal_histories(
     basis: ReducedBasis,
     loads: Loads,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     *,
     scheme: str = "exact",
     model: ReducedModel | None = None,
@@ -47,7 +48,7 @@ def modal_histories(
     Args:
         basis: The basis; it has the patterns of the loads.
         loads: The loads.
-        damping: α [1/s] and β [s].
+        damping: The damping.
         scheme: "exact" or "newmark".
         model: One of the models of the basis; the finest when None.
 
@@ -59,9 +60,7 @@ def modal_histories(
         if name not in basis.loads:
             raise KeyError(f"the reduced basis has no load {name}")
         amplitudes[:, basis.loads.index(name)] = history
-    return modal_response(
-        model or basis.model, amplitudes, loads.time_step, *damping, scheme=scheme
-    )
+    return modal_response(model or basis.model, amplitudes, loads.time_step, damping, scheme=scheme)
 
 
 def node_response(

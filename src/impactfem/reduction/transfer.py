@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.reduced_basis import ReducedBasis
 
 Array = NDArray[np.float64]
@@ -37,14 +38,14 @@ class Transfer:
 
 
 def transfer_functions(
-    basis: ReducedBasis, nodes: Index, damping: tuple[float, float], highest: float
+    basis: ReducedBasis, nodes: Index, damping: Rayleigh, highest: float
 ) -> Transfer:
     """−ω² x / F at nodes, straight from the modal equations.
 
     Args:
         basis: The reduced basis.
         nodes: Nodes that it was made for, shape (n,).
-        damping: α [1/s] and β [s].
+        damping: The damping.
         highest: Highest frequency [Hz].
     """
     frequency = np.asarray(np.geomspace(LOWEST, highest, COUNT), dtype=np.float64)
@@ -53,7 +54,7 @@ def transfer_functions(
     shapes = basis.of(basis.model, nodes).reshape(3 * len(nodes), -1)
     value = np.empty((COUNT, len(chosen), len(nodes), 3), dtype=np.complex128)
     for k, w in enumerate(omega):
-        z = basis.model.amplitude(np.array([w]), *damping)[0][:, chosen]
+        z = basis.model.amplitude(np.array([w]), damping)[0][:, chosen]
         value[k] = (-(w**2) * (shapes @ z)).T.reshape(len(chosen), len(nodes), 3)
     bound = basis.bound(nodes, omega, damping)[..., chosen] * (omega**2)[:, None, None, None]
     names = tuple(basis.loads[k] for k in chosen)

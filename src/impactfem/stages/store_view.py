@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.scalar import Scalar, from_json
 
 Array = NDArray[np.float64]
@@ -65,20 +65,9 @@ class CasesView(StoreView):
         super().__init__(store)
         self.cases = [str(name) for name in store["case"].values]
 
-    def damping(self, case: int) -> tuple[float, float]:
-        """Rayleigh's α [1/s] and β [s] of a damping case, by its number from 0."""
-        return (
+    def damping(self, case: int) -> Rayleigh:
+        """The damping of a damping case, by its number from 0."""
+        return Rayleigh(
             float(self.store["mass_coefficient"].values[case]),
             float(self.store["stiffness_coefficient"].values[case]),
         )
-
-    def damping_ratio(self, case: int, frequency: Array | float) -> Array:
-        """Rayleigh's ξ = α / (2 ω) + β ω / 2 of a damping case [-].
-
-        Args:
-            case: Number of the damping case, from 0.
-            frequency: The frequencies [Hz].
-        """
-        omega = 2.0 * math.pi * np.asarray(frequency, dtype=np.float64)
-        alpha, beta = self.damping(case)
-        return np.asarray(alpha / (2.0 * omega) + beta * omega / 2.0, dtype=np.float64)

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.sticks.damping import Rayleigh
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks.element import Section, rigid_link, storey_stiffness
 from impactfem.system.errors import ImpactfemError
 

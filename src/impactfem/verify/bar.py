@@ -14,6 +14,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from impactfem.dynamics.damping import UNDAMPED, Rayleigh
+
 Array = NDArray[np.float64]
 
 ELEMENTS = 60
@@ -46,7 +48,7 @@ class Bar:
         stiffness: EA' [N].
         mass: Of the bar, without its ends [kg].
         end_mass: Lumped at the lower and the upper end [kg].
-        damping: α [1/s] and β [s].
+        damping: The damping.
         wall: Below each end; None for none.
     """
 
@@ -56,7 +58,7 @@ class Bar:
         stiffness: float,
         mass: float,
         end_mass: tuple[float, float] = (0.0, 0.0),
-        damping: tuple[float, float] = (0.0, 0.0),
+        damping: Rayleigh = UNDAMPED,
         wall: EdgeWall | None = None,
     ) -> None:
         n = ELEMENTS
@@ -74,7 +76,7 @@ class Bar:
             _hang(K, M, wall, 0, n + 1)
             _hang(K, M, wall, n, n + 1 + of_wall)
         self.K, self.M = K, M
-        self.C = damping[0] * self.M + damping[1] * self.K
+        self.C = damping.matrix(self.K, self.M)
         self.mass = mass + sum(end_mass)
 
     def frequencies(self, count: int) -> Array:

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
+from impactfem.dynamics.damping import UNDAMPED
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import flat, panel, straight_beam
-from impactfem.verify.shell_motion import UNDAMPED, Motion, MovingModel, apart
+from impactfem.verify.shell_motion import Motion, MovingModel, apart
 from impactfem.verify.waves import CONCRETE, PLATE
 
 Array = NDArray[np.float64]

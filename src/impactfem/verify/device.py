@@ -11,13 +11,13 @@ from scipy.signal import lsim
 from impactfem.device.anchor_force import anchor_force
 from impactfem.device.beam import Beam
 from impactfem.device.body import Body, solid_cylinder
-from impactfem.device.damping import Rayleigh
 from impactfem.device.device import Device
 from impactfem.device.fit import Target, fit_device
 from impactfem.device.from_matrices import from_matrices
 from impactfem.device.modes import device_modes
 from impactfem.device.on_springs import on_springs
 from impactfem.device.springs import BaseSprings
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.row import Row
 
 Array = npt.NDArray[np.float64]

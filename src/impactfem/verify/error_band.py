@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.building.shell_model import petsc_matrix
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.spectra import response_spectra
 from impactfem.verify.frame_loads import Frame, shipped_frame
 from impactfem.verify.row import Row
-from impactfem.verify.shell_motion import Damping, ReducedMotion
+from impactfem.verify.shell_motion import ReducedMotion
 
 if TYPE_CHECKING:
     from impactfem.reduction.effectivity import Effectivity
@@ -42,9 +43,9 @@ def band_on_frame() -> list[Row]:
 
     frame = shipped_frame()
     amplitudes = _amplitudes()
-    alpha, beta = frame.damping.alpha, frame.damping.beta
+    own = frame.damping
     found: list[Effectivity] = []
-    for damping in (Damping(alpha, beta), Damping(alpha, LIGHTER * beta)):
+    for damping in (own, Rayleigh(own.alpha, LIGHTER * own.beta)):
         truth = _spectra(frame.moving.full(amplitudes, STEP, damping).motion["acceleration"])
         for used, *larger in (_models(frame, vectors) for vectors in VECTORS):
             found.append(_of_one(used, larger, amplitudes, damping, truth))
@@ -96,7 +97,7 @@ def _of_one(
     used: ReducedMotion,
     larger: list[ReducedMotion],
     amplitudes: Array,
-    damping: Damping,
+    damping: Rayleigh,
     truth: Array,
 ) -> Effectivity:
     """Of the band that larger models tell of a model."""

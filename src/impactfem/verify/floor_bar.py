@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from impactfem.building import geometry
 from impactfem.case import Case, load_case
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.spectra import response_spectra
 from impactfem.stages.transient.physics import arrivals, crossing_time
 from impactfem.verify.bar import Bar, EdgeWall
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from impactfem.stages.calibrate.impact import WallImpact
 
 Array = NDArray[np.float64]
-Damping = tuple[float, float]
 
 NAME = "floor as a bar"
 LENGTH, WIDTH, SLAB, SIZE = 15.6, 4.8, 0.3, 1.2
@@ -39,9 +39,9 @@ LENGTH, WIDTH, SLAB, SIZE = 15.6, 4.8, 0.3, 1.2
 RHO, MASS = 2400.0, 250e3
 """With this mass on a strip of 54 t the wave is as slow as in the paper's floor 8."""
 YOUNG = 33e9
-RAYLEIGH = (0.8378, 1.061e-3)
+RAYLEIGH = Rayleigh(0.8378, 1.061e-3)
 FORCE, PULSE, STEP, WINDOW = 10e6, 10e-3, 0.5e-3, 0.04
-LIGHT = (0.0, 2e-5)
+LIGHT = Rayleigh(0.0, 2e-5)
 """A damping that hides no wave: 0.4 % at 60 Hz."""
 QUIET = 0.01
 """Time before the pulse [s]."""
@@ -244,7 +244,7 @@ def _line_in_3d(
     parts: BuildingParts,
     floor: int,
     loads: Loads,
-    damping: Damping,
+    damping: Rayleigh,
     storey_factor: float,
 ) -> tuple[Array, Array]:
     """Distance of the stage's line across a floor, and accelerations along the push, there."""
@@ -318,7 +318,7 @@ def _wall_rows(parts: BuildingParts, bar: FloorBar) -> list[Row]:
 def _impacts(
     parts: BuildingParts,
     experiment: WallExperiment,
-    dampings: list[Damping],
+    dampings: list[Rayleigh],
     storey_factor: float,
     mass: Array,
 ) -> list[WallImpact]:
@@ -411,7 +411,7 @@ def _until(case: Case, end: float) -> Case:
 
 
 def _paper_bars(
-    bar: FloorBar, parts: BuildingParts, damping: Damping, storey_factor: float
+    bar: FloorBar, parts: BuildingParts, damping: Rayleigh, storey_factor: float
 ) -> tuple[Bar, Bar]:
     """The floor with its facades lumped at the ends, and with them as walls that bend."""
     mesh = parts.mesh

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from impactfem.building.shell_model import UY, ShellModel, csr
 from impactfem.case import load_case
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.row import Row
-from impactfem.verify.shell_motion import Damping, Motion, MovingModel, apart
+from impactfem.verify.shell_motion import Motion, MovingModel, apart
 from impactfem.verify.shipped import shipped_case
 
 Array = NDArray[np.float64]
@@ -40,13 +41,13 @@ class Frame:
 
     Args:
         moving: Its matrices and the three loads.
-        damping: Damping of the case.
+        damping: Rayleigh of the case.
         weights: Share of each probe in the mean motion of the edges of floor 1 and of floor 2, as
             the loads' shares of the nodes, shape (2, n_probes).
     """
 
     moving: MovingModel
-    damping: Damping
+    damping: Rayleigh
     weights: Array
 
 
@@ -133,9 +134,10 @@ def shipped_frame() -> Frame:
     for matrix in (stiffness, building.fixed, building.storeys, building.mass):
         matrix.destroy()
     patterns = np.column_stack([*loads, -building.ground[:, UY]])
-    alpha, beta = case.buildings[0].damping.coefficients
     return Frame(
-        MovingModel(model, patterns, np.concatenate(probes)), Damping(alpha, beta), weights
+        MovingModel(model, patterns, np.concatenate(probes)),
+        case.buildings[0].damping.rayleigh,
+        weights,
     )
 
 

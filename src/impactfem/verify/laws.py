@@ -14,7 +14,7 @@ from impactfem.coupling.contact import (
 )
 from impactfem.coupling.impacts import impacts
 from impactfem.coupling.pounding import End, Pair, System, simulate
-from impactfem.sticks.damping import Rayleigh
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, build_stick
 from impactfem.verify.models import collision

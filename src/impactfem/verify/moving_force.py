@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, shell_model
+from impactfem.dynamics.damping import UNDAMPED
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import straight_beam
-from impactfem.verify.shell_motion import UNDAMPED, MovingModel, apart
+from impactfem.verify.shell_motion import MovingModel, apart
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from impactfem.building.section import Material
 from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, Shells, shell_model
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import flat, panel
-from impactfem.verify.shell_motion import Damping, MovingModel, apart
+from impactfem.verify.shell_motion import MovingModel, apart
 
 Array = NDArray[np.float64]
 
@@ -60,7 +61,7 @@ def modal_equation() -> list[Row]:
                 ramps(time, omega, ratio, time[-1] / 8.0),
             ),
         ):
-            z = modal_response(model, amplitude[:, None], time[1], 2.0 * ratio * omega, 0.0)
+            z = modal_response(model, amplitude[:, None], time[1], Rayleigh(2.0 * ratio * omega))
             quantity = f"largest difference over the peak, {what}, {label}"
             difference = apart(z.displacement[0], exact)
             rows.append(Row(EQUATION, quantity, 0.0, difference, "-", allowed, source, True))
@@ -81,7 +82,7 @@ def strip_pulse() -> list[Row]:
     rows = []
     for label, ratio in DAMPED.items():
         # Half of it by the mass and half by the stiffness.
-        damping = Damping(alpha=ratio * omega, beta=ratio / omega)
+        damping = Rayleigh(alpha=ratio * omega, beta=ratio / omega)
         exact: Array = response(time, omega, ratio)
         exact /= _modal_mass(omega)
         at_peak, anywhere = (5e-4, 1e-3) if ratio < 1.0 else (2e-4, 2e-4)

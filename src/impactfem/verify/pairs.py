@@ -14,8 +14,8 @@ from impactfem.coupling.facing import approaches
 from impactfem.coupling.from_case import system_of
 from impactfem.coupling.impacts import impacts
 from impactfem.coupling.pounding import End, Pair, System, simulate
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks import stick as sticks
-from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Stick, build_stick, mass_on_spring
 from impactfem.verify.models import Y

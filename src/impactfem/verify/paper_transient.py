@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from impactfem.case import Case, load_case
 from impactfem.coupling.force_history import write_forces
 from impactfem.coupling.from_case import calibration_of
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import ground_motions
 from impactfem.stages.pounding.pounded import pounded
 from impactfem.system.log import LOGGER
@@ -35,9 +36,9 @@ Array = NDArray[np.float64]
 NAME = "paper's building, reduced model against the full one"
 CASE = "npp_pair.toml"
 TABLE_8 = {
-    "under-damped": (0.838, 2.12e-4),
-    "damped": (0.838, 1.06e-3),
-    "over-damped": (0.559, 3.18e-3),
+    "under-damped": Rayleigh(0.838, 2.12e-4),
+    "damped": Rayleigh(0.838, 1.06e-3),
+    "over-damped": Rayleigh(0.559, 3.18e-3),
 }
 """α [1/s] and β [s] of Table 8 of the paper; the first one, the lightest, makes the basis."""
 WINDOW = 6.5
@@ -179,7 +180,7 @@ def _both_models(case: Case, prepared: Prepared) -> _BothModels:
     return _BothModels(case, prepared, model, K, patterns, basis)
 
 
-def _full_run(both: _BothModels, label: str, damping: tuple[float, float], folder: Path) -> FullRun:
+def _full_run(both: _BothModels, label: str, damping: Rayleigh, folder: Path) -> FullRun:
     from impactfem.stages.transient.full_run import run_full
 
     loads = both.prepared.loads
@@ -285,7 +286,7 @@ def _spectrum_rows(
 def _told(
     both: _BothModels,
     label: str,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     reduced: NodeResponse,
     full: NodeResponse,
 ) -> Effectivity:

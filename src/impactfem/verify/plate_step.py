@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.mindlin_plate import LENGTH, STEEL
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import flat, panel
-from impactfem.verify.shell_motion import Damping, MovingModel, apart, peak
+from impactfem.verify.shell_motion import MovingModel, apart, peak
 
 if TYPE_CHECKING:
     from impactfem.dynamics.history import History
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 NAME = "NAFEMS 13T, plate under a step of pressure"
 THICKNESS = 0.05
 PRESSURE = 100.0
-RAYLEIGH = Damping(alpha=0.299, beta=1.339e-3)
+RAYLEIGH = Rayleigh(alpha=0.299, beta=1.339e-3)
 CELLS = 20
 """Cells a side of a quarter of the plate."""
 STEP, END = 1e-3, 0.4

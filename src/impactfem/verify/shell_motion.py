@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.building.shell_model import ShellModel, petsc_matrix
+from impactfem.dynamics.damping import Rayleigh
 
 if TYPE_CHECKING:
     from impactfem.dynamics.history import History
@@ -18,22 +19,6 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Motion = dict[str, Array]
 """By quantity ("displacement", "velocity", "acceleration") of probes, shape (n_t, n_probes)."""
-
-
-@dataclass(frozen=True)
-class Damping:
-    """C = α M + β K.
-
-    Args:
-        alpha: α [1/s].
-        beta: β [s].
-    """
-
-    alpha: float = 0.0
-    beta: float = 0.0
-
-
-UNDAMPED = Damping()
 
 
 class MovingModel:
@@ -60,7 +45,7 @@ class MovingModel:
         return np.column_stack([self.model.static(load)[self.rows] for load in self.patterns.T])
 
     def full(
-        self, amplitudes: Array, time_step: float, damping: Damping, start: Array | None = None
+        self, amplitudes: Array, time_step: float, damping: Rayleigh, start: Array | None = None
     ) -> History:
         """Newmark's average acceleration in full order (`ShellModel.transient`).
 
@@ -74,8 +59,7 @@ class MovingModel:
             list(self.patterns.T),
             amplitudes,
             time_step,
-            alpha=damping.alpha,
-            beta=damping.beta,
+            damping=damping,
             probes=self.rows,
             velocity=start,
         )
@@ -115,7 +99,7 @@ class ReducedMotion:
     shapes: Array
 
     def motion(
-        self, amplitudes: Array, time_step: float, damping: Damping, scheme: str = "exact"
+        self, amplitudes: Array, time_step: float, damping: Rayleigh, scheme: str = "exact"
     ) -> Motion:
         """The probes' motion from rest.
 
@@ -127,9 +111,7 @@ class ReducedMotion:
         """
         from impactfem.reduction.modal_response import modal_response
 
-        z = modal_response(
-            self.model, amplitudes, time_step, damping.alpha, damping.beta, scheme=scheme
-        )
+        z = modal_response(self.model, amplitudes, time_step, damping, scheme=scheme)
         histories = {
             "displacement": z.displacement,
             "velocity": z.velocity,

@@ -10,9 +10,9 @@ import numpy as np
 import scipy.optimize
 
 from impactfem.case import load_case
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.pounding.compute import run_sticks
 from impactfem.stages.pounding.scalars import stick_scalars
-from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.modes import modes
 from impactfem.sticks.stick import Floor, Stick, build_stick

@@ -7,17 +7,18 @@ from numpy.typing import NDArray
 
 from impactfem.building.section import Material
 from impactfem.building.shell_model import UZ, Shells, shell_model
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.models import fitted_order
 from impactfem.verify.row import Row
 from impactfem.verify.shell_meshes import flat, panel
-from impactfem.verify.shell_motion import Damping, MovingModel, apart
+from impactfem.verify.shell_motion import MovingModel, apart
 
 Array = NDArray[np.float64]
 
 NAME = "shell strip in time"
 CONCRETE = Material(E=33e9, nu=0.2, rho=2500.0)
 LENGTH, WIDTH, THICKNESS, SIZE = 6.0, 1.2, 0.3, 0.6
-RAYLEIGH = Damping(alpha=1.5, beta=1e-3)
+RAYLEIGH = Rayleigh(alpha=1.5, beta=1e-3)
 """3.9 % at the first mode, 5 Hz, and 10 % at the second one, 31 Hz."""
 COARSE, END = 1e-3, 0.2
 FINER = (1, 2, 4, 8)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from impactfem.coupling.contact_history import ContactHistory
 from impactfem.coupling.unilateral import unilateral_response
 from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.row import Row
 
 Array = NDArray[np.float64]
@@ -130,7 +131,9 @@ def modal_bar(elements: int, beta: float) -> ContactHistory:
     K, M = bar_matrices(elements)
     values, shapes = scipy.linalg.eigh(K.toarray(), M.toarray())
     momentum = shapes.T @ (M @ np.ones(len(values)))
-    motion = ModalMotion(np.maximum(values, 0.0), shapes[:1].T, _step(elements), beta=beta)
+    motion = ModalMotion(
+        np.maximum(values, 0.0), shapes[:1].T, _step(elements), damping=Rayleigh(beta=beta)
+    )
     gap, steps = _gap(elements), _steps(elements)
     return unilateral_response(motion, gap, steps, velocity=V0 * momentum)
 
@@ -147,7 +150,7 @@ def full_bar(elements: int, beta: float) -> ContactHistory:
     )
     n = K.getSize()[0]
     wall = scipy.sparse.csr_matrix(([1.0], ([0], [0])), shape=(n, 1))
-    with FullMotion(K, M, wall, _step(elements), beta=beta) as motion:
+    with FullMotion(K, M, wall, _step(elements), damping=Rayleigh(beta=beta)) as motion:
         history = unilateral_response(
             motion, _gap(elements), _steps(elements), velocity=np.full(n, V0)
         )

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.history import WallHistory
-from impactfem.sticks.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, Stick, build_stick
 

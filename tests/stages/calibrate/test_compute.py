@@ -35,9 +35,9 @@ def test_dampings(case: Case, cases: tuple[DampingCase, ...]) -> None:
     prepared = prepare(changed, GEOMETRY / "frame.msh", 0.5)
     asking = [one for one in cases if one is not HEAVY]
     assert list(prepared.dampings) == [OWN, *(one.name for one in asking)]
-    assert prepared.dampings[OWN] == case.building("F").damping.coefficients
+    assert prepared.dampings[OWN] == case.building("F").damping.rayleigh
     for one in asking:
-        assert prepared.dampings[one.name] == one.coefficients
+        assert prepared.dampings[one.name] == one.rayleigh
 
 
 def test_a_clamped_floor_cannot_be_held_as_a_whole(case: Case, monkeypatch) -> None:

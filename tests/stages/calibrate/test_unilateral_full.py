@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -5,6 +7,7 @@ import scipy.sparse as sp
 
 from impactfem.coupling.unilateral import unilateral_response
 from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.unilateral_full import FullMotion, _advance
 from impactfem.system.errors import SolutionError
 
@@ -79,8 +82,8 @@ def both(model, motion, steps, *, theta=0.5, e=0.0, **damping):
     "options",
     [
         {},
-        {"alpha": 2.0, "beta": 1e-4},
-        {"theta": 0.8, "e": 0.2, "beta": 1e-5},
+        {"damping": Rayleigh(2.0, 1e-4)},
+        {"theta": 0.8, "e": 0.2, "damping": Rayleigh(beta=1e-5)},
         {"theta": 1.0},
         {"e": 0.7},
     ],
@@ -125,7 +128,7 @@ def test_the_delassus_operator(membrane, motion):
     hat = model.M + theta * STEP * C + (theta * STEP) ** 2 * model.K
     expected = G.T @ np.linalg.solve(hat, G)
     for contact in (G, sp.csc_matrix(G)):
-        one = motion(model.K, model.M, contact, STEP, theta=theta, alpha=alpha, beta=beta)
+        one = motion(model.K, model.M, contact, STEP, theta=theta, damping=Rayleigh(alpha, beta))
         assert one.delassus() == pytest.approx(expected, rel=1e-9, abs=1e-13 * expected.max())
         assert one.constraints == 40 and one.patterns == 0 and one.memory >= 0.0
 
@@ -152,7 +155,7 @@ def test_what_is_refused(petsc):
         with pytest.raises(SolutionError, match=f"{name} of shape .* for 3 rows of this rank"):
             FullMotion(K, M, options.pop("contact", one), 0.1, **options)
     with pytest.raises(SolutionError, match="the matrix of the time step is not positive def"):
-        FullMotion(K, M, one, 0.1, beta=-1000.0)
+        FullMotion(K, M, one, 0.1, damping=SimpleNamespace(alpha=0.0, beta=-1000.0))
     with (
         FullMotion(K, M, one, 0.1) as motion,
         pytest.raises(SolutionError, match=r"a state of shape \(4,\) for 3 rows of this rank"),

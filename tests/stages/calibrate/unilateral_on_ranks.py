@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.coupling.unilateral import unilateral_response
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.system.errors import SolutionError
 
@@ -49,8 +50,7 @@ def results(given: dict[str, Any]) -> dict[str, Any]:
         M,
         given["G"][mine],
         given["h"],
-        alpha=given["alpha"],
-        beta=given["beta"],
+        damping=Rayleigh(given["alpha"], given["beta"]),
         patterns=given["patterns"][mine],
         probes=given["probes"][mine],
     ) as motion:

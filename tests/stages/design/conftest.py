@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import EdgeForce, Loads
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
@@ -91,7 +92,7 @@ def carrier(parted: tuple[ReducedBasis, ReducedBasis]) -> Carrier:
         nodes=np.array([9, 4]),
         floors=floor_points(("centre_1", "centre_2"), np.array([[0, 0, 3.0], [0, 0, 6.0]]))[0],
         search=None,
-        damping=(0.5, 1e-4),
+        damping=Rayleigh(0.5, 1e-4),
         spectra=Spectra(damping=(0.02, 0.05), frequencies=frequencies),
         analyst=None,
         choice=None,

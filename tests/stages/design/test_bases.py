@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.response import modal_histories, node_response
 from impactfem.stages.design.bases import at_nodes, lacking, modal_shares, records_of, shares
 
-DAMPING = (0.5, 1e-4)
+DAMPING = Rayleigh(0.5, 1e-4)
 NODES = np.array([9, 4, 4])
 ALONG = np.array([1, 1, 2])
 

@@ -15,9 +15,9 @@ from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case
 from impactfem.device.body import Body
 from impactfem.device.coupled import coupled
-from impactfem.device.damping import Rayleigh
 from impactfem.device.on_springs import on_springs
 from impactfem.device.springs import BaseSprings
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.device.rosette import find_rosette
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
@@ -75,14 +75,14 @@ def full(frame, device, rosette):
     own = coupled(device, "relative")
     m = len(own.M) - 6
     W = sp.bmat([[sp.csr_matrix(S), None], [None, sp.eye(m)]]).tocsr()
-    alpha, beta = case.building("F").damping.coefficients
+    damping = case.building("F").damping.rayleigh
 
     def whole(of_building, of_device):
         empty = sp.csr_matrix((m, m))
         return (sp.block_diag([of_building, empty]) + W.T @ sp.csr_matrix(of_device) @ W).tocsc()
 
     K_all, M_all = whole(K, own.K), whole(M, own.M)
-    C_all = whole(alpha * M + beta * K, own.C)
+    C_all = whole(damping.matrix(K, M), own.C)
     force, ground = shaken_and_hit()
     edge = edge_load(parts.mesh, 2).vector(building, (0.0, -1.0, 0.0))
     shaken = np.zeros(6 + m)

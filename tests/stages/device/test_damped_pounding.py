@@ -6,6 +6,7 @@ import pytest
 
 from impactfem.case import load_case
 from impactfem.case.damping_cases import DampingCase
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.device.damped_pounding import damped_case
 
 LIGHT = DampingCase(name="light", mass_coefficient=0.2, stiffness_coefficient=1e-4)
@@ -24,7 +25,7 @@ def restitutions(case):
 
 def test_all_buildings_take_the_damping(case):
     found = damped_case(case, LIGHT, None)
-    assert {b.damping.coefficients for b in found.buildings} == {(0.2, 1e-4)}
+    assert {b.damping.rayleigh for b in found.buildings} == {Rayleigh(0.2, 1e-4)}
     assert found.contact_laws == case.contact_laws
 
 

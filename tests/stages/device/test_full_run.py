@@ -45,7 +45,7 @@ def given(frame: Any, device: Any, rosette: Any) -> dict[str, Any]:
             force=force[:, None],
             impulse_error=0.0,
         ),
-        "damping": case.building("F").damping.coefficients,
+        "damping": case.building("F").damping.rayleigh,
         "substeps": 1,
     }
 

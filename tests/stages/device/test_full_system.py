@@ -47,7 +47,7 @@ def made(frame: Any, device: Any, rosette: Any) -> Iterator[Made]:
         [MountedDevice(device.name, device, np.zeros((6, 0)))],
         loads,
         eccentricity=0.0,
-        damping=case.building("F").damping.coefficients,
+        damping=case.building("F").damping.rayleigh,
     ) as system:
         yield Made(system, assemble_building(MPI.COMM_SELF, parts).ground)
 
@@ -84,6 +84,6 @@ def test_matrices(made: Made, device: Any, frame: Any) -> None:
     last = slice(-modes.frequency.size, None)
     assert M[last, last].toarray() == pytest.approx(np.eye(modes.frequency.size), abs=1e-12)
     assert K[last, last].diagonal() == pytest.approx(modes.omega**2)
-    alpha, beta = frame[0].building("F").damping.coefficients
-    total = C[last, last].diagonal() + alpha + beta * modes.omega**2
+    law = frame[0].building("F").damping.rayleigh
+    total = C[last, last].diagonal() + law.modal(modes.omega**2)
     assert total == pytest.approx(2.0 * modes.damping * modes.omega)

@@ -9,6 +9,7 @@ from impactfem.building.links import linked
 from impactfem.building.model import assemble_building
 from impactfem.device.interface import MountedDevice
 from impactfem.device.mounted import ModalStructure, mounted_response
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.device.study_model import Accuracy, StudyModel, study_model
 
 from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
@@ -26,7 +27,7 @@ def reduced(frame, rosette) -> StudyModel:
         hit=[2],
         eccentricity=0.0,
         wall=((1, 2), 2, "whole_floor"),
-        accuracies=[Accuracy(case.building("F").damping.coefficients, 300.0, 0.002)],
+        accuracies=[Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002)],
         largest=600,
     )
 
@@ -35,7 +36,7 @@ def mounted(reduced, device, damping, *, shapes=None):
     force, ground = shaken_and_hit()
     load = np.column_stack([reduced.ground[:, 1], reduced.edges[:, -1]])
     return mounted_response(
-        ModalStructure(reduced.eigenvalue, load, *damping),
+        ModalStructure(reduced.eigenvalue, load, damping),
         [MountedDevice("pump", device, reduced.anchors[0] if shapes is None else shapes)],
         np.column_stack([ground[:, 1], force]),
         ground,
@@ -44,7 +45,7 @@ def mounted(reduced, device, damping, *, shapes=None):
 
 
 def test_detailed_analysis_against_full_order(frame, reduced, device, full):
-    damping = frame[0].building("F").damping.coefficients
+    damping = frame[0].building("F").damping.rayleigh
     found = mounted(reduced, device, damping).force
     largest = np.abs(full).max(axis=1)
     for c in (0, 1, 2, 3):
@@ -52,7 +53,9 @@ def test_detailed_analysis_against_full_order(frame, reduced, device, full):
             assert np.abs(found[c]).max() == pytest.approx(largest[c], rel=5e-3)
     assert np.abs(found[1] - full[1]).max() < 5e-3 * largest[1]
     # Half of the mass is another device.
-    light = np.abs(mounted(reduced, device, (damping[0], damping[1] / 5)).force[1]).max()
+    light = np.abs(
+        mounted(reduced, device, Rayleigh(damping.alpha, damping.beta / 5)).force[1]
+    ).max()
     assert abs(light / largest[1] - 1.0) > 0.01
 
 

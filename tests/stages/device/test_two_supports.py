@@ -14,12 +14,12 @@ from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case
 from impactfem.device.body import Body
 from impactfem.device.coupled import coupled
-from impactfem.device.damping import Rayleigh
 from impactfem.device.from_matrices import from_matrices
 from impactfem.device.interface import MountedDevice
 from impactfem.device.mounted import ModalStructure, mounted_response
 from impactfem.device.on_springs import on_springs
 from impactfem.device.springs import BaseSprings
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
 from impactfem.spectra import response_spectra
@@ -93,7 +93,7 @@ def reduced(frame, rosettes):
         hit=[2],
         eccentricity=0.0,
         wall=None,
-        accuracies=[Accuracy(case.building("F").damping.coefficients, 300.0, 0.002)],
+        accuracies=[Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002)],
         largest=600,
     )
 
@@ -108,7 +108,7 @@ def shaking():
 def mounted(reduced, device, damping):
     ground = shaking()
     return mounted_response(
-        ModalStructure(reduced.eigenvalue, reduced.ground[:, 1:2], *damping),
+        ModalStructure(reduced.eigenvalue, reduced.ground[:, 1:2], damping),
         [MountedDevice("pipe", device, np.vstack(reduced.anchors))],
         ground[:, 1:2],
         ground,
@@ -130,7 +130,7 @@ def alone(reduced, damping):
     """Acceleration of the anchors without a device, shape (2, 6, n_t)."""
     ground = shaking()
     loads = Loads(STEP, ground, (1,), (), np.zeros((len(ground), 0)), 0.0)
-    found = modal_response(reduced.model(loads), loads.amplitudes, STEP, *damping)
+    found = modal_response(reduced.model(loads), loads.amplitudes, STEP, damping)
     motion = reduced.anchors @ found.acceleration
     motion[:, :3] += ground.T
     return motion
@@ -140,7 +140,7 @@ def carried(reduced, damping, device, anchors):
     ground = shaking()
     shapes = np.vstack([reduced.anchors[k] for k in anchors])
     return mounted_response(
-        ModalStructure(reduced.eigenvalue, reduced.ground[:, 1:2], *damping),
+        ModalStructure(reduced.eigenvalue, reduced.ground[:, 1:2], damping),
         [MountedDevice(device.name, device, shapes)],
         ground[:, 1:2],
         ground,
@@ -168,14 +168,14 @@ def full(frame, rosettes):
         S[6 * k : 6 * k + 6, row : row + 6] = one.carried
     m = len(own.M) - 12
     W = sp.bmat([[sp.csr_matrix(S), None], [None, sp.eye(m)]]).tocsr()
-    alpha, beta = case.building("F").damping.coefficients
+    damping = case.building("F").damping.rayleigh
 
     def whole(of_building, of_device):
         empty = sp.csr_matrix((m, m))
         return (sp.block_diag([of_building, empty]) + W.T @ sp.csr_matrix(of_device) @ W).tocsc()
 
     K_all, M_all = whole(K, own.K), whole(M, own.M)
-    C_all = whole(alpha * M + beta * K, own.C)
+    C_all = whole(damping.matrix(K, M), own.C)
     ground, shaken = shaking()[:, 1], np.zeros(12 + m)
     shaken[[1, 7]] = 1.0
     p = np.zeros((STEPS + 1, n + m))
@@ -197,7 +197,7 @@ def full(frame, rosettes):
 
 
 def test_detailed_analysis_against_full_order(frame, reduced, full):
-    damping = frame[0].building("F").damping.coefficients
+    damping = frame[0].building("F").damping.rayleigh
     found = mounted(reduced, pipe(), damping)
     largest = np.abs(full).max(axis=1)
     for rows in (slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)):
@@ -233,7 +233,7 @@ def test_displacements_apart(reduced):
 
 def test_a_light_device_sees_the_translational_spectrum_of_the_floor(reduced, frame):
     """Mass → 0, rotations blocked, at the floor: force over mass is the floor's spectrum."""
-    damping = frame[0].building("F").damping.coefficients
+    damping = frame[0].building("F").damping.rayleigh
     floor = alone(reduced, damping)[1, 1]
     spectrum = response_spectra(floor, STEP, [FREQUENCY], [RATIO], absolute=False)
     wanted = float(spectrum.psa[0, 0, 0])
@@ -249,7 +249,7 @@ def test_a_light_device_sees_the_translational_spectrum_of_the_floor(reduced, fr
 
 def test_two_supports_with_one_motion_are_one_support(reduced, frame):
     """A light mass on two springs of half the stiffness, both on the same anchor."""
-    damping = frame[0].building("F").damping.coefficients
+    damping = frame[0].building("F").damping.rayleigh
     half = 0.5e-3 * (2.0 * np.pi * FREQUENCY) ** 2
     K = half * np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
     M = np.diag([0.0, 1e-3, 0.0])

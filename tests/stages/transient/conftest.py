@@ -22,6 +22,7 @@ from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case, Spectra, load_case
 from impactfem.coupling.force_history import ForceHistory
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.plot import floor_products
 from impactfem.reduction.loads import EdgeForce, Loads, make_loads
 from impactfem.reduction.probes import standard_probes
@@ -88,7 +89,7 @@ class Frame:
     model: BuildingModel
     K: Any
     nodes: Index
-    damping: tuple[float, float]
+    damping: Rayleigh
     light: tuple[float, float]
 
     def loads(self, time_step: float = TIME_STEP, steps: int = STEPS) -> Loads:
@@ -103,7 +104,7 @@ class Frame:
         return loads.patterns(self.model, self.parts.mesh, eccentricity)
 
     def full(
-        self, loads: Loads, damping: tuple[float, float], folder: Path, nodes: Index | None = None
+        self, loads: Loads, damping: Rayleigh, folder: Path, nodes: Index | None = None
     ) -> FullRun:
         """The full model without interruption."""
         return run_full(
@@ -137,15 +138,15 @@ def frame() -> Frame:
     case = load_case(GEOMETRY / "frame.toml")
     parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
     model = assemble_building(MPI.COMM_SELF, parts)
-    alpha, beta = case.building("F").damping.coefficients
+    damping = case.building("F").damping.rayleigh
     return Frame(
         case=case,
         parts=parts,
         model=model,
         K=model.stiffness(STOREY_FACTOR),
         nodes=np.array([probe.node for probe in standard_probes(parts.mesh)]),
-        damping=(alpha, beta),
-        light=(alpha, beta / 5.0),
+        damping=damping,
+        light=Rayleigh(damping.alpha, damping.beta / 5.0),
     )
 
 

@@ -15,7 +15,8 @@ from mpi4py import MPI
 
 from impactfem import study
 from impactfem.building.damping_matrix import damping_matrix
-from impactfem.building.part_damping import Coefficients, PartDamping
+from impactfem.building.part_damping import PartDamping
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.transient.full_run import FullRun, run_full
 from impactfem.system.errors import InputError
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
     from .conftest import Frame
 
-OTHER = (0.05, 1e-4)
+OTHER = Rayleigh(0.05, 1e-4)
 ENTRY = """
 [[structure.damping]]
 parts = ["{parts}"]
@@ -44,7 +45,7 @@ def short(frame: Frame) -> Loads:
 def run(frame: Frame, short: Loads, tmp_path: Path) -> Callable[..., FullRun]:
     """The full model with a damping, and another one of some families of parts."""
 
-    def running(whole: Coefficients, own: Coefficients | None, families: str = "") -> FullRun:
+    def running(whole: Rayleigh, own: Rayleigh | None, families: str = "") -> FullRun:
         mesh = frame.parts.mesh
         C = None
         if own is not None:
@@ -82,7 +83,7 @@ def test_all_parts_alike_are_the_whole(frame: Frame, run: Callable[..., FullRun]
     every = "floor storey beam column"
     same = run(frame.damping, None)
     # From a lighter and from a heavier damping of the building, which then holds for no part.
-    for whole in (OTHER, (3.0, 5e-3)):
+    for whole in (OTHER, Rayleigh(3.0, 5e-3)):
         parts = run(whole, frame.damping, every)
         assert apart(parts, same) < 1e-10
         assert parts.energy.damped == pytest.approx(

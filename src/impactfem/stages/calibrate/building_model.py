@@ -22,6 +22,7 @@ from impactfem.building.model import BuildingModel
 from impactfem.case.transient import SHIFT
 from impactfem.case.wall_impact import Pull
 from impactfem.dynamics.columns import product
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.enrichment import append_contacts
 from impactfem.reduction.galerkin import GalerkinModes, galerkin_modes
 from impactfem.reduction.krylov import KrylovBasis
@@ -210,7 +211,7 @@ def reduced_wall_model(
     patterns: WallPatterns,
     probes: Index,
     *,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     maximum_frequency: float,
     tolerance: float,
     largest: int,
@@ -226,7 +227,7 @@ def reduced_wall_model(
         K: Its stiffness.
         patterns: The columns of the experiment.
         probes: Nodes whose transfer functions must be accurate.
-        damping: α [1/s] and β [s] of the lightest damping that the model must serve.
+        damping: The lightest damping that the model must serve.
         maximum_frequency: Up to which they must be accurate [Hz].
         tolerance: Largest error of the accelerations at the probes.
         largest: Most vectors under these loads.

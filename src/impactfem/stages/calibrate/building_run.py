@@ -13,6 +13,7 @@ from impactfem.building.model import BuildingModel
 from impactfem.coupling.contact_history import ContactHistory
 from impactfem.coupling.unilateral import unilateral_response
 from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.building_model import WallModel, WallPatterns
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.history import WallHistory
@@ -40,7 +41,7 @@ def run_reduced(
     model: WallModel,
     experiment: WallExperiment,
     mass: Array,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     *,
     theta: float = 0.5,
     progress: Progress = lambda part: None,
@@ -51,7 +52,7 @@ def run_reduced(
         model: The model.
         experiment: What is done.
         mass: Masses of the floors that may hit, shape (n_floors,) [kg].
-        damping: α [1/s] and β [s].
+        damping: The damping.
         theta: θ of the time stepping, from ½ to 1.
         progress: Called with the part of the work that is done.
 
@@ -59,15 +60,13 @@ def run_reduced(
         ImpactfemError: The wall starts inside the building.
         SolutionError: The response is not finite.
     """
-    alpha, beta = damping
     z0 = model.start(experiment.displacement)
     _check_start(experiment, model.floor_of, z0 @ model.contact)
     motion = ModalMotion(
         model.eigenvalue,
         model.contact,
         experiment.time_step,
-        alpha=alpha,
-        beta=beta,
+        damping=damping,
         theta=theta,
         probes=model.seen,
     )
@@ -80,7 +79,7 @@ def run_full(
     patterns: WallPatterns,
     experiment: WallExperiment,
     mass: Array,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     *,
     theta: float = 0.5,
     progress: Progress = lambda part: None,
@@ -93,7 +92,7 @@ def run_full(
         patterns: The columns of the experiment.
         experiment: What is done.
         mass: Masses of the floors that may hit, shape (n_floors,) [kg].
-        damping: α [1/s] and β [s].
+        damping: The damping.
         theta: θ of the time stepping, from ½ to 1.
         progress: Called with the part of the work that is done.
 
@@ -101,7 +100,6 @@ def run_full(
         ImpactfemError: The wall starts inside the building.
         SolutionError: The response is not finite.
     """
-    alpha, beta = damping
     state, _ = patterns.held(K)
     u0 = np.ascontiguousarray(experiment.displacement * state)
     _check_start(experiment, patterns.floor_of, model.comm.allreduce(patterns.contact.T @ u0))
@@ -110,8 +108,7 @@ def run_full(
         model.mass,
         patterns.contact,
         experiment.time_step,
-        alpha=alpha,
-        beta=beta,
+        damping=damping,
         theta=theta,
         probes=patterns.seen,
     ) as motion:

@@ -21,6 +21,7 @@ from impactfem.case.calibrated import CALIBRATED
 from impactfem.case.damping_cases import OWN
 from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.coupling.from_case import calibration_of, system_of
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.building_model import WallModel, reduced_wall_model, wall_patterns
 from impactfem.stages.calibrate.building_run import BuildingRun, run_reduced
 from impactfem.stages.calibrate.comparison import WallComparison, compare
@@ -70,7 +71,7 @@ class Prepared:
     mass: Array
     experiment: WallExperiment
     storey_factor: float
-    dampings: dict[str, tuple[float, float]]
+    dampings: dict[str, Rayleigh]
     position: Array
     length: Array
     theta: float
@@ -83,14 +84,14 @@ class DampedRun:
 
     Args:
         name: Its name.
-        damping: α [1/s] and β [s].
+        damping: The damping.
         run: What the 3D model did.
         impacts: Impacts of its floors that may hit, bottom to top.
         penalty: ε, ξ_c and K_Ceq from the top one of them.
     """
 
     name: str
-    damping: tuple[float, float]
+    damping: Rayleigh
     run: BuildingRun
     impacts: tuple[FloorImpacts, ...]
     penalty: PenaltyParameters
@@ -153,18 +154,14 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
     _check_pull(case, parts.mesh, asked)
     edges = [contact_edge(parts.mesh, floor) for floor in asked.floors]
     order = {floor: k for k, floor in enumerate(parts.mesh.floors)}
-    own = case.building(structure.building).damping.coefficients
+    own = case.building(structure.building).damping.rayleigh
     return Prepared(
         parts=parts,
         mass=np.array([masses.floors[order[floor]] for floor in asked.floors]),
         experiment=experiment,
         storey_factor=storey_factor,
         dampings={OWN: own}
-        | {
-            one.name: one.coefficients
-            for one in case.damping_cases
-            if one.restitution == CALIBRATED
-        },
+        | {one.name: one.rayleigh for one in case.damping_cases if one.restitution == CALIBRATED},
         position=np.concatenate([edge.position for edge in edges]),
         length=np.concatenate([edge.weight for edge in edges]),
         theta=asked.theta,
@@ -293,7 +290,7 @@ def wall_probes(mesh: BuildingMesh, floors: tuple[int, ...]) -> Index:
 
 
 def _damping_case(
-    case: Case, prepared: Prepared, model: WallModel, name: str, damping: tuple[float, float]
+    case: Case, prepared: Prepared, model: WallModel, name: str, damping: Rayleigh
 ) -> DampedRun:
     run = run_reduced(model, prepared.experiment, prepared.mass, damping, theta=prepared.theta)
     impacts = tuple(

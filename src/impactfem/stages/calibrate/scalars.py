@@ -134,8 +134,7 @@ def _solver(study: CalibrationStudy) -> list[Scalar]:
 def _dampings(study: CalibrationStudy) -> list[Scalar]:
     scalars = []
     for one in study.cases[1:]:
-        alpha, beta = one.damping
-        note = f"α = {alpha:.4g} 1/s, β = {beta:.4g} s"
+        note = f"α = {one.damping.alpha:.4g} 1/s, β = {one.damping.beta:.4g} s"
         scalars += [
             Scalar(f"calibration.epsilon.{one.name}", one.penalty.epsilon, "-", note),
             Scalar(f"calibration.K_Ceq.{one.name}", one.penalty.K_Ceq, "N/m", note),

@@ -127,9 +127,10 @@ def _damping_cases(cases: Sequence[DampedRun]) -> Variables:
     """Penalty parameters by damping case, and what they come from: the top floor's impact."""
     parameters = np.array([[c.penalty.epsilon, c.penalty.xi_c, c.penalty.K_Ceq] for c in cases])
     impacts = [c.impacts[-1].first_complete() for c in cases]
+    alpha, beta = np.array([[c.damping.alpha, c.damping.beta] for c in cases]).T
     return {
-        "mass_coefficient": ("case", np.array([c.damping[0] for c in cases]), {"units": "1/s"}),
-        "stiffness_coefficient": ("case", np.array([c.damping[1] for c in cases]), {"units": "s"}),
+        "mass_coefficient": ("case", alpha, {"units": "1/s"}),
+        "stiffness_coefficient": ("case", beta, {"units": "s"}),
         "epsilon": ("case", parameters[:, 0], {"units": "1"}),
         "xi_c": ("case", parameters[:, 1], {"units": "1"}),
         "K_Ceq": ("case", parameters[:, 2], {"units": "N/m"}),

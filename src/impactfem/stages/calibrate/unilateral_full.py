@@ -22,6 +22,7 @@ from petsc4py import PETSc
 
 from impactfem.coupling.unilateral import check_rule
 from impactfem.dynamics.columns import inner, product, wrapped
+from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.dynamics.factorisation import BLOCK, Factorisation
 from impactfem.dynamics.held import Held
 from impactfem.dynamics.pencil import combined
@@ -38,8 +39,7 @@ class FullMotion(Held):
         M: Mass, symmetric, positive definite (AIJ), on part of the pattern of K.
         contact: G, rows of this rank, shape (n_local, m), an array or of `scipy.sparse`.
         time_step: h [s].
-        alpha: α [1/s].
-        beta: β [s].
+        damping: The damping.
         theta: θ, from ½ to 1.
         patterns: Rows of this rank of the spatial patterns of the loads, shape
             (n_local, n_patterns); none when None.
@@ -60,8 +60,7 @@ class FullMotion(Held):
         contact: Any,
         time_step: float,
         *,
-        alpha: float = 0.0,
-        beta: float = 0.0,
+        damping: Rayleigh = UNDAMPED,
         theta: float = 0.5,
         patterns: Array | None = None,
         probes: Any = None,
@@ -82,9 +81,9 @@ class FullMotion(Held):
         self.constraints, self.patterns = G.shape[1], F.shape[1]
         self._G, self._F = G, F
         self._seen = scipy.sparse.hstack([G, L]).T.tocsr()
-        self._mass = 1.0 + theta * time_step * alpha
-        self._stiffness = theta * time_step * (beta + theta * time_step)
-        self._rates = alpha, beta
+        self._mass = 1.0 + theta * time_step * damping.alpha
+        self._stiffness = theta * time_step * (damping.beta + theta * time_step)
+        self._rates = damping.alpha, damping.beta
         matrix = combined(self._stiffness, K, self._mass, M)
         self._factor = Factorisation(matrix, name="the matrix of the time step")
         matrix.destroy()

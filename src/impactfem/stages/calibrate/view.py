@@ -83,7 +83,7 @@ class WallView(CasesView):
 
     def damping_ratios(self, frequency: float) -> Array:
         """The building's damping ratio at a frequency [Hz] in each case, shape (n_cases,) [-]."""
-        return np.array([self.damping_ratio(k, frequency) for k in range(len(self.cases))])
+        return np.array([self.damping(k).ratio(frequency) for k in range(len(self.cases))])
 
     def of_floor(self, floor: int) -> NDArray[np.bool_]:
         """Which contact constraints are on the edge of a floor, shape (m,)."""

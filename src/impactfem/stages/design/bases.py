@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.model import assemble_building
 from impactfem.case.transient import Transient
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import EdgeForce, Loads
 from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
 from impactfem.reduction.response import modal_histories
@@ -76,14 +77,14 @@ class ModalShare:
 
 
 def modal_shares(
-    bases: Sequence[ReducedBasis], loads: Loads, damping: tuple[float, float]
+    bases: Sequence[ReducedBasis], loads: Loads, damping: Rayleigh
 ) -> list[ModalShare]:
     """Modal accelerations of several bases that add up to a motion.
 
     Args:
         bases: As of `shares`.
         loads: The loads.
-        damping: α [1/s] and β [s].
+        damping: The damping.
 
     Raises:
         KeyError: No basis has one of the loads.

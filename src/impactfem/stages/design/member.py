@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.stages.design.bases import modal_shares
 from impactfem.stages.design.floor_points import FloorPoints, enveloped
@@ -47,7 +48,7 @@ class Carrier:
     nodes: Index
     floors: tuple[FloorPoints, ...]
     search: Search | None
-    damping: tuple[float, float]
+    damping: Rayleigh
     spectra: Spectra
     analyst: Analyst | None
     choice: SpectrumChoice | None

@@ -15,6 +15,7 @@ from impactfem.device.modes import device_modes
 from impactfem.device.mounted import ModalStructure, MountedHistory, mounted_response
 from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.device.spectrum_response import SpectrumResponse
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
 from impactfem.stages.device.anchor_spectra import motion_spectra, shown_spectra
@@ -88,7 +89,7 @@ class Analyst:
         """The devices."""
         return [plan.device for plan in self.plans]
 
-    def analyse(self, loads: Loads, damping: tuple[float, float]) -> list[DeviceResult]:
+    def analyse(self, loads: Loads, damping: Rayleigh) -> list[DeviceResult]:
         """All devices at all their anchors under one load.
 
         Args:
@@ -100,13 +101,12 @@ class Analyst:
             SolutionError: The result is not finite, or action and reaction differ.
         """
         model = self.model
-        alpha, beta = damping
         supports = supports_of(self.devices)
         places = [
             [i for i, one in enumerate(supports) if one.device == k] for k in range(len(self.plans))
         ]
         mounted = mounted_response(
-            ModalStructure(model.eigenvalue, model.load(loads), alpha, beta),
+            ModalStructure(model.eigenvalue, model.load(loads), damping),
             [
                 MountedDevice(device.name, device, np.concatenate(model.anchors[rows]))
                 for device, rows in zip(self.devices, places, strict=True)
@@ -116,7 +116,7 @@ class Analyst:
             loads.time_step,
             substeps=self.substeps,
         )
-        alone = modal_response(model.model(loads), loads.amplitudes, loads.time_step, *damping)
+        alone = modal_response(model.model(loads), loads.amplitudes, loads.time_step, damping)
         found = []
         for plan, history, rows in zip(self.plans, mounted.devices, places, strict=True):
             motions = [_shaken(model.anchors[i], alone.acceleration, loads) for i in rows]

@@ -126,8 +126,8 @@ def _reduced(case: Case, prepared: Prepared, comm: Any, step: Step, within: Prog
     accuracies = [Accuracy(prepared.own, transient.maximum_frequency, transient.tolerance)]
     if case.damping_cases:
         frequency = min(LIGHT_FREQUENCY, transient.maximum_frequency)
-        lightest = min(case.damping_cases, key=lambda one: one.ratio_at(frequency))
-        accuracies.append(Accuracy(lightest.coefficients, frequency, transient.tolerance))
+        lightest = min(case.damping_cases, key=lambda one: one.rayleigh.ratio(frequency))
+        accuracies.append(Accuracy(lightest.rayleigh, frequency, transient.tolerance))
     wall = prepared.wall
     with step("basis"):
         found = study_model(

@@ -9,6 +9,7 @@ from impactfem.case import Case, DampingCase
 from impactfem.case.calibrated import CALIBRATED
 from impactfem.case.damping_cases import OWN
 from impactfem.coupling.from_case import calibration_of
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.stages.calibrate.building_run import run_reduced
 from impactfem.stages.calibrate.impact import floor_impacts
@@ -30,7 +31,7 @@ class DampedStudy:
 
     Args:
         name: Name of the damping case.
-        damping: α [1/s] and β [s].
+        damping: The damping.
         epsilon: Restitution of the pounding; None where the laws kept theirs.
         calibrated: Whether it comes from the wall experiment with this damping.
         loads: Ground motion and impacts.
@@ -39,7 +40,7 @@ class DampedStudy:
     """
 
     name: str
-    damping: tuple[float, float]
+    damping: Rayleigh
     epsilon: float | None
     calibrated: bool
     loads: Loads
@@ -150,12 +151,12 @@ def _damping_case(
         # Nothing is known of what another damping would do to forces from elsewhere.
         LOGGER.info("device: damping case %s with the forces of %s", one.name, transient.forces)
         return _damped(
-            analyst, one.name, one.coefficients, None, calibrated=False, loads=prepared.loads
+            analyst, one.name, one.rayleigh, None, calibrated=False, loads=prepared.loads
         )
     calibrated = one.restitution == CALIBRATED and analyst.model.wall is not None
     epsilon = None if one.restitution == CALIBRATED else float(one.restitution)
     if calibrated:
-        epsilon = _epsilon(prepared, analyst.model, one.coefficients)
+        epsilon = _epsilon(prepared, analyst.model, one.rayleigh)
     laws = prepared.calibrated_laws if calibrated else ()
     damped = damped_case(case, one, epsilon, laws)
     duration = prepared.loads.time_step * (len(prepared.loads.ground) - 1)
@@ -163,13 +164,13 @@ def _damping_case(
     mesh = prepared.parts.mesh
     loads = case_loads(damped, mesh, prepared.motions, forces, case.path, duration)
     LOGGER.debug("device: damping case %s with the restitution %s", one.name, epsilon)
-    return _damped(analyst, one.name, one.coefficients, epsilon, calibrated=calibrated, loads=loads)
+    return _damped(analyst, one.name, one.rayleigh, epsilon, calibrated=calibrated, loads=loads)
 
 
 def _damped(
     analyst: Analyst,
     name: str,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     epsilon: float | None,
     *,
     calibrated: bool,
@@ -187,7 +188,7 @@ def _damped(
     )
 
 
-def _epsilon(prepared: Prepared, model: StudyModel, damping: tuple[float, float]) -> float:
+def _epsilon(prepared: Prepared, model: StudyModel, damping: Rayleigh) -> float:
     """Restitution by equation 5 of the wall experiment with another damping."""
     wall, reduced = prepared.wall, model.wall
     if wall is None or reduced is None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from impactfem.device.mounted import MountedHistory, mounted_histories
 from impactfem.device.mounted_march import March
 from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.history import QUANTITIES, History
 from impactfem.dynamics.newmark import Newmark
 from impactfem.dynamics.resumable import resumable_march
@@ -39,7 +40,7 @@ def remove_full_checkpoints(folder: Path) -> None:
 def full_histories(
     system: FullSystem,
     loads: Loads,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     substeps: int,
     folder: Path,
     *,
@@ -70,7 +71,6 @@ def full_histories(
             reaction at a base differ.
         ImpactfemError: A checkpoint cannot be written.
     """
-    alpha, beta = damping
     own = np.zeros_like(loads.force) if loads.external is None else loads.external
     quiet = replace(loads, force=own)
     dt = loads.time_step / substeps
@@ -80,9 +80,7 @@ def full_histories(
     def after(done: int) -> Callable[[float], None]:
         return lambda part: progress((done + part) / len(RUNS))
 
-    with Newmark(
-        system.K, system.M, dt, system.patterns, alpha=alpha, beta=beta, C=system.C
-    ) as newmark:
+    with Newmark(system.K, system.M, dt, system.patterns, damping=damping, C=system.C) as newmark:
         for number, (place, load) in enumerate(
             zip(full_checkpoints(folder), (quiet, loads), strict=True)
         ):

@@ -28,6 +28,7 @@ from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.device.interface import Interface, MountedDevice, interface_of
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.held import Held
 from impactfem.reduction.loads import Loads
 from impactfem.stages.device.rosette import Rosette
@@ -75,7 +76,7 @@ def full_system(
     loads: Loads,
     *,
     eccentricity: float,
-    damping: tuple[float, float],
+    damping: Rayleigh,
 ) -> FullSystem:
     """Put devices into a building. Collective.
 
@@ -104,7 +105,6 @@ def full_system(
     masters = model.global_rows(np.array([one.master for one in rosettes]))
     n = model.n_free
     rows = np.concatenate([(masters[:, None] + np.arange(DOFS)).ravel(), n + np.arange(modes)])
-    alpha, beta = damping
     room = _Room(model.mass, modes, rows)
     shaken = room.scattered(W.T @ interface.M @ interface.R)
     patterns = np.zeros((room.local, len(loads.names)))
@@ -113,7 +113,7 @@ def full_system(
     return FullSystem(
         K=room.joined(model.take_stiffness(storey_factor), W.T @ interface.K @ W),
         M=room.joined(model.mass, W.T @ interface.M @ W),
-        C=room.matrix(W.T @ (interface.C - alpha * interface.M - beta * interface.K) @ W),
+        C=room.matrix(W.T @ (interface.C - damping.matrix(interface.K, interface.M)) @ W),
         patterns=patterns,
         devices=tuple(devices),
         interface=interface,

@@ -12,6 +12,7 @@ from impactfem.case import Case, DeviceAnalysis
 from impactfem.coupling.force_history import ForceHistory, read_forces
 from impactfem.device.device import Device
 from impactfem.device.from_case import checked_devices
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.loads import Loads
 from impactfem.stages.calibrate.compute import Prepared as WallPrepared
@@ -47,7 +48,7 @@ class Prepared:
     rosettes: tuple[Rosette, ...]
     points: CoveredPoints
     plans: tuple[SpectrumPlan, ...]
-    own: tuple[float, float]
+    own: Rayleigh
     forces: ForceHistory
     loads: Loads
     motions: tuple[GroundMotion, ...]
@@ -93,7 +94,7 @@ def prepare(
             plan_of(device, setup, analysis)
             for device, setup in zip(devices, case.devices, strict=True)
         ),
-        own=case.building(structure.building).damping.coefficients,
+        own=case.building(structure.building).damping.rayleigh,
         forces=forces,
         loads=case_loads(
             case, parts.mesh, motions, forces, path, transient.duration or float(forces.time[-1])

@@ -42,7 +42,7 @@ def damping_figure(path: Path, view: DeviceView) -> None:
     with figure(path, (1, 1), (6.5, 3.8), caption) as (_, axes):
         panel = axes[0]
         for c in _drawn_order(view):
-            ratio = 100.0 * view.damping_ratio(c, frequency)
+            ratio = 100.0 * view.damping(c).ratio(frequency)
             panel.loglog(frequency, ratio, label=view.cases[c], **_line(view, c))
         _mark_modes(panel, view, 0)
         panel.set_xlabel("frequency [Hz]")

@@ -279,9 +279,10 @@ def _pulls(study: DeviceStudy) -> Variables:
 
 def _cases(cases: tuple[DampedStudy, ...]) -> Variables:
     epsilon = [np.nan if c.epsilon is None else c.epsilon for c in cases]
+    alpha, beta = np.array([[c.damping.alpha, c.damping.beta] for c in cases]).T
     return {
-        "mass_coefficient": ("case", np.array([c.damping[0] for c in cases]), {"units": "1/s"}),
-        "stiffness_coefficient": ("case", np.array([c.damping[1] for c in cases]), {"units": "s"}),
+        "mass_coefficient": ("case", alpha, {"units": "1/s"}),
+        "stiffness_coefficient": ("case", beta, {"units": "s"}),
         "epsilon": (
             "case",
             np.array(epsilon),

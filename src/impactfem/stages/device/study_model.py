@@ -19,6 +19,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import SHIFT
 from impactfem.case.wall_impact import Pull
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.enrichment import append_contacts, append_responses
 from impactfem.reduction.galerkin import GalerkinModes, galerkin_modes
 from impactfem.reduction.krylov import KrylovBasis
@@ -47,12 +48,12 @@ class Accuracy:
     """How good a basis has to be.
 
     Args:
-        damping: α [1/s] and β [s].
+        damping: The damping.
         maximum_frequency: Up to which the transfer functions must be accurate [Hz].
         tolerance: Their largest relative error.
     """
 
-    damping: tuple[float, float]
+    damping: Rayleigh
     maximum_frequency: float
     tolerance: float
 

@@ -195,15 +195,15 @@ def _dampings(view: DeviceView, published: Published) -> Table:
     for c, case in enumerate(view.cases):
         name = f"calibration.epsilon.{case}" if c else "calibration.epsilon"
         described = published.get(name)
-        alpha, beta = view.damping(c)
+        damping = view.damping(c)
         epsilon = view.epsilon(c)
         source = "contact laws" if epsilon is None else "given"
         rows.append(
             (
                 case,
-                alpha,
-                beta,
-                *(100.0 * float(view.damping_ratio(c, f)) for f in shown),
+                damping.alpha,
+                damping.beta,
+                *(100.0 * float(view.damping(c).ratio(f)) for f in shown),
                 epsilon,
                 "calibrated" if view.calibrated(c) else source,
                 described,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cached_property
 
 import numpy as np
@@ -344,7 +344,7 @@ class DeviceView(CasesView):
     @property
     def own_is_a_case(self) -> bool:
         """Whether a damping case repeats the buildings' own damping, to a hundredth: as printed."""
-        own, *cases = (self.damping(case) for case in range(len(self.cases)))
+        own, *cases = (astuple(self.damping(case)) for case in range(len(self.cases)))
         return any(np.allclose(one, own, rtol=0.01, atol=0.0) for one in cases)
 
     def epsilon(self, case: int) -> float | None:

@@ -16,6 +16,7 @@ from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.band import LARGER, response_band
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import ModalHistory
@@ -380,7 +381,7 @@ def _against_full(
     case: Case,
     basis: ReducedBasis,
     loads: Loads,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     nodes: Index,
     run: FullRun,
 ) -> float:

@@ -97,7 +97,7 @@ def write_motion(
         raise KeyError("a node that the basis was not made for")
     steps = exported_steps(transient, loads, study.main_impact)
     times: Array = np.asarray(loads.time_step * steps, dtype=np.float64)
-    damping = study.case.building(structure.building).damping.coefficients
+    damping = study.case.building(structure.building).damping.rayleigh
     history = modal_histories(basis, loads, damping)
     # V (Y z): Φ = V Y of so many nodes would be as large as V.
     Y = basis.model.coordinates

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.model import BuildingModel
 from impactfem.dynamics.checkpoints import Checkpoints
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.newmark import Newmark
 from impactfem.dynamics.resumable import resumable_march
@@ -45,7 +46,7 @@ def run_full(
     K: Any,
     loads: Loads,
     patterns: Array,
-    damping: tuple[float, float],
+    damping: Rayleigh,
     nodes: Index,
     *,
     C: Any | None = None,
@@ -65,7 +66,7 @@ def run_full(
         K: Its stiffness.
         loads: The loads.
         patterns: Their patterns, shape (n_local, n_patterns).
-        damping: α [1/s] and β [s].
+        damping: The damping.
         nodes: Nodes to record, shape (n,); clamped ones move with the ground.
         C: Damping beside that, by part (see `damping_matrix`).
         checkpoints: Folder of the checkpoints.
@@ -81,8 +82,7 @@ def run_full(
     free = first_rows >= 0
     rows = (first_rows[free, None] + np.arange(3)).ravel()
     store = Checkpoints(model.comm, checkpoints, f"{key}, {_digest(loads, damping, nodes)}")
-    alpha, beta = damping
-    with Newmark(K, model.mass, loads.time_step, patterns, alpha=alpha, beta=beta, C=C) as system:
+    with Newmark(K, model.mass, loads.time_step, patterns, damping=damping, C=C) as system:
         whole = resumable_march(
             system,
             loads.amplitudes,
@@ -109,6 +109,6 @@ def run_full(
     )
 
 
-def _digest(loads: Loads, damping: tuple[float, float], nodes: Index) -> str:
-    numbers = (loads.time_step, *damping), loads.amplitudes, nodes
+def _digest(loads: Loads, damping: Rayleigh, nodes: Index) -> str:
+    numbers = (loads.time_step, *astuple(damping)), loads.amplitudes, nodes
     return hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in numbers)).hexdigest()

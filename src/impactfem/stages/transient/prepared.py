@@ -13,6 +13,7 @@ from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
 from impactfem.coupling.force_history import ForceHistory, read_forces
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.forces import checked_forces, with_floor_forces
 from impactfem.reduction.loads import Loads, make_loads
@@ -29,7 +30,7 @@ class Prepared:
         probes: Where it is looked.
         loads: The loads.
         storey_factor: Factor on walls and columns.
-        damping: α [1/s] and β [s].
+        damping: The damping.
         lightest: α and β of the lightest damping that the reduced basis must serve.
         wave_floor: Number of the floor whose waves are looked at.
     """
@@ -38,8 +39,8 @@ class Prepared:
     probes: tuple[Probe, ...]
     loads: Loads
     storey_factor: float
-    damping: tuple[float, float]
-    lightest: tuple[float, float]
+    damping: Rayleigh
+    lightest: Rayleigh
     wave_floor: int
 
 
@@ -77,7 +78,7 @@ def prepare(
         probes=probes,
         loads=loads,
         storey_factor=storey_factor,
-        damping=case.building(structure.building).damping.coefficients,
+        damping=case.building(structure.building).damping.rayleigh,
         lightest=lightest_damping(case, transient.serve_damping_cases),
         wave_floor=case.wave_floor,
     )
@@ -115,7 +116,7 @@ def case_loads(
     return make_loads(ground, forces, edges, time_step, n_steps, len(edges) - contacts)
 
 
-def lightest_damping(case: Case, every: bool) -> tuple[float, float]:
+def lightest_damping(case: Case, every: bool) -> Rayleigh:
     """α [1/s] and β [s] of the lightest damping that a reduced basis must serve.
 
     Args:
@@ -127,7 +128,7 @@ def lightest_damping(case: Case, every: bool) -> tuple[float, float]:
     own = case.building(case.structure.building).damping
     frequency = transient_of(case).maximum_frequency
     served = [own, *(case.damping_cases if every else ())]
-    return min(served, key=lambda one: one.ratio_at(frequency)).coefficients
+    return min(served, key=lambda one: one.rayleigh.ratio(frequency)).rayleigh
 
 
 def transient_of(case: Case) -> Transient:

@@ -178,7 +178,7 @@ def _transfer(study: TransientStudy) -> Variables:
     """Acceleration over the force on each edge, straight from the reduced model."""
     if study.basis is None or study.case.structure is None:
         return {}
-    damping = study.case.building(study.case.structure.building).damping.coefficients
+    damping = study.case.building(study.case.structure.building).damping.rayleigh
     nodes = np.array([probe.node for probe in study.probes])
     found = transfer_functions(study.basis, nodes, damping, float(study.spectra.frequency[-1]))
     dims = ("transfer_frequency", "transfer_load", "probe", "component")

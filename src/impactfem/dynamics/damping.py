@@ -1,9 +1,10 @@
-"""Rayleigh damping of a device, C = α M + β K."""
+"""Damping of a linear structure. There is one law, Rayleigh's: C = α M + β K."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,7 @@ from impactfem.system.errors import ImpactfemError
 Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, order=True)
 class Rayleigh:
     """Coefficients of C = α M + β K.
 
@@ -25,8 +26,8 @@ class Rayleigh:
         ImpactfemError: A coefficient is negative or not finite.
     """
 
-    alpha: float
-    beta: float
+    alpha: float = 0.0
+    beta: float = 0.0
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(c) and c >= 0.0 for c in (self.alpha, self.beta)):
@@ -39,7 +40,8 @@ class Rayleigh:
     def through(cls, ratio: float, low: float, high: float) -> Rayleigh:
         """The damping with one ratio ξ at two frequencies.
 
-        α = 2 ξ ω₁ ω₂ / (ω₁ + ω₂), β = 2 ξ / (ω₁ + ω₂).
+        α = 2 ξ ω₁ ω₂ / (ω₁ + ω₂), β = 2 ξ / (ω₁ + ω₂), the solution of ξ(ω) = (α / ω + β ω) / 2
+        at both.
 
         Args:
             ratio: ξ, 0 <= ξ < 1 [-].
@@ -59,10 +61,25 @@ class Rayleigh:
         beta = 2.0 * ratio / sum(omega)
         return cls(beta * omega[0] * omega[1], beta)
 
+    def modal(self, eigenvalue: Array) -> Array:
+        """D = φᵀ C φ of modes with φᵀ M φ = 1 and φᵀ K φ = λ: α + β λ [1/s].
+
+        Args:
+            eigenvalue: λ, of any shape [1/s2].
+        """
+        return np.asarray(self.alpha + self.beta * eigenvalue, dtype=np.float64)
+
+    def matrix(self, K: Any, M: Any) -> Any:
+        """C = α M + β K of matrices of NumPy or SciPy."""
+        return self.alpha * M + self.beta * K
+
     def ratio(self, frequency: npt.ArrayLike) -> Array:
-        """Damping ratio ξ(f) = (α / ω + β ω) / 2 at each frequency, shape (n,) [Hz]."""
+        """Damping ratio ξ(f) = (α / ω + β ω) / 2 at each frequency, of any shape [Hz]."""
         omega = 2.0 * np.pi * np.asarray(frequency, dtype=np.float64)
         return np.asarray(0.5 * (self.alpha / omega + self.beta * omega), dtype=np.float64)
+
+
+UNDAMPED = Rayleigh()
 
 
 def checked_ratio(ratio: float) -> float:
