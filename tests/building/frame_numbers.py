@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from impactfem.building.edge_load import edge_load
+from impactfem.building.loads import edge_load
 from impactfem.building.model import assemble_building
 from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case

@@ -4,7 +4,7 @@ from petsc4py import PETSc
 from scipy.sparse import random as random_sparse
 
 from impactfem.building.assembly import added, global_matrix, without, without_zeros
-from impactfem.building.numbering import Numbering
+from impactfem.building.share import Numbering
 
 NODES = np.array([3, 0, 2])
 PLACE = np.array([2, 0, 3, 1])  # of the nodes 0 to 3

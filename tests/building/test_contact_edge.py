@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.contact_edge import contact_edge
-from impactfem.building.edge_load import edge_load
-from impactfem.building.floor_load import floor_load
+from impactfem.building.loads import edge_load, floor_load
 from impactfem.building.part import Part
 
 Y = np.array([0.0, 1.0, 0.0])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.building.edge_load import edge_load
+from impactfem.building.loads import edge_load
 from impactfem.building.part import Part
 
 THROUGH = (0.0, 1.0, 0.0)

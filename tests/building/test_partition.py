@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.building.partition import bisect
+from impactfem.building.share import bisect
 
 RNG = np.random.default_rng(7)
 

@@ -19,7 +19,7 @@ from impactfem.case import (
     motion_files,
 )
 from impactfem.case.design_spectrum import read_spectrum
-from impactfem.case.schema import json_schema
+from impactfem.case.reference import json_schema
 from impactfem.system.errors import Fault, InputError
 
 EC8 = 'type = "ec8"\nspectrum_type = 1\nground = "B"\nreference_acceleration = "2 m/s2"\n'

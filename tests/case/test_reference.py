@@ -8,8 +8,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from impactfem.case.reference import main, reference_page, schema_text
-from impactfem.case.schema import json_schema
+from impactfem.case.reference import json_schema, main, reference_page, schema_text
 
 DOCS = Path(__file__).parents[2] / "docs"
 GEOMETRY = Path(__file__).parents[2] / "geometry"

@@ -11,8 +11,7 @@ from pydantic import TypeAdapter
 
 from impactfem.case import FileMesh, GeneratedMesh, load_case, structure_files
 from impactfem.case.levels import Levels
-from impactfem.case.members import Site, read_members
-from impactfem.case.walls import Wall
+from impactfem.case.members import Site, Wall, read_members
 from impactfem.system.errors import Fault, InputError
 
 Structured = Callable[..., Path]

@@ -13,7 +13,7 @@ from impactfem.case import (
     load_case,
 )
 from impactfem.case.calibration import CalibrationEntry
-from impactfem.case.schema import json_schema
+from impactfem.case.reference import json_schema
 from impactfem.case.template import write_new_case
 from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
 from impactfem.device.from_case import checked_devices

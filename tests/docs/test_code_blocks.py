@@ -10,7 +10,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from impactfem.case.schema import json_schema
+from impactfem.case.reference import json_schema
 
 from .commands import faults
 from .pages import PAGES, ROOT, Block, blocks, language_of, parsed_toml, spans

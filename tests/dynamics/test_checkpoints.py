@@ -12,8 +12,7 @@ from mpi4py import MPI
 
 from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
 from impactfem.dynamics.energy import Energy
-from impactfem.dynamics.history import History
-from impactfem.dynamics.state import State
+from impactfem.dynamics.history import History, State
 from impactfem.system.errors import ImpactfemError
 
 

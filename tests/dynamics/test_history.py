@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.dynamics.history import Recorder
-from impactfem.dynamics.state import State
+from impactfem.dynamics.history import Recorder, State
 from impactfem.system.errors import SolutionError
 
 

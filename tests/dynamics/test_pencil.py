@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from impactfem.dynamics.pencil import combined
+from impactfem.dynamics.columns import combined
 
 
 def dense(A):

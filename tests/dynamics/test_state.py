@@ -1,6 +1,6 @@
 import numpy as np
 
-from impactfem.dynamics.state import State
+from impactfem.dynamics.history import State
 
 
 def test_a_copy_is_its_own():

@@ -14,8 +14,8 @@ from impactfem.case import Case
 from impactfem.case.loads import FloorForces
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.history import State
 from impactfem.dynamics.newmark import Newmark
-from impactfem.dynamics.state import State
 from impactfem.reduction.forces import with_floor_forces
 from impactfem.reduction.loads import Loads, make_loads
 from impactfem.system.errors import InputError

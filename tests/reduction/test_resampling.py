@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from impactfem.reduction.resampling import project
+from impactfem.reduction.loads import project
 
 Array = NDArray[np.float64]
 

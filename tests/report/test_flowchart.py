@@ -6,8 +6,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from impactfem.report.flowchart import BOXES, LINKS, flowchart_figure
-from impactfem.report.found import Found, read_found
+from impactfem.report.flowchart import BOXES, LINKS, Found, flowchart_figure, read_found
 from impactfem.report.run_figures import OVERVIEW, overview_pictures
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf

@@ -11,7 +11,7 @@ import xarray as xr
 
 from impactfem.report import overview
 from impactfem.report.overview import _carried_floors, facts
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 
 from ..stages.device.device_store import device_folder
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.spectra.upsampling import upsample, upsampling_factor
+from impactfem.spectra.sampling import upsample, upsampling_factor
 from impactfem.system.errors import ImpactfemError
 
 

@@ -10,7 +10,7 @@ from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
 from impactfem.building.local import DOFS
-from impactfem.building.numbering import Numbering
+from impactfem.building.share import Numbering
 
 Index = NDArray[np.int64]
 

@@ -2,18 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.gmsh_session import gmsh_session
 from impactfem.system.errors import Fault, InputError
 
 Ints = NDArray[np.int64]
-
 EXPECTED = "a mesh of gmsh (.msh, format 2 or 4)"
+
+
+@contextmanager
+def gmsh_session() -> Iterator[Any]:
+    """The module gmsh between `initialize` and `finalize`; the same for every user and machine.
+
+    To be used inside `in_own_process`.
+    """
+    import gmsh
+
+    # The user's own options are not read: they would change the mesh.
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        yield gmsh
+    finally:
+        gmsh.finalize()
 
 
 @dataclass(frozen=True, eq=False)

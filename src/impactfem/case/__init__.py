@@ -2,10 +2,8 @@
 
 from impactfem.case.analysis import FrequencyGrid, Pounding, Spectra
 from impactfem.case.bays import Bay
-from impactfem.case.beams import Beam
 from impactfem.case.buildings import Building
 from impactfem.case.calibration import Calibration
-from impactfem.case.columns import Column
 from impactfem.case.contacts import (
     Contact,
     ContactLaw,
@@ -34,6 +32,7 @@ from impactfem.case.floors import Floor
 from impactfem.case.generated_mesh import Acroterion, GeneratedMesh
 from impactfem.case.load import load_case
 from impactfem.case.materials import Material
+from impactfem.case.members import Beam, Column, Wall
 from impactfem.case.model import Case
 from impactfem.case.motions import Motion, RecordMotion, SyntheticMotion, motion_files
 from impactfem.case.probe import Probe
@@ -42,7 +41,6 @@ from impactfem.case.structure import FrequencyFit, Structure, structure_files
 from impactfem.case.targets import Target
 from impactfem.case.transient import Transient, transient_files
 from impactfem.case.wall_impact import WallImpactSetup
-from impactfem.case.walls import Wall
 
 __all__ = [
     "Acroterion",

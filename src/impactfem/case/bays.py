@@ -12,9 +12,8 @@ from pydantic import Field
 
 from impactfem.case.base import Section
 from impactfem.case.leaf import Depth, Length, PositiveLength, Text, Whole, nearest
-from impactfem.case.members import TOUCH, Site
+from impactfem.case.members import TOUCH, Site, Wall
 from impactfem.case.table import Table, column_key, read_table
-from impactfem.case.walls import Wall
 from impactfem.system.errors import Fault
 
 

@@ -9,10 +9,8 @@ from pydantic import Field
 
 from impactfem.case.base import Section
 from impactfem.case.bays import Bay
-from impactfem.case.beams import Beam
-from impactfem.case.columns import Column
 from impactfem.case.leaf import ElementSize, Extent, File, PositiveLength
-from impactfem.case.walls import Wall
+from impactfem.case.members import Beam, Column, Wall
 
 
 class Acroterion(Section):

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, TypeVar
 
-from pydantic import ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present
-from impactfem.case.leaf import LONGEST_NAME, Words, refuse
+from impactfem.case.leaf import LONGEST_NAME, Length, PositiveLength, Words, refuse
+from impactfem.case.levels import Floors, Storeys
 from impactfem.case.table import Table, column_key, read_table
 from impactfem.system.errors import Fault
 
@@ -185,3 +186,66 @@ def _twice_faults(path: Path, table: Table[MemberRow]) -> Iterator[Fault]:
             level = f"{row.levels_column.removesuffix('s')} {shared[0]}"
             expected = f"lies on {one.name} of line {first} in {level}; expected a place of its own"
             yield Fault(path, key, row.name, expected)
+
+
+class Beam(Line):
+    """A straight beam of rectangular section: one row of the beam table."""
+
+    kind: ClassVar[str] = "beam"
+    levels_column: ClassVar[str] = "floors"
+
+    beam: MemberName = Field(description="Name of the beam, unique in the table.")
+    floors: Floors = Field(description="Floors it carries.")
+    x1: Length = Field(description="Position along the building of one end.")
+    y1: Length = Field(description="Position across the building of that end.")
+    x2: Length = Field(description="Position along the building of the other end.")
+    y2: Length = Field(description="Position across the building of the other end.")
+    width: PositiveLength = Field(description="Horizontal side of the section.")
+    depth: PositiveLength = Field(description="Vertical side of the section.")
+    offset: Length = Field(
+        default=0.0,
+        description="Height of its axis above the mid-plane of the slab; negative below it.",
+    )
+
+
+class Column(Member):
+    """A vertical column of rectangular section: one row of the column table."""
+
+    kind: ClassVar[str] = "column"
+    levels_column: ClassVar[str] = "storeys"
+
+    column: MemberName = Field(description="Name of the column, unique in the table.")
+    storeys: Storeys = Field(
+        description="Storeys it stands in, each from the floor below to the floor of its number."
+    )
+    x: Length = Field(description="Position along the building.")
+    y: Length = Field(description="Position across the building.")
+    width_x: PositiveLength = Field(description="Side of the section along x.")
+    width_y: PositiveLength = Field(description="Side of the section along y.")
+
+    @property
+    def coordinates(self) -> dict[str, float]:
+        """Coordinates of its axis [m] by their column."""
+        return {"x": self.x, "y": self.y}
+
+    def lies_on(self, other: Member) -> bool:
+        """Whether two stand on one point."""
+        here, there = self.coordinates.values(), other.coordinates.values()
+        return isinstance(other, Column) and math.dist(tuple(here), tuple(there)) <= TOUCH
+
+
+class Wall(Line):
+    """A straight wall: one row of the wall table; its mid-plane stands on the line of the row."""
+
+    kind: ClassVar[str] = "wall"
+    levels_column: ClassVar[str] = "storeys"
+
+    wall: MemberName = Field(description="Name of the wall, unique in the table.")
+    storeys: Storeys = Field(
+        description="Storeys it stands in, each from the floor below to the floor of its number."
+    )
+    x1: Length = Field(description="Position along the building of the end where bays are counted.")
+    y1: Length = Field(description="Position across the building of that end.")
+    x2: Length = Field(description="Position along the building of the other end.")
+    y2: Length = Field(description="Position across the building of the other end.")
+    thickness: PositiveLength = Field(description="Thickness of the wall.")

@@ -11,8 +11,6 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from impactfem.case.bays import Bay, read_bays
-from impactfem.case.beams import Beam
-from impactfem.case.columns import Column
 from impactfem.case.design_spectrum import SpectrumTable, read_spectrum
 from impactfem.case.device_matrices import DeviceMatrices, NamedMatrix, read_matrix
 from impactfem.case.device_modes import DeviceMode, read_device_modes
@@ -21,7 +19,7 @@ from impactfem.case.given_spectra import GivenSpectra, read_given_spectra
 from impactfem.case.known import Known
 from impactfem.case.leaf import PositiveLength
 from impactfem.case.loads import ForceTable, floor_faults, read_force_table
-from impactfem.case.members import MemberRow, Site, read_members
+from impactfem.case.members import Beam, Column, MemberRow, Site, Wall, read_members
 from impactfem.case.place import Place
 from impactfem.case.published import Published, read_published
 from impactfem.case.report import REFERENCE, Reference, read_reference
@@ -29,7 +27,6 @@ from impactfem.case.source import Source
 from impactfem.case.table import Table
 from impactfem.case.targets import Target, read_targets
 from impactfem.case.text import read_bytes
-from impactfem.case.walls import Wall
 from impactfem.system.errors import Fault
 
 _LENGTH: TypeAdapter[float] = TypeAdapter(PositiveLength)

@@ -17,21 +17,18 @@ from pydantic.fields import FieldInfo
 
 from impactfem.case.base import Section
 from impactfem.case.bays import Bay
-from impactfem.case.beams import Beam
-from impactfem.case.columns import Column
 from impactfem.case.design_spectrum import SpectrumPoint
 from impactfem.case.device_modes import DeviceMode
 from impactfem.case.floors import Floor
 from impactfem.case.leaf import Quantity, Ratio
+from impactfem.case.members import Beam, Column, Wall
+from impactfem.case.model import CaseFile
 from impactfem.case.published import PublishedRow
 from impactfem.case.report import Reference
-from impactfem.case.schema import json_schema
 from impactfem.case.table import leaf_of
 from impactfem.case.targets import Target
-from impactfem.case.walls import Wall
 
-__all__ = ["reference_page", "schema_text", "write_reference"]
-
+__all__ = ["json_schema", "reference_page", "schema_text", "write_reference"]
 _INTRODUCTION = """\
 <!-- Written by `python -m impactfem.case.reference docs`; edit the models, not this page. -->
 
@@ -62,7 +59,6 @@ that is named stays relative to the folder of the file that names it. The schema
 only: in an editor it misses what a variant leaves out.
 
 """
-
 _TABLES = """\
 ## Tables
 
@@ -71,7 +67,6 @@ the header. It names the columns, in any order, each quantity with its unit in b
 `mass [t]`. Any unit of the right dimension will do. One row stands on one line.
 
 """
-
 _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ("Floor table", "`floors` of `[[buildings]]`: one row a floor, bottom to top.", Floor),
     ("Target table", "`targets` of `[calibration]`: one row a mode of a building.", Target),
@@ -88,7 +83,6 @@ _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ("Mode table", "`modes` of `[[devices]]`: one row a mode and a direction.", DeviceMode),
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
-
 _RECORD = """\
 ### Record of a ground motion
 
@@ -103,7 +97,6 @@ stands on one line, numbers have a decimal point and no unit:
     0.01,0.15,-0.28
 
 """
-
 _REFERENCE = """\
 ## The reference of a report
 
@@ -111,6 +104,63 @@ _REFERENCE = """\
 publication, where the run shows each, and how near each published value has to come.
 
 """
+
+
+def json_schema(
+    model: type[Section] = CaseFile, title: str = "Case file of impactfem"
+) -> dict[str, Any]:
+    """The JSON schema (2020-12) of a case file, or of another TOML file that it names.
+
+    Quantities are texts with a unit. Two keywords are added to those of the standard: ``x-unit``,
+    the SI unit that results give the quantity in, and ``x-accepts``, what is accepted in words.
+    What a schema cannot say, such as the names a reference may have, ``load_case`` checks.
+
+    Args:
+        model: The model of the file.
+        title: What the file is.
+    """
+    schema = model.model_json_schema()
+    schema["title"] = title
+    definitions: dict[str, Any] = schema.pop("$defs")
+    for name, table in definitions.items():
+        table["title"] = name.removesuffix("Entry")
+    for table in (schema, *definitions.values()):
+        table["description"] = table["description"].replace("``", "`")
+        table["properties"] = {
+            key: _finished(key, entry) for key, entry in table["properties"].items()
+        }
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return head | schema | {"$defs": definitions}
+
+
+def _finished(key: str, entry: dict[str, Any]) -> dict[str, Any]:
+    """A property with its title, without what TOML cannot say, and its default with a unit."""
+    entry = _without_null(entry) | {"title": key.replace("_", " ").capitalize()}
+    if "default" in entry:
+        entry["default"] = _with_unit(entry["default"], entry)
+    return entry
+
+
+def _without_null(entry: dict[str, Any]) -> dict[str, Any]:
+    """An optional key is left out in TOML, which has no null."""
+    alternatives = [item for item in entry.get("anyOf", []) if item != {"type": "null"}]
+    if len(alternatives) == len(entry.get("anyOf", [])):
+        return entry
+    rest = {k: v for k, v in entry.items() if k not in {"anyOf", "default"}}
+    if len(alternatives) == 1:
+        only: dict[str, Any] = alternatives[0]
+        return only | rest
+    return {"anyOf": alternatives} | rest
+
+
+def _with_unit(default: Any, entry: dict[str, Any]) -> Any:
+    """A default as it would be written: quantities are SI floats in the model."""
+    if isinstance(default, list | tuple):
+        items = entry.get("prefixItems", [entry.get("items", {})] * len(default))
+        return [_with_unit(value, item) for value, item in zip(default, items, strict=True)]
+    if entry.get("type") == "string" and isinstance(default, float):
+        return f"{default:g} {entry['x-unit']}"
+    return default
 
 
 def reference_page() -> str:

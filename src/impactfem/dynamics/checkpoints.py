@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from impactfem.dynamics.energy import Energy
-from impactfem.dynamics.history import History
-from impactfem.dynamics.state import State
+from impactfem.dynamics.history import History, State
 from impactfem.system.archive import read_archive, write_archive
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER

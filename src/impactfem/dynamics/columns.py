@@ -7,8 +7,22 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 Array = NDArray[np.float64]
-
 SEED = 20071221
+
+
+def combined(k: float, K: PETSc.Mat, m: float, M: PETSc.Mat) -> PETSc.Mat:
+    """The matrix k K + m M, new, with the pattern of K. Collective.
+
+    Args:
+        k: Factor of K.
+        K: Stiffness (AIJ).
+        m: Factor of M.
+        M: Mass (AIJ), on part of the pattern of K.
+    """
+    total = K.copy()
+    total.scale(k)
+    total.axpy(m, M, structure=PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+    return total
 
 
 def wrapped(A: PETSc.Mat, array: Array) -> PETSc.Vec:

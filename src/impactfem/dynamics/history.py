@@ -1,21 +1,55 @@
-"""What is recorded of a response, and the recorder that sums it over the ranks."""
+"""States and histories of a response in time: what is recorded, summed over the ranks."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.energy import Energy
-from impactfem.dynamics.state import State
 from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
-
 QUANTITIES = ("displacement", "velocity", "acceleration")
+
+
+@dataclass
+class State:
+    """A response at one time, on this rank: all that is needed to go on, bitwise on one rank.
+
+    Args:
+        step: Number of the time, 0 at the start.
+        displacement: u, shape (n_local,) [m, rad].
+        velocity: v, shape (n_local,).
+        acceleration: a, shape (n_local,).
+        momentum: M v, shape (n_local,).
+        restoring: K u, shape (n_local,).
+        damped: Energy that the damping has taken, of all ranks [J].
+        input: Work of the loads, of all ranks [J].
+    """
+
+    step: int
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+    momentum: Array
+    restoring: Array
+    damped: float = 0.0
+    input: float = 0.0
+
+    def copy(self) -> State:
+        """A state of its own, which does not move when this one does."""
+        return replace(
+            self,
+            displacement=self.displacement.copy(),
+            velocity=self.velocity.copy(),
+            acceleration=self.acceleration.copy(),
+            momentum=self.momentum.copy(),
+            restoring=self.restoring.copy(),
+        )
 
 
 @dataclass(frozen=True)

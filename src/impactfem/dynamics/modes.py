@@ -11,9 +11,15 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
-from impactfem.dynamics.columns import inner, product, random_column, row_of_largest, wrapped
+from impactfem.dynamics.columns import (
+    combined,
+    inner,
+    product,
+    random_column,
+    row_of_largest,
+    wrapped,
+)
 from impactfem.dynamics.factorisation import Factorisation
-from impactfem.dynamics.pencil import combined
 from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]

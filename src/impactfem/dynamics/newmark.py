@@ -20,13 +20,11 @@ import scipy.sparse
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from impactfem.dynamics.columns import product, wrapped
+from impactfem.dynamics.columns import combined, product, wrapped
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.held import Held
-from impactfem.dynamics.history import QUANTITIES, History, Recorder
-from impactfem.dynamics.pencil import combined
-from impactfem.dynamics.state import State
+from impactfem.dynamics.history import QUANTITIES, History, Recorder, State
 from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from impactfem.dynamics.checkpoints import Checkpoints
 from impactfem.dynamics.energy import Energy
-from impactfem.dynamics.history import History
+from impactfem.dynamics.history import History, State
 from impactfem.dynamics.newmark import Newmark
-from impactfem.dynamics.state import State
 from impactfem.system.log import LOGGER
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.spectra.upsampling import upsample
+from impactfem.spectra.sampling import upsample
 from impactfem.system.errors import ImpactfemError
 
 FloatArray = npt.NDArray[np.float64]
@@ -119,7 +119,7 @@ class Accelerogram:
         return self.scaled(pga / peak)
 
     def refined(self, factor: int) -> Accelerogram:
-        """Insert band-limited samples (:func:`impactfem.spectra.upsampling.upsample`).
+        """Insert band-limited samples (:func:`impactfem.spectra.sampling.upsample`).
 
         Args:
             factor: How many new steps an old one is cut into [-].

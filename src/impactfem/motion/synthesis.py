@@ -40,7 +40,7 @@ from impactfem.motion.target import Target
 from impactfem.spectra import logarithmic_frequencies
 from impactfem.spectra.peaks import displacement_peaks
 from impactfem.spectra.recurrence import step_coefficients
-from impactfem.spectra.upsampling import upsample, upsampling_factor
+from impactfem.spectra.sampling import upsample, upsampling_factor
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 FloatArray = npt.NDArray[np.float64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,8 +13,34 @@ from rich.console import Console
 from rich.table import Table as RichTable
 
 from impactfem.system.files import atomic
+from impactfem.system.scalar import Scalar
 
 Cell = str | float | int | None
+
+
+def beside_published(
+    name: str, title: str, scalars: Iterable[Scalar], published: Mapping[str, float]
+) -> Table:
+    """Name, value, published value where one is known, their ratio, unit and note.
+
+    Args:
+        name: File name without ending.
+        title: What the table shows.
+        scalars: The results.
+        published: Published values in SI by the name of the result.
+    """
+    rows: list[tuple[Cell, ...]] = []
+    for scalar in scalars:
+        theirs = published.get(scalar.name)
+        ratio = scalar.value / theirs if scalar.value is not None and theirs else None
+        rows.append((scalar.name, scalar.value, theirs, ratio, scalar.unit, scalar.note))
+    columns = (
+        *(("name", ""), ("value", ""), ("published", "")),
+        *(("over published", ""), ("unit", ""), ("note", "")),
+    )
+    return Table(name, title, columns, tuple(rows)).comparing(
+        {"published", "over published"}, ", beside the published values"
+    )
 
 
 @dataclass(frozen=True)

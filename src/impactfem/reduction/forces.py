@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.edge_normal import outward_normal
-from impactfem.building.mesh import BuildingMesh
+from impactfem.building.mesh import BuildingMesh, outward_normal
 from impactfem.case import Case, Contact
 from impactfem.case.contacts import Vector
 from impactfem.case.leaf import nearest

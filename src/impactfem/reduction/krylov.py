@@ -20,10 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from impactfem.dynamics.columns import inner, product
+from impactfem.dynamics.columns import combined, inner, product
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.held import Held
-from impactfem.dynamics.pencil import combined
 from impactfem.reduction.orthonormal import Orthonormal
 
 Array = NDArray[np.float64]

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 
 from impactfem.plot.style import BLUE, figure
-from impactfem.report.found import MAIN, Found, read_found
+from impactfem.stages.stores import open_store
+from impactfem.system.scalar import from_json
+
+STORES = ("motion", "building", "calibrate", "pounding", "ensemble", "transient", "device")
+MAIN = "pounding.main_impact_force"
+SAME = 1e-9
+"""Relative difference of a value that was handed over from the one that was found."""
+
 
 NAME = "figure_04_flowchart.png"
 WIDTH, HEIGHT = 27.5, 17.0
@@ -20,6 +29,97 @@ COMPARED = "compared"
 """Of a box, in parts of a hundred of the figure's."""
 DONE, MISSING = "#dcebf7", "white"
 GREY = "0.45"
+LEFT, MIDDLE, RIGHT = 14.0, 50.0, 85.0
+ROWS = (91.0, 64.5, 38.0, 11.5)
+LINKS = (
+    ("motion", "pounding", ""),
+    ("building", "sticks", "masses\nmodes"),
+    ("building", "wall", ""),
+    ("sticks", "pounding", ""),
+    ("wall", "pounding", "ε\n$K_{Ceq}$"),
+    ("motion", "ensemble", ""),
+    ("pounding", "transient", "forces"),
+    ("transient", "spectra", ""),
+    ("spectra", "rsa", ""),
+    ("transient", "detailed", ""),
+    ("building", "transient", ""),
+    ("rsa", "detailed", COMPARED),
+)
+"""What hands over to what, and what it hands over."""
+BEYOND = 99.5
+"""Where the line runs that goes round the boxes on the right."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What the stores of a run hold.
+
+    Args:
+        values: Scalars by name.
+        stores: Names of the stores.
+        direction: The one that is shown; "" before any stage knows it.
+        devices: Names of the devices.
+        stiffness: Contact stiffness of the pairs of points [N/m].
+        targets: Frequencies that the sticks are fitted to [Hz].
+        main_pair: Which pair has the largest impact force; "" where nothing touched.
+    """
+
+    values: Mapping[str, float]
+    stores: frozenset[str]
+    direction: str
+    devices: tuple[str, ...]
+    stiffness: tuple[float, ...] = ()
+    targets: tuple[float, ...] = ()
+    main_pair: str = ""
+
+    def numbers(self, pattern: str) -> dict[str, float]:
+        """Scalars whose whole name matches, by the first group of the pattern."""
+        found = ((re.fullmatch(pattern, name), v) for name, v in self.values.items())
+        return {match[1]: value for match, value in found if match is not None}
+
+    def hands_over(self, start: str, end: str) -> bool:
+        """Whether a step used what another one found, rather than values that the case gives."""
+        if (start, end) == ("wall", "pounding"):
+            ours = self.values.get("calibration.K_Ceq", math.nan)
+            return any(math.isclose(ours, value, rel_tol=SAME) for value in self.stiffness)
+        if (start, end) == ("building", "sticks"):
+            modes = self.numbers(r"building\.frequency\.(\d+)").values()
+            return any(math.isclose(a, b, rel_tol=SAME) for a in modes for b in self.targets)
+        return True
+
+
+def read_found(folder: Path) -> Found:
+    """What the stores of a folder hold; scalars without a value are left out."""
+    values: dict[str, float] = {}
+    stores: set[str] = set()
+    devices: tuple[str, ...] = ()
+    stiffness: tuple[float, ...] = ()
+    targets: tuple[float, ...] = ()
+    direction = main_pair = ""
+    for name in STORES:
+        path = folder / f"{name}.nc"
+        if not path.is_file():
+            continue
+        stores.add(name)
+        with open_store(path) as store:
+            scalars = from_json(store.attrs.get("scalars", "[]"))
+            values |= {s.name: s.value for s in scalars if s.value is not None}
+            direction = str(store.attrs.get("shown_direction", direction))
+            if name == "pounding":
+                main_pair = next(
+                    (s.note for s in scalars if s.name == MAIN and s.value is not None), ""
+                )
+                stiffness, targets = (
+                    _list(store, "pair_stiffness"),
+                    _list(store, "target_frequency"),
+                )
+            if name == "device":
+                devices = tuple(str(device) for device in store["device"].values)
+    return Found(values, frozenset(stores), direction, devices, stiffness, targets, main_pair)
+
+
+def _list(store: xr.Dataset, name: str) -> tuple[float, ...]:
+    return tuple(float(value) for value in store[name].values) if name in store else ()
 
 
 @dataclass(frozen=True)
@@ -188,8 +288,6 @@ def _force(found: Found, kind: str) -> list[str]:
     return [f"{first}force $F_{found.direction}${more}", *lines]
 
 
-LEFT, MIDDLE, RIGHT = 14.0, 50.0, 85.0
-ROWS = (91.0, 64.5, 38.0, 11.5)
 BOXES = {
     "motion": Box("Ground motion", "pounding", "2", "motion", LEFT, ROWS[0], _motion),
     "sticks": Box("Stick models", "pounding", "3 b and c", "pounding", MIDDLE, ROWS[0], _sticks),
@@ -233,23 +331,6 @@ BOXES = {
     ),
 }
 """The steps of the method by name."""
-LINKS = (
-    ("motion", "pounding", ""),
-    ("building", "sticks", "masses\nmodes"),
-    ("building", "wall", ""),
-    ("sticks", "pounding", ""),
-    ("wall", "pounding", "ε\n$K_{Ceq}$"),
-    ("motion", "ensemble", ""),
-    ("pounding", "transient", "forces"),
-    ("transient", "spectra", ""),
-    ("spectra", "rsa", ""),
-    ("transient", "detailed", ""),
-    ("building", "transient", ""),
-    ("rsa", "detailed", COMPARED),
-)
-"""What hands over to what, and what it hands over."""
-BEYOND = 99.5
-"""Where the line runs that goes round the boxes on the right."""
 
 
 def _box(panel: Axes, box: Box, lines: list[str], done: bool) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import csv
+import html
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -29,12 +32,18 @@ from impactfem.report.beside import (
     farthest,
     places,
 )
-from impactfem.report.embed import csv_table, data_address, frame_document
 from impactfem.report.overview import facts
 from impactfem.report.plots import Plot, plots_of
 from impactfem.report.run_files import COMPARISON, RunFiles
+from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic
 from impactfem.system.log import LOGGER
+
+ROWS = 400
+"""Rows of a table that a page shows; the rest is in the file."""
+
+TYPES = {".png": "image/png", ".mp4": "video/mp4"}
+
 
 REPORT = "report.html"
 COMPARED = (
@@ -49,6 +58,40 @@ UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
 PREFIXED = {"N": "newton", "N s": "newton * second", "Pa": "pascal", "s": "second", "m": "metre"}
 KEY_WORDS = ("energy", "steps", "points in a cycle", "band", "Sturm", "mass matrix")
 """What the checks of the first page speak of."""
+
+
+def data_address(path: Path) -> str:
+    """A picture or film as an address that holds its content."""
+    return f"data:{TYPES[path.suffix]};base64,{base64.b64encode(_read(path)).decode()}"
+
+
+def frame_document(path: Path) -> str:
+    """A page as the text of an attribute, for a frame within another page."""
+    return html.escape(_read(path).decode("utf-8"), quote=True)
+
+
+def csv_table(path: Path) -> tuple[list[str], list[list[str]], int]:
+    """The header of a CSV table, the rows that are shown, and how many there are."""
+    rows = list(csv.reader(_read(path).decode("utf-8").splitlines()))
+    if not rows:
+        return [], [], 0
+    return rows[0], [[cell(text) for text in row] for row in rows[1 : ROWS + 1]], len(rows) - 1
+
+
+def cell(text: str) -> str:
+    """A cell of a table, numbers with five digits."""
+    try:
+        number = float(text)
+    except ValueError:
+        return text
+    return text if len(text) <= 6 else f"{number:.5g}"
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise ImpactfemError(f"cannot read {path}: {error.strerror or error}") from error
 
 
 def write_report(folder: Path, titles: Mapping[str, tuple[str, str]]) -> Path:

@@ -14,8 +14,8 @@ from pydantic import ValidationError
 
 from impactfem.report.run_figures import OVERVIEW
 from impactfem.stages.manifest import Manifest, changed_file, manifest_file, read_manifest
-from impactfem.stages.open_store import open_store
 from impactfem.stages.provenance import Provenance
+from impactfem.stages.stores import open_store
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import LOGGER
 

@@ -33,7 +33,7 @@ from impactfem.plot.scene import (
 from impactfem.plot.style import BLUE, GREEN, RED
 from impactfem.stages.device.pictures import device_size, standing
 from impactfem.stages.device.view import DeviceView
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.stages.transient.view import TransientView
 from impactfem.system.files import atomic
 from impactfem.system.own_process import in_own_process

@@ -18,7 +18,7 @@ from impactfem.report.run_files import COMPARISON, RunFiles
 from impactfem.run.finished import mark_finished
 from impactfem.run.folder import locked
 from impactfem.run.report import write_page
-from impactfem.stages.open_store import open_stores
+from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.view import TransientView
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.file_errors import file_errors

@@ -35,7 +35,7 @@ from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
 from impactfem.stages.inputs import published_values
 from impactfem.stages.manifest import file_digest
-from impactfem.stages.pounding.pair_distance import distance_check
+from impactfem.stages.pounding.checks import distance_check
 from impactfem.stages.provenance import provenance
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.system.errors import Fault, InputError

@@ -26,7 +26,7 @@ import xarray as xr
 
 from impactfem.plot.table import Table
 from impactfem.run.stages import STAGES
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.errors import Fault, InputError
 
 STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}

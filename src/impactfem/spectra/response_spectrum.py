@@ -11,8 +11,7 @@ import numpy.typing as npt
 from impactfem.spectra.in_step import in_step_peak_responses
 from impactfem.spectra.peaks import displacement_peaks, peak_responses
 from impactfem.spectra.recurrence import FloatArray, StepCoefficients, step_coefficients
-from impactfem.spectra.sampling import sampling_loss
-from impactfem.spectra.upsampling import upsample, upsampling_factor
+from impactfem.spectra.sampling import sampling_loss, upsample, upsampling_factor
 from impactfem.system.errors import ImpactfemError
 
 Method = Literal["upsampled", "in-step"]
@@ -88,7 +87,7 @@ def response_spectra(
     is followed to its exact maximum, so that a peak behind the end of a record is not lost.
 
     With "upsampled" every record is refined once by band-limited interpolation
-    (:mod:`impactfem.spectra.upsampling`), so that the highest frequency gets at least
+    (:mod:`impactfem.spectra.sampling`), so that the highest frequency gets at least
     ``points_per_cycle`` samples a cycle; the peaks are then those at the samples. With "in-step"
     the records are taken as straight lines between their samples, and the maximum of the exact
     response inside each step is found; right where the input truly is piecewise linear.

@@ -115,7 +115,7 @@ def shipped_frame() -> Frame:
     # Only here: the manual is read, and its other benchmarks run, without dolfinx.
     from mpi4py import MPI
 
-    from impactfem.building.edge_load import edge_load
+    from impactfem.building.loads import edge_load
     from impactfem.building.model import assemble_building
     from impactfem.building.read_parts import read_parts
 

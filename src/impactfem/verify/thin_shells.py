@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.gmsh_session import gmsh_session
+from impactfem.building.raw_mesh import gmsh_session
 from impactfem.building.section import Material
 from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, Shells, line_load, shell_model
 from impactfem.system.own_process import in_own_process

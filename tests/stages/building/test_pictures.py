@@ -6,8 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image
 
-from impactfem.stages.building.pictures import building_pictures
-from impactfem.stages.building.side_view import open_side, side_panel
+from impactfem.stages.building.pictures import building_pictures, open_side, side_panel
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from impactfem.coupling import restitution
-from impactfem.stages.calibrate.comparison import compare
 from impactfem.stages.calibrate.experiment import WallExperiment
-from impactfem.stages.calibrate.stick_run import run_stick
+from impactfem.stages.calibrate.stick_run import compare, run_stick
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
 

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from impactfem.stages.design.checks import design_checks
-from impactfem.stages.design.coverage import coverage_table, vertex_table
+from impactfem.stages.design.products import coverage_table, vertex_table
 from impactfem.stages.design.view import DesignView
 from impactfem.system.files import write_netcdf
 

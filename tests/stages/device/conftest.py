@@ -8,8 +8,8 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from scipy.sparse.linalg import splu
 
-from impactfem.building.edge_load import edge_load
 from impactfem.building.links import linked
+from impactfem.building.loads import edge_load
 from impactfem.building.model import assemble_building
 from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case

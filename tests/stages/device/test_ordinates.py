@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from impactfem.stages.device.ordinates import ordinate_variables
 from impactfem.stages.device.spectrum_choice import SpectrumChoice
+from impactfem.stages.device.store import ordinate_variables
 from impactfem.stages.device.support import Support
 
 PLAIN = SpectrumChoice("srss", rotations=False, broadened=False)

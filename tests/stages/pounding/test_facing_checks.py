@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from impactfem.case import Case, load_case
-from impactfem.stages.pounding.facing_checks import facing_checks
+from impactfem.stages.pounding.checks import facing_checks
 from impactfem.stages.pounding.tables import _facing
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"

@@ -4,7 +4,7 @@ from math import inf, nan
 
 import pytest
 
-from impactfem.stages.pounding.pair_distance import distance_check
+from impactfem.stages.pounding.checks import distance_check
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.stages.transient.densities import density_tables
 from impactfem.stages.transient.power import main_impact
+from impactfem.stages.transient.tables import density_tables
 from impactfem.stages.transient.view import TransientView
 
 

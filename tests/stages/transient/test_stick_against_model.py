@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from impactfem.stages.check import Check
-from impactfem.stages.transient.stick_against_model import stick_against_model
+from impactfem.stages.transient.checks import stick_against_model
 from impactfem.system.files import write_netcdf
 
 Checked = Callable[..., list[Check]]

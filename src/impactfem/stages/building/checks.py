@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.stages.check import Check
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 
 MASS = 1e-9
 """Largest relative difference of the masses of floors and base from the mass matrix."""

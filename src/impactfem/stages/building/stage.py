@@ -12,8 +12,8 @@ from impactfem.stages.building.checks import building_checks
 from impactfem.stages.building.pictures import building_pictures
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.inputs import published_values
-from impactfem.stages.open_store import open_store
 from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stores import open_store
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
 from impactfem.system.scalar import from_json

@@ -10,7 +10,7 @@ import xarray as xr
 
 from impactfem.case.bays import Bay
 from impactfem.plot.table import Cell, Table
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.log import LOGGER
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from impactfem.building.bending import bending_modes
 from impactfem.case import Case
 from impactfem.case.targets import Target
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.errors import SolutionError
 
 

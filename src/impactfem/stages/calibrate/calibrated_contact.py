@@ -7,7 +7,7 @@ from pathlib import Path
 from impactfem.case import Case, ContactLaw, KelvinVoigtLaw
 from impactfem.case.calibrated import CALIBRATED
 from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.scalar import from_json
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from impactfem.stages.calibrate.view import WallView
 from impactfem.stages.check import Check
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 
 COMPLEMENTARITY = 1e-9
 ENERGY = 1e-9

@@ -24,13 +24,12 @@ from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.building_model import WallModel, reduced_wall_model, wall_patterns
 from impactfem.stages.calibrate.building_run import BuildingRun, run_reduced
-from impactfem.stages.calibrate.comparison import WallComparison, compare
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.history import WallHistory
 from impactfem.stages.calibrate.impact import FloorImpacts, floor_impacts
 from impactfem.stages.calibrate.penalty import PenaltyParameters, penalty_parameters
 from impactfem.stages.calibrate.side import wall_side
-from impactfem.stages.calibrate.stick_run import run_stick
+from impactfem.stages.calibrate.stick_run import WallComparison, compare, run_stick
 from impactfem.sticks.stick import Stick
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.log import LOGGER

@@ -22,7 +22,7 @@ from impactfem.plot.style import (
     ordered_colours,
 )
 from impactfem.stages.calibrate.view import WallView, running_impulse
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 
 CUT = 0.05
 """Part of the values of the line load that may lie beyond the upper end of the colours."""

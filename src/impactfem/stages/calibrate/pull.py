@@ -22,12 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from impactfem.building.floor_load import floor_load
 from impactfem.building.links import carried
+from impactfem.building.loads import NodalLoad, floor_load
 from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
-from impactfem.building.nodal_load import NodalLoad
 from impactfem.case.wall_impact import Pull
 from impactfem.dynamics.columns import product, wrapped
 from impactfem.dynamics.factorisation import Factorisation

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from impactfem.building.edge_normal import outward_normal
-from impactfem.building.mesh import BuildingMesh
+from impactfem.building.mesh import BuildingMesh, outward_normal
 from impactfem.stages.calibrate.experiment import Side
 from impactfem.system.errors import Fault, InputError
 

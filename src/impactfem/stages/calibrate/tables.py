@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from impactfem.plot.scalar_table import beside_published
-from impactfem.plot.table import Cell, Table
+from impactfem.plot.table import Cell, Table, beside_published
 from impactfem.stages.calibrate.impact import FloorImpacts
 from impactfem.stages.calibrate.view import WallView
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.log import LOGGER
 
 PRINTED = "printed"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from impactfem.stages.calibrate.history import WallHistory
 from impactfem.stages.calibrate.impact import FloorImpacts, WallImpact, floor_impacts
-from impactfem.stages.store_view import CasesView
+from impactfem.stages.stores import CasesView
 
 Array = NDArray[np.float64]
 

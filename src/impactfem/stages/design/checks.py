@@ -9,7 +9,7 @@ import xarray as xr
 
 from impactfem.stages.check import Check
 from impactfem.stages.design.view import ALONE, DesignView
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.scalar import from_json
 
 COVERED = 0.95

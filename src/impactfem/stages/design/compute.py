@@ -17,7 +17,6 @@ from impactfem.case import Case
 from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_basis import ReducedBasis
-from impactfem.stages.design.analyst import analyst_alone, choice_of
 from impactfem.stages.design.bases import at_nodes, further_basis, lacking, modal_shares
 from impactfem.stages.design.carried import CarriedEnsemble
 from impactfem.stages.design.case_spectra import CaseSpectra, read_case_spectra
@@ -27,8 +26,10 @@ from impactfem.stages.design.members import carry_members, stacked, stored_membe
 from impactfem.stages.design.point_spectra import Search, point_spectra
 from impactfem.stages.design.whole_floors import WholeFloors, read_whole_floors
 from impactfem.stages.device.analysis import Analyst
-from impactfem.stages.device.compute import device_model
+from impactfem.stages.device.compute import analyst_of, device_model
 from impactfem.stages.device.prepared import Prepared as DevicePrepared
+from impactfem.stages.device.spectrum_choice import SpectrumChoice, headline_of
+from impactfem.stages.device.study_model import StudyModel
 from impactfem.stages.device.support import supports_of
 from impactfem.stages.ensemble.compute import Member, member_key, members_of
 from impactfem.stages.transient.compute import BASIS
@@ -41,12 +42,46 @@ Index = NDArray[np.int64]
 Arrays = dict[str, Any]
 Step = Callable[[str], AbstractContextManager[None]]
 Progress = Callable[[str, float], None]
-
 FURTHER_BASIS = "design_basis.npz"
 MEMBERS = Path("design") / "members"
 EVERY = 2
 """At every so many-th frequency of the fields the vertices are sought that govern under other
 motions: 33 in a decade."""
+
+
+def choice_of(equipment: DevicePrepared) -> SpectrumChoice:
+    """The response spectrum analysis that counts: translations, spectra as computed.
+
+    Args:
+        equipment: Of the stage `device`.
+    """
+    return headline_of(equipment.plans[0].rules)
+
+
+def analyst_alone(case: Case, equipment: DevicePrepared, model: StudyModel) -> Analyst:
+    """What does the analysis that counts alone of each device, beside the detailed one.
+
+    Args:
+        case: The case.
+        equipment: Of the stage `device`.
+        model: Its reduced model.
+    """
+    chosen = choice_of(equipment)
+    # The contacts of the wall experiment are most of the model, and of no use here.
+    every = analyst_of(case, equipment, replace(model, wall=None))
+    plans = [
+        replace(
+            plan,
+            rules={
+                (chosen.combination, chosen.rigid): plan.rules[chosen.combination, chosen.rigid]
+            },
+            rotations=False,
+            broadening=0.0,
+            given=(),
+        )
+        for plan in every.plans
+    ]
+    return replace(every, plans=plans, covered=[()] * len(every.covered))
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import design_products_of, write_design_products
 from impactfem.stages.device.stage import DEVICE, model_key
 from impactfem.stages.ensemble.stage import ENSEMBLE
-from impactfem.stages.open_store import open_store
 from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.sources import program_key
 from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stores import open_store
 from impactfem.stages.transient.stage import TRANSIENT, basis_key
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.spectra.product import FloorSpectrumSet, Station
-from impactfem.stages.store_view import StoreView
+from impactfem.stages.stores import StoreView
 
 Array = NDArray[np.float64]
 

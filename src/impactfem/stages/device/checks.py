@@ -9,7 +9,7 @@ import numpy as np
 from impactfem.stages.check import Check
 from impactfem.stages.device.verdict import LOADS, anchors, pounding, shortfall
 from impactfem.stages.device.view import DeviceView
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 
 IMBALANCE = 1e-8
 """Largest difference of action and reaction at an anchor, of the largest force."""

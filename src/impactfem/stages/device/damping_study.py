@@ -2,27 +2,78 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
-from impactfem.case import Case, DampingCase
+from impactfem.case import Case, DampingCase, KelvinVoigtLaw
 from impactfem.case.calibrated import CALIBRATED
 from impactfem.case.damping_cases import OWN
+from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import calibration_of
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.motion.from_case import GroundMotion
 from impactfem.reduction.loads import Loads
 from impactfem.stages.calibrate.building_run import run_reduced
 from impactfem.stages.calibrate.impact import floor_impacts
 from impactfem.stages.calibrate.penalty import penalty_parameters
 from impactfem.stages.device.analysis import Analyst, DeviceResult, with_detailed
-from impactfem.stages.device.damped_pounding import damped_case, impact_forces
 from impactfem.stages.device.full_run import FullHistories
 from impactfem.stages.device.prepared import Prepared, analysis_of
 from impactfem.stages.device.study_model import StudyModel
 from impactfem.stages.device.support import Support, supports_of
+from impactfem.stages.pounding.pounded import pounded
 from impactfem.stages.transient.prepared import case_loads, transient_of
 from impactfem.sticks.calibration import Calibration
 from impactfem.system.log import LOGGER
+
+
+def damped_case(
+    case: Case,
+    damping: DampingCase,
+    epsilon: float | None,
+    laws: Collection[str] = (),
+) -> Case:
+    """The case with another damping of all buildings, and another restitution.
+
+    The contact stiffness stays (paper, section 5.3).
+
+    Args:
+        case: The case.
+        damping: The damping case.
+        epsilon: Restitution of its Kelvin-Voigt laws; they keep theirs when None.
+        laws: Names of those that it is for; all of them when empty.
+    """
+    buildings = tuple(b.model_copy(update={"damping": damping}) for b in case.buildings)
+    update: dict[str, object] = {"buildings": buildings}
+    if epsilon is not None:
+        given = {"restitution": epsilon, "damping_ratio": None}
+        update["contact_laws"] = {
+            name: law.model_copy(update=given)
+            if isinstance(law, KelvinVoigtLaw) and (not laws or name in laws)
+            else law
+            for name, law in case.contact_laws.items()
+        }
+    return case.model_copy(update=update)
+
+
+def impact_forces(
+    case: Case,
+    calibration: Calibration | None,
+    motions: tuple[GroundMotion, ...],
+    duration: float,
+) -> ForceHistory:
+    """Run the pounding of the sticks.
+
+    Args:
+        case: The case, with the damping and the laws that are meant.
+        calibration: Of the sticks, which does not depend on damping.
+        motions: The ground motions.
+        duration: Time that is computed [s].
+
+    Raises:
+        SolutionError: The contact forces do not converge, or lagged ones create energy.
+    """
+    return ForceHistory.of_response(pounded(case, calibration, motions, duration))
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from impactfem.stages.device import position as device_position
 from impactfem.stages.device import spectrum_figures as device_spectra
 from impactfem.stages.device.pictures import device_pictures
 from impactfem.stages.device.view import DeviceView
-from impactfem.stages.open_store import open_stores
+from impactfem.stages.stores import open_stores
 
 Makers = dict[str, Callable[[Path], None]]
 

@@ -29,7 +29,7 @@ from impactfem.plot.scene import (
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.stages.device.position import Floor
 from impactfem.stages.device.view import DeviceView
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.own_process import in_own_process
 
 Array = NDArray[np.float64]

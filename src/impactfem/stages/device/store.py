@@ -10,7 +10,7 @@ device's modes are nan). Forces are those of the device on the floor; accelerati
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,6 @@ from impactfem.device.springs import COMPONENTS
 from impactfem.stages.device.analysis import DeviceResult
 from impactfem.stages.device.damping_study import DampedStudy, DeviceStudy
 from impactfem.stages.device.drawing import drawing_variables
-from impactfem.stages.device.ordinates import ordinate_variables
 from impactfem.stages.device.scalars import (
     Pull,
     anchor_radius,
@@ -40,7 +39,48 @@ from impactfem.system.scalar import to_json
 
 Array = NDArray[np.float64]
 Variables = dict[str, tuple[Any, ...]]
+
+
 IMPACTS = ["without", "with"]
+
+
+def ordinate_variables(
+    cases: Sequence[DampedStudy], choice: SpectrumChoice, modes: int
+) -> Variables:
+    """The variable `mode_psa` of `device.nc`.
+
+    Args:
+        cases: The devices by damping.
+        choice: Which analysis; one with rotations has inputs about the axes, too.
+        modes: Length of the dimension `mode`; values beyond a device's modes are nan.
+
+    Returns:
+        By name: dimensions, values and attributes. Nan where a component of the anchor does not
+        move or is no input; 0 where it moves, but not the mode. Of each of several anchors, its
+        own.
+    """
+    values = [
+        [[_of(result, choice, modes) for result in load] for load in (one.no_impact, one.impact)]
+        for one in cases
+    ]
+    note = "rad/s2 for rx, ry, rz; of the anchor without the device, at the dampings of the modes"
+    return {
+        "mode_psa": (
+            ("case", "impact", "device", "component", "mode"),
+            np.array(values, dtype=np.float64),
+            {"units": "m/s2", "note": note},
+        )
+    }
+
+
+def _of(result: DeviceResult, choice: SpectrumChoice, modes: int) -> Array:
+    found = np.full((len(COMPONENTS), modes), np.nan)
+    response = result.by_spectrum[choice]
+    first = result.support.rows.start
+    for one, column in zip(response.inputs, response.columns, strict=True):
+        if first <= column < first + len(COMPONENTS):
+            found[column - first, : one.ordinate.size] = one.ordinate
+    return found
 
 
 def write_devices(path: Path, study: DeviceStudy, key: str) -> None:

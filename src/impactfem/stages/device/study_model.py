@@ -11,11 +11,10 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.building.edge_load import edge_load
-from impactfem.building.edge_normal import outward_normal
 from impactfem.building.links import carried, linked
+from impactfem.building.loads import edge_load
 from impactfem.building.local import DOFS
-from impactfem.building.mesh import BuildingMesh
+from impactfem.building.mesh import BuildingMesh, outward_normal
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import SHIFT
 from impactfem.case.wall_impact import Pull

@@ -11,7 +11,7 @@ import numpy as np
 from impactfem.plot.table import Cell, Table
 from impactfem.stages.device.verdict import verdict
 from impactfem.stages.device.view import ROTATIONS, WITH, WITHOUT, XYZ, DeviceView
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.log import LOGGER
 
 Published = Mapping[str, float]

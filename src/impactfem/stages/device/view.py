@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.stages.store_view import CasesView
+from impactfem.stages.stores import CasesView
 
 Array = NDArray[np.float64]
 

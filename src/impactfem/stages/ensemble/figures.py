@@ -11,7 +11,7 @@ import xarray as xr
 from impactfem.plot.style import BLUE, ORANGE, RED, figure, letter, span
 from impactfem.plot.table import Cell, Table
 from impactfem.stages.check import Check
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.scalar import from_json
 
 FACING = "pounding.facing_distance_min"

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from impactfem.case import Case
+from impactfem.case.facing import facing_floors, unknown_lines
+from impactfem.case.pair_distance import allowed
 from impactfem.stages.check import Check, end_check
-from impactfem.stages.open_store import open_store
-from impactfem.stages.pounding.pair_distance import distance_check
+from impactfem.stages.stores import open_store
 from impactfem.system.scalar import from_json
 
 Array = NDArray[np.float64]
-
 IDENTITY = 1e-9
 """Largest residual of the discrete energy identity."""
 DEFECT = 0.05
@@ -26,6 +28,71 @@ PENETRATION = 0.5
 """Largest penetration in parts of the gap."""
 STRENGTH = 1.0
 """Largest stress in parts of the strength with which linear analysis is still meant."""
+
+
+def facing_checks(folder: Path, case: Case) -> list[Check]:
+    """Whether floors in no pair stay apart, and which ones cannot be told.
+
+    Args:
+        folder: The run's folder, with `pounding.nc`.
+        case: The case.
+
+    Returns:
+        The checks; none where all floors that face each other are in pairs.
+    """
+    with open_store(folder / "pounding.nc") as store:
+        approach = [_approach(store)] if "facing" in store.dims else []
+    return [*approach, *((None, line) for line in unknown_lines(facing_floors(case)))]
+
+
+def _approach(store: xr.Dataset) -> Check:
+    distances = store["facing_distance_min"].values
+    k = int(distances.argmin())
+    names = f"{store['facing_a'].values[k]} and {store['facing_b'].values[k]}"
+    nearest, at = f"{1e3 * abs(distances[k]):.4g} mm", f"{store['facing_time'].values[k]:.4g} s"
+    count = int((distances < 0.0).sum())
+    if count:
+        more = f", and {count - 1} more do" if count > 1 else ""
+        return False, (
+            f"facing floors: {names} overlap by {nearest} at {at} and are in no pair{more} "
+            "(tables/facing_floors.csv); list them in [[contacts]]"
+        )
+    return True, (
+        f"facing floors: {len(distances)} in no pair keep apart; the nearest, {names}, by "
+        f"{nearest} at {at}"
+    )
+
+
+def distance_check(
+    names: Sequence[str], gaps: Sequence[float], distances: Sequence[float]
+) -> list[Check]:
+    """The check that the points of the pairs are their gaps apart; a computation takes the gaps.
+
+    Args:
+        names: Names of the pairs.
+        gaps: Their gaps as given [m].
+        distances: Distances of their points along the normals [m]; nan where they are not known.
+
+    Returns:
+        The check; nothing where no distance is known.
+    """
+    known = [
+        (name, gap, distance)
+        for name, gap, distance in zip(names, gaps, distances, strict=True)
+        if math.isfinite(distance)
+    ]
+    if not known:
+        return []
+    off = [one for one in known if abs(one[2] - one[1]) > allowed(one[1])]
+    if not off:
+        return [(True, f"contact: {len(known)} gaps are those of axes and offsets")]
+    name, gap, distance = max(off, key=lambda one: abs(one[2] - one[1]))
+    text = (
+        f"contact: the points of {name} are {distance:.4g} m apart along the normal by axis and "
+        f"offset, and its gap is {gap:.4g} m; the gap counts"
+    )
+    others = len(off) - 1
+    return [(False, f"{text}; so it is for {others} more" if others else text)]
 
 
 def stick_checks(

@@ -19,8 +19,8 @@ from impactfem.plot.style import (
     letter,
     span,
 )
-from impactfem.stages.open_store import open_store
 from impactfem.stages.pounding import model_figures as figures_models
+from impactfem.stages.stores import open_store
 
 
 def stick_figures(folder: Path) -> list[Path]:

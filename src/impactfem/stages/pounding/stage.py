@@ -13,9 +13,8 @@ from impactfem.stages.building.targets import from_structure, with_structure_tar
 from impactfem.stages.calibrate.calibrated_contact import asks_calibration, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.inputs import inputs_key, tolerances
-from impactfem.stages.pounding.checks import stick_checks
+from impactfem.stages.pounding.checks import facing_checks, stick_checks
 from impactfem.stages.pounding.compute import STEPS, run_sticks
-from impactfem.stages.pounding.facing_checks import facing_checks
 from impactfem.stages.pounding.figures import stick_figures
 from impactfem.stages.pounding.store import write_motion, write_sticks
 from impactfem.stages.pounding.tables import stick_tables

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.plot.table import Cell, Table
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.log import LOGGER
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from impactfem.plot.floor_field import SIGNED, TopFloor, colour_bar, plan_axes, signed_limits
 from impactfem.plot.style import BLUE, SETTINGS
-from impactfem.stages.open_store import open_stores
+from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.view import TransientView
 from impactfem.stages.transient.wave_figures import mark_edge
 from impactfem.system.errors import ImpactfemError

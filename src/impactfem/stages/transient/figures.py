@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.case.transient import Transient
-from impactfem.stages.open_store import open_stores
+from impactfem.stages.stores import open_stores
 from impactfem.stages.transient import frequency_figures as transient_frequencies
 from impactfem.stages.transient import history_figures as transient_histories
 from impactfem.stages.transient import map_figures as transient_maps

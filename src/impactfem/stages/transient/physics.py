@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.spectra.upsampling import upsample
+from impactfem.spectra.sampling import upsample
 from impactfem.stages.transient.power import force_spectra
 from impactfem.stages.transient.view import TransientView, stick_psa, stick_station
 from impactfem.system.scalar import Scalar

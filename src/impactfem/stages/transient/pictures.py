@@ -31,7 +31,7 @@ from impactfem.plot.scene import (
     surface,
 )
 from impactfem.plot.style import RED, figure
-from impactfem.stages.open_store import open_store
+from impactfem.stages.stores import open_store
 from impactfem.stages.transient.map_figures import at_node
 from impactfem.stages.transient.view import TransientView
 from impactfem.system.own_process import in_own_process

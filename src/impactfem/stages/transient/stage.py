@@ -9,13 +9,12 @@ from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import inputs_key, matrices_key, published_values
-from impactfem.stages.open_store import open_store
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.stage import DRAWING, Stage
-from impactfem.stages.transient.checks import log_samples, transient_checks
+from impactfem.stages.stores import open_store
+from impactfem.stages.transient.checks import log_samples, stick_against_model, transient_checks
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
-from impactfem.stages.transient.stick_against_model import stick_against_model
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.stages.transient.view import TransientView
 from impactfem.system.log import Steps

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.stages.store_view import StoreView
+from impactfem.stages.stores import StoreView
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
