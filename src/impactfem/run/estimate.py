@@ -72,6 +72,7 @@ class Estimate:
         meshed: Whether they are counted, not estimated from areas and element sizes.
         vectors: Number of vectors of the reduced basis of each stage that has one.
         stages: What each stage takes.
+        longest: Duration of the longest ground motion [s].
     """
 
     steps: dict[str, int]
@@ -79,6 +80,7 @@ class Estimate:
     meshed: bool
     vectors: dict[str, int]
     stages: tuple[StageCost, ...]
+    longest: float = 0.0
 
     def of(self, names: set[str]) -> Estimate:
         """That of some stages; of all where there are none among them, as of a case at fault."""
@@ -129,7 +131,7 @@ def estimate(case: Case, longest: float, mesh: BuildingMesh | None = None) -> Es
         dofs = DOFS * (_nodes(case) if mesh is None else len(mesh.nodes))
         stages = [_building(case, dofs), *stages]
         stages += _reduced_stages(case, dofs, steps, vectors)
-    return Estimate(steps, dofs, mesh is not None, vectors, tuple(stages))
+    return Estimate(steps, dofs, mesh is not None, vectors, tuple(stages), longest)
 
 
 def too_much(case: Case, found: Estimate) -> Iterator[Fault]:

@@ -15,7 +15,6 @@ from impactfem.case.leaf import nearest
 from impactfem.case.load import read_case
 from impactfem.case.pair_distance import pair_distance
 from impactfem.case.plausibility import implausible
-from impactfem.motion.from_case import checked_durations
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.run.estimate import DAY, Estimate, duration
 from impactfem.run.finished import (
@@ -102,7 +101,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
         if mesh:
             _warn_of_gaps(case)
             _warn_of_facing_floors(case)
-            _warn_of_implausible(case)
+            _warn_of_implausible(case, further.estimate)
         if further.estimate.seconds > DAY:
             LOGGER.warning(
                 "warning: a run of this case takes about %s: see the numbers of time steps, vectors"
@@ -132,9 +131,14 @@ def _warn_of_facing_floors(case: Case) -> None:
         LOGGER.info("%s: %s", case.path, line)
 
 
-def _warn_of_implausible(case: Case) -> None:
-    longest = max(checked_durations(case.motions), default=0.0)
-    for one in implausible(case, longest):
+def _announce(case: Case, estimate: Estimate) -> None:
+    for line in estimate.lines():
+        LOGGER.debug("estimate: %s", line)
+    _warn_of_implausible(case, estimate)
+
+
+def _warn_of_implausible(case: Case, estimate: Estimate) -> None:
+    for one in implausible(case, estimate.longest):
         LOGGER.warning("warning: %s", one)
 
 
@@ -222,10 +226,7 @@ def run(
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
         log_case(case)
-        for found in estimates:  # on rank 0
-            for line in found.lines():
-                LOGGER.debug("estimate: %s", line)
-        on_root(lambda: _warn_of_implausible(case))
+        on_root(lambda: _announce(case, estimates[0]))
         stages = asked_stages(case, stage)
         for one in stages:
             _run_stage(one, case, result, fresh, bar)
