@@ -382,6 +382,8 @@ class TestInput:
             InputError, match="'roof': expected one of the stages building, calibrate, pounding"
         ):
             study.run(finished.case, out=tmp_path / "run", stage="roof")
+        with pytest.raises(InputError, match="report; sticks is called pounding now"):
+            study.run(finished.case, out=tmp_path / "run", stage="sticks")
         assert not list(tmp_path.iterdir())
 
     def test_the_known_stage(self, copied, tmp_path):

@@ -14,6 +14,8 @@ from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import Fault, InputError
 
 REPORT = "report"
+RENAMED = {"sticks": "pounding"}
+"""Names that stages had before, and have now."""
 STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, POUNDING, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
 
 
@@ -31,6 +33,8 @@ def check_stage_name(name: str | None) -> None:
     known = stage_names()
     if name is not None and name not in known:
         expected = f"expected one of the stages {', '.join(known)}"
+        if name in RENAMED:
+            expected += f"; {name} is called {RENAMED[name]} now"
         raise InputError([Fault("command line", "--stage", name, expected)])
 
 
