@@ -164,6 +164,17 @@ class TestReuse:
         assert study.run(copied, out=tmp_path / "run").times == again.times
         assert figure.stat().st_mtime_ns == drawn
 
+    def test_a_folder_of_an_earlier_version(self, copied, tmp_path):
+        """What its stage `sticks` wrote is not missed when `pounding` writes it anew."""
+        run = tmp_path / "run"
+        old = json.loads((run / "pounding.stage.json").read_text(encoding="utf-8"))
+        old["files"]["forces.csv"] = "0" * 64
+        (run / "sticks.stage.json").write_text(json.dumps(old), encoding="utf-8")
+        with pytest.raises(ImpactfemError, match=r"forces\.csv"):
+            study.make_report(run)
+        study.run(copied, out=run)
+        assert study.make_report(run).is_file() and not (run / "sticks.stage.json").exists()
+
     def test_a_lost_figure_is_drawn_again(self, copied, tmp_path):
         figure = next((tmp_path / "run" / "figures").glob("*.png"))
         figure.unlink()

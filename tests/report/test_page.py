@@ -13,7 +13,7 @@ from impactfem import study
 from impactfem.cli import app
 from impactfem.report.page import _tiles, number, quantity, write_report
 from impactfem.stages.manifest import file_digest
-from impactfem.system.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError, InputError
 
 TITLES = {stage.name: (stage.title, stage.about) for stage in study.STAGES}
 VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
@@ -282,6 +282,12 @@ def beside_a_paper(run):
         provenance["files"][name] = file_digest(run / name)
     made.write_text(json.dumps(provenance), encoding="utf-8")
     return Page(write_report(run, TITLES).read_text(encoding="utf-8"))
+
+
+def test_a_stage_that_this_version_does_not_know(finished, tmp_path):
+    shutil.copytree(finished.folder, tmp_path / "run")
+    with pytest.raises(InputError, match="stages that this version does not know: pounding"):
+        write_report(tmp_path / "run", {})
 
 
 def test_what_is_given_counts_apart(finished, tmp_path, caplog):

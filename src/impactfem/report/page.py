@@ -35,7 +35,7 @@ from impactfem.report.beside import (
 from impactfem.report.overview import facts
 from impactfem.report.plots import Plot, plots_of
 from impactfem.report.run_files import COMPARISON, RunFiles
-from impactfem.system.errors import ImpactfemError
+from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.files import atomic
 from impactfem.system.log import LOGGER
 
@@ -105,6 +105,7 @@ def write_report(folder: Path, titles: Mapping[str, tuple[str, str]]) -> Path:
         The page, which needs no other file and no network.
 
     Raises:
+        InputError: A stage of the run has no title here: the run is of another version.
         ImpactfemError: The folder holds no run, or a file cannot be read or written.
     """
     path = folder / REPORT
@@ -119,6 +120,13 @@ def _render(run: RunFiles, titles: Mapping[str, tuple[str, str]]) -> str:
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     template = environment.from_string((templates / "report.html").read_text(encoding="utf-8"))
     shown = [*run.stages, *([COMPARISON] if run.compared else [])]
+    unknown = [name for name in shown if name not in titles]
+    if unknown:
+        expected = (
+            f"the run has stages that this version does not know: {', '.join(unknown)}; expected a "
+            "run of this version: 'impactfem run' makes it again"
+        )
+        raise InputError([Fault(run.folder, "", None, expected)])
     stages = [_stage(run, name, titles[name]) for name in shown]
     plots: dict[str, Plot] = {plot.name: plot for stage in stages for plot in stage["plots"]}
     checks = run.checks

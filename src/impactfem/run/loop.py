@@ -28,12 +28,12 @@ from impactfem.run.finished import (
 from impactfem.run.folder import LOG, check_same_case, log_case, open_folder
 from impactfem.run.further_checks import further_checks, mesh_faults
 from impactfem.run.report import write_findings, write_page
-from impactfem.run.stages import REPORT, STAGES, asked_stages, check_stage_name
+from impactfem.run.stages import RENAMED, REPORT, STAGES, asked_stages, check_stage_name
 from impactfem.run.summary import write_summary
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
 from impactfem.stages.inputs import published_values
-from impactfem.stages.manifest import file_digest
+from impactfem.stages.manifest import file_digest, manifest_file
 from impactfem.stages.pounding.checks import distance_check
 from impactfem.stages.provenance import provenance
 from impactfem.stages.stage import DRAWING, Stage
@@ -217,6 +217,9 @@ def run(
             opened.enter_context(open_folder(folder, resume))
             if resume:
                 check_same_case(folder, case)
+            for name in RENAMED:
+                # Of an earlier version: its files are those of the stage with the new name now.
+                manifest_file(folder, name).unlink(missing_ok=True)
             return case
 
         case = on_root(prepare)

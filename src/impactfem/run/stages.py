@@ -15,7 +15,7 @@ from impactfem.system.errors import Fault, InputError
 
 REPORT = "report"
 RENAMED = {"sticks": "pounding"}
-"""Names that stages had before, and have now."""
+"""Names that stages had in earlier versions, and have now."""
 STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, POUNDING, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
 
 
