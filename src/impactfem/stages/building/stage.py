@@ -24,10 +24,16 @@ def storey_factor(folder: Path) -> float:
 
     Args:
         folder: The run's folder, with `building.nc`.
+
+    Raises:
+        ValueError: The store has none.
     """
     with open_store(folder / "building.nc") as store:
         scalars = {s.name: s.value for s in from_json(store.attrs["scalars"])}
-    return float(scalars["building.storey_stiffness_factor"] or 1.0)
+    factor = scalars.get("building.storey_stiffness_factor")
+    if factor is None:
+        raise ValueError("building.nc has no building.storey_stiffness_factor")
+    return factor
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
