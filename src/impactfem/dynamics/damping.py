@@ -62,7 +62,7 @@ class Rayleigh:
         return cls(beta * omega[0] * omega[1], beta)
 
     def modal(self, eigenvalue: Array) -> Array:
-        """D = φᵀ C φ of modes with φᵀ M φ = 1 and φᵀ K φ = λ: α + β λ [1/s].
+        """Modal damping φᵀ C φ = α + β λ of modes with φᵀ M φ = 1 and φᵀ K φ = λ [1/s].
 
         Args:
             eigenvalue: λ, of any shape [1/s2].

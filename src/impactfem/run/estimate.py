@@ -80,7 +80,7 @@ class Estimate:
     meshed: bool
     vectors: dict[str, int]
     stages: tuple[StageCost, ...]
-    longest: float = 0.0
+    longest: float
 
     def of(self, names: set[str]) -> Estimate:
         """That of some stages; of all where there are none among them, as of a case at fault."""

@@ -31,15 +31,15 @@ class Stage:
         title: Its heading in the report.
         about: What it does, in a sentence of the report.
         steps: Its steps and their share of its time; `DRAWING` is the last one.
-        sections: Sections of the case file that it depends on, beside those of what it needs.
+        sections: Sections of the case file that it depends on, in addition to those of its needs.
         computed_by: Modules of its folder that compute it and write its stores.
         drawn_by: Modules that draw its tables and figures: of its folder, or with their package.
         stores: Its files by the name under which `open_run` has them; the scalars are in the first.
         compute: Computes and writes stores; gives the files that it wrote, on rank 0.
         draw: Writes tables and figures from the stores of the run; gives their files. On rank 0.
         checks: The checks of its results in words.
-        needs: The stages whose files it reads.
-        files: Files whose content counts, beside those of its sections.
+        needs: The stages whose files it reads; those that these need follow.
+        files: Files whose content counts, in addition to those of its sections.
         further: What else counts, as text.
         announces: Logs what is known of its results before anything is computed.
         lacks: The section of the case file without which the stage has nothing to do; None when

@@ -111,10 +111,9 @@ def _draw(case: Case, folder: Path) -> list[Path]:
 
 
 def _needs(case: Case) -> tuple[Stage, ...]:
-    needed = (*TRANSIENT.needs(case), TRANSIENT)
     if not _carried(case):
-        return needed
-    return (*needed, ENSEMBLE, *((DEVICE,) if case.devices else ()))
+        return (TRANSIENT,)
+    return (TRANSIENT, ENSEMBLE, *((DEVICE,) if case.devices else ()))
 
 
 DESIGN = Stage(

@@ -118,6 +118,6 @@ DEVICE = Stage(
     ],
     checks=lambda case, folder: device_checks(folder),
     lacks=_lacks,
-    needs=lambda case: (BUILDING, *POUNDING.needs(case), POUNDING),
+    needs=lambda case: (BUILDING, POUNDING),
     collective=True,
 )

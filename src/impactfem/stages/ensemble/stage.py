@@ -73,6 +73,6 @@ ENSEMBLE = Stage(
     draw=_draw,
     checks=lambda case, folder: ensemble_checks(folder, _published(case)),
     lacks=lambda case: "ensemble" if case.ensemble is None else None,
-    needs=lambda case: (*POUNDING.needs(case), POUNDING),
+    needs=lambda case: (POUNDING,),
     collective=True,
 )

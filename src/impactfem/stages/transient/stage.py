@@ -148,7 +148,7 @@ TRANSIENT = Stage(
     checks=_checks,
     announces=_announce,
     lacks=lambda case: "transient" if case.transient is None else None,
-    needs=lambda case: (BUILDING, *POUNDING.needs(case), POUNDING),
+    needs=lambda case: (BUILDING, POUNDING),
     derived=_physics,
     collective=True,
 )
