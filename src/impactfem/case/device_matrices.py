@@ -13,8 +13,8 @@ from pydantic import Field
 
 from impactfem.case.base import Section
 from impactfem.case.leaf import File, read_number
-from impactfem.case.text import read_text
 from impactfem.system.errors import Fault
+from impactfem.system.text_file import read_text
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 _ANCHORED = re.compile(r"([1-9][0-9]*)\.(r?[xyz])")

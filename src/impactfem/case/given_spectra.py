@@ -16,8 +16,8 @@ from pydantic import Field
 from impactfem.case.base import Section
 from impactfem.case.leaf import Acceleration, Frequency, Ratio, Whole, Words, read_number
 from impactfem.case.table import MOST_POINTS, column_key, read_table
-from impactfem.case.text import read_text
 from impactfem.system.errors import Fault
+from impactfem.system.text_file import read_text
 
 PRODUCT = ("building", "floor", "direction", "damping [-]", "frequency [Hz]", "broadened [m/s2]")
 """Columns of `products/floor_spectra.csv` that are read; it has more."""

@@ -16,9 +16,9 @@ from impactfem.case.base import Section
 from impactfem.case.contacts import Vector, unit_vector
 from impactfem.case.leaf import File, Number, nearest, read_number
 from impactfem.case.table import column_key
-from impactfem.case.text import read_text, wrong_separators
 from impactfem.case.unit import FORCE, TIME, Kind, UnitError, si_factor
 from impactfem.system.errors import Fault
+from impactfem.system.text_file import read_text, wrong_separators
 
 Array = NDArray[np.float64]
 TABLE = "a table of forces (CSV) with the header time [s],<building>.floor_<k> [N]"

@@ -26,8 +26,8 @@ from impactfem.case.report import REFERENCE, Reference, read_reference
 from impactfem.case.source import Source
 from impactfem.case.table import Table
 from impactfem.case.targets import Target, read_targets
-from impactfem.case.text import read_bytes
 from impactfem.system.errors import Fault
+from impactfem.system.text_file import read_bytes
 
 _LENGTH: TypeAdapter[float] = TypeAdapter(PositiveLength)
 

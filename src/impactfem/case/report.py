@@ -15,8 +15,8 @@ from impactfem.case.known import Known
 from impactfem.case.leaf import File, Prose, Text, Weight, nearest
 from impactfem.case.published import Kind
 from impactfem.case.source import Source, parse
-from impactfem.case.text import LARGEST_TOML, read_text
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.text_file import LARGEST_TOML, read_text
 
 REFERENCE = "what the study stands beside (TOML)"
 

@@ -14,9 +14,9 @@ from pydantic.fields import FieldInfo
 from impactfem.case.base import Section
 from impactfem.case.leaf import Quantity, Ratio, Whole, Words, nearest, read_number
 from impactfem.case.levels import Levels
-from impactfem.case.text import read_text, wrong_separators
 from impactfem.case.unit import UnitError, scale, si_factor
 from impactfem.system.errors import Fault
+from impactfem.system.text_file import read_text, wrong_separators
 
 Row = TypeVar("Row", bound=Section)
 CellLeaf = Quantity | Ratio | Whole | Words | Levels

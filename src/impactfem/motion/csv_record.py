@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.case.text import wrong_separators
 from impactfem.motion.accelerogram import Accelerogram
 from impactfem.motion.record_text import (
     ACCELERATION_UNITS,
@@ -22,6 +21,7 @@ from impactfem.motion.record_text import (
     same_name,
 )
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.text_file import wrong_separators
 
 FloatArray = npt.NDArray[np.float64]
 

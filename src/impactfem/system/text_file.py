@@ -1,4 +1,4 @@
-"""Reading a text file of the user, with a fault instead of an exception when it is none."""
+"""Reading a text file of the user, with with a fault in place of an exception."""
 
 from __future__ import annotations
 
