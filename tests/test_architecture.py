@@ -73,17 +73,13 @@ PACKAGES = {
         *("building", "case", "coupling", "device", "dynamics", "motion", "reduction"),
         *("spectra", "stages.calibrate", "stages.pounding", "stages.transient", "sticks"),
     },
-    "bench": {
-        *("building", "case", "coupling", "dynamics", "motion", "reduction", "spectra"),
-        *("stages.calibrate", "stages.pounding", "stages.transient", "verify"),
-    },
     "run": {
         *("building", "case", "coupling", "device", "motion", "plot", "reduction", "report"),
         *("stages", "stages.building", "stages.calibrate", "stages.design", "stages.device"),
         *("stages.ensemble", "stages.pounding", "stages.transient"),
     },
     "study": {"run", "stages"},
-    "cli": {"bench", "case", "run", "study", "verify"},
+    "cli": {"case", "run", "study", "verify"},
 }
 
 
@@ -211,6 +207,11 @@ def test_no_circles():
 
 def test_one_file_knows_dolfinx():
     assert importers("dolfinx", "basix", "ffcx") == {"_fenicsx"}
+
+
+def test_the_command_line_alone_knows_bench():
+    """It stands outside the package, and is not installed with it."""
+    assert importers("bench") == {"cli"}
 
 
 def test_dynamics_knows_matrices_only():

@@ -245,9 +245,12 @@ def bench(
         Path | None, typer.Option("--json", metavar="FILE", help="Write the figures to this file.")
     ] = None,
 ) -> None:
-    """Measure speed on this machine, as ratios in one run."""
-    from impactfem.bench import suite
-    from impactfem.bench.figure import as_table
+    """Measure speed on this machine, as ratios in one run; needs a clone of the source tree."""
+    from impactfem.system.files import in_source_tree
+
+    sys.path.insert(0, str(in_source_tree("bench/suite.py").parents[1]))
+    from bench import suite
+    from bench.figure import as_table
 
     _show(as_table(suite.measure(groups or (), json_file)))
 

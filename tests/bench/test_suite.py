@@ -4,8 +4,8 @@ from dataclasses import dataclass
 import pytest
 from rich.console import Console
 
-from impactfem.bench import spectra, suite
-from impactfem.bench.figure import Figure, as_table
+from bench import spectra, suite
+from bench.figure import Figure, as_table
 from impactfem.system.errors import InputError
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.bench.throughput import filtered, measure_throughput, plain_peaks
+from bench.throughput import filtered, measure_throughput, plain_peaks
 from impactfem.spectra import oscillator_response
 from impactfem.spectra.peaks import displacement_peaks
 from impactfem.spectra.recurrence import step_coefficients

@@ -1,4 +1,4 @@
-from impactfem.bench.timing import best_time
+from bench.timing import best_time
 
 
 def test_the_best_of_several():

@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from impactfem.bench import suite
-from impactfem.bench.figure import Figure
+from bench import suite
+from bench.figure import Figure
+from impactfem.system import files
 from impactfem.verify import manual
 from impactfem.verify.row import Row
 
@@ -59,3 +60,11 @@ def test_bench(program, tmp_path, monkeypatch):
     ended = program("bench", "--json", tmp_path / "bench.json")
     assert ended.code == 0 and "a kernel" in ended.out and "met" in ended.out
     assert json.loads((tmp_path / "bench.json").read_text())[0]["met"] is True
+
+
+def test_bench_without_the_source_tree(program, tmp_path, monkeypatch):
+    """As from a wheel."""
+    monkeypatch.setattr(files, "_ROOT", tmp_path)
+    ended = program("bench")
+    assert ended.code == 1 and ended.err.startswith("error: ")
+    assert "bench/suite.py is not there: this needs a clone of the source tree" in ended.err

@@ -14,7 +14,7 @@ import xarray as xr
 
 from impactfem.system import files
 from impactfem.system.errors import ImpactfemError
-from impactfem.system.files import atomic, remove_parts, write_json, write_netcdf
+from impactfem.system.files import atomic, in_source_tree, remove_parts, write_json, write_netcdf
 
 
 @pytest.fixture
@@ -230,3 +230,9 @@ def test_a_full_disk(old, what):
     assert ended.returncode == 7, ended.stderr[-600:]
     assert ended.stdout.startswith(f"cannot write {old}: ")
     assert limited(old, what, 10_000_000).returncode == 0
+
+
+def test_what_comes_with_the_source_tree():
+    assert in_source_tree("geometry/frame.toml").is_file()
+    with pytest.raises(ImpactfemError, match="needs a clone of the source tree"):
+        in_source_tree("geometry/absent.toml")

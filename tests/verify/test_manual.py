@@ -7,10 +7,9 @@ import sys
 
 import pytest
 
-from impactfem.system.errors import ImpactfemError, InputError
+from impactfem.system.errors import InputError
 from impactfem.verify import manual
 from impactfem.verify.row import Row
-from impactfem.verify.shipped import shipped_case
 
 KEYS = {
     "name",
@@ -198,8 +197,3 @@ def test_a_table_for_the_terminal():
     table = manual.as_table([good, bad])
     assert table.row_count == 2
     assert list(table.columns[-1].cells) == ["pass", "FAIL"]
-
-
-def test_without_the_source_tree():
-    with pytest.raises(ImpactfemError, match="needs the source tree"):
-        shipped_case("absent.toml")

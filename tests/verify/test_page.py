@@ -41,7 +41,7 @@ def few(monkeypatch):
         """About two, see `one`."""
 
     two.__module__ = "somewhere.else"
-    one.__module__ = "impactfem.verify.beams"
+    one.__module__ = "impactfem.verify.shells.beams"
     monkeypatch.setattr(module, "BENCHMARKS", {"one": one, "two": two})
     monkeypatch.setattr(module, "FULL", {"heavy": two})
 

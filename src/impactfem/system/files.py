@@ -14,7 +14,23 @@ import xarray as xr
 
 from impactfem.system.errors import ImpactfemError
 
+_ROOT = Path(__file__).parents[3]
 _PART = re.compile(r"\..+\.([1-9]\d{0,8})\.part")
+
+
+def in_source_tree(name: str) -> Path:
+    """A file or folder that comes with the source tree, and with no installed package.
+
+    Args:
+        name: Its path from the root of the tree, as "geometry/frame.toml".
+
+    Raises:
+        ImpactfemError: The program runs without its source tree.
+    """
+    path = _ROOT / name
+    if not path.exists():
+        raise ImpactfemError(f"{path} is not there: this needs a clone of the source tree")
+    return path
 
 
 @contextmanager

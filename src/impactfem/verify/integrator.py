@@ -8,7 +8,7 @@ from impactfem.coupling.contact import effective_mass, kelvin_voigt
 from impactfem.coupling.energy import energy_balance
 from impactfem.coupling.pounding import End, Load, Pair, System, simulate
 from impactfem.sticks.stick import mass_on_spring
-from impactfem.verify.models import Y, fitted_order
+from impactfem.verify.contact.models import Y, fitted_order
 from impactfem.verify.row import Row
 
 

@@ -11,43 +11,35 @@ from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import write_json
 from impactfem.system.log import Steps
 from impactfem.system.parallel import one_blas_thread, rank
-from impactfem.verify import (
-    bar_impact,
+from impactfem.verify import integrator, motion, oscillator, spectra, sticks
+from impactfem.verify.contact import contact, landing_block, laws, pairs, unilateral
+from impactfem.verify.devices import device, device_spectra, device_supports
+from impactfem.verify.row import Row
+from impactfem.verify.shells import (
     beams,
-    contact,
-    device,
-    device_spectra,
-    device_supports,
     eccentric_beam,
-    error_band,
-    floor_bar,
-    frame_loads,
-    integrator,
-    landing_block,
-    laws,
     mindlin_plate,
-    motion,
-    moving_force,
     nafems,
-    oscillating_pulse,
-    oscillator,
-    pairs,
-    paper_transient,
     pinched_cylinder,
     plate_forces,
-    plate_step,
     scordelis_lo,
     shell_frames,
     shell_patch,
     shell_rigid,
-    spectra,
-    sticks,
-    strip_in_time,
     thin_shells,
-    unilateral,
+)
+from impactfem.verify.waves import (
+    bar_impact,
+    error_band,
+    floor_bar,
+    frame_loads,
+    moving_force,
+    oscillating_pulse,
+    paper_transient,
+    plate_step,
+    strip_in_time,
     waves,
 )
-from impactfem.verify.row import Row
 
 BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "shock_on_wall": contact.shock_on_wall,

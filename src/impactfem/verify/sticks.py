@@ -16,8 +16,8 @@ from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.sticks.element import Section
 from impactfem.sticks.modes import modes
 from impactfem.sticks.stick import Floor, Stick, build_stick
+from impactfem.system.files import in_source_tree
 from impactfem.verify.row import Row
-from impactfem.verify.shipped import shipped_case
 
 NONE = Rayleigh(0.0, 0.0)
 ALLOWED = (
@@ -100,7 +100,7 @@ def paper_case() -> list[Row]:
     rows say that so few are enough to meet all of them, and are no independent check of the model.
     The three ratios are not among the targets.
     """
-    case = load_case(shipped_case("npp_pair.toml"))
+    case = load_case(in_source_tree("geometry/npp_pair.toml"))
     study = run_sticks(case, lambda _: nullcontext())
     found = {scalar.name: scalar.value for scalar in stick_scalars(study)}
     rows = []

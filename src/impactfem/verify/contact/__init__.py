@@ -1,0 +1,1 @@
+"""Contact between sticks and unilateral contact."""

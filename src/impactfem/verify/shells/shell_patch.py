@@ -1,0 +1,154 @@
+"""Patch tests of the shell element on distorted meshes in a plane of no special direction."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.section import Material
+from impactfem.building.shell_model import ShellModel, Shells, shell_model
+from impactfem.verify.row import Row
+from impactfem.verify.shells.shell_meshes import ROTATION, flat, panel
+
+Array = NDArray[np.float64]
+
+CONCRETE = Material(E=33e9, nu=0.2, rho=2500.0)
+STATES = {"xx": (1.0, 0.0, 0.0), "yy": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, 1.0)}
+"""Components (xx, yy, xy) of a constant strain or curvature, the last one as tensor component."""
+LENGTH, WIDTH = 6.0, 4.0
+
+
+def patch_tests() -> list[Row]:
+    """Constant membrane strains, constant curvatures without shear, and constant shear.
+
+    The boundary nodes are given all six components of the exact state; what the inner nodes do,
+    and the energy, are compared with it. Linear displacements with the in-plane rotation as
+    drilling rotation, and quadratic deflections with θ such that γ = 0, both lie in the element's
+    space and meet its shear and drilling energies with none, so both are exact to rounding.
+    With a constant shear the curvature is linear and the deflection cubic, which no element holds;
+    its nodes are where they should be all the same, and so is the energy.
+    """
+    rows = []
+    for t in (0.06, 0.6):
+        model, place = _model(t)
+        for kind, states in _states(place, t).items():
+            off, energies = [], []
+            for state, exact_energy in states:
+                exact = _turned(state)
+                found = model.prescribed(exact, model.rows(_boundary(model)))
+                away = np.abs(found - exact).reshape(-1, 2, 3).max(axis=(0, 2))
+                size = np.abs(exact).reshape(-1, 2, 3).max(axis=(0, 2))
+                off.append(float((away[size > 0.0] / size[size > 0.0]).max()))
+                energy = 0.5 * found @ (model.K @ found)
+                energies.append(abs(energy / exact_energy - 1.0))
+            for quantity, values in (("displacement or rotation", off), ("energy", energies)):
+                rows.append(
+                    Row(
+                        f"{kind} patch test",
+                        f"largest error of the {quantity}, size over thickness {1.5 / t:.3g}",
+                        0.0,
+                        float(max(values)),
+                        "-",
+                        1e-9,
+                        "closed form; patch test of Irons",
+                        absolute=True,
+                    )
+                )
+    return rows
+
+
+def membrane_state(place: Array, strain: tuple[float, float, float]) -> Array:
+    """Displacement and rotation of a constant strain, with a turn in the plane, shape (n, 6)."""
+    xx, yy, xy = strain
+    turn = 0.7
+    gradient = np.array([[xx, xy - turn], [xy + turn, yy]])
+    state = np.zeros((len(place), 6))
+    state[:, :2] = place[:, :2] @ gradient.T
+    state[:, 5] = turn
+    return state
+
+
+def bending_state(place: Array, curvature: tuple[float, float, float]) -> Array:
+    """Deflection and rotation of a constant curvature κ = sym ∇β, β = −∇w, shape (n, 6)."""
+    xx, yy, xy = curvature
+    x, y = place[:, 0], place[:, 1]
+    state = np.zeros((len(place), 6))
+    state[:, 2] = -(0.5 * xx * x**2 + 0.5 * yy * y**2 + xy * x * y)
+    state[:, 4] = xx * x + xy * y  # β_x
+    state[:, 3] = -(xy * x + yy * y)  # −β_y
+    return state
+
+
+def shear_state(place: Array, t: float, powers: tuple[int, int]) -> tuple[Array, float]:
+    """Constant shear Q = div M: β = −∇φ and w = φ + γ·x with φ = x^p y^q of degree 3, and Q = k γ.
+
+    Returns:
+        Displacement and rotation, shape (n, 6), and the energy of the rectangle.
+    """
+    p, q = powers
+
+    def at(x: Array, y: Array, dx: int, dy: int) -> Array:
+        """A derivative of φ."""
+        return np.asarray(
+            math.perm(p, dx) * math.perm(q, dy) * x ** max(p - dx, 0) * y ** max(q - dy, 0)
+        )
+
+    x, y = place[:, 0], place[:, 1]
+    rigidity = CONCRETE.E * t**3 / (12.0 * (1.0 - CONCRETE.nu**2))
+    zero = np.zeros(1)
+    laplacian = [at(zero, zero, 2 + a, b) + at(zero, zero, a, 2 + b) for a, b in ((1, 0), (0, 1))]
+    shear = -rigidity * np.ravel(laplacian)
+    gamma = shear / (5.0 / 6.0 * CONCRETE.G * t)
+    state = np.zeros((len(place), 6))
+    state[:, 2] = at(x, y, 0, 0) + gamma[0] * x + gamma[1] * y
+    state[:, 4] = -at(x, y, 1, 0)  # β_x
+    state[:, 3] = at(x, y, 0, 1)  # −β_y
+    # The energy of bending is quadratic over the rectangle: 3 by 3 points of Gauss are enough.
+    points, weights = np.sqrt([0.6, 0.0, 0.6]) * [-1.0, 0.0, 1.0], np.array([5.0, 8.0, 5.0]) / 9.0
+    xs, ys = (0.5 * (1.0 + a.ravel()) for a in np.meshgrid(points, points))
+    area = LENGTH * WIDTH
+    curvature = [-at(LENGTH * xs, WIDTH * ys, a, b) for a, b in ((2, 0), (0, 2), (1, 1))]
+    bending = [
+        _energy("bending", t, (float(xx), float(yy), float(xy)))
+        for xx, yy, xy in zip(*curvature, strict=True)
+    ]
+    mean = 0.25 * float(np.outer(weights, weights).ravel() @ bending)
+    return state, mean + 0.5 * area * float(shear @ gamma)
+
+
+def _states(place: Array, t: float) -> dict[str, list[tuple[Array, float]]]:
+    """Displacements and energies of the three tests."""
+    return {
+        "membrane": [
+            (membrane_state(place, s), _energy("membrane", t, s)) for s in STATES.values()
+        ],
+        "bending": [(bending_state(place, s), _energy("bending", t, s)) for s in STATES.values()],
+        "shear": [shear_state(place, t, (p, 3 - p)) for p in range(4)],
+    }
+
+
+def _energy(kind: str, t: float, strain: tuple[float, float, float]) -> float:
+    """½ A D(ε):ε times t, or t³/12."""
+    xx, yy, xy = strain
+    E, nu = CONCRETE.E, CONCRETE.nu
+    density = E / (1.0 - nu**2) * (xx**2 + yy**2 + 2.0 * nu * xx * yy + 2.0 * (1.0 - nu) * xy**2)
+    return 0.5 * LENGTH * WIDTH * density * (t if kind == "membrane" else t**3 / 12.0)
+
+
+def _model(t: float) -> tuple[ShellModel, Array]:
+    """A distorted rectangle, turned, and its nodes before the turn."""
+    place, triangles = panel(4, 4, flat((LENGTH, 0.0, 0.0), (0.0, WIDTH, 0.0)), 0.35)
+    return shell_model(place @ ROTATION.T, Shells(triangles, t, CONCRETE)), place
+
+
+def _boundary(model: ShellModel) -> NDArray[np.bool_]:
+    x, y = (model.nodes @ ROTATION)[:, :2].T
+    boundary: NDArray[np.bool_] = np.minimum(x, LENGTH - x) < 1e-9
+    boundary |= np.minimum(y, WIDTH - y) < 1e-9
+    return boundary
+
+
+def _turned(state: Array) -> Array:
+    return np.hstack([state[:, :3] @ ROTATION.T, state[:, 3:] @ ROTATION.T]).ravel()

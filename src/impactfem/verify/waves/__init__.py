@@ -1,0 +1,1 @@
+"""Waves, and the 3D building in time."""

@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+
+from impactfem.verify.contact import landing_block
+from impactfem.verify.contact.landing_block import (
+    CORNERS,
+    GRAVITY,
+    INERTIA,
+    MASS,
+    NEAR,
+    START,
+    bounced,
+    landed,
+    plastic_landing,
+)
+
+
+@pytest.mark.parametrize("corners", [CORNERS, NEAR])
+def test_a_landing_by_hand(corners):
+    """Both corners stop: the impulses take the momentum and its moment."""
+    v0 = np.array([-1.0, 0.0])
+    impulse, v1 = plastic_landing(corners, v0)
+    a, b = corners[1, 0], -corners[1, 1]
+    assert impulse == pytest.approx([MASS * b / (a + b), MASS * a / (a + b)])
+    assert v1 == pytest.approx([0.0, 0.0], abs=1e-15)
+
+
+def test_a_landing_on_one_corner():
+    """The other one is lifted: P = u/(1/m + a²/J) with u = 1 + 0.15 · 4."""
+    impulse, v1 = plastic_landing(NEAR, np.array([-1.0, 4.0]))
+    assert impulse == pytest.approx([1.6 / (1.0 / MASS + 0.15**2 / INERTIA), 0.0])
+    closing = NEAR.T @ v1
+    assert closing[0] == pytest.approx(0.0, abs=1e-15) and closing[1] < -0.1
+    found = landed(NEAR, np.array([-1.0, 4.0])).impulse.sum(axis=0)
+    assert found == pytest.approx(impulse)
+
+
+def test_flights_and_bounces():
+    """Until the first bounce it is a flight; a bounce keeps e² of the corner's energy."""
+    (x, v, count), (x0, v0) = bounced(0.1, 0.8), START
+    assert count == 0
+    assert x == pytest.approx(x0 + 0.1 * v0 - [0.5 * GRAVITY * 0.01, 0.0])
+    assert v == pytest.approx(v0 - [GRAVITY * 0.1, 0.0])
+
+    def energy(x, v):
+        return 0.5 * MASS * v[0] ** 2 + 0.5 * INERTIA * v[1] ** 2 + MASS * GRAVITY * x[0]
+
+    elastic, count = bounced(0.6, 1.0)[:2], bounced(0.6, 1.0)[2]
+    assert count > 1 and energy(*elastic) == pytest.approx(energy(x0, v0))
+    assert energy(*bounced(0.6, 0.8)[:2]) < energy(x0, v0)
+    for end in np.linspace(0.0, 0.6, 30):
+        assert np.all(-CORNERS.T @ bounced(end, 0.8)[0] >= -1e-12)
+
+
+def test_a_wrong_inertia_is_seen(monkeypatch, failed):
+    right = landing_block._motion
+
+    def wrong(corners, step):
+        return right(corners * [[1.0], [1.02]], step)
+
+    monkeypatch.setattr(landing_block, "_motion", wrong)
+    found = failed(landing_block.landing_block())
+    assert "turning fast on near corners: impulse on corner 1" in found
+    assert "rotation after 4 bounces with e = 0.8 under gravity" in found

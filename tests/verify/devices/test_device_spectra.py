@@ -1,0 +1,112 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactfem.device.combination import combine_modes
+from impactfem.verify.devices import device_spectra as module
+from impactfem.verify.devices.device_spectra import close_pair
+
+
+def test_a_wrong_coefficient_is_seen(monkeypatch, failed):
+    """The form for equal dampings, taken for all."""
+    right = module.correlation
+
+    def equal(rule, f, xi):
+        return right(rule, f, np.full(xi.shape, xi.mean()))
+
+    monkeypatch.setattr(module, "correlation", equal)
+    assert failed(module.correlation_coefficients()) == {
+        "10 Hz at 5.00% and 12 Hz at 1.00%",
+        "30.51 Hz at 1.99% and 82.9 Hz at 2.04%",
+        "5 Hz at 2.00% and 5 Hz at 10.00%",
+    }
+
+
+@pytest.mark.parametrize("benchmark", [module.sdld25, module.static_load])
+def test_a_lost_mode_is_seen(monkeypatch, failed, benchmark):
+    right = module.spectrum_analysis
+
+    def short(device, spectra, rules, q):
+        limit = 22.0 if benchmark is module.sdld25 else rules.maximum_frequency
+        return right(device, spectra, replace(rules, maximum_frequency=limit, **lost), q)
+
+    lost = {}
+    monkeypatch.setattr(module, "spectrum_analysis", short)
+    if benchmark is module.sdld25:
+        # Missing mass at the zero-period acceleration is not the mode's own ordinate.
+        assert failed(benchmark())
+    else:
+        assert failed(benchmark()) == set()
+        lost["rigid"] = None
+        assert any("two pairs" in name for name in failed(benchmark()))
+
+
+def test_squares_of_rigid_modes_are_seen(monkeypatch, failed):
+    """Without the rigid part every force and moment of the benchmark is too low."""
+    right = module.spectrum_analysis
+    monkeypatch.setattr(
+        module, "spectrum_analysis", lambda d, s, rules: right(d, s, replace(rules, rigid=None))
+    )
+    found = failed(module.rigid_response())
+    assert len(found) == 8 and all("with SRSS" in one or "with CQC" in one for one in found)
+
+
+def test_a_rigid_part_of_the_wrong_corner_is_seen(monkeypatch, failed):
+    """f2 as the frequency of the ZPA itself, without Gupta's mean of it and f1."""
+    right = module.Gupta.corners
+    monkeypatch.setattr(
+        module.Gupta,
+        "corners",
+        lambda self, spectrum, xi: (right(self, spectrum, xi)[0], spectrum.rigid_from(xi)),
+    )
+    assert "rigid part at 12 Hz, Gupta" in failed(module.rigid_response())
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("own_weight", lambda device: np.zeros(6)),
+        ("ring_tension", lambda force, radius: force[2] + np.hypot(force[3], force[4]) / radius),
+    ],
+)
+def test_a_tension_without_weight_or_about_the_rim_is_seen(monkeypatch, failed, name, wrong):
+    monkeypatch.setattr(module, name, wrong)
+    assert {"N + 2 M / r", "eight springs on a circle"} <= set(failed(module.net_tension()))
+
+
+def test_other_rules_are_seen(monkeypatch, failed):
+    right = module.combine_modes
+    monkeypatch.setattr(module, "combine_modes", lambda R, f, xi, _, t: right(R, f, xi, "cqc", t))
+    assert len(failed(module.combination_rules())) == 5
+
+
+def test_supports_in_step_are_not_independent(monkeypatch, failed):
+    right = module.Rules
+    monkeypatch.setattr(module, "Rules", lambda **rest: right(**{**rest, "supports": "algebraic"}))
+    assert "acceleration, supports independent" in failed(module.two_supports())
+    assert "acceleration, supports together" not in failed(module.two_supports())
+
+
+def test_a_rotation_of_the_other_sense_is_seen(monkeypatch, failed):
+    right = module.on_springs
+
+    def high(name, springs, body, damping):
+        return right(name, springs, replace(body, centre=1.1 * body.centre), damping)
+
+    monkeypatch.setattr(module, "on_springs", high)
+    assert "F_y under a rotation of 5/h rad/s2" in failed(module.rocking_floor())
+
+
+def test_srss_fails_for_close_modes(monkeypatch, failed):
+    monkeypatch.setattr(
+        module, "combine_modes", lambda R, f, xi, _: combine_modes(R, f, xi, "srss")
+    )
+    assert failed(module.noise_against_spectra()) == {
+        "CQC of mean squares, two close modes, over direct integration"
+    }
+
+
+def test_the_pair_is_close():
+    f = module.device_modes(close_pair()).frequency
+    assert f[1] / f[0] < 1.11

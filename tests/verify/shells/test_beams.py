@@ -1,0 +1,114 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+from impactfem.building import beam, model
+from impactfem.building.section import BeamSection
+from impactfem.verify.shells import beams
+
+
+@pytest.fixture
+def wrong_section(monkeypatch):
+    """Change the section that the models are made of, and not the closed forms."""
+
+    def change(**factors):
+        right = beams.shell_model
+
+        def wrong(points, beams):
+            own = beams.section
+            changes = {name: factor * getattr(own, name) for name, factor in factors.items()}
+            return right(points, replace(beams, section=replace(own, **changes)))
+
+        monkeypatch.setattr(beams, "shell_model", wrong)
+
+    return change
+
+
+@pytest.fixture
+def own_cache(monkeypatch, tmp_path):
+    """A cache for the forms of a test."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("name", "seen"),
+    [
+        ("A", ("width", "depth", "axis", "beside")),
+        ("I1", ("depth", "beside")),
+        ("I2", ("width",)),
+        ("J", ("twist", "beside")),
+        ("k1", ("width",)),
+        ("k2", ("depth", "beside")),
+    ],
+)
+def test_a_wrong_section_is_seen_where_it_counts(failed, wrong_section, name, seen):
+    wrong_section(**{name: 1.001})
+    quantities = failed(beams.cantilevers())
+    every = {row.quantity for row in beams.cantilevers() if row.quantity.startswith("tip")}
+    assert quantities == {q for q in every if any(word in q.split(",")[0] for word in seen)}
+
+
+def test_swapped_sides_are_seen(failed, monkeypatch, own_cache):
+    """The frame turned by a quarter: n1 for n2."""
+    right = beam._frame
+
+    def turned(mesh, fields):
+        t, n1, n2 = right(mesh, fields)
+        return t, n2, -n1
+
+    monkeypatch.setattr(beam, "_frame", turned)
+    quantities = failed(beams.cantilevers())
+    assert sum("width" in quantity for quantity in quantities) == 3
+    assert sum("depth" in quantity for quantity in quantities) == 3
+
+
+def test_full_integration_of_the_shear_is_seen(failed, monkeypatch, own_cache):
+    """It is too stiff across, and changes nothing along the axis."""
+    monkeypatch.setattr(beam, "REDUCED", 4)
+    quantities = failed(beams.cantilevers())
+    assert sum("width" in q or "depth" in q for q in quantities) == 6
+    assert not [q for q in quantities if ("axis, beam" in q and "beside" not in q) or "twist" in q]
+
+
+def test_half_of_the_rotary_inertia_is_seen(failed, monkeypatch, own_cache):
+    right = beam.beam_mass
+
+    def halved(space, fields):
+        return right(space, replace(fields, second_moments=0.5 * fields.second_moments))
+
+    monkeypatch.setattr(model, "beam_mass", halved)
+    assert {f"frequency {k}, 20 elements" for k in (1, 2, 3)} <= failed(beams.frequencies())
+
+
+def test_rotations_of_the_wrong_sign_are_seen(failed, monkeypatch, own_cache):
+    right = beam.halves
+
+    def turned(w):
+        u, theta = right(w)
+        return u, -theta
+
+    monkeypatch.setattr(beam, "halves", turned)
+    rows = beams.rigid_body_modes()
+    assert {row.quantity for row in rows if "largest energy" in row.quantity} <= failed(rows)
+
+
+def test_frequencies_of_a_slender_beam_are_eulers():
+    """cos λ cosh λ = −1 with f = λ² √(E I/(ρ A)) / (2π L²)."""
+    section, length = BeamSection.beam(0.1, 0.05), 10.0
+    found = beams.timoshenko_frequencies(section, beams.CONCRETE, length, 3)
+    for guess, frequency in zip((1.875, 4.694, 7.855), found, strict=True):
+        root = scipy.optimize.brentq(
+            lambda x: np.cos(x) * np.cosh(x) + 1.0, guess - 0.1, guess + 0.1
+        )
+        speed = np.sqrt(33e9 * 0.05**2 / 12.0 / 2500.0)
+        euler = root**2 * speed / (2.0 * np.pi * length**2)
+        # Shear and rotary inertia: below, by (λ r/L)² and some.
+        assert 0.0 < 1.0 - frequency / euler < 5.0 * (root * 0.05 / length) ** 2
+
+
+def test_frequencies_of_a_stocky_beam_are_lower():
+    stocky = beams.timoshenko_frequencies(BeamSection.beam(0.5, 2.0), beams.CONCRETE, 3.0, 2)
+    stiff = BeamSection(**{**vars(BeamSection.beam(0.5, 2.0)), "k2": 1e6})
+    assert stocky[0] < 0.9 * beams.timoshenko_frequencies(stiff, beams.CONCRETE, 3.0, 2)[0]
