@@ -42,7 +42,7 @@ from impactfem.coupling.restitution import exact_chi, kelvin_voigt_xi
 from impactfem.stages.pounding.compute import run_sticks
 from impactfem.system import log
 from impactfem.system.errors import InputError
-from impactfem.verify.contact.models import collision
+from impactfem.verify.contact import collision
 
 log.set_up(verbose=False)
 

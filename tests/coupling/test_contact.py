@@ -20,7 +20,7 @@ from impactfem.coupling.contact import (
     law_force,
 )
 from impactfem.coupling.impacts import impacts
-from impactfem.verify.contact.models import collision
+from impactfem.verify.contact import collision
 
 K, C = 1e9, 4e6
 LINEAR = np.array([K, C, 0.0, 0.0])

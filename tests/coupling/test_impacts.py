@@ -7,7 +7,7 @@ from impactfem.coupling.contact import hertz, hertz_damp, hunt_crossley, jankows
 from impactfem.coupling.impacts import impacts
 from impactfem.coupling.pounding import System, simulate
 from impactfem.sticks.stick import mass_on_spring
-from impactfem.verify.contact.models import against_wall, collision
+from impactfem.verify.contact import against_wall, collision
 
 M, K, V0 = 1.5e6, 1e11, 0.3
 KINETIC = 0.5 * M * V0**2

@@ -18,7 +18,7 @@ from impactfem.coupling.newmark import add_product, contact_forces, march, pair_
 from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import SolutionError
-from impactfem.verify.contact.models import Y, collision
+from impactfem.verify.contact import Y, collision
 
 H = 1.5e-4
 K, C = 1e11, 1.3e8

@@ -29,7 +29,7 @@ from impactfem.coupling.pounding import Response, simulate
 from impactfem.stages.pounding.compute import run_sticks, steps_of_law
 from impactfem.stages.pounding.store import write_sticks
 from impactfem.system.errors import InputError
-from impactfem.verify.contact.models import collision
+from impactfem.verify.contact import collision
 
 M1, M2 = 1574e3, 3014e3
 MASS = effective_mass(M1, M2)

@@ -11,7 +11,7 @@ from impactfem.coupling.impacts import impacts
 from impactfem.coupling.pounding import End, Load, Pair, System, interpolate_ground, simulate
 from impactfem.sticks.stick import build_stick, mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
-from impactfem.verify.contact.models import Y, against_wall, collision
+from impactfem.verify.contact import Y, against_wall, collision
 
 DT = 2.5e-4
 UX, UY, UZ, RX, RY, RZ = range(6)

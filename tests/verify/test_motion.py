@@ -1,16 +1,5 @@
-import pytest
-
 from impactfem.motion import eurocode
 from impactfem.verify import motion
-
-
-@pytest.mark.parametrize(
-    "benchmark", [motion.record_formats, motion.eurocode_ordinates, motion.decree_ordinates]
-)
-def test_benchmarks_pass(benchmark):
-    rows = benchmark()
-    assert rows
-    assert not [row for row in rows if not row.passed]
 
 
 def test_a_wrong_table_would_be_seen(monkeypatch):

@@ -4,21 +4,10 @@ import math
 import numpy as np
 import pytest
 
-from impactfem.verify.row import Row
+from impactfem.verify.row import Row, Rows, fitted_order
 
-KEYS = [
-    "name",
-    "quantity",
-    "reference",
-    "computed",
-    "unit",
-    "error",
-    "tolerance",
-    "absolute",
-    "at_least",
-    "passed",
-    "source",
-]
+KEYS = "name quantity reference computed unit error tolerance absolute at_least passed source"
+SIZES = np.array([0.4, 0.2, 0.1])
 
 
 def row(computed, reference=2.0, tolerance=0.01, **options):
@@ -61,5 +50,34 @@ def test_what_is_no_number_never_passes(kind):
 def test_json_of_numpy_numbers():
     made = row(np.float64(2.0), reference=np.float64(2.0))
     entry = json.loads(json.dumps(made.as_dict()))
-    assert list(entry) == KEYS
+    assert list(entry) == KEYS.split()
     assert entry["passed"] is True and entry["error"] == 0.0 and entry["unit"] == "m"
+
+
+def test_a_table_is_written_line_by_line():
+    rows = Rows("name", "a book")
+    rows.add("force", np.float64(2.0), np.array(2.1), "N", 0.1)
+    rows.where = "full"
+    rows.add("difference", 0.0, 0.2, "-", 0.1, "elsewhere", name="another")
+    rows.add("share", 1.0, 1.2, "-", 0.3, absolute=True)
+    assert rows == [
+        Row("name", "force", 2.0, 2.1, "N", 0.1, "a book"),
+        Row("another", "difference, full", 0.0, 0.2, "-", 0.1, "elsewhere", absolute=True),
+        Row("name", "share, full", 1.0, 1.2, "-", 0.3, "a book", absolute=True),
+    ]
+
+
+def test_an_order_is_the_slope():
+    assert fitted_order(SIZES, 3.0 * SIZES**2.5) == pytest.approx(2.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("order", "missing", "passed"), [(4.0, 0.0, True), (1.95, 0.05, True), (1.8, 0.2, False)]
+)
+def test_an_order_above_its_bound_passes(order, missing, passed):
+    rows = Rows("a")
+    rows.order("b", 2.0, SIZES, 7.0 * SIZES**order, "c")
+    (row,) = rows
+    assert row.quantity == "fitted order of b, at least 2"
+    assert row.error == pytest.approx(missing, abs=1e-12)
+    assert row.passed is passed

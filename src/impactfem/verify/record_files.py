@@ -17,44 +17,57 @@ _UNSPECIFIED = -999
 def at2_text(samples: npt.ArrayLike, step: float) -> str:
     """A PEER AT2 file of samples in g: 5 a line in columns of 15 characters."""
     g = np.asarray(samples, dtype=np.float64)
-    return "\n".join(
-        [
-            "PEER NGA STRONG MOTION DATABASE RECORD",
-            "Nowhere-01, 1/2/2003, Made Up Station, 090",
-            "ACCELERATION TIME SERIES IN UNITS OF G",
-            f"NPTS= {g.size:6d}, DT= {step:8.5f} SEC",
-            *_columns([f"{value:15.7E}" for value in g], 5),
-            "",
-        ]
-    )
+    header = f"""\
+PEER NGA STRONG MOTION DATABASE RECORD
+Nowhere-01, 1/2/2003, Made Up Station, 090
+ACCELERATION TIME SERIES IN UNITS OF G
+NPTS= {g.size:6d}, DT= {step:8.5f} SEC"""
+    return "\n".join([header, *_columns([f"{value:15.7E}" for value in g], 5), ""])
+
+
+_ESM_KEYS = """\
+EVENT_NAME EVENT_ID EVENT_DATE_YYYYMMDD EVENT_TIME_HHMMSS EVENT_LATITUDE_DEGREE
+EVENT_LONGITUDE_DEGREE EVENT_DEPTH_KM HYPOCENTER_REFERENCE MAGNITUDE_W MAGNITUDE_W_REFERENCE
+MAGNITUDE_L MAGNITUDE_L_REFERENCE FOCAL_MECHANISM NETWORK STATION_CODE STATION_NAME
+STATION_LATITUDE_DEGREE STATION_LONGITUDE_DEGREE STATION_ELEVATION_M LOCATION SENSOR_DEPTH_M
+VS30_M/S SITE_CLASSIFICATION_EC8 MORPHOLOGIC_CLASSIFICATION EPICENTRAL_DISTANCE_KM
+EARTHQUAKE_BACKAZIMUTH_DEGREE DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS
+DATE_TIME_FIRST_SAMPLE_PRECISION SAMPLING_INTERVAL_S NDATA DURATION_S STREAM UNITS INSTRUMENT
+INSTRUMENT_ANALOG/DIGITAL INSTRUMENTAL_FREQUENCY_HZ INSTRUMENTAL_DAMPING FULL_SCALE_G
+N_BIT_DIGITAL_CONVERTER PGA_CM/S^2 TIME_PGA_S BASELINE_CORRECTION FILTER_TYPE FILTER_ORDER
+LOW_CUT_FREQUENCY_HZ HIGH_CUT_FREQUENCY_HZ LATE/NORMAL_TRIGGERED DATABASE_VERSION HEADER_FORMAT
+DATA_TYPE PROCESSING DATA_TIMESTAMP_YYYYMMDD_HHMMSS DATA_LICENSE DATA_CITATION DATA_CREATOR
+ORIGINAL_DATA_MEDIATOR_CITATION ORIGINAL_DATA_MEDIATOR ORIGINAL_DATA_CREATOR_CITATION
+ORIGINAL_DATA_CREATOR USER1 USER2 USER3 USER4 USER5
+"""
 
 
 def esm_text(samples: npt.ArrayLike, step: float, stream: str = "HNN") -> str:
     """An ESM file of samples in cm/s2: 64 lines of header, then one sample a line."""
     a = np.asarray(samples, dtype=np.float64)
     peak = int(np.argmax(np.abs(a)))
-    known = {
-        "EVENT_NAME": "NOWHERE",
-        "EVENT_DATE_YYYYMMDD": "20030102",
-        "EVENT_TIME_HHMMSS": "030405",
-        "NETWORK": "XX",
-        "STATION_CODE": "MADE",
-        "STATION_NAME": "Made Up, Nowhere",
-        "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS": "20030102_030410.250",
-        "SAMPLING_INTERVAL_S": f"{step:.6f}",
-        "NDATA": f"{a.size}",
-        "DURATION_S": f"{a.size * step:.3f}",
-        "STREAM": stream,
-        "UNITS": "cm/s^2",
-        "INSTRUMENT": "sensor = Unknown [Unknown] | digitizer = Unknown [Unknown]",
-        "PGA_CM/S^2": f"{a[peak]:.6f}",
-        "TIME_PGA_S": f"{peak * step:.6f}",
-        "BASELINE_CORRECTION": "BASELINE REMOVED",
-        "DATABASE_VERSION": "DYNA 1.0",
-        "HEADER_FORMAT": "DYNA 1.2",
-        "DATA_TYPE": "ACCELERATION",
-    }
-    header = [f"{key}: {known.get(key, '')}" for key in _ESM_KEYS]
+    given = f"""\
+EVENT_NAME: NOWHERE
+EVENT_DATE_YYYYMMDD: 20030102
+EVENT_TIME_HHMMSS: 030405
+NETWORK: XX
+STATION_CODE: MADE
+STATION_NAME: Made Up, Nowhere
+DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS: 20030102_030410.250
+SAMPLING_INTERVAL_S: {step:.6f}
+NDATA: {a.size}
+DURATION_S: {a.size * step:.3f}
+STREAM: {stream}
+UNITS: cm/s^2
+INSTRUMENT: sensor = Unknown [Unknown] | digitizer = Unknown [Unknown]
+PGA_CM/S^2: {a[peak]:.6f}
+TIME_PGA_S: {peak * step:.6f}
+BASELINE_CORRECTION: BASELINE REMOVED
+DATABASE_VERSION: DYNA 1.0
+HEADER_FORMAT: DYNA 1.2
+DATA_TYPE: ACCELERATION"""
+    known = dict(line.split(": ", 1) for line in given.splitlines())
+    header = [f"{key}: {known.get(key, '')}" for key in _ESM_KEYS.split()]
     return "\n".join([*header, *(f"{value:.6f}" for value in a), ""])
 
 
@@ -78,21 +91,56 @@ def cosmos_text(
         integrals: Whether a velocity and a displacement follow each acceleration, the first with a
             header of its own, the second without.
     """
-    lines = []
+    lines: list[str] = []
+    kinds = [("acceleration", 1.0, f"{unit}({unit_code:02d})", unit_code)]
+    if integrals:
+        kinds += [("velocity", 3.0, "cm/sec(05)", 5), ("displacement", 2.0, "cm(06)", 0)]
     for number, (orientation, code, samples) in enumerate(channels, start=1):
         a = np.asarray(samples, dtype=np.float64)
-        lines += _cosmos_header(
-            "Corrected acceleration", number, orientation, code, step, unit_code
-        )
-        lines += _cosmos_block(a, step, "acceleration", f"{unit}({unit_code:02d})", columns)
-        lines.append(f"End-of-data for Chan{number:3d} acceleration")
-        if integrals:
-            lines += _cosmos_header("Corrected velocity", number, orientation, code, step, 5)
-            lines += _cosmos_block(3.0 * a, step, "velocity", "cm/sec(05)", columns)
-            lines.append(f"End-of-data for Chan{number:3d} velocity")
-            lines += _cosmos_block(2.0 * a, step, "displacement", "cm(06)", columns)
-            lines.append(f"End-of-data for Chan{number:3d} displacement")
+        for kind, factor, units, code_of_unit in kinds:
+            if code_of_unit:
+                lines += _cosmos_header(kind, number, orientation, code, step, code_of_unit)
+            seconds = f"approx {a.size * step:4.0f} secs"
+            lines.append(f"{a.size:8d} {kind} pts, {seconds}, units={units},Format={columns}")
+            if columns == "(8F10.5)":
+                lines += _columns([_fixed(factor * value) for value in a], 8)
+            else:
+                lines += [f"{factor * value:15.6e}" for value in a]
+            lines.append(f"End-of-data for Chan{number:3d} {kind}")
     return "\n".join([*lines, ""])
+
+
+def _cosmos_header(
+    what: str, number: int, orientation: str, code: str, step: float, unit_code: int
+) -> list[str]:
+    integers = [_UNSPECIFIED] * 100
+    integers[:4] = [2, 1, unit_code, 120]
+    integers[49] = number
+    reals = [float(_UNSPECIFIED)] * 100
+    reals[33] = step
+    return [
+        f"""\
+Corrected {what}    (Format v01.20 with 13 text lines) Src: made up
+Record of Nowhere Earthquake of Thu Jan  2, 2003 03:04 UTC
+Hypocenter: 61.34640 -149.95520 H= 46km Mw=7.0
+Origin: 2003/01/02 03:04:05    UTC
+Statn No: 37-000011 Code:XX-MADE     Made Up Station
+Coords: 60.9677 -144.6051  Site geology:
+Recorder: (see cmnt)      ( 3 Chns of   3 at Sta) Sensor: (see comment)
+Rcrd start time: 2003/01/02 03:04:10.250 UTC (Q=5) RcrdId: (see comment)
+Sta Chan {number:3d}: {orientation} (Rcrdr Chan {number:2d}) Location:
+Raw record length = 210.000 sec, Uncor max =    101730, at  82.680 sec.
+Processed:2003-03-03 05:46:55 GMT, UNKN, Max =   -6.852 cm/sec2 at   76.215 sec
+Record filtered below  0.03 Hz (periods over 33.33 secs), and above 20.0 Hz
+Values used when parameter or data value is unknown/unspecified:   -999, -999.00
+ 100 Integer-header values follow on  10 lines, Format= (10I8)""",
+        *_columns([f"{value:8d}" for value in integers], 10),
+        " 100 Real-header values follow on  20 lines, Format= (5F15.6)",
+        *_columns([f"{value:15.6f}" for value in reals], 5),
+        '   2 Comment line(s) follow, each starting with a "|":',
+        f"|<SCNL>MADE.{code}.XX.--    <AUTH> 2003/02/01 21:38:15.000",
+        "|<PROCESS> MANUAL",
+    ]
 
 
 def csmip_text(channels: Sequence[tuple[str, npt.ArrayLike]], step: float) -> str:
@@ -103,28 +151,33 @@ def csmip_text(channels: Sequence[tuple[str, npt.ArrayLike]], step: float) -> st
         step: Time step [s].
     """
     lines = []
+    seconds = f"{step:.4f}".rstrip("0").removeprefix("0")
     for number, (orientation, samples) in enumerate(channels, start=1):
         a = np.asarray(samples, dtype=np.float64)
         where = f"Chan {number:2d}: {orientation}"
-        lines += [f"Corrected accelerogram   00000.XX.MADE.--.HN   {where}     from   "]
-        lines += ["Uncorrected Accelerogram Data             Processed: 01/03/03, XX"]
-        lines += ["Rcrd of Thu Jan  2, 2003 03:04:05.0 UTC", "", "", "", "Made Up Station", where]
-        lines += ["Rcrd of Thu Jan  2, 2003 03:04:05.0 UTC", *[""] * 6]
+        blank = "\n"
         lines += [
-            f" {a.size:5d} points of instrument- and baseline-corrected accel, veloc and displ"
+            f"""\
+Corrected accelerogram   00000.XX.MADE.--.HN   {where}     {"from":<7}
+Uncorrected Accelerogram Data             Processed: 01/03/03, XX
+Rcrd of Thu Jan  2, 2003 03:04:05.0 UTC{3 * blank}
+Made Up Station
+{where}
+Rcrd of Thu Jan  2, 2003 03:04:05.0 UTC{6 * blank}
+ {a.size:5d} points of instrument- and baseline-corrected accel, veloc and displ
+At equally-spaced intervals of    {seconds}  sec.{8 * blank}""",
+            *_columns([f"{_UNSPECIFIED:5d}"] * 100, 16),
+            *_columns(["-999.00000"] * 100, 8),
         ]
-        lines += [f"At equally-spaced intervals of    {_short(step)}  sec.", *[""] * 8]
-        lines += _columns([f"{_UNSPECIFIED:5d}"] * 100, 16)
-        lines += _columns(["-999.00000"] * 100, 8)
         for kind, unit, factor in (
             ("accel", "cm/sec2", 1.0),
             ("veloc", "cm/sec", 3.0),
             ("displ", "cm", 2.0),
         ):
-            step_text = f"equally spaced at  {_short(step)} sec, in {unit}. (8f10.5)"
-            lines += [f" {a.size:5d} points of {kind} data {step_text}"]
-            lines += _columns([_fixed(factor * value, 10, 5) for value in a], 8)
-        lines += [f"/&  ----------  End of data for channel {number:2d}  ----------"]
+            layout = f"equally spaced at  {seconds} sec, in {unit}. (8f10.5)"
+            lines.append(f" {a.size:5d} points of {kind} data {layout}")
+            lines += _columns([_fixed(factor * value) for value in a], 8)
+        lines.append(f"/&  ----------  End of data for channel {number:2d}  ----------")
     return "\n".join([*lines, ""])
 
 
@@ -146,97 +199,33 @@ def knet_text(
     numerator, denominator = scale.replace("(gal)", "").split("/")
     a = np.asarray(counts, dtype=np.float64)
     peak = np.abs(a - a.mean()).max() * float(numerator) / float(denominator)
-    values = (
-        *("2003/01/02 03:04:05", "37.798", "142.200", "36", "5.7", "MADE01", "38.7262", "141.5109"),
-        *("79", "2003/01/02 03:04:45", f"{frequency}Hz", f"{len(counts) // frequency}", direction),
-        *(scale, f"{peak:.3f}", "2003/01/02 03:04:30", ""),
-    )
-    header = [f"{key:<18}{value}" for key, value in zip(_KNET_KEYS, values, strict=True)]
-    return "\n".join(
-        [*header, *(f"{row} " for row in _columns([f"{c:9d}" for c in counts], 8)), ""]
-    )
-
-
-def _cosmos_header(
-    what: str, number: int, orientation: str, code: str, step: float, unit_code: int
-) -> list[str]:
-    integers = [_UNSPECIFIED] * 100
-    integers[:4] = [2, 1, unit_code, 120]
-    integers[49] = number
-    reals = [float(_UNSPECIFIED)] * 100
-    reals[33] = step
-    return [
-        f"{what}    (Format v01.20 with 13 text lines) Src: made up",
-        "Record of Nowhere Earthquake of Thu Jan  2, 2003 03:04 UTC",
-        "Hypocenter: 61.34640 -149.95520 H= 46km Mw=7.0",
-        "Origin: 2003/01/02 03:04:05    UTC",
-        "Statn No: 37-000011 Code:XX-MADE     Made Up Station",
-        "Coords: 60.9677 -144.6051  Site geology:",
-        "Recorder: (see cmnt)      ( 3 Chns of   3 at Sta) Sensor: (see comment)",
-        "Rcrd start time: 2003/01/02 03:04:10.250 UTC (Q=5) RcrdId: (see comment)",
-        f"Sta Chan {number:3d}: {orientation} (Rcrdr Chan {number:2d}) Location:",
-        "Raw record length = 210.000 sec, Uncor max =    101730, at  82.680 sec.",
-        "Processed:2003-03-03 05:46:55 GMT, UNKN, Max =   -6.852 cm/sec2 at   76.215 sec",
-        "Record filtered below  0.03 Hz (periods over 33.33 secs), and above 20.0 Hz",
-        "Values used when parameter or data value is unknown/unspecified:   -999, -999.00",
-        " 100 Integer-header values follow on  10 lines, Format= (10I8)",
-        *_columns([f"{value:8d}" for value in integers], 10),
-        " 100 Real-header values follow on  20 lines, Format= (5F15.6)",
-        *_columns([f"{value:15.6f}" for value in reals], 5),
-        '   2 Comment line(s) follow, each starting with a "|":',
-        f"|<SCNL>MADE.{code}.XX.--    <AUTH> 2003/02/01 21:38:15.000",
-        "|<PROCESS> MANUAL",
-    ]
-
-
-def _cosmos_block(
-    values: npt.NDArray[np.float64], step: float, what: str, unit: str, columns: str
-) -> list[str]:
-    cells = [
-        _fixed(value, 10, 5) if columns == "(8F10.5)" else f"{value:15.6e}" for value in values
-    ]
-    seconds = f"approx {values.size * step:4.0f} secs"
-    return [
-        f"{values.size:8d} {what} pts, {seconds}, units={unit},Format={columns}",
-        *_columns(cells, 8 if columns == "(8F10.5)" else 1),
-    ]
+    header = f"""\
+Origin Time       2003/01/02 03:04:05
+Lat.              37.798
+Long.             142.200
+Depth. (km)       36
+Mag.              5.7
+Station Code      MADE01
+Station Lat.      38.7262
+Station Long.     141.5109
+Station Height(m) 79
+Record Time       2003/01/02 03:04:45
+Sampling Freq(Hz) {frequency}Hz
+Duration Time(s)  {len(counts) // frequency}
+Dir.              {direction}
+Scale Factor      {scale}
+Max. Acc. (gal)   {peak:.3f}
+Last Correction   2003/01/02 03:04:30
+"""
+    samples = [f"{row} " for row in _columns([f"{c:9d}" for c in counts], 8)]
+    return "\n".join([f"{header}{'Memo.':<18}", *samples, ""])
 
 
 def _columns(cells: Sequence[str], per_line: int) -> list[str]:
     return ["".join(cells[i : i + per_line]) for i in range(0, len(cells), per_line)]
 
 
-def _fixed(value: float, width: int, digits: int) -> str:
-    """A number as the agencies print it: without the zero before the point, in its column."""
-    text = f"{value:.{digits}f}"
-    sign = "-" if text.startswith("-") else ""
-    return (sign + text.removeprefix("-").removeprefix("0")).rjust(width)
-
-
-def _short(value: float) -> str:
-    return f"{value:.4f}".rstrip("0").removeprefix("0")
-
-
-_ESM_KEYS = (
-    *("EVENT_NAME", "EVENT_ID", "EVENT_DATE_YYYYMMDD", "EVENT_TIME_HHMMSS"),
-    *("EVENT_LATITUDE_DEGREE", "EVENT_LONGITUDE_DEGREE", "EVENT_DEPTH_KM", "HYPOCENTER_REFERENCE"),
-    *("MAGNITUDE_W", "MAGNITUDE_W_REFERENCE", "MAGNITUDE_L", "MAGNITUDE_L_REFERENCE"),
-    *("FOCAL_MECHANISM", "NETWORK", "STATION_CODE", "STATION_NAME", "STATION_LATITUDE_DEGREE"),
-    *("STATION_LONGITUDE_DEGREE", "STATION_ELEVATION_M", "LOCATION", "SENSOR_DEPTH_M", "VS30_M/S"),
-    *("SITE_CLASSIFICATION_EC8", "MORPHOLOGIC_CLASSIFICATION", "EPICENTRAL_DISTANCE_KM"),
-    *("EARTHQUAKE_BACKAZIMUTH_DEGREE", "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS"),
-    *("DATE_TIME_FIRST_SAMPLE_PRECISION", "SAMPLING_INTERVAL_S", "NDATA", "DURATION_S", "STREAM"),
-    *("UNITS", "INSTRUMENT", "INSTRUMENT_ANALOG/DIGITAL", "INSTRUMENTAL_FREQUENCY_HZ"),
-    *("INSTRUMENTAL_DAMPING", "FULL_SCALE_G", "N_BIT_DIGITAL_CONVERTER", "PGA_CM/S^2"),
-    *("TIME_PGA_S", "BASELINE_CORRECTION", "FILTER_TYPE", "FILTER_ORDER", "LOW_CUT_FREQUENCY_HZ"),
-    *("HIGH_CUT_FREQUENCY_HZ", "LATE/NORMAL_TRIGGERED", "DATABASE_VERSION", "HEADER_FORMAT"),
-    *("DATA_TYPE", "PROCESSING", "DATA_TIMESTAMP_YYYYMMDD_HHMMSS", "DATA_LICENSE", "DATA_CITATION"),
-    *("DATA_CREATOR", "ORIGINAL_DATA_MEDIATOR_CITATION", "ORIGINAL_DATA_MEDIATOR"),
-    *("ORIGINAL_DATA_CREATOR_CITATION", "ORIGINAL_DATA_CREATOR"),
-    *("USER1", "USER2", "USER3", "USER4", "USER5"),
-)
-_KNET_KEYS = (
-    *("Origin Time", "Lat.", "Long.", "Depth. (km)", "Mag.", "Station Code", "Station Lat."),
-    *("Station Long.", "Station Height(m)", "Record Time", "Sampling Freq(Hz)"),
-    *("Duration Time(s)", "Dir.", "Scale Factor", "Max. Acc. (gal)", "Last Correction", "Memo."),
-)
+def _fixed(value: float) -> str:
+    """A number as the agencies print it in F10.5: without the zero before the point."""
+    text = f"{abs(value):.5f}".removeprefix("0")
+    return (f"-{text}" if f"{value:.5f}".startswith("-") else text).rjust(10)

@@ -1,9 +1,13 @@
-"""One row of the verification manual."""
+"""One row of the verification manual, and the table of a benchmark."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, SupportsFloat
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -62,3 +66,77 @@ class Row:
             "passed": bool(self.passed),
             "source": self.source,
         }
+
+
+class Rows(list[Row]):
+    """The table of a benchmark, written line by line.
+
+    Args:
+        name: The benchmark, in lines that say no other.
+        source: Where the reference comes from, in lines that say no other.
+
+    Attributes:
+        where: Ends the quantity of the lines that follow, after a comma.
+    """
+
+    def __init__(self, name: str, source: str = "") -> None:
+        super().__init__()
+        self.name, self.source, self.where = name, source, ""
+
+    def add(
+        self,
+        quantity: str,
+        reference: SupportsFloat,
+        computed: SupportsFloat,
+        unit: str,
+        tolerance: float,
+        source: str | None = None,
+        *,
+        name: str | None = None,
+        absolute: bool = False,
+    ) -> None:
+        """Write a line, with the arguments of `Row`; beside a zero every error is absolute."""
+        name, source = name or self.name, source or self.source
+        quantity = f"{quantity}, {self.where}" if self.where else quantity
+        wanted, found = float(reference), float(computed)
+        absolute = absolute or wanted == 0.0
+        self.append(Row(name, quantity, wanted, found, unit, tolerance, source, absolute))
+
+    def order(
+        self,
+        quantity: str,
+        bound: float,
+        sizes: NDArray[np.float64],
+        errors: NDArray[np.float64],
+        source: str,
+        margin: float = 0.1,
+        *,
+        name: str | None = None,
+    ) -> None:
+        """Write a line of a fitted order of convergence against a lower bound from theory.
+
+        Args:
+            quantity: What the errors are of.
+            bound: Least order.
+            sizes: Steps or sizes of elements.
+            errors: Errors with them.
+            source: Where the bound comes from.
+            margin: What may be missing to the bound in a fit over these sizes.
+            name: The benchmark, where it is another one.
+        """
+        quantity = f"fitted order of {quantity}, at least {bound:g}"
+        order = fitted_order(sizes, errors)
+        row = Row(name or self.name, quantity, bound, order, "-", margin, source, at_least=True)
+        self.append(row)
+
+
+def fitted_order(sizes: NDArray[np.float64], errors: NDArray[np.float64]) -> float:
+    """Slope of log(error) over log(size)."""
+    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
+
+
+def order_at_least(*arguments: Any) -> Row:
+    """Transitional."""
+    rows = Rows(arguments[0])
+    rows.order(*arguments[1:])
+    return rows[0]

@@ -1,4 +1,4 @@
-"""Spectra as tables give them and as designers need them: lists, interpolation, broadening."""
+"""Oscillators on a moving base, and spectra: frequencies, interpolation, broadening."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from impactfem.spectra import (
     corner_frequencies,
     interpolate_damping,
     interpolate_frequency,
+    oscillator_response,
     response_spectra,
     rg_1_122_frequencies,
 )
-from impactfem.verify.row import Row
+from impactfem.verify.row import Row, Rows
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -22,33 +23,94 @@ SDLD25_FREQUENCY = (1.0, 3.0, 13.0, 33.0)  # Hz
 SDLD25_SPECTRA = {0.005: (1.0, 25.0, 25.0, 1.0), 0.05: (1.0, 10.0, 10.0, 1.0)}  # m/s2 by damping
 SDLD25_SOURCE = "code_aster validation manual V2.01.025 (SDLD25)"
 
-Broadened = tuple[str, FloatArray, FloatArray, float | tuple[float, float], float, float]
-"""What is asked; frequencies [Hz] and ordinates [m/s2] of a spectrum; the ratio of broadening; a
-frequency [Hz] and the ordinate there by hand [m/s2]."""
 ONE_PEAK = np.array([[1.0, 5.0, 10.0, 20.0, 100.0], [1.0, 1.0, 9.0, 1.0, 1.0]])
 """9 m/s2 at 10 Hz on 1 m/s2: from 5 Hz up by f^(ln 9/ln 2), to 20 Hz down alike."""
 
 
-def frequency_list() -> list[Row]:
+def oscillator_sdll06() -> list[Row]:
+    """SDLL06: ω = 30 rad/s, undamped; base acceleration 0, 9.81 m/s² at 25 ms, 0 at 50 ms.
+
+    The steps are exact: allowed is a unit of the last digit that is printed, of seven or eight.
+    """
+    dt = 0.0025
+    response = oscillator_response(_pulse(dt), dt, [30.0 / (2.0 * np.pi)], [0.0])
+    x = response.relative_displacement[0, 0]
+    rows = Rows("SDLL06 triangular pulse", "code_aster validation manual V2.01.006 (SDLL06)")
+    for t, published, digit in (
+        (0.01, -6.510633e-5, 2e-7),
+        (0.02, -5.138627e-4, 2e-7),
+        (0.03, -1.6793173e-3, 6e-8),
+        (0.04, -3.4573635e-3, 6e-8),
+        (0.06, -6.7649559e-3, 6e-8),
+    ):
+        rows.add(f"relative displacement at {t} s", published, x[round(t / dt)], "m", digit)
+    return rows
+
+
+def _pulse(dt: float) -> FloatArray:
+    """Base acceleration of SDLL06 up to 0.1 s [m/s2]."""
+    time = dt * np.arange(round(0.1 / dt) + 1)
+    return np.asarray(np.interp(time, [0.0, 0.025, 0.05], [0.0, 9.81, 0.0]))
+
+
+def oscillator_exact() -> list[Row]:
+    """Histories on random piecewise-linear input against a sum of closed-form ramps.
+
+    A unit ramp of base acceleration from rest moves the oscillator by
+    -R(t) = -(t - 2ξ/ω + exp(-ξωt) (2ξ/ω cos ω_D t + (2ξ² - 1)/ω_D sin ω_D t)) / ω²; a piecewise
+    linear input is a sum of ramps. The sum is taken in extended precision.
+    """
+    rng = np.random.default_rng(3)
+    dt, n = 0.005, 400
+    a = rng.standard_normal(n)
+    a[0] = 0.0
+    slopes = np.diff(a, prepend=0.0)[1:] / dt
+    changes = np.diff(slopes, prepend=0.0).astype(np.longdouble)
+    starts = dt * np.arange(n - 1, dtype=np.longdouble)
+    time = dt * np.arange(n, dtype=np.longdouble)
+    source = "closed form of the ramp response (Nigam and Jennings 1969)"
+    rows = Rows("oscillator on piecewise-linear input", source)
+    for frequency in (0.2, 5.0, 90.0, 450.0):
+        for xi in (0.0, 0.05, 0.3):
+            omega = np.longdouble(2.0) * np.pi * frequency
+            omega_d = omega * np.sqrt(np.longdouble(1.0) - np.longdouble(xi) ** 2)
+            t = np.maximum(time[:, None] - starts, 0.0)
+            swing = 2.0 * xi / omega * np.cos(omega_d * t)
+            swing += (2.0 * xi**2 - 1.0) / omega_d * np.sin(omega_d * t)
+            ramp = (t - 2.0 * xi / omega + np.exp(-xi * omega * t) * swing) / omega**2
+            exact = -(ramp @ changes)
+            x = oscillator_response(a, dt, [frequency], [xi]).relative_displacement[0, 0]
+            error = np.max(np.abs(x - exact)) / np.max(np.abs(exact))
+            rows.add(f"largest error at {frequency:g} Hz, ξ = {xi:g}", 0.0, error, "-", 1e-10)
+    f = [30.0 / (2.0 * np.pi)]
+    found = response_spectra(_pulse(0.0025), 0.0025, f, [0.0], method="in-step").sd[0, 0, 0]
+    amplitude = 9.81 / (30.0**3 * 0.025) * 2.0 * (1.0 - np.cos(30.0 * 0.025))
+    rows.name, source = (
+        "SDLL06 triangular pulse",
+        "free vibration after a symmetric triangle, closed form",
+    )
+    quantity = "largest relative displacement, after the end of the record"
+    rows.add(quantity, amplitude, found, "m", 1e-10, source)
+    return rows
+
+
+def rg_1_122() -> list[Row]:
     """The list of Regulatory Guide 1.122: its length, its ends, and where its increments change."""
-    listed = rg_1_122_frequencies()
+    listed, continued = rg_1_122_frequencies(), rg_1_122_frequencies(500.0, 100)
+    missing = np.sum(~np.isin((3.0, 3.6, 5.0, 8.0, 15.0, 18.0, 22.0), listed))
     source = "US NRC Regulatory Guide 1.122, revision 1 (1978), table 1"
-    name = "frequencies of RG 1.122"
-    changes = (3.0, 3.6, 5.0, 8.0, 15.0, 18.0, 22.0)
-    missing = float(np.sum(~np.isin(changes, listed)))
-    continued = rg_1_122_frequencies(500.0, 100)
-    return [
-        Row(name, "number", 75.0, float(listed.size), "-", 0.0, source),
-        Row(name, "first", 0.2, float(listed[0]), "Hz", 1e-12, source),
-        Row(name, "last", 34.0, float(listed[-1]), "Hz", 0.0, source),
-        # The sum of arithmetic series: n (first + last) / 2 of each range, by hand.
-        Row(name, "sum of all", 545.7, float(listed.sum()), "Hz", 1e-12, source),
-        Row(name, "ends of ranges missing", 0.0, missing, "-", 0.0, source, absolute=True),
-        Row(name, "last, continued for impacts", 500.0, float(continued[-1]), "Hz", 0.0, source),
-    ]
+    rows = Rows("frequencies of RG 1.122", source)
+    rows.add("number", 75.0, listed.size, "-", 0.0)
+    rows.add("first", 0.2, listed[0], "Hz", 1e-12)
+    rows.add("last", 34.0, listed[-1], "Hz", 0.0)
+    # The sum of arithmetic series: n (first + last) / 2 of each range, by hand.
+    rows.add("sum of all", 545.7, listed.sum(), "Hz", 1e-12)
+    rows.add("ends of ranges missing", 0.0, missing, "-", 0.0)
+    rows.add("last, continued for impacts", 500.0, continued[-1], "Hz", 0.0)
+    return rows
 
 
-def pulse_spectrum() -> list[Row]:
+def spectrum_sdll06() -> list[Row]:
     """SDLL06's triangular pulse: largest displacements of undamped oscillators in closed form.
 
     A pulse that rises to A in t1 and falls to zero in another t1 leaves an oscillator with the
@@ -60,11 +122,11 @@ def pulse_spectrum() -> list[Row]:
     monotonic.
     """
     amplitude, t1, dt = 9.81, 0.025, 0.0025
-    pulse = np.interp(dt * np.arange(41), [0.0, t1, 2.0 * t1], [0.0, amplitude, 0.0])
     frequencies = (30.0 / (2.0 * np.pi), 12.0, 25.0, 35.0, 60.0, 150.0)
-    spectra = response_spectra(pulse, dt, frequencies, [0.0], method="in-step")
-    rows = []
-    for k, frequency in enumerate(frequencies):
+    spectra = response_spectra(_pulse(dt), dt, frequencies, [0.0], method="in-step")
+    source = "closed form for the pulse of code_aster's V2.01.006 (SDLL06)"
+    rows = Rows("SDLL06 response spectrum", source)
+    for frequency, found in zip(frequencies, spectra.sd[0, 0], strict=True):
         omega = 2.0 * np.pi * frequency
         after = 2.0 * amplitude * (1.0 - np.cos(omega * t1)) / (omega**3 * t1)
         a, b = 2.0 * np.cos(omega * t1) - 1.0, 2.0 * np.sin(omega * t1)
@@ -73,27 +135,11 @@ def pulse_spectrum() -> list[Row]:
         theta = np.add.outer(np.arctan2(b, a) + np.array([-half, half]), turns).ravel()
         theta = theta[(theta > omega * t1) & (theta < 2.0 * omega * t1)]
         t = np.append(theta / omega, [t1, 2.0 * t1])
-        x = (
-            amplitude
-            / (omega**2 * t1)
-            * (
-                t
-                - np.sin(omega * t) / omega
-                - 2.0 * (t - t1)
-                + 2.0 * np.sin(omega * (t - t1)) / omega
-            )
-        )
-        rows.append(
-            Row(
-                "SDLL06 response spectrum",
-                f"largest relative displacement at {frequency:.4g} Hz, undamped",
-                float(max(after, np.max(np.abs(x)))),
-                float(spectra.sd[0, 0, k]),
-                "m",
-                1e-10,
-                "closed form for the pulse of code_aster's V2.01.006 (SDLL06)",
-            )
-        )
+        falling = t - np.sin(omega * t) / omega - 2.0 * (t - t1)
+        falling += 2.0 * np.sin(omega * (t - t1)) / omega
+        largest = max(after, np.max(np.abs(amplitude / (omega**2 * t1) * falling)))
+        quantity = f"largest relative displacement at {frequency:.4g} Hz, undamped"
+        rows.add(quantity, largest, found, "m", 1e-10)
     return rows
 
 
@@ -104,43 +150,18 @@ def broadening() -> list[Row]:
     0.85 and 1.15, which gives every ordinate by hand.
     """
     source = "by hand; construction of US NRC Regulatory Guide 1.122, revision 1 (1978), figure 1"
-    rows = [
-        Row(
-            "peak broadening",
-            f"{label}, at {at:g} Hz",
-            reference,
-            float(broaden(frequency, ordinates, ratio, [at])[0]),
-            "m/s2",
-            1e-12,
-            source,
-        )
-        for label, frequency, ordinates, ratio, at, reference in _broadened_by_hand()
-    ]
-    f, peak = ONE_PEAK
-    listed = corner_frequencies(f, [(f, peak)])
-    fine = np.geomspace(1.0, 100.0, 2001)
-    straight = interpolate_frequency(listed, broaden(f, peak, 0.15, listed), fine)
-    loss = float(np.max(1.0 - straight / broaden(f, peak, 0.15, fine)))
-    rows.append(
-        Row(
-            "peak broadening",
-            "largest loss of straight lines between the design frequencies",
-            0.0,
-            max(loss, 0.0),
-            "-",
-            1e-12,
-            "definition of the design frequencies",
-            absolute=True,
-        )
-    )
-    return rows
-
-
-def _broadened_by_hand() -> list[Broadened]:
-    """Ordinates of one peak, of two peaks and of a plateau."""
+    rows = Rows("peak broadening", source)
     f, peak = ONE_PEAK
     slope = np.log(9.0) / np.log(2.0)
-    cases: list[Broadened] = [
+    down = (0.10, 0.0)
+    two = np.array([1.0, 4.0, 5.0, 6.0, 7.0, 8.0, 30.0])
+    values = np.array([1.0, 1.0, 6.0, 2.0, 4.0, 1.0, 1.0])
+    # Right side of the first of two peaks, shifted up: from (5.75, 6) to (6.9, 2).
+    between = 6.0 * (5.9 / 5.75) ** (np.log(1 / 3) / np.log(6 / 5))
+    flat = np.array([1.0, 4.0, 5.0, 8.0, 10.0, 40.0])
+    level = np.array([1.0, 1.0, 3.0, 3.0, 1.0, 1.0])
+    # What, spectrum, ratio of broadening; a frequency [Hz] and the ordinate there by hand [m/s2].
+    for label, places, ordinates, ratio, at, reference in (
         ("peak, left end of plateau", f, peak, 0.15, 8.5, 9.0),
         ("peak, right end of plateau", f, peak, 0.15, 11.5, 9.0),
         ("peak, left side", f, peak, 0.15, 6.8, (6.8 / 0.85 / 5.0) ** slope),
@@ -148,42 +169,34 @@ def _broadened_by_hand() -> list[Broadened]:
         ("peak, foot of left side", f, peak, 0.15, 4.25, 1.0),
         ("peak, foot of right side", f, peak, 0.15, 23.0, 1.0),
         ("peak, far end", f, peak, 0.15, 100.0, 1.0),
-        ("peak, 10 % down only", f, peak, (0.10, 0.0), 9.0, 9.0),
-        ("peak, 10 % down only, right side", f, peak, (0.10, 0.0), 12.0, 9.0 * (10 / 12) ** slope),
-    ]
-    two = np.array([1.0, 4.0, 5.0, 6.0, 7.0, 8.0, 30.0])
-    values = np.array([1.0, 1.0, 6.0, 2.0, 4.0, 1.0, 1.0])
-    cases += [
+        ("peak, 10 % down only", f, peak, down, 9.0, 9.0),
+        ("peak, 10 % down only, right side", f, peak, down, 12.0, 9.0 * (10 / 12) ** slope),
         ("two peaks, plateau of the first", two, values, 0.15, 5.75, 6.0),
         ("two peaks, plateau of the second", two, values, 0.15, 8.05, 4.0),
-        # Right side of the first peak, shifted up: from (5.75, 6) to (6.9, 2).
-        (
-            "two peaks, between them",
-            two,
-            values,
-            0.15,
-            5.9,
-            6.0 * (5.9 / 5.75) ** (np.log(1 / 3) / np.log(6 / 5)),
-        ),
-    ]
-    flat = np.array([1.0, 4.0, 5.0, 8.0, 10.0, 40.0])
-    level = np.array([1.0, 1.0, 3.0, 3.0, 1.0, 1.0])
-    cases += [
+        ("two peaks, between them", two, values, 0.15, 5.9, between),
         ("plateau, widened left end", flat, level, 0.15, 4.25, 3.0),
         ("plateau, widened right end", flat, level, 0.15, 9.2, 3.0),
         ("plateau, inside", flat, level, 0.15, 6.5, 3.0),
-    ]
-    return cases
+    ):
+        found = broaden(places, ordinates, ratio, [at])[0]
+        rows.add(f"{label}, at {at:g} Hz", reference, found, "m/s2", 1e-12)
+    listed = corner_frequencies(f, [(f, peak)])
+    fine = np.geomspace(1.0, 100.0, 2001)
+    straight = interpolate_frequency(listed, broaden(f, peak, 0.15, listed), fine)
+    loss = np.max(1.0 - straight / broaden(f, peak, 0.15, fine))
+    quantity = "largest loss of straight lines between the design frequencies"
+    source = "definition of the design frequencies"
+    rows.add(quantity, 0.0, max(loss, 0.0), "-", 1e-12, source)
+    return rows
 
 
-def clipping() -> list[Row]:
+def peak_reduction() -> list[Row]:
     """Reduction of narrow peaks: a narrow one and a wide one on doubly logarithmic sides.
 
     A peak that rises as f^s to P at 10 Hz and falls alike exceeds 0.8 P from 10 r to 10 / r with
     r = 0.8^(1/s), so that B = 2 (1 - r²) / (1 + r²).
     """
-    source = "by hand; rule of ASCE 4-98, section 3.4.2.3"
-    rows = []
+    rows = Rows("peak reduction", "by hand; rule of ASCE 4-98, section 3.4.2.3")
     for label, foot, height in (("narrow", 5.0, 9.0), ("wide", 2.0, 2.0)):
         f = np.array([1.0, foot, 10.0, 100.0 / foot, 100.0])
         peak = np.array([1.0, 1.0, height, 1.0, 1.0])
@@ -191,33 +204,16 @@ def clipping() -> list[Row]:
         bandwidth = 2.0 * (1.0 - r**2) / (1.0 + r**2)
         reduced = (0.85 if bandwidth < 0.30 else 1.0) * height
         places, ordinates, peaks = clip_peaks(f, peak)
-        rows.append(
-            Row(
-                "peak reduction",
-                f"{label} peak of {height:g} m/s2, B = {bandwidth:.3f}, reduced and broadened",
-                reduced,
-                float(broaden(places, ordinates, 0.15, [10.0])[0]),
-                "m/s2",
-                1e-12,
-                source,
-            )
-        )
-        rows += [
-            Row(
-                "peak reduction",
-                f"{label} peak, bandwidth over central frequency",
-                bandwidth,
-                one.bandwidth,
-                "-",
-                1e-12,
-                source,
-            )
-            for one in peaks
-        ]
+        found = broaden(places, ordinates, 0.15, [10.0])[0]
+        quantity = f"{label} peak of {height:g} m/s2, B = {bandwidth:.3f}, reduced and broadened"
+        rows.add(quantity, reduced, found, "m/s2", 1e-12)
+        for one in peaks:
+            quantity = f"{label} peak, bandwidth over central frequency"
+            rows.add(quantity, bandwidth, one.bandwidth, "-", 1e-12)
     return rows
 
 
-def chain_spectra() -> list[Row]:
+def sdld25() -> list[Row]:
     """SDLD25: spectrum between tabulated frequencies and dampings, and SRSS of a chain with it.
 
     Eight masses of 10 kg between nine springs of 1e5 N/m and nine dashpots of 50 N s/m, both ends
@@ -232,36 +228,21 @@ def chain_spectra() -> list[Row]:
     tabulated = np.array(list(SDLD25_SPECTRA.values()))
     family = interpolate_frequency(SDLD25_FREQUENCY, tabulated, frequency)
     ordinates = interpolate_damping(dampings, family, xi)
-    rows = []
+    rows = Rows(
+        "SDLD25 spectrum", f"{SDLD25_SOURCE}: its table; its rule of interpolation written out"
+    )
     for number in range(n):
         circular = 2.0 * np.sqrt(k / m) * np.sin((number + 1) * np.pi / 18.0)
         f, ratio = circular / (2.0 * np.pi), 0.5 * c / k * circular
         top = 25.0 ** ((0.05 - ratio) / 0.045) * 10.0 ** ((ratio - 0.005) / 0.045)
         side = 1.0 if f <= 13.0 else np.log(33.0 / f) / np.log(33.0 / 13.0)
-        rows.append(
-            Row(
-                "SDLD25 spectrum",
-                f"ordinate at {f:.4f} Hz, ξ = {ratio:.5f}",
-                float(top**side),
-                float(ordinates[number]),
-                "m/s2",
-                1e-11,
-                f"{SDLD25_SOURCE}: its table; its rule of interpolation written out",
-            )
-        )
+        quantity = f"ordinate at {f:.4f} Hz, ξ = {ratio:.5f}"
+        rows.add(quantity, top**side, ordinates[number], "m/s2", 1e-11)
     # Unit masses cancel: the participation of a mode of a uniform chain is the sum of its shape.
     absolute = np.sqrt(np.sum((shapes * shapes.sum(axis=0) * ordinates) ** 2, axis=1))
-    published = (10.4498435, 19.0299477, 25.3176949, 28.9453548)
-    rows += [
-        Row(
-            "SDLD25 chain",
-            f"absolute acceleration of P{number + 1}, SRSS",
-            reference,
-            float(absolute[number]),
-            "m/s2",
-            5e-8,  # five units of the ninth digit, the last that is printed
-            SDLD25_SOURCE,
-        )
-        for number, reference in enumerate(published)
-    ]
+    rows.name = "SDLD25 chain"
+    # Allowed are five units of the ninth digit, the last that is printed.
+    for k, published in enumerate((10.4498435, 19.0299477, 25.3176949, 28.9453548)):
+        quantity = f"absolute acceleration of P{k + 1}, SRSS"
+        rows.add(quantity, published, absolute[k], "m/s2", 5e-8, SDLD25_SOURCE)
     return rows

@@ -4,19 +4,28 @@ import pytest
 
 from impactfem.verify.contact import unilateral
 from impactfem.verify.contact.unilateral import (
+    BAR,
     CONTACT,
+    CORNERS,
+    GRAVITY,
+    INERTIA,
     MASS,
+    NEAR,
     RHO,
     SPEED,
+    START,
     V0,
     Impact,
     L,
     S,
     bar_matrices,
+    bounced,
     full_bar,
     held_bar,
     impact_of,
+    landed,
     modal_bar,
+    plastic_landing,
 )
 
 # The numbers of the bar are written again in test_bar_impact.py.
@@ -45,13 +54,13 @@ def test_the_series_is_the_inverse_of_its_laplace_transform(share):
 def test_the_series_of_little_damping_is_the_elastic_bar():
     found = held_bar(1e-4 * CONTACT)
     assert found.duration == pytest.approx(CONTACT, rel=2e-3)
-    assert found.impulse == pytest.approx(2.0 * MASS * V0, rel=0.02)
+    assert found.impulse == pytest.approx(2.0 * BAR * V0, rel=0.02)
     assert held_bar(0.05 * CONTACT).epsilon < held_bar(0.02 * CONTACT).epsilon < found.epsilon
 
 
 def test_an_impact():
     one = Impact(2.0, 6.0)
-    assert one.force == 3.0 and one.epsilon == pytest.approx(6.0 / (MASS * V0) - 1.0)
+    assert one.force == 3.0 and one.epsilon == pytest.approx(6.0 / (BAR * V0) - 1.0)
 
 
 def test_matrices_of_the_bar():
@@ -59,7 +68,7 @@ def test_matrices_of_the_bar():
     x = np.linspace(0.0, L, 15)
     assert np.abs(K @ np.ones(15)).max() < 1e-5
     assert x @ K @ x == pytest.approx(unilateral.E * S * L)
-    assert M.sum() == pytest.approx(MASS)
+    assert M.sum() == pytest.approx(BAR)
     assert x**2 @ M @ x**2 == pytest.approx(RHO * S * L**5 / 5.0)
 
 
@@ -78,7 +87,7 @@ def test_a_wrong_bar_is_seen(monkeypatch, failed, part):
         return (1.03 * K, M) if part == "stiffness" else (K, 1.03 * M)
 
     monkeypatch.setattr(unilateral, "bar_matrices", wrong)
-    for rows in (unilateral.elastic_bar(), unilateral.damped_bar()):
+    for rows in (unilateral.unilateral_bar(), unilateral.unilateral_damped_bar()):
         found = failed(rows)
         for solver in unilateral.SOLVERS:
             assert f"force, mean of the contact, {solver}" in found
@@ -88,6 +97,55 @@ def test_a_wrong_bar_is_seen(monkeypatch, failed, part):
 def test_a_wrong_damping_is_seen(monkeypatch, failed):
     right = modal_bar
     monkeypatch.setitem(unilateral.SOLVERS, "modal", lambda n, beta: right(n, 1.1 * beta))
-    found = failed(unilateral.damped_bar())
+    found = failed(unilateral.unilateral_damped_bar())
     assert {"ε by the impulse, modal", "force, mean of the contact, modal"} <= found
     assert not any(quantity.endswith("full") for quantity in found)
+
+
+@pytest.mark.parametrize("corners", [CORNERS, NEAR])
+def test_a_landing_by_hand(corners):
+    """Both corners stop: the impulses take the momentum and its moment."""
+    v0 = np.array([-1.0, 0.0])
+    impulse, v1 = plastic_landing(corners, v0)
+    a, b = corners[1, 0], -corners[1, 1]
+    assert impulse == pytest.approx([MASS * b / (a + b), MASS * a / (a + b)])
+    assert v1 == pytest.approx([0.0, 0.0], abs=1e-15)
+
+
+def test_a_landing_on_one_corner():
+    """The other one is lifted: P = u/(1/m + a²/J) with u = 1 + 0.15 · 4."""
+    impulse, v1 = plastic_landing(NEAR, np.array([-1.0, 4.0]))
+    assert impulse == pytest.approx([1.6 / (1.0 / MASS + 0.15**2 / INERTIA), 0.0])
+    closing = NEAR.T @ v1
+    assert closing[0] == pytest.approx(0.0, abs=1e-15) and closing[1] < -0.1
+    found = landed(NEAR, np.array([-1.0, 4.0])).impulse.sum(axis=0)
+    assert found == pytest.approx(impulse)
+
+
+def test_flights_and_bounces():
+    """Until the first bounce it is a flight; a bounce keeps e² of the corner's energy."""
+    (x, v, count), (x0, v0) = bounced(0.1, 0.8), START
+    assert count == 0
+    assert x == pytest.approx(x0 + 0.1 * v0 - [0.5 * GRAVITY * 0.01, 0.0])
+    assert v == pytest.approx(v0 - [GRAVITY * 0.1, 0.0])
+
+    def energy(x, v):
+        return 0.5 * MASS * v[0] ** 2 + 0.5 * INERTIA * v[1] ** 2 + MASS * GRAVITY * x[0]
+
+    elastic, count = bounced(0.6, 1.0)[:2], bounced(0.6, 1.0)[2]
+    assert count > 1 and energy(*elastic) == pytest.approx(energy(x0, v0))
+    assert energy(*bounced(0.6, 0.8)[:2]) < energy(x0, v0)
+    for end in np.linspace(0.0, 0.6, 30):
+        assert np.all(-CORNERS.T @ bounced(end, 0.8)[0] >= -1e-12)
+
+
+def test_a_wrong_inertia_is_seen(monkeypatch, failed):
+    right = unilateral._block
+
+    def wrong(corners, step):
+        return right(corners * [[1.0], [1.02]], step)
+
+    monkeypatch.setattr(unilateral, "_block", wrong)
+    found = failed(unilateral.landing_block())
+    assert "turning fast on near corners: impulse on corner 1" in found
+    assert "rotation after 4 bounces with e = 0.8 under gravity" in found

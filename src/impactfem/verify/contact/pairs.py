@@ -19,13 +19,13 @@ from impactfem.sticks import stick as sticks
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Stick, build_stick, mass_on_spring
 from impactfem.system.files import in_source_tree
-from impactfem.verify.contact.models import Y
-from impactfem.verify.row import Row
+from impactfem.verify.contact import Y
+from impactfem.verify.row import Row, Rows
 
 Array = NDArray[np.float64]
 
 
-def eccentric() -> list[Row]:
+def eccentric_pair() -> list[Row]:
     """A free floor (3014 t, J_z = 6.3e8 kg m²) hits a wall 15 m off its mass centre.
 
     With m = 1/(1/M + e²/J): impulse P = (1 + ε) m v, spin e P / J after. The contact begins at a
@@ -40,38 +40,19 @@ def eccentric() -> list[Row]:
     mass = floor.point_mass(0, offset, Y)
     law = kelvin_voigt(1e11, xi, mass)
     pair = Pair("wall", End("floor", 0, offset, 1), None, Y, 0.0, law)
-    start = np.zeros(6)
-    start[1] = v
-    steps = 2000
+    system, start, steps = System((floor,), (pair,)), v * np.eye(6)[1], 2000
     dt, allowed = law.duration(v) / steps, (np.pi / steps) ** 2
-    response = simulate(System((floor,), (pair,)), np.zeros((2300, 3)), dt, v0=start)
+    response = simulate(system, np.zeros((2300, 3)), dt, v0=start)
     impact = impacts(response)[0]
     P = (1.0 + law.epsilon) * v / (1.0 / M + e**2 / J)
-    source = "impulse and angular momentum of a rigid body"
-    return [
-        Row(
-            "eccentric impact",
-            "effective mass",
-            1.0 / (1.0 / M + e**2 / J),
-            mass,
-            "kg",
-            1e-12,
-            source,
-        ),
-        Row("eccentric impact", "impulse", float(P), impact.impulse, "N s", allowed, source),
-        Row(
-            "eccentric impact",
-            "spin after",
-            float(-e * P / J),
-            float(response.v[-1, 5]),
-            "rad/s",
-            allowed,
-            source,
-        ),
-    ]
+    rows = Rows("eccentric impact", "impulse and angular momentum of a rigid body")
+    rows.add("effective mass", 1.0 / (1.0 / M + e**2 / J), mass, "kg", 1e-12)
+    rows.add("impulse", P, impact.impulse, "N s", allowed)
+    rows.add("spin after", -e * P / J, response.v[-1, 5], "rad/s", allowed)
+    return rows
 
 
-def inside_a_storey() -> list[Row]:
+def storey_pair() -> list[Row]:
     """A floor leans on the middle of a storey of its neighbour, pushed slowly by the ground.
 
     At the end F = (approach - g) / (1/K + c_a + c_b), where the approach is that of the buildings
@@ -92,20 +73,12 @@ def inside_a_storey() -> list[Row]:
     flexibility = np.linalg.inv(system.K)
     free = -float(j @ flexibility @ system.M @ system.ground[:, 1]) * acceleration
     force = (-free - gap) / (1.0 / K + float(j @ flexibility @ j))
-    return [
-        Row(
-            "pair inside a storey",
-            "force at rest",
-            force,
-            float(response.force[-1, 0]),
-            "N",
-            1e-10,
-            "statics of the two sticks and the contact spring",
-        ),
-    ]
+    rows = Rows("pair inside a storey", "statics of the two sticks and the contact spring")
+    rows.add("force at rest", force, response.force[-1, 0], "N", 1e-10)
+    return rows
 
 
-def three_in_a_row() -> list[Row]:
+def three_buildings() -> list[Row]:
     """Three equal free floors, elastic contact, gaps between: the first hits, the last flies off.
 
     Two collisions of equal masses hand the speed on. Then the outer two move towards the middle one
@@ -129,47 +102,13 @@ def three_in_a_row() -> list[Row]:
     handed = simulate(system, np.zeros((n_t, 3)), dt, v0=start)
     start[1], start[13] = v, -v
     mirrored = simulate(system, np.zeros((n_t, 3)), dt, v0=start)
-    source = "collisions of equal elastic masses; symmetry"
-    return [
-        Row(
-            "three in a row",
-            "speed of the last one",
-            v,
-            float(handed.v[-1, 13]),
-            "m/s",
-            allowed,
-            source,
-        ),
-        Row(
-            "three in a row",
-            "speed of the first one",
-            0.0,
-            float(handed.v[-1, 1]),
-            "m/s",
-            allowed * v,
-            source,
-            absolute=True,
-        ),
-        Row(
-            "three in a row",
-            "motion of the middle one between two mirrored ones",
-            0.0,
-            float(np.abs(mirrored.u[:, 7]).max()),
-            "m",
-            1e-15,
-            source,
-            absolute=True,
-        ),
-        Row(
-            "three in a row",
-            "rebound of the mirrored ones",
-            v,
-            float(mirrored.v[-1, 13]),
-            "m/s",
-            allowed,
-            source,
-        ),
-    ]
+    rows = Rows("three in a row", "collisions of equal elastic masses; symmetry")
+    rows.add("speed of the last one", v, handed.v[-1, 13], "m/s", allowed)
+    rows.add("speed of the first one", 0.0, handed.v[-1, 1], "m/s", allowed * v)
+    between = np.abs(mirrored.u[:, 7]).max()
+    rows.add("motion of the middle one between two mirrored ones", 0.0, between, "m", 1e-15)
+    rows.add("rebound of the mirrored ones", v, mirrored.v[-1, 13], "m/s", allowed)
+    return rows
 
 
 def missing_pair() -> list[Row]:
@@ -187,12 +126,13 @@ def missing_pair() -> list[Row]:
     longer by (ωΔt)²/12, less than 2e-6, over twenty of them: 3e-4 of the displacements of at most
     6 cm are 20 μm.
     """
-    rows = []
+    rows = Rows("", "closed form of undamped oscillators on Timoshenko cantilevers")
     gap, z, time = 0.03, 1.3, 2.5e-4 * np.arange(20001)
     a, Ω = 2.0, 2.0 * np.pi * 1.3
     ground = np.zeros((len(time), 3))
     ground[:, 1] = a * np.sin(Ω * time)
-    for benchmark, height in (("missing pair, level floors", 3.0), ("missing pair, storey", z)):
+    for label, height in (("level floors", 3.0), ("storey", z)):
+        rows.name = f"missing pair, {label}"
         listed = _row_of_three(height, gap)
         case = listed.model_copy(update={"contacts": listed.contacts[:1]})
         found = facing_floors(case).pairs
@@ -203,42 +143,15 @@ def missing_pair() -> list[Row]:
             column = listed.buildings[1]
             b *= _flexibility(column, z) / _flexibility(column, 3.0)
         distance = gap + c - b
-        counts = (("missing", 1.0, found), ("listed", 0.0, facing_floors(listed).pairs))
-        rows += [
-            Row(
-                benchmark,
-                f"places in no pair, with the pair {word}",
-                number,
-                float(len(places)),
-                "-",
-                0.0,
-                "the row as it is made",
-                absolute=True,
-            )
-            for word, number, places in counts
-        ]
-        source = "closed form of undamped oscillators on Timoshenko cantilevers"
-        rows += [
-            Row(
-                benchmark,
-                "smallest distance",
-                float(distance.min()),
-                nearest.distance,
-                "m",
-                2e-5,
-                source,
-                absolute=True,
-            ),
-            Row(
-                benchmark,
-                "its time",
-                float(time[distance.argmin()]),
-                nearest.time,
-                "s",
-                1e-3,
-                source,
-            ),
-        ]
+        for word, number, places in (
+            ("missing", 1.0, found),
+            ("listed", 0.0, facing_floors(listed).pairs),
+        ):
+            quantity, source = f"places in no pair, with the pair {word}", "the row as it is made"
+            rows.add(quantity, number, len(places), "-", 0.0, source, absolute=True)
+        smallest = distance.min()
+        rows.add("smallest distance", smallest, nearest.distance, "m", 2e-5, absolute=True)
+        rows.add("its time", time[distance.argmin()], nearest.time, "s", 1e-3)
     return rows
 
 

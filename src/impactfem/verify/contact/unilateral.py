@@ -1,4 +1,4 @@
-"""Bars that fly against a rigid wall by unilateral contact, with and without damping."""
+"""Unilateral contact: bars that fly against a rigid wall, and a rigid block on its corners."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from impactfem.coupling.contact_history import ContactHistory
 from impactfem.coupling.unilateral import unilateral_response
 from impactfem.coupling.unilateral_modal import ModalMotion
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.verify.row import Row
+from impactfem.verify.row import Row, Rows
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,8 @@ E, S, L, RHO, V0 = 210e9, 3.14e-4, 1.0, 7800.0, 0.1
 SPEED = math.sqrt(E / RHO)
 CONTACT = 2.0 * L / SPEED
 """Time in which a wave runs through the bar and back [s]."""
-MASS = RHO * S * L
+BAR = RHO * S * L
+"""Mass of the bar [kg]."""
 ELEMENTS = 100
 COURANT = 0.25
 """Way of a wave in a step over the distance of two nodes."""
@@ -37,15 +38,22 @@ DAMPINGS = (0.02, 0.05)
 """β over the time of contact of the undamped bar: ε = 0.78 and 0.65."""
 TERMS = 3000
 
+MASS, INERTIA = 2.0, 0.3
+"""Of the block [kg, kg m2]."""
+LEFT, RIGHT = 0.5, 0.8
+"""Distances of its mass centre from the corners [m]."""
+CORNERS = np.array([[-1.0, -1.0], [LEFT, -RIGHT]])
+"""Columns: how far heave y and (small) rotation bring each corner down."""
+NEAR = np.array([[-1.0, -1.0], [0.15, -0.2]])
+"""Corners so near the mass centre that an impulse on one lifts the other, too."""
+GRAVITY = 9.81
+START = np.array([0.3, 0.05]), np.array([0.0, 0.4])
+"""Height and rotation, and their velocities."""
+
 
 @dataclass(frozen=True)
 class Impact:
-    """What a bar and its wall exchange.
-
-    Args:
-        duration: From the first force to the last [s].
-        impulse: Of the wall on the bar [N s].
-    """
+    """What a bar and its wall exchange: from the first force to the last [s], impulse [N s]."""
 
     duration: float
     impulse: float
@@ -58,31 +66,55 @@ class Impact:
     @property
     def epsilon(self) -> float:
         """Speed of the mass centre afterwards over that before [-]."""
-        return self.impulse / (MASS * V0) - 1.0
+        return self.impulse / (BAR * V0) - 1.0
 
 
-def elastic_bar() -> list[Row]:
+def unilateral_bar() -> list[Row]:
     """The undamped bar: F = ρ c S v₀ for 2L/c, then it flies back with all of its speed.
 
     Each end of the contact is known to a step: the duration to two of the 1600 steps.
     """
-    exact = Impact(CONTACT, 2.0 * MASS * V0)
     source = "closed form (d'Alembert); Siconos, example ImpactingBar"
-    return _rows("unilateral bar", 0.0, exact, ELASTIC, source)
+    rows = Rows("unilateral bar", source)
+    _impact_rows(rows, 0.0, Impact(CONTACT, 2.0 * BAR * V0), ELASTIC)
+    return rows
 
 
-def damped_bar() -> list[Row]:
+def unilateral_damped_bar() -> list[Row]:
     """Bars with C = β K, against the series of the bar whose end is held while it is in contact.
 
     The duration is known to two steps, as without damping, and so is the mean force; impulse and ε
     are not counted in steps.
     """
-    rows = []
+    rows = Rows("", "series of modes of the bar held at the wall, until its force there is zero")
     for share in DAMPINGS:
-        beta = share * CONTACT
-        source = "series of modes of the bar held at the wall, until its force there is zero"
-        rows += _rows(f"unilateral bar, β c/2L = {share}", beta, held_bar(beta), DAMPED, source)
+        rows.name, beta = f"unilateral bar, β c/2L = {share}", share * CONTACT
+        _impact_rows(rows, beta, held_bar(beta), DAMPED)
     return rows
+
+
+def _impact_rows(rows: Rows, beta: float, exact: Impact, allowed: float) -> None:
+    counted = 2.0 * _step(ELEMENTS) / exact.duration
+    acary = "Acary, ZAMM 96 (2016) 585: Moreau's stepping dissipates"
+    for solver, run in SOLVERS.items():
+        history = run(ELEMENTS, beta)
+        found, coarse = impact_of(history), impact_of(run(ELEMENTS // 4, beta))
+        better = abs(found.impulse - exact.impulse) / abs(coarse.impulse - exact.impulse)
+        coarser = "error of the impulse over that of a mesh and a step four times as coarse"
+        pushed = np.flatnonzero(history.impulse[:, 0])
+        missing = pushed[-1] - pushed[0] + 1 - pushed.size
+        energy, left = history.energy, history.residual.max()
+        rows.where = solver
+        rows.add("force, mean of the contact", exact.force, found.force, "N", max(allowed, counted))
+        rows.add("duration", exact.duration, found.duration, "s", counted)
+        rows.add("impulse", exact.impulse, found.impulse, "N s", allowed)
+        rows.add("ε by the impulse", exact.epsilon, found.epsilon, "-", allowed)
+        rows.add(coarser, 0.0, better, "-", 0.5, "the method converges")
+        rows.add("steps without a force during the contact", 0.0, missing, "-", 0.0, "one contact")
+        rows.add("energy gained in contact, over all", 0.0, energy.gained, "-", 1e-12, acary)
+        exactly = "exact for the rule"
+        rows.add("residual of the energy identity", 0.0, energy.residual, "-", 1e-9, exactly)
+        rows.add("residual of complementarity", 0.0, left, "-", 1e-9, "exact solution")
 
 
 def held_bar(beta: float) -> Impact:
@@ -109,7 +141,7 @@ def held_bar(beta: float) -> Impact:
     times = CONTACT * np.linspace(0.05, 1.5, 300)
     negative = next(k for k, t in enumerate(times) if sums(float(t))[0] < 0.0)
     end = scipy.optimize.brentq(lambda t: sums(t)[0], times[negative - 1], times[negative])
-    return Impact(float(end), MASS * V0 - sums(float(end))[1])
+    return Impact(float(end), BAR * V0 - sums(float(end))[1])
 
 
 def bar_matrices(elements: int) -> tuple[scipy.sparse.csr_matrix, scipy.sparse.csr_matrix]:
@@ -131,11 +163,9 @@ def modal_bar(elements: int, beta: float) -> ContactHistory:
     K, M = bar_matrices(elements)
     values, shapes = scipy.linalg.eigh(K.toarray(), M.toarray())
     momentum = shapes.T @ (M @ np.ones(len(values)))
-    motion = ModalMotion(
-        np.maximum(values, 0.0), shapes[:1].T, _step(elements), damping=Rayleigh(beta=beta)
-    )
-    gap, steps = _gap(elements), _steps(elements)
-    return unilateral_response(motion, gap, steps, velocity=V0 * momentum)
+    values, wall = np.maximum(values, 0.0), shapes[:1].T
+    motion = ModalMotion(values, wall, _step(elements), damping=Rayleigh(beta=beta))
+    return unilateral_response(motion, _gap(elements), _steps(elements), velocity=V0 * momentum)
 
 
 def full_bar(elements: int, beta: float) -> ContactHistory:
@@ -150,10 +180,9 @@ def full_bar(elements: int, beta: float) -> ContactHistory:
     )
     n = K.getSize()[0]
     wall = scipy.sparse.csr_matrix(([1.0], ([0], [0])), shape=(n, 1))
+    start = np.full(n, V0)
     with FullMotion(K, M, wall, _step(elements), damping=Rayleigh(beta=beta)) as motion:
-        history = unilateral_response(
-            motion, _gap(elements), _steps(elements), velocity=np.full(n, V0)
-        )
+        history = unilateral_response(motion, _gap(elements), _steps(elements), velocity=start)
     K.destroy()
     M.destroy()
     return history
@@ -183,58 +212,101 @@ def _steps(elements: int) -> int:
     return round(1.5 * CONTACT / _step(elements))
 
 
-def _rows(name: str, beta: float, exact: Impact, allowed: float, source: str) -> list[Row]:
-    rows = []
-    counted = 2.0 * _step(ELEMENTS) / exact.duration
-    tolerances = {"force": max(allowed, counted), "duration": counted, "impulse": allowed}
-    for solver, run in SOLVERS.items():
-        history = run(ELEMENTS, beta)
-        found, coarse = impact_of(history), impact_of(run(ELEMENTS // 4, beta))
-        for quantity, unit in (("force", "N"), ("duration", "s"), ("impulse", "N s")):
-            tolerance = tolerances[quantity]
-            what = f"{quantity}, mean of the contact" if quantity == "force" else quantity
-            pair = getattr(exact, quantity), getattr(found, quantity)
-            rows.append(Row(name, f"{what}, {solver}", *pair, unit, tolerance, source))
-        rows.append(
-            Row(
-                name,
-                f"ε by the impulse, {solver}",
-                exact.epsilon,
-                found.epsilon,
-                "-",
-                allowed,
-                source,
-            )
-        )
-        impulse = history.impulse[:, 0]
-        pushed = np.flatnonzero(impulse)
-        worse = abs(coarse.impulse - exact.impulse)
-        for what, value, most, why in (
-            (
-                "error of the impulse over that of a mesh and a step four times as coarse",
-                abs(found.impulse - exact.impulse) / worse,
-                0.5,
-                "the method converges",
-            ),
-            (
-                "steps without a force during the contact",
-                float(pushed[-1] - pushed[0] + 1 - pushed.size),
-                0.0,
-                "one contact",
-            ),
-            (
-                "energy gained in contact, over all",
-                history.energy.gained,
-                1e-12,
-                "Acary, ZAMM 96 (2016) 585: Moreau's stepping dissipates",
-            ),
-            (
-                "residual of the energy identity",
-                history.energy.residual,
-                1e-9,
-                "exact for the rule",
-            ),
-            ("residual of complementarity", float(history.residual.max()), 1e-9, "exact solution"),
+def landing_block() -> list[Row]:
+    """Impulses and velocities of landings at once on both corners, and a series of bounces."""
+    rows = Rows("landing block", "momentum of a rigid body, all sets of corners tried")
+    for name, corners, v0 in (
+        ("flat on near corners", NEAR, np.array([-1.0, 0.0])),
+        ("turning fast on near corners", NEAR, np.array([-1.0, 4.0])),
+        ("turning on far corners", CORNERS, np.array([-1.0, -1.0])),
+    ):
+        impulse, v1 = plastic_landing(corners, v0)
+        history = landed(corners, v0)
+        for what, unit, exact, computed in (
+            ("impulse on corner", "N s", impulse, history.impulse.sum(axis=0)),
+            ("velocity afterwards", "m/s, rad/s", v1, history.velocity[-1]),
         ):
-            rows.append(Row(name, f"{what}, {solver}", 0.0, value, "-", most, why, absolute=True))
+            for k in range(2):
+                quantity = f"{name}: {what} {k + 1}"
+                rows.add(quantity, exact[k], computed[k], unit, 1e-10, absolute=True)
+    end, e = 0.6, 0.8
+    x, _, count = bounced(end, e)
+    found = stepped(end, e, 12000).displacement[-1]
+    source = "flights and impacts in turn, each in closed form"
+    for k, (what, unit) in enumerate((("height", "m"), ("rotation", "rad"))):
+        quantity = f"{what} after {count} bounces with e = {e:g} under gravity"
+        rows.add(quantity, x[k], found[k], unit, 0.005, source)
     return rows
+
+
+def plastic_landing(corners: Array, v0: Array) -> tuple[Array, Array]:
+    """Impulses and velocities when both corners touch the ground at once and do not bounce.
+
+    The impulses stop some corners; of the four sets, it is the one in which they push and the
+    other corners go up.
+    """
+    inverse = np.diag([1.0 / MASS, 1.0 / INERTIA])
+    for some in ([], [0], [1], [0, 1]):
+        G = corners[:, some]
+        P = np.zeros(2)
+        P[some] = np.linalg.solve(G.T @ inverse @ G, G.T @ v0) if some else 0.0
+        v1 = v0 - inverse @ corners @ P
+        if np.all(P >= 0.0) and np.all(corners.T @ v1 <= 1e-14):
+            break
+    return P, v1
+
+
+def landed(corners: Array, v0: Array) -> ContactHistory:
+    """The same by unilateral contact: ten steps from the ground."""
+    return unilateral_response(_block(corners, 1e-3), 0.0, 10, velocity=_modal(v0))
+
+
+def stepped(end: float, e: float, steps: int) -> ContactHistory:
+    """Bounces on the corners from a tilted start above the ground, step by step."""
+    x0, v0 = map(_modal, START)
+    weight = np.ones((steps + 1, 1))
+    return unilateral_response(
+        _block(CORNERS, end / steps),
+        0.0,
+        steps,
+        displacement=x0,
+        velocity=v0,
+        amplitudes=weight,
+        restitution=e,
+    )
+
+
+def bounced(end: float, e: float) -> tuple[Array, Array, int]:
+    """The same from impact to impact: position and velocity at the end, number of bounces.
+
+    The end must come before the bounces, shorter and shorter, do.
+    """
+    x, v = (part.copy() for part in START)
+    time, count = 0.0, 0
+    inverse = np.array([1.0 / MASS, 1.0 / INERTIA])
+    while True:
+        # Room of each corner after t: room + rate t - g t²/2.
+        room, rate = -CORNERS.T @ x, -CORNERS.T @ v
+        flight = (rate + np.sqrt(rate**2 + 2.0 * GRAVITY * np.maximum(room, 0.0))) / GRAVITY
+        corner = int(np.argmin(flight))
+        t = min(float(flight[corner]), end - time)
+        x = x + v * t - np.array([0.5 * GRAVITY * t**2, 0.0])
+        v = v - np.array([GRAVITY * t, 0.0])
+        time += t
+        if time >= end:
+            return x, v, count
+        g = CORNERS[:, corner]
+        v = v - inverse * g * (1.0 + e) * (g @ v) / (g @ (inverse * g))
+        x = x - g * (g @ x) / (g @ g)
+        count += 1
+
+
+def _block(corners: Array, step: float) -> ModalMotion:
+    """The block's two modes, both free: y and rotation, each of unit modal mass."""
+    root = np.sqrt([[MASS], [INERTIA]])
+    load, probes = np.array([[-MASS * GRAVITY], [0.0]]) / root, np.diag(1.0 / root[:, 0])
+    return ModalMotion(np.zeros(2), corners / root, step, load=load, probes=probes)
+
+
+def _modal(x: Array) -> Array:
+    return np.asarray(np.sqrt([MASS, INERTIA]) * x, dtype=np.float64)

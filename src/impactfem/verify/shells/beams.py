@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import RX, RZ, UX, UY, Beams, ShellModel, shell_model
-from impactfem.verify.contact.models import fitted_order
-from impactfem.verify.row import Row
+from impactfem.verify.row import Row, fitted_order
 from impactfem.verify.shells.rigid_body_rows import rigid_body_rows
 
 Array = NDArray[np.float64]

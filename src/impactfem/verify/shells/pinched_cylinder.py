@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.section import Material
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, ShellModel, Shells, shell_model
-from impactfem.verify.contact.models import order_at_least
-from impactfem.verify.row import Row
+from impactfem.verify.row import Row, order_at_least
 from impactfem.verify.shells.cylinder import Cylinder, wave
 from impactfem.verify.shells.shell_meshes import panel
 

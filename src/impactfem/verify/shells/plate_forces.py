@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.quality import areas
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
-from impactfem.verify.contact.models import order_at_least
-from impactfem.verify.row import Row
+from impactfem.verify.row import Row, order_at_least
 from impactfem.verify.shells.shell_meshes import flat, panel
 from impactfem.verify.shells.thin_shells import STEEL, UNIT_PRESSURE
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from impactfem.building.section import Material
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
-from impactfem.verify.contact.models import order_at_least
-from impactfem.verify.row import Row
+from impactfem.verify.row import Row, order_at_least
 from impactfem.verify.shells.cylinder import Cylinder, weighed
 from impactfem.verify.shells.shell_meshes import panel
 

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from impactfem.building.section import Material
 from impactfem.building.shell_model import UZ, Shells, shell_model
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.verify.contact.models import fitted_order
-from impactfem.verify.row import Row
+from impactfem.verify.row import Row, fitted_order
 from impactfem.verify.shells.shell_meshes import flat, panel
 from impactfem.verify.waves.shell_motion import MovingModel, apart
 
