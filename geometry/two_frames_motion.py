@@ -9,9 +9,8 @@ that of EN 1998-1, type 1, ground B, with 1.2 m/s² on rock; one seed for each d
 import argparse
 from pathlib import Path
 
-from impactfem.motion.accelerogram import Accelerogram
-from impactfem.motion.eurocode import eurocode_spectrum
-from impactfem.motion.synthesis import synthesise
+from impactfem.motion import eurocode_spectrum, synthesise
+from impactfem.records.accelerogram import Accelerogram
 
 SEEDS = {"x": 11, "y": 4}
 LEVEL = 1.2  # on rock [m/s2]

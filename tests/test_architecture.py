@@ -20,8 +20,9 @@ PACKAGES = {
     "_fenicsx": set(),
     "spectra": set(),
     "dynamics": set(),
-    "case": {"dynamics", "spectra"},
-    "motion": {"case", "spectra"},
+    "records": set(),
+    "case": {"dynamics", "records", "spectra"},
+    "motion": {"case", "records", "spectra"},
     "sticks": {"dynamics"},
     "coupling": {"case", "dynamics", "sticks"},
     "building": {"_fenicsx", "case", "dynamics"},
@@ -222,7 +223,7 @@ def test_dynamics_knows_matrices_only():
 @pytest.mark.parametrize(
     "package",
     [
-        *("case", "motion", "spectra", "sticks", "coupling", "device", "plot", "stages"),
+        *("case", "records", "motion", "spectra", "sticks", "coupling", "device", "plot", "stages"),
         *("report", "run", "study", "cli"),
     ],
 )

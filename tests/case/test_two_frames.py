@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from impactfem.case import Case, RecordMotion, load_case
-from impactfem.motion.at2_record import read_at2
+from impactfem.records import read_record
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 
@@ -59,14 +59,14 @@ def test_masses_and_inertias_of_the_floors(case: Case) -> None:
 def test_motions_say_that_they_are_synthetic(case: Case, direction: str) -> None:
     (motion,) = (m for m in case.motions if m.direction == direction)
     assert isinstance(motion, RecordMotion)
-    assert "NOT A RECORD OF AN EARTHQUAKE" in read_at2(motion.file).origin
+    assert "NOT A RECORD OF AN EARTHQUAKE" in read_record(motion.file).origin
 
 
 def test_motions_can_be_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "argv", ["two_frames_motion.py", str(tmp_path)])
     runpy.run_path(str(GEOMETRY / "two_frames_motion.py"), run_name="__main__")
-    made = {d: read_at2(tmp_path / f"two_frames_{d}.AT2").acceleration for d in "xy"}
+    made = {d: read_record(tmp_path / f"two_frames_{d}.AT2").acceleration for d in "xy"}
     for direction, acceleration in made.items():
-        shipped = read_at2(GEOMETRY / f"two_frames_{direction}.AT2").acceleration
+        shipped = read_record(GEOMETRY / f"two_frames_{direction}.AT2").acceleration
         assert acceleration == pytest.approx(shipped, abs=1e-6)
     assert np.abs(made["x"] - made["y"]).max() > 1.0

@@ -3,12 +3,8 @@ import pytest
 
 from impactfem.case import RecordMotion, SyntheticMotion
 from impactfem.motion import Accelerogram, eurocode_spectrum, write_csv
-from impactfem.motion.from_case import (
-    checked_durations,
-    design_target,
-    ground_motions,
-    treated_record,
-)
+from impactfem.motion.design_spectrum import design_spectrum
+from impactfem.motion.from_case import checked_durations, ground_motions, treated_record
 from impactfem.system.errors import InputError
 
 A = np.random.default_rng(9).standard_normal(2001)
@@ -91,6 +87,10 @@ def test_faults_of_all_records(tmp_path):
     with pytest.raises(InputError) as caught:
         checked_durations(motions)
     assert len(caught.value.faults) == 2
+
+
+def design_target(motion):
+    return design_spectrum(motion.spectrum, motion.damping)
 
 
 def test_design_spectra():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from impactfem.motion import Accelerogram, DesignSpectrum, measures, spectral_misfit, synthesise
-from impactfem.motion.synthesis import _to_peak
+from impactfem.motion.synthesis import _to_peak, envelope
 from impactfem.system.errors import ImpactfemError
 
 TARGET = DesignSpectrum(2.3, (0.05, 0.25, 2.5))
@@ -127,3 +127,29 @@ def test_a_stronger_target_needs_a_stronger_motion():
     assert isinstance(half.accelerogram, Accelerogram)
     scaled = 2.0 * half.accelerogram.acceleration
     assert scaled == pytest.approx(full.accelerogram.acceleration, abs=1e-6)
+
+
+def test_envelope_by_hand():
+    time = [0.0, 1.0, 2.0, 3.5, 5.0, 12.5, 19.5, 20.0]
+    level = envelope(time, 20.0, (2.0, 5.0), end_level=0.01)
+    assert level[:5].tolist() == [0.0, 0.25, 1.0, 1.0, 1.0]
+    assert level[5] == pytest.approx(0.1)  # halfway through a decay to 0.01
+    assert level[6] == pytest.approx(0.01 ** (14.5 / 15) * 0.5)  # half of the last twentieth
+    assert level[7] == 0.0
+
+
+def test_strong_phase_may_fill_the_motion():
+    level = envelope([0.0, 5.0, 9.4, 10.0], 10.0, (0.0, 10.0))
+    assert level.tolist() == [1.0, 1.0, 1.0, 0.0]
+
+
+@pytest.mark.parametrize("phase", [(-1.0, 5.0), (5.0, 5.0), (6.0, 5.0), (2.0, 21.0)])
+def test_a_strong_phase_outside_is_refused(phase):
+    with pytest.raises(ImpactfemError, match="strong phase must lie inside"):
+        envelope([0.0], 20.0, phase)
+
+
+@pytest.mark.parametrize("level", [0.0, 1.0])
+def test_end_levels_out_of_range_are_refused(level):
+    with pytest.raises(ImpactfemError, match="end level"):
+        envelope([0.0], 20.0, (2.0, 5.0), end_level=level)

@@ -3,7 +3,9 @@ import logging
 import numpy as np
 import pytest
 
-from impactfem.motion import Accelerogram, Treatment
+from impactfem.motion import Accelerogram, Treatment, resampled
+from impactfem.motion.treatment import BaselineCorrection
+from impactfem.spectra import response_spectra
 from impactfem.system.errors import ImpactfemError
 
 H = 0.01
@@ -94,3 +96,90 @@ def test_each_step_is_logged(caplog):
 def test_refused(options, message):
     with pytest.raises(ImpactfemError, match=message):
         Treatment(**options)(record(noise()))
+
+
+def burst(step, frequency=3.0):
+    t = np.arange(round(20.0 / step) + 1) * step
+    return np.exp(-(((t - 10.0) / 2.0) ** 2)) * np.sin(2.0 * np.pi * frequency * t)
+
+
+@pytest.mark.parametrize("new", [0.002, 0.01, 0.005, 0.3358e-3, 0.0125])
+def test_a_band_limited_signal_is_met(new):
+    fine = resampled(Accelerogram(0.01, burst(0.01), "n", "o"), new)
+    assert fine.time_step == new
+    t = fine.time
+    expected = np.exp(-(((t - 10.0) / 2.0) ** 2)) * np.sin(6.0 * np.pi * t)
+    assert fine.acceleration == pytest.approx(expected, abs=1e-9)
+    assert 20.0 - new < fine.duration <= 20.0 * (1.0 + 1e-12)
+
+
+def test_a_finer_step_keeps_the_samples():
+    a = np.random.default_rng(1).standard_normal(200)
+    fine = resampled(Accelerogram(0.01, a), 0.0025)
+    assert fine.acceleration[::4] == pytest.approx(a, abs=1e-12)
+
+
+def test_a_coarser_step_folds_nothing_back():
+    # 45 Hz lies above the new Nyquist frequency of 25 Hz: folded it would appear at 5 Hz.
+    motion = Accelerogram(0.005, burst(0.005) + burst(0.005, 45.0))
+    coarse = resampled(motion, 0.02)
+    assert coarse.acceleration == pytest.approx(burst(0.02), abs=1e-6)
+    assert np.abs(motion.acceleration[::4] - burst(0.02)).max() > 0.5  # plain decimation folds
+
+
+def test_origin_and_nothing_to_do():
+    motion = Accelerogram(0.01, burst(0.01), "n", "record x")
+    assert resampled(motion, 0.01) is motion
+    assert resampled(motion, 0.005).origin == (
+        "record x; resampled from 0.01 s to 0.005 s, band-limited"
+    )
+    assert "low-pass at 20 Hz" in resampled(motion, 0.025).origin
+
+
+@pytest.mark.parametrize(
+    ("step", "message"),
+    [
+        (0.0, "must be positive and at most half the duration of 20 s, got 0.0 s"),
+        (float("nan"), "must be positive"),
+        (11.0, "at most half the duration"),
+        (1e-9, "would make more than 1e.07 samples"),
+        (0.01 / np.pi, "must have the ratio of whole numbers up to 100000"),
+    ],
+)
+def test_resampling_refused(step, message):
+    with pytest.raises(ImpactfemError, match=message):
+        resampled(Accelerogram(0.01, burst(0.01)), step)
+
+
+@pytest.fixture
+def samples():
+    return np.random.default_rng(7).standard_normal(1001)
+
+
+def test_the_end_is_at_rest_and_in_place(samples):
+    before = Accelerogram(0.01, samples)
+    after = Accelerogram(0.01, BaselineCorrection(1001, 0.01)(samples))
+    assert abs(before.velocity[-1]) > 1e-2
+    assert abs(before.displacement[-1]) > 1e-2
+    assert abs(after.velocity[-1]) < 1e-14
+    assert abs(after.displacement[-1]) < 1e-13
+
+
+def test_it_begins_and_ends_at_zero_and_repeats_itself_as_nothing(samples):
+    correct = BaselineCorrection(1001, 0.01)
+    once = correct(samples)
+    assert (once - samples)[[0, -1]] == pytest.approx(0.0, abs=1e-15)
+    assert correct(once) == pytest.approx(once, abs=1e-14)
+
+
+def test_oscillators_follow_it_statically(samples):
+    correction = BaselineCorrection(1001, 0.01)(samples) - samples
+    psa = response_spectra(correction, 0.01, [0.15, 1.0, 3.0, 30.0], [0.05]).psa[0, 0]
+    largest = np.abs(correction).max()
+    assert psa[1:] == pytest.approx(largest, rel=0.02)
+    assert psa[0] > 1.2 * largest  # near 1.5/T = 0.15 Hz they do not
+
+
+def test_too_few_samples_are_refused():
+    with pytest.raises(ImpactfemError, match="at least 4 samples"):
+        BaselineCorrection(3, 0.01)

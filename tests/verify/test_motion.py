@@ -1,10 +1,10 @@
-from impactfem.motion import eurocode
+from impactfem.motion import design_spectrum
 from impactfem.verify import motion
 
 
 def test_a_wrong_table_would_be_seen(monkeypatch):
-    table = {**eurocode.HORIZONTAL[2], "D": eurocode.Shape(1.6, (0.1, 0.3, 1.2))}
-    monkeypatch.setitem(eurocode.HORIZONTAL, 2, table)
+    table = {**design_spectrum.HORIZONTAL[2], "D": (1.6, (0.1, 0.3, 1.2))}
+    monkeypatch.setitem(design_spectrum.HORIZONTAL, 2, table)
     failed = [row.quantity for row in motion.eurocode_ordinates() if not row.passed]
     assert len(failed) == 1
     assert "type 2, ground D" in failed[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -23,7 +23,7 @@ from impactfem.case.leaf import (
     Whole,
     refuse,
 )
-from impactfem.case.record_format import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, RecordFormat
+from impactfem.records import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, FORMATS, RecordFormat
 
 MIN_STEPS = 16  # of a synthetic motion
 Direction = Literal["x", "y", "z"]
@@ -162,7 +162,7 @@ class RecordMotion(_Motion):
         if ending in FORMAT_OF_ENDING:
             return FORMAT_OF_ENDING[ending]
         if ending not in AMBIGUOUS_ENDINGS:
-            known = " or ".join(f"'{name}'" for name in get_args(RecordFormat))
+            known = " or ".join(f"'{name}'" for name in FORMATS)
             raise refuse(f"missing; expected {known}, the ending of the file is of none of them")
         return None
 

@@ -8,26 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.case import (
-    DecreeSpectrum,
-    EurocodeSpectrum,
-    Motion,
-    RecordMotion,
-    SyntheticMotion,
-)
-from impactfem.case import TableSpectrum as TableEntry
-from impactfem.case.design_spectrum import read_spectrum
-from impactfem.motion.accelerogram import Accelerogram
-from impactfem.motion.acceptance import Acceptance, acceptance
-from impactfem.motion.decree import decree_spectrum
-from impactfem.motion.design_spectrum import DesignSpectrum
-from impactfem.motion.eurocode import eurocode_spectrum
-from impactfem.motion.measures import Measures, measures
-from impactfem.motion.misfit import Misfit
-from impactfem.motion.record import read_record
+from impactfem.case import Motion, RecordMotion, SyntheticMotion
+from impactfem.motion.acceptance import Acceptance, Misfit, acceptance
+from impactfem.motion.design_spectrum import DesignSpectrum, TableSpectrum, design_spectrum
 from impactfem.motion.synthesis import default_range, synthesise
-from impactfem.motion.table_spectrum import TableSpectrum
 from impactfem.motion.treatment import Treatment
+from impactfem.records import read_record
+from impactfem.records.accelerogram import Accelerogram, Measures, measures
 from impactfem.spectra import ResponseSpectra, logarithmic_frequencies, response_spectra
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import quiet
@@ -141,56 +128,11 @@ def treated_record(motion: RecordMotion) -> Accelerogram:
         raise InputError([Fault(motion.file, "", None, str(error))]) from error
 
 
-def design_target(motion: SyntheticMotion) -> DesignSpectrum | TableSpectrum:
-    """Give the design spectrum of a synthetic motion, at the motion's damping.
-
-    Args:
-        motion: The motion of the case.
-
-    Raises:
-        InputError: The table of the spectrum is not usable.
-    """
-    entry, damping = motion.spectrum, motion.damping
-    if isinstance(entry, EurocodeSpectrum):
-        return eurocode_spectrum(
-            entry.spectrum_type,
-            entry.ground,
-            entry.reference_acceleration,
-            importance_factor=entry.importance_factor,
-            vertical=entry.vertical,
-            damping=damping,
-        )
-    if isinstance(entry, DecreeSpectrum):
-        return decree_spectrum(
-            entry.zone,
-            entry.ground,
-            importance_factor=entry.importance_factor or 1.0,
-            text=entry.text,
-            vertical=entry.vertical,
-            damping=damping,
-        )
-    if isinstance(entry, TableEntry):
-        faults: list[Fault] = []
-        table = read_spectrum(entry.file, faults)
-        points = table.at(damping) if table is not None else None
-        if points is None:
-            raise InputError(
-                faults or [Fault(entry.file, "", damping, "the table does not have this damping")]
-            )
-        return TableSpectrum(np.array(points[0]), np.array(points[1]), damping)
-    return DesignSpectrum(
-        ground_acceleration=entry.ground_acceleration,
-        corner_periods=entry.corner_periods,
-        amplification=entry.amplification,
-        damping=damping,
-    )
-
-
 def _ground_motion(motion: Motion, accept: bool) -> GroundMotion:
     target, misfit, accepted = None, None, None
     frequency = logarithmic_frequencies(*SPECTRUM_RANGE)
     if isinstance(motion, SyntheticMotion):
-        design = design_target(motion)
+        design = design_spectrum(motion.spectrum, motion.damping)
         made = synthesise(
             design,
             duration=motion.duration,
@@ -213,17 +155,11 @@ def _ground_motion(motion: Motion, accept: bool) -> GroundMotion:
         damping = RECORD_DAMPING
         n_t = max(2, round(motion.duration / motion.time_step) + 1)
         accelerogram = Accelerogram(motion.time_step, np.zeros(n_t), "rest", "ground at rest")
-    spectrum = response_spectra(
-        accelerogram.acceleration, accelerogram.time_step, frequency, [damping]
-    )
+    h, a = accelerogram.time_step, accelerogram.acceleration
+    spectrum = response_spectra(a, h, frequency, [damping])
+    strength = measures(accelerogram)
     return GroundMotion(
-        motion.direction,
-        accelerogram,
-        measures(accelerogram),
-        spectrum,
-        target,
-        misfit,
-        accepted,
+        motion.direction, accelerogram, strength, spectrum, target, misfit, accepted
     )
 
 

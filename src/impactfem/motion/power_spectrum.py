@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import fft
 
-from impactfem.motion.accelerogram import Accelerogram
-from impactfem.motion.measures import STANDARD_GRAVITY
-from impactfem.motion.target import Target
+from impactfem.motion.design_spectrum import Target
+from impactfem.records.accelerogram import STANDARD_GRAVITY, Accelerogram
 from impactfem.spectra import logarithmic_frequencies
 from impactfem.system.errors import ImpactfemError
 

@@ -17,7 +17,8 @@ spectrum is taken, so that (2) sees and mends what they change:
   size s = |a|/PGA > k becomes k + (1-k) u / (1 + (U-1) u/U), u = (s-k)/(1-k), U = u at the
   largest peak: smooth at k, ascending, and 1 at the largest. Smaller samples stay as they are;
   scaling the whole motion instead would move the whole spectrum;
-* the end velocity and displacement are taken out (:mod:`impactfem.motion.baseline`).
+* the end velocity and displacement are taken out
+  (:class:`impactfem.motion.treatment.BaselineCorrection`).
 
 Of all the motions visited the one with the least root mean square misfit is the result: (2) is
 no descent method, and may leave a good motion again.
@@ -32,11 +33,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy import fft
 
-from impactfem.motion.accelerogram import Accelerogram
-from impactfem.motion.baseline import BaselineCorrection
-from impactfem.motion.envelope import Envelope
-from impactfem.motion.misfit import Misfit, spectral_misfit
-from impactfem.motion.target import Target
+from impactfem.motion.acceptance import Misfit, spectral_misfit
+from impactfem.motion.design_spectrum import Target
+from impactfem.motion.treatment import BaselineCorrection
+from impactfem.records.accelerogram import Accelerogram
 from impactfem.spectra import logarithmic_frequencies
 from impactfem.spectra.peaks import displacement_peaks
 from impactfem.spectra.recurrence import step_coefficients
@@ -114,7 +114,7 @@ def synthesise(
         matched = default_range(duration, time_step)
     _check(seed, pga, iterations, matched, duration, time_step)
     f_k, carrier = _carrier(target, n, time_step, matched, seed)
-    envelope = Envelope(duration, strong_phase).at(np.arange(n) * time_step)
+    e = envelope(np.arange(n) * time_step, duration, strong_phase)
     at_rest = BaselineCorrection(n, time_step)
     frequency = logarithmic_frequencies(*matched, _PER_DECADE)
     wanted = target.pseudo_acceleration(frequency)
@@ -126,7 +126,7 @@ def synthesise(
         return np.asarray(displacement_peaks(fine, oscillators)[0] * oscillators.omega**2)
 
     def harmonics() -> FloatArray:
-        return np.asarray(envelope * fft.irfft(carrier, 2 * (f_k.size - 1))[:n])
+        return np.asarray(e * fft.irfft(carrier, 2 * (f_k.size - 1))[:n])
 
     carrier *= np.exp(np.mean(np.log(wanted / spectrum(harmonics()))))
     best: FloatArray = np.zeros(n)
@@ -144,6 +144,53 @@ def synthesise(
     accelerogram = Accelerogram(time_step, best, name, origin)
     misfit = spectral_misfit(accelerogram, target, *matched, points_per_cycle=points_per_cycle)
     return SyntheticMotion(accelerogram, target, misfit, best_iteration)
+
+
+def envelope(
+    time: npt.ArrayLike,
+    duration: float,
+    strong_phase: tuple[float, float],
+    end_level: float = 0.05,
+) -> FloatArray:
+    """Evaluate the envelope of a motion: quadratic rise, strong phase, exponential decay.
+
+    The form is that of Jennings, Housner and Tsai (1968), "Simulated earthquake motions", Caltech
+    EERL: with the strong phase from t_1 to t_2 and the duration T,
+
+        e(t) = (t / t_1)²                    0   <= t <= t_1
+        e(t) = 1                             t_1 <= t <= t_2
+        e(t) = exp(-c (t - t_2))             t_2 <= t <= T,   c = ln(1 / e_T) / (T - t_2)
+
+    so that e_T is left at the end. Over the last twentieth of the duration a straight line takes
+    that rest to zero.
+
+    Args:
+        time: Inside [0, T], shape (n,) [s].
+        duration: T [s].
+        strong_phase: t_1 and t_2, 0 <= t_1 < t_2 <= T [s].
+        end_level: e_T, 0 < e_T < 1 [-].
+
+    Returns:
+        Shape (n,) [-].
+
+    Raises:
+        ImpactfemError: The strong phase does not lie inside the duration, or the end level is out
+            of range.
+    """
+    t, T = np.asarray(time, dtype=np.float64), duration
+    t_1, t_2 = strong_phase
+    if not 0.0 <= t_1 < t_2 <= T < math.inf:
+        raise ImpactfemError(
+            "the strong phase must lie inside the motion, 0 <= begin < end <= duration:"
+            f" got {t_1!r} s to {t_2!r} s of {T!r} s"
+        )
+    if not 0.0 < end_level < 1.0:
+        raise ImpactfemError(f"the envelope's end level must be between 0 and 1, got {end_level!r}")
+    level = np.ones_like(t)
+    rising, falling = t < t_1, t > t_2
+    level[rising] = (t[rising] / t_1) ** 2
+    level[falling] = end_level ** ((t[falling] - t_2) / (T - t_2))
+    return np.asarray(level * np.clip((T - t) / (0.05 * T), 0.0, 1.0))
 
 
 def default_range(duration: float, time_step: float) -> tuple[float, float]:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy import signal
+from scipy import fft, signal
 
-from impactfem.motion.accelerogram import Accelerogram
-from impactfem.motion.baseline import BaselineCorrection
-from impactfem.motion.resampling import resampled
+from impactfem.records.accelerogram import Accelerogram
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.log import LOGGER
 
@@ -20,6 +19,9 @@ FloatArray = npt.NDArray[np.float64]
 Baseline = Literal["none", "mean", "linear", "rest"]
 
 FILTER_ORDER = 4
+_LARGEST_RATIO = 100_000  # of the whole numbers that make the ratio of the steps
+_MOST_SAMPLES = 10_000_000
+_EDGE = 0.8  # of the new Nyquist frequency: where the low-pass of a coarser step begins
 
 
 @dataclass(frozen=True)
@@ -34,9 +36,9 @@ class Treatment:
        Soil Dyn. Earthq. Eng. 25, 93-115, advise): no phase is shifted, the corners are damped by
        a half, and the fall beyond them is that of order 8. The continuation is cut off again, and
        with it what the filter left there: `baseline` "rest" mends the end.
-    4. `resample`: another step (:func:`impactfem.motion.resampling.resampled`).
+    4. `resample`: another step (:func:`resampled`).
     5. `baseline` "rest": end velocity and displacement are brought to zero by two smooth bells
-       (:class:`impactfem.motion.baseline.BaselineCorrection`). Last, as all others would spoil it.
+       (:class:`BaselineCorrection`). Last, as all others would spoil it.
 
     Args:
         baseline: See 1 and 5.
@@ -153,3 +155,117 @@ def _at_rest(accelerogram: Accelerogram) -> Accelerogram:
         f" {float(np.abs(correction).max()):.4g} m/s2"
     )
     return _noted(accelerogram, a + correction, note)
+
+
+def resampled(accelerogram: Accelerogram, time_step: float) -> Accelerogram:
+    """Give a motion another time step.
+
+    With h / h' = p / q in whole numbers, the record is continued by zeros to at least twice its
+    length and to a multiple of q; its discrete spectrum is cut, or continued by zeros, to that of
+    p / q times as many samples. A finer step keeps the given samples where the steps meet. For a
+    coarser one all above its Nyquist frequency is lost: from 0.8 of it on, half a cosine takes
+    the spectrum to zero there, so that nothing is folded back.
+
+    Args:
+        accelerogram: The motion.
+        time_step: New step h' [s]; its ratio to the old one must be one of whole numbers up to
+            100 000.
+
+    Returns:
+        The motion from 0 to the last multiple of h' inside its duration.
+
+    Raises:
+        ImpactfemError: The step is out of range, or the ratio is not one of whole numbers.
+    """
+    h, n = accelerogram.time_step, accelerogram.acceleration.size
+    if not (np.isfinite(time_step) and 0.0 < time_step <= 0.5 * accelerogram.duration):
+        raise ImpactfemError(
+            "the step to resample to must be positive and at most half the duration of"
+            f" {accelerogram.duration:.6g} s, got {time_step!r} s"
+        )
+    if accelerogram.duration / time_step > _MOST_SAMPLES:
+        raise ImpactfemError(
+            f"a step of {time_step!r} s would make more than {_MOST_SAMPLES:.0e} samples of"
+            f" {accelerogram.duration:.6g} s"
+        )
+    ratio = Fraction(h / time_step).limit_denominator(_LARGEST_RATIO)
+    p, q = ratio.numerator, ratio.denominator
+    if p == q:
+        return accelerogram
+    if p > _LARGEST_RATIO or p == 0 or abs(float(ratio) * time_step / h - 1.0) > 1e-9:
+        raise ImpactfemError(
+            f"the steps {h:.9g} s and {time_step:.9g} s must have the ratio of whole numbers up"
+            f" to {_LARGEST_RATIO}"
+        )
+    block = fft.next_fast_len(-(-2 * n // q), real=True)
+    spectrum = fft.rfft(accelerogram.acceleration, block * q)
+    n_new = block * p
+    if p < q:
+        nyquist = 0.5 * n_new
+        edge = np.clip((np.arange(spectrum.size) / nyquist - _EDGE) / (1.0 - _EDGE), 0.0, 1.0)
+        spectrum *= 0.5 * (1.0 + np.cos(np.pi * edge))
+        spectrum = spectrum[: n_new // 2 + 1]
+    elif block * q % 2 == 0:
+        spectrum[-1] *= 0.5  # its energy belongs to the positive and the negative frequency alike
+    size = int(accelerogram.duration / time_step * (1.0 + 1e-12)) + 1
+    samples = fft.irfft(spectrum, n_new)[:size] * (p / q)
+    how = f"low-pass at {0.5 / time_step:.6g} Hz" if p < q else "band-limited"
+    note = f"{accelerogram.origin}; resampled from {h:.9g} s to {time_step:.9g} s, {how}"
+    return replace(
+        accelerogram,
+        time_step=time_step,
+        acceleration=samples,
+        origin=note.removeprefix("; "),
+    )
+
+
+class BaselineCorrection:
+    """Takes c_1 φ_1 + c_2 φ_2 from an acceleration so that it ends at rest and without offset.
+
+    With τ = t/T from 0 to 1,
+
+        φ_1 = sin²(πτ),    φ_2 = sin²(πτ) cos(πτ)
+
+    begin and end smoothly at zero and hold nothing much above 1.5/T Hz (0.09 Hz for the 16.79 s
+    of the paper): an oscillator well above that follows them statically, so that a spectrum
+    ordinate changes by no more than the correction itself, about 2 v(T)/T. φ_1 changes the end
+    velocity, φ_2 only the end displacement; c_1, c_2 follow from the end values
+
+        v(T) = ∫ a dt,    d(T) = ∫ (T - t) a dt
+
+    which are linear in the samples and exact for acceleration that is linear between them.
+
+    Args:
+        n: Number of samples, at least 4.
+        time_step: Step h [s].
+
+    Raises:
+        ImpactfemError: There are fewer than 4 samples.
+    """
+
+    def __init__(self, n: int, time_step: float) -> None:
+        if n < 4:
+            raise ImpactfemError(f"a baseline correction needs at least 4 samples, got {n}")
+        h = time_step
+        tau = np.linspace(0.0, 1.0, n)
+        bell = np.sin(np.pi * tau) ** 2
+        self._shapes = np.array([bell, bell * np.cos(np.pi * tau)])
+        velocity = np.full(n, h)
+        velocity[[0, -1]] = 0.5 * h
+        displacement = h**2 * np.arange(n - 1, -1, -1, dtype=np.float64)
+        displacement[0] = h**2 * ((n - 1) / 2.0 - 1.0 / 6.0)
+        displacement[-1] = h**2 / 6.0
+        self._ends = np.array([velocity, displacement])
+        self._inverse = np.linalg.inv(self._ends @ self._shapes.T)
+
+    def __call__(self, acceleration: FloatArray) -> FloatArray:
+        """Correct an acceleration.
+
+        Args:
+            acceleration: Shape (n,) [m/s2].
+
+        Returns:
+            Shape (n,) [m/s2]; its end velocity and displacement are zero to round-off.
+        """
+        coefficients = self._inverse @ (self._ends @ acceleration)
+        return np.asarray(acceleration - coefficients @ self._shapes)

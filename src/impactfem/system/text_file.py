@@ -36,7 +36,7 @@ def read_bytes(path: Path, what: str) -> bytes | Fault:
     return content
 
 
-def read_text(path: Path, what: str, largest: int = LARGEST) -> str | Fault:
+def read_text(path: Path, what: str, largest: float = LARGEST) -> str | Fault:
     """The text of a UTF-8 file, or the fault that says why there is none.
 
     A byte order mark at the beginning is dropped: spreadsheets write one.

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
-from impactfem.motion.accelerogram import Accelerogram
-from impactfem.motion.channel import Channel, chosen_channel, read_channel
-from impactfem.motion.record_text import ACCELERATION_UNITS, number, plain_unit, read_lines
-from impactfem.system.errors import Fault, InputError
+from impactfem.records.accelerogram import Accelerogram
+from impactfem.records.file import (
+    ACCELERATION_UNITS,
+    Channel,
+    Format,
+    RecordFile,
+    number,
+    plain_unit,
+    read_channel,
+)
 
 HEADER_LINES = 45  # 25 of text, 7 of integers, 13 of real numbers
 
-_EXPECTED = (
-    "a CSMIP V2 record: 'Corrected accelerogram', 45 lines of header, then 'n points of accel"
-    " data equally spaced at .. sec, in cm/sec2. (8f10.6)' and the samples"
-)
 _HEAD = re.compile(r"\s*Corrected\s+accelerogram", re.IGNORECASE)
 _CHANNEL = re.compile(r"Chan\s+(\d+)\s*:\s*(.*?)\s*(?:from\b.*)?$", re.IGNORECASE)
 _DATA = re.compile(
@@ -27,7 +28,7 @@ _BEGIN = re.compile(r"\s*\d+\s+points\s+of\s+\w+\s+data\s+equally\s+spaced", re.
 _END = re.compile(r"\s*/&")
 
 
-def read_csmip(path: Path | str, component: str | None = None) -> Accelerogram:
+def read(file: RecordFile, component: str | None) -> Accelerogram:
     """Read an accelerogram from a CSMIP V2 file.
 
     A file holds one channel after another: 25 lines of text, 7 of integers, 13 of real numbers;
@@ -36,57 +37,42 @@ def read_csmip(path: Path | str, component: str | None = None) -> Accelerogram:
     passed over. The layout was taken from files of CESMD among the test data of the USGS program
     gmprocess.
 
-    Args:
-        path: The file.
-        component: Number ("1") or orientation ("90 Deg") of the channel; None when the file holds
-            one only.
-
-    Returns:
-        The accelerogram in m/s2, named after the file and the channel.
-
-    Raises:
-        InputError: The file is at fault, with its line, or the component is not one of its own.
+    The component is the number ("1") or orientation ("90 Deg") of a channel.
     """
-    path = Path(path)
-    lines = read_lines(path, _EXPECTED)
     channels: list[Channel] = []
     i = 0
-    while i < len(lines):
-        if not lines[i].strip():
+    while i < len(file.lines):
+        if not file.lines[i].strip():
             i += 1
             continue
-        channel, i = _channel(path, lines, i)
+        channel, i = _channel(file, i)
         channels.append(channel)
-    return read_channel(path, lines, chosen_channel(path, channels, component))
+    return read_channel(file, channels, component)
 
 
-def _channel(path: Path, lines: list[str], start: int) -> tuple[Channel, int]:
+def _channel(file: RecordFile, start: int) -> tuple[Channel, int]:
     """Find a channel; gives the line behind its end."""
+    lines = file.lines
     if not _HEAD.match(lines[start]):
-        expected = f"expected {_EXPECTED}"
-        raise InputError([Fault(path, f"line {start + 1}", lines[start].strip(), expected)])
+        file.fail(start + 1, lines[start].strip(), f"expected {file.expected}")
     begin = start + HEADER_LINES
     match = _DATA.match(lines[begin]) if begin < len(lines) else None
     if match is None or not match[2].lower().startswith("acc"):
-        found = lines[begin].strip() if begin < len(lines) else None
-        key = f"line {begin + 1}" if begin < len(lines) else ""
-        raise InputError([Fault(path, key, found, f"the header ends otherwise; {_EXPECTED}")])
+        line, text = (begin + 1, lines[begin].strip()) if begin < len(lines) else (None, None)
+        file.fail(line, text, f"the header ends otherwise; {file.expected}")
     step = number(match[3])
     factor = ACCELERATION_UNITS.get(plain_unit(match[4]))
-    faults = []
     if step is None or step <= 0.0:
-        faults.append(Fault(path, f"line {begin + 1}", match[3], "expected a time step in seconds"))
+        file.note(begin + 1, match[3], "expected a time step in seconds")
     if factor is None:
-        expected = "expected a unit of acceleration, cm/sec2"
-        faults.append(Fault(path, f"line {begin + 1}", match[4], expected))
+        file.note(begin + 1, match[4], "expected a unit of acceleration, cm/sec2")
     stop = _first(lines, begin + 1, _BEGIN, _END)
     end = _first(lines, stop, _END, _HEAD)
     if end == len(lines) or not _END.match(lines[end]):
         expected = f"the channel that begins on line {start + 1} does not end; expected '/& ...'"
-        key = f"line {end + 1}" if end < len(lines) else ""
-        faults.append(Fault(path, key, None, expected))
-    if faults or step is None or factor is None:
-        raise InputError(faults)
+        file.note(end + 1 if end < len(lines) else None, None, expected)
+    if file.faults or step is None or factor is None:
+        raise file.error()
     named = next((m for m in map(_CHANNEL.search, (lines[start], lines[start + 7])) if m), None)
     channel = Channel(
         number=named[1] if named else "1",
@@ -109,3 +95,13 @@ def _first(lines: list[str], start: int, *patterns: re.Pattern[str]) -> int:
         if any(pattern.match(lines[i]) for pattern in patterns):
             return i
     return len(lines)
+
+
+FORMAT = Format(
+    name="csmip",
+    expected="a CSMIP V2 record: 'Corrected accelerogram', 45 lines of header, then 'n points of"
+    " accel data equally spaced at .. sec, in cm/sec2. (8f10.6)' and the samples",
+    endings=(),
+    sign=_HEAD,
+    read=read,
+)

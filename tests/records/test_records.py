@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.motion import read_record
+from impactfem.records import read_record
 from impactfem.system.errors import InputError
 from impactfem.verify.record_files import at2_text, cosmos_text, csmip_text, esm_text, knet_text
 
@@ -81,13 +81,12 @@ def test_samples_beyond_the_largest_number_are_a_fault(tmp_path, fmt):
 
 
 def test_paths_that_cannot_be_read(tmp_path):
-    with pytest.raises(InputError, match="No such file or directory"):
-        read_record(tmp_path / "missing.csv")
-    with pytest.raises(InputError, match="No such file or directory"):
-        read_record(tmp_path / "missing.v2")
+    for name in ("missing.csv", "missing.v2"):
+        with pytest.raises(InputError, match=f"{name}: no such file; expected"):
+            read_record(tmp_path / name)
     folder = tmp_path / "folder.csv"
     folder.mkdir()
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="this is a directory; expected"):
         read_record(folder)
 
 
@@ -96,6 +95,7 @@ def test_paths_that_cannot_be_read(tmp_path):
     ("content", "message"),
     [
         (b"", "the file is empty"),
+        (b" \n\n", "the file is empty"),
         (b"\x7fELF\x00\x01", "not a text file"),
         (b"\xff\xfe\xfd", "not a"),
     ],

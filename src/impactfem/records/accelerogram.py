@@ -1,4 +1,4 @@
-"""An accelerogram: one component of base acceleration, linear between its samples."""
+"""An accelerogram, one component of ground motion linear between its samples; its measures."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.spectra.sampling import upsample
 from impactfem.system.errors import ImpactfemError
 
 FloatArray = npt.NDArray[np.float64]
+
+STANDARD_GRAVITY = 9.80665  # m/s2, by definition
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +21,7 @@ class Accelerogram:
     Args:
         time_step: Step h [s].
         acceleration: Samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]; copied, read-only.
-        name: What it is called in tables and figures.
+        name: Its name in tables and figures.
         origin: Where it comes from: a file, or how it was made.
 
     Raises:
@@ -76,18 +77,6 @@ class Accelerogram:
         a, h = self.acceleration, self.time_step
         return _accumulated(h * self.velocity[:-1] + h**2 / 6.0 * (2.0 * a[:-1] + a[1:]))
 
-    def at(self, time: npt.ArrayLike) -> FloatArray:
-        """Give the acceleration at any times: linear between samples, zero outside the record.
-
-        Args:
-            time: Any shape [s].
-
-        Returns:
-            The same shape [m/s2].
-        """
-        t = np.asarray(time, dtype=np.float64)
-        return np.asarray(np.interp(t, self.time, self.acceleration, left=0.0, right=0.0))
-
     def scaled(self, factor: float) -> Accelerogram:
         """Multiply the acceleration by a number.
 
@@ -106,10 +95,10 @@ class Accelerogram:
         """Scale to a peak ground acceleration.
 
         Args:
-            pga: Peak wanted, positive [m/s2].
+            pga: Peak requested, positive [m/s2].
 
         Raises:
-            ImpactfemError: The peak wanted is not positive, or the record is zero throughout.
+            ImpactfemError: The requested peak is not positive, or the record is zero throughout.
         """
         peak = float(np.abs(self.acceleration).max())
         if not (np.isfinite(pga) and pga > 0.0) or peak == 0.0:
@@ -118,15 +107,63 @@ class Accelerogram:
             )
         return self.scaled(pga / peak)
 
-    def refined(self, factor: int) -> Accelerogram:
-        """Insert band-limited samples (:func:`impactfem.spectra.sampling.upsample`).
 
-        Args:
-            factor: How many new steps an old one is cut into [-].
-        """
-        fine = upsample(self.acceleration[None, :], factor)[0]
-        note = f"{self.origin}; refined {factor} times, band-limited" if self.origin else ""
-        return replace(self, time_step=self.time_step / factor, acceleration=fine, origin=note)
+@dataclass(frozen=True)
+class Measures:
+    """Measures of the strength of a ground motion.
+
+    Args:
+        pga: Peak ground acceleration, largest sample [m/s2].
+        time_of_pga: Time of that sample [s].
+        pgv: Peak ground velocity at the samples [m/s].
+        pgd: Peak ground displacement at the samples [m].
+        arias: Arias intensity [m/s].
+        duration_5_95: Significant duration: between 5 % and 95 % of the Arias intensity [s];
+            0 for a motion that is zero throughout.
+        end_velocity: Ground velocity at the last sample [m/s].
+        end_displacement: Ground displacement at the last sample [m].
+    """
+
+    pga: float
+    time_of_pga: float
+    pgv: float
+    pgd: float
+    arias: float
+    duration_5_95: float
+    end_velocity: float
+    end_displacement: float
+
+
+def measures(accelerogram: Accelerogram) -> Measures:
+    """Measure a ground motion.
+
+    The Arias intensity I = π/(2g) ∫ a² dt (Arias 1970) is exact for acceleration that is linear
+    between the samples: each step gives h (a_n² + a_n a_n+1 + a_n+1²) / 3. The two instants of the
+    significant duration are interpolated linearly between the samples of I(t).
+
+    Args:
+        accelerogram: The motion.
+
+    Returns:
+        Its measures.
+    """
+    a, h, t = accelerogram.acceleration, accelerogram.time_step, accelerogram.time
+    steps = h / 3.0 * (a[:-1] ** 2 + a[:-1] * a[1:] + a[1:] ** 2)
+    intensity = np.pi / (2.0 * STANDARD_GRAVITY) * np.concatenate([[0.0], np.cumsum(steps)])
+    arias = float(intensity[-1])
+    start, end = np.interp([0.05 * arias, 0.95 * arias], intensity, t)
+    peak = int(np.argmax(np.abs(a)))
+    velocity, displacement = accelerogram.velocity, accelerogram.displacement
+    return Measures(
+        pga=float(abs(a[peak])),
+        time_of_pga=float(t[peak]),
+        pgv=float(np.abs(velocity).max()),
+        pgd=float(np.abs(displacement).max()),
+        arias=arias,
+        duration_5_95=float(end - start) if arias > 0.0 else 0.0,
+        end_velocity=float(velocity[-1]),
+        end_displacement=float(displacement[-1]),
+    )
 
 
 def _accumulated(increments: FloatArray) -> FloatArray:

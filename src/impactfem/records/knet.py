@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 import re
 from datetime import datetime, timedelta
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.motion.accelerogram import Accelerogram
-from impactfem.motion.record_text import check_component, input_error, number, read_lines
-from impactfem.system.errors import Fault
+from impactfem.records.accelerogram import Accelerogram
+from impactfem.records.file import Format, RecordFile, number
 from impactfem.system.log import LOGGER
 
 HEADER_LINES = 17
@@ -24,18 +22,14 @@ _KEYS = (
     *("Station Lon", "Station Height", "Record Time", "Sampling Freq", "Duration Time", "Dir."),
     *("Scale Factor", "Max", "Last Correction", "Memo."),
 )
-_EXPECTED = (
-    "a K-NET record: 17 lines from 'Origin Time' to 'Memo.', then the samples as whole numbers"
-)
 _FREQUENCY = re.compile(r"(\d+(?:\.\d*)?)\s*Hz", re.IGNORECASE)
 _SCALE = re.compile(r"(\d+(?:\.\d*)?)\s*\(gal\)\s*/\s*(\d+(?:\.\d*)?)", re.IGNORECASE)
 _SAMPLE = re.compile(r"[+-]?\d{1,10}")
-_PEAK_TOLERANCE = 0.01
 # Channels of a KiK-net station: 1 to 3 in the borehole, 4 to 6 at the surface.
 _CHANNELS = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": "UD2"}
 
 
-def read_knet(path: Path | str, component: str | None = None) -> Accelerogram:
+def read(file: RecordFile, component: str | None) -> Accelerogram:
     """Read an accelerogram from a K-NET or KiK-net ASCII file.
 
     17 lines of header, each with its key in the first 18 columns; then eight whole numbers a
@@ -48,83 +42,61 @@ def read_knet(path: Path | str, component: str | None = None) -> Accelerogram:
     the first sample is 15 s earlier; the origin has that time (JST).
 
     Source: NIED, "About K-NET ASCII format" (kyoshin.bosai.go.jp/kyoshin/man/knetform_en.html).
-
-    Args:
-        path: The file.
-        component: The file holds one; another one than its Dir. is refused.
-
-    Returns:
-        The accelerogram in m/s2, named after the file.
-
-    Raises:
-        InputError: With every fault of the file (the first 20 and a count), each with its line.
     """
-    path = Path(path)
-    lines = read_lines(path, _EXPECTED)
-    faults: list[Fault] = []
+    lines = file.lines
     if len(lines) < HEADER_LINES:
-        fault = Fault(
-            path, "", None, f"the file ends after {len(lines)} lines; expected {_EXPECTED}"
-        )
-        raise input_error(path, [fault])
+        file.fail(None, None, f"the file ends after {len(lines)} lines; expected {file.expected}")
     for i, (line, key) in enumerate(zip(lines, _KEYS, strict=False), start=1):
         if not line.lower().startswith(key.lower()):
-            expected = f"expected the line '{key} ...'; this should be {_EXPECTED}"
-            raise input_error(path, [Fault(path, f"line {i}", line.strip(), expected)])
+            expected = f"expected the line '{key} ...'; this should be {file.expected}"
+            file.fail(i, line.strip(), expected)
     value = [line[_KEY_WIDTH:].strip() for line in lines[:HEADER_LINES]]
     frequency = _FREQUENCY.fullmatch(value[10])
     if frequency is None or not 0.0 < float(frequency[1]) < math.inf:
-        expected = "expected the sampling frequency with its unit, '100Hz'"
-        faults.append(Fault(path, "line 11", value[10], expected))
+        file.note(11, value[10], "expected the sampling frequency with its unit, '100Hz'")
     scale = _SCALE.fullmatch(value[13])
     if scale is None or not all(0.0 < float(scale[k]) < math.inf for k in (1, 2)):
-        expected = "expected the scale factor in gal, '3920(gal)/6182761'"
-        faults.append(Fault(path, "line 14", value[13], expected))
+        file.note(14, value[13], "expected the scale factor in gal, '3920(gal)/6182761'")
     duration = number(value[11])
     if duration is None or duration <= 0.0:
-        faults.append(Fault(path, "line 12", value[11], "expected the duration in seconds"))
-    counts = _counts(path, lines, faults)
-    if frequency and duration and not faults:
+        file.note(12, value[11], "expected the duration in seconds")
+    counts = _counts(file)
+    if frequency and duration and not file.faults:
         announced = duration * float(frequency[1])
         if abs(counts.size - announced) >= 0.5 or counts.size < 2:
             expected = (
                 f"{duration:g} s at {frequency[1]} Hz are {announced:g} samples, the file has"
                 f" {counts.size}"
             )
-            faults.append(Fault(path, "line 12", value[11], expected))
-    if faults or frequency is None or scale is None:
-        raise input_error(path, faults)
+            file.note(12, value[11], expected)
+    if file.faults or frequency is None or scale is None:
+        raise file.error()
     direction = value[12]
-    check_component(path, component, _names(direction))
+    # "N-S" may be requested as "NS", too; "4" of a KiK-net station as "NS2".
+    names = (_CHANNELS.get(direction, direction), direction, direction.replace("-", ""))
+    file.check_component(component, names)
     gal = counts * (float(scale[1]) / float(scale[2]))
     offset = float(gal.mean())
     acceleration = gal - offset
-    _compare_peak(path, value[14], float(np.abs(acceleration).max()))
+    file.compare_peak(float(np.abs(acceleration).max()), value[14], "gal", rounding=5e-4)
     origin = (
-        f"record {path.name}: {value[5]} {_names(direction)[0]}{_first_sample(value[9])};"
+        f"record {file.path.name}: {value[5]} {names[0]}{_first_sample(value[9])};"
         f" mean of {offset:.4g} gal taken out"
     )
-    LOGGER.info("%s: mean of %.4g gal taken out, the offset of the instrument", path, offset)
-    return Accelerogram(1.0 / float(frequency[1]), 0.01 * acceleration, path.stem, origin)
+    LOGGER.info("%s: mean of %.4g gal taken out, the offset of the instrument", file.path, offset)
+    return Accelerogram(1.0 / float(frequency[1]), 0.01 * acceleration, file.path.stem, origin)
 
 
-def _counts(path: Path, lines: list[str], faults: list[Fault]) -> npt.NDArray[np.float64]:
+def _counts(file: RecordFile) -> npt.NDArray[np.float64]:
     """The samples as they stand."""
     counts: list[int] = []
-    for i, line in enumerate(lines[HEADER_LINES:], start=HEADER_LINES + 1):
+    for i, line in enumerate(file.lines[HEADER_LINES:], start=HEADER_LINES + 1):
         for cell in line.split():
             if _SAMPLE.fullmatch(cell) is None:
-                faults.append(Fault(path, f"line {i}", cell, "expected whole numbers only"))
+                file.note(i, cell, "expected whole numbers only")
             else:
                 counts.append(int(cell))
     return np.array(counts, dtype=np.float64)
-
-
-def _names(direction: str) -> tuple[str, ...]:
-    """What the component may be called: "N-S" or "NS"; "4" or "NS2" of a KiK-net station."""
-    if direction in _CHANNELS:
-        return (_CHANNELS[direction], direction)
-    return (direction, direction.replace("-", ""))
 
 
 def _first_sample(record_time: str) -> str:
@@ -136,13 +108,11 @@ def _first_sample(record_time: str) -> str:
     return f", first sample {start - timedelta(seconds=TRIGGER_DELAY)} JST"
 
 
-def _compare_peak(path: Path, text: str, peak: float) -> None:
-    """Warn of a peak that is not the header's: samples or scale may have been changed."""
-    announced = number(text)
-    if announced is not None and abs(peak - announced) > _PEAK_TOLERANCE * peak + 5e-4:
-        LOGGER.warning(
-            "warning: %s: the largest sample is %.6g gal, the header has %.6g gal",
-            path,
-            peak,
-            announced,
-        )
+FORMAT = Format(
+    name="knet",
+    expected="a K-NET record: 17 lines from 'Origin Time' to 'Memo.', then the samples as whole"
+    " numbers",
+    endings=tuple(f"{way}{sensor}" for way in ("ns", "ew", "ud") for sensor in ("", "1", "2")),
+    sign=re.compile(r"Origin Time\s"),
+    read=read,
+)

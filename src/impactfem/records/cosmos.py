@@ -5,23 +5,20 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import NoReturn
 
-from impactfem.motion.accelerogram import Accelerogram
-from impactfem.motion.channel import Channel, chosen_channel, read_channel
-from impactfem.motion.record_text import (
+from impactfem.records.accelerogram import Accelerogram
+from impactfem.records.file import (
     ACCELERATION_UNITS,
+    Channel,
+    Format,
+    RecordFile,
     fixed_columns,
     number,
     plain_unit,
-    read_lines,
+    read_channel,
 )
-from impactfem.system.errors import Fault, InputError
 
-_EXPECTED = (
-    "a COSMOS record: 'Corrected acceleration (Format v01.20 with 13 text lines)', its header"
-    " blocks, then the samples"
-)
 _HEAD = re.compile(
     r"(\w+)\s+\w+.*\(Format\s+v\S+\s+with\s+(\d{1,4})\s+text\s+lines\)", re.IGNORECASE
 )
@@ -62,7 +59,7 @@ class _Header:
     data: int  # index of the line that announces the samples
 
 
-def read_cosmos(path: Path | str, component: str | None = None) -> Accelerogram:
+def read(file: RecordFile, component: str | None) -> Accelerogram:
     """Read an accelerogram from a COSMOS file.
 
     A file holds one channel after another. Each begins with lines of text, the first of which
@@ -77,19 +74,9 @@ def read_cosmos(path: Path | str, component: str | None = None) -> Accelerogram:
     refused. Source: COSMOS strong motion data format 1.20 (strongmotioncenter.org), seen in files
     of CESMD among the test data of the USGS program gmprocess.
 
-    Args:
-        path: The file.
-        component: Number ("1"), orientation ("90 deg") or code ("HNE") of the channel; None when
-            the file holds one acceleration only.
-
-    Returns:
-        The accelerogram in m/s2, named after the file and the channel.
-
-    Raises:
-        InputError: The file is at fault, with its line, or the component is not one of its own.
+    The component is the number ("1"), orientation ("90 deg") or code ("HNE") of a channel.
     """
-    path = Path(path)
-    lines = read_lines(path, _EXPECTED)
+    lines = file.lines
     channels: list[Channel] = []
     header: _Header | None = None
     i = 0
@@ -98,40 +85,42 @@ def read_cosmos(path: Path | str, component: str | None = None) -> Accelerogram:
             i += 1
             continue
         if _HEAD.match(lines[i]):
-            header = _header(path, lines, i)
+            header = _header(file, i)
             i = header.data
-        channel, quantity, i = _block(path, lines, i, header)
+        channel, quantity, i = _block(file, i, header)
         if quantity.lower().startswith("acc"):
             channels.append(channel)
     numbers = {channel.number for channel in channels}
     if len(numbers) < len(channels) or "?" in numbers:  # the place in the file counts then
         channels = [replace(c, number=str(n)) for n, c in enumerate(channels, start=1)]
-    return read_channel(path, lines, chosen_channel(path, channels, component))
+    return read_channel(file, channels, component)
 
 
-def _fault(path: Path, lines: list[str], i: int, expected: str) -> InputError:
-    if i >= len(lines) or not any(line.strip() for line in lines[i:]):
-        return InputError([Fault(path, "", None, f"the file ends early; {expected}")])
-    return InputError([Fault(path, f"line {i + 1}", lines[i].strip(), expected)])
+def _fail(file: RecordFile, i: int, expected: str) -> NoReturn:
+    """Raise the fault of a line, counted from 0."""
+    if not any(line.strip() for line in file.lines[i:]):
+        file.fail(None, None, f"the file ends early; {expected}")
+    file.fail(i + 1, file.lines[i].strip(), expected)
 
 
-def _header(path: Path, lines: list[str], start: int) -> _Header:
+def _header(file: RecordFile, start: int) -> _Header:
     """Read the header blocks of a channel, which begin at a line."""
+    lines = file.lines
     head = _HEAD.match(lines[start])
     n_text = int(head[2]) if head else 0
     text = lines[start : start + n_text]
-    integers, i = _values(path, lines, start + n_text, "Integer")
-    reals, i = _values(path, lines, i, "Real")
+    integers, i = _values(file, start + n_text, "Integer")
+    reals, i = _values(file, i, "Real")
     comments = _COMMENTS.match(lines[i]) if i < len(lines) else None
     if comments is None:
-        raise _fault(path, lines, i, "expected '  n Comment line(s) follow'")
+        _fail(file, i, "expected '  n Comment line(s) follow'")
     following = lines[i + 1 : i + 1 + int(comments[1])]
     station = next((m for m in map(_STATION_CHANNEL.search, text) if m), None)
     code = next((m for m in map(_CODE.search, following) if m), None)
     step = reals[_TIME_STEP - 1] if len(reals) >= _TIME_STEP else math.nan
     if not step > 0.0:
         expected = "expected a positive time step [s] as real-header value 34"
-        raise _fault(path, lines, start + n_text, expected)
+        _fail(file, start + n_text, expected)
     return _Header(
         status=(head[1] if head else "").lower(),
         number=station[1] if station else "?",
@@ -146,12 +135,13 @@ def _header(path: Path, lines: list[str], start: int) -> _Header:
     )
 
 
-def _values(path: Path, lines: list[str], i: int, kind: str) -> tuple[list[float], int]:
+def _values(file: RecordFile, i: int, kind: str) -> tuple[list[float], int]:
     """Read a block of integers or real numbers; gives the line behind it."""
+    lines = file.lines
     match = _VALUES.match(lines[i]) if i < len(lines) else None
     if match is None or match[2].lower() != kind.lower():
         expected = f"expected ' 100 {kind}-header values follow on  .. lines, Format= (..)'"
-        raise _fault(path, lines, i, expected)
+        _fail(file, i, expected)
     count, n_lines, width = int(match[1]), int(match[3]), int(match[5])
     values: list[float] = []
     for j in range(i + 1, i + 1 + n_lines):
@@ -159,24 +149,23 @@ def _values(path: Path, lines: list[str], i: int, kind: str) -> tuple[list[float
         numbers = [value for value in map(number, cells) if value is not None]
         if not cells or len(numbers) < len(cells):
             expected = f"expected {count} numbers of the {kind.lower()} header on {n_lines} lines"
-            raise _fault(path, lines, j, expected)
+            _fail(file, j, expected)
         values += numbers
     if len(values) != count:
         expected = f"{count} numbers are announced, {len(values)} follow"
-        raise _fault(path, lines, i, expected)
+        _fail(file, i, expected)
     return values, i + 1 + n_lines
 
 
-def _block(
-    path: Path, lines: list[str], i: int, header: _Header | None
-) -> tuple[Channel, str, int]:
+def _block(file: RecordFile, i: int, header: _Header | None) -> tuple[Channel, str, int]:
     """Find a block of samples; gives its channel, its quantity and the line behind its end."""
+    lines = file.lines
     match = _DATA.match(lines[i]) if i < len(lines) else None
     if header is None:
-        raise _fault(path, lines, i, f"expected {_EXPECTED}")
+        _fail(file, i, f"expected {file.expected}")
     if match is None:
         expected = "expected '  n acceleration pts, approx .. secs, units=cm/sec2,Format=(..)'"
-        raise _fault(path, lines, i, expected)
+        _fail(file, i, expected)
     stop = i + 1
     while stop < len(lines) and not (_END.match(lines[stop]) or _HEAD.match(lines[stop])):
         stop += 1
@@ -185,7 +174,7 @@ def _block(
         expected = (
             f"{match[1]} samples are announced on line {i + 1}; expected 'End-of-data' behind them"
         )
-        raise _fault(path, lines, stop, expected)
+        _fail(file, stop, expected)
     quantity = match[2]
     accelerates = quantity.lower().startswith("acc")
     code = end[1] if end[1] and not end[1].isdigit() and end[1].isalnum() else ""
@@ -197,22 +186,32 @@ def _block(
         announced=i + 1,
         count=int(match[1]),
         time_step=header.time_step,
-        factor=_factor(path, lines, i, match, header.unit_code) if accelerates else math.nan,
+        factor=_factor(file, i, match, header.unit_code) if accelerates else math.nan,
         width=int(match[6]),
         stop=stop + 1,
     )
     return channel, quantity, stop + 1
 
 
-def _factor(path: Path, lines: list[str], i: int, match: re.Match[str], code: int) -> float:
+def _factor(file: RecordFile, i: int, match: re.Match[str], code: int) -> float:
     """Factor from the unit of the samples to m/s2; unit and codes must agree."""
     names = [plain_unit(match[3])] if match[3] else []
     codes = [int(match[4])] if match[4] else []
     codes += [code] if code != _UNSPECIFIED else []
-    names += [_UNIT_CODES.get(one, f"unit {one} of COSMOS table 2") for one in codes]
+    names += [_UNIT_CODES.get(k, f"unit {k} of COSMOS table 2") for k in codes]
     factors = {ACCELERATION_UNITS.get(name) for name in names}
     factor = factors.pop() if len(factors) == 1 else None
     if factor is None:
-        found = " and ".join(dict.fromkeys(names)) or "no unit"
-        raise _fault(path, lines, i, f"expected one unit of acceleration, found {found}")
+        given = " and ".join(dict.fromkeys(names)) or "no unit"
+        _fail(file, i, f"expected one unit of acceleration, found {given}")
     return factor
+
+
+FORMAT = Format(
+    name="cosmos",
+    expected="a COSMOS record: 'Corrected acceleration (Format v01.20 with 13 text lines)', its"
+    " header blocks, then the samples",
+    endings=("v2c",),
+    sign=re.compile(r"\w+\s+\w+.*\(Format\s+v", re.IGNORECASE),
+    read=read,
+)

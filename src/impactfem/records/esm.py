@@ -1,0 +1,102 @@
+"""Accelerograms in the ASCII format of ESM and ITACA, the European and Italian databases."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from impactfem.records.accelerogram import Accelerogram
+from impactfem.records.file import ACCELERATION_UNITS, Format, RecordFile, number, plain_unit
+
+HEADER_LINES = 64  # of the header format DYNA 1.2
+
+_KEY = re.compile(r"([A-Z][A-Z0-9_/^]*):(.*)")
+
+
+def read(file: RecordFile, component: str | None) -> Accelerogram:
+    """Read an accelerogram from an ASCII file of ESM or ITACA (header format DYNA 1.2).
+
+    64 lines ``KEY: value`` come first. Of these, NDATA is the number of samples,
+    SAMPLING_INTERVAL_S the step, UNITS their unit (cm/s^2), DATA_TYPE must be ACCELERATION, and
+    STREAM names the component ("HNN"). Then one sample a line. A peak that is not the one the
+    header has (PGA_CM/S^2) is warned of. The layout was taken from files of ESM among the test
+    data of the USGS program gmprocess.
+
+    Event, station and processing are in the origin.
+    """
+    lines = file.lines
+    while lines and not lines[-1].strip():
+        lines.pop()
+    header: dict[str, tuple[int, str]] = {}
+    for i, line in enumerate(lines[:HEADER_LINES], start=1):
+        match = _KEY.fullmatch(line.strip())
+        if match is None:
+            file.fail(i, line.strip(), f"the header ends early; expected {file.expected}")
+        header[match[1]] = (i, match[2].strip())
+    if len(lines) < HEADER_LINES:
+        file.fail(None, None, f"the file ends after {len(lines)} lines; expected {file.expected}")
+    text = {key: value for key, (_, value) in header.items()}
+    step = _positive(file, header, "SAMPLING_INTERVAL_S", "the time step in seconds")
+    count = _positive(file, header, "NDATA", "the number of samples")
+    factor = _factor(file, header)
+    samples = []
+    for i, line in enumerate(lines[HEADER_LINES:], start=HEADER_LINES + 1):
+        value = number(line.strip())
+        if value is None:
+            file.note(i, line.strip(), "expected one finite number")
+        else:
+            samples.append(value)
+    if count is not None and not file.faults and (len(samples) != count or count < 2):
+        expected = f"the header announces {count:g} samples, the file has {len(samples)}"
+        file.note(header["NDATA"][0], f"NDATA: {count:g}", expected)
+    if file.faults or step is None or factor is None:
+        raise file.error()
+    file.check_component(component, (text["STREAM"],) if text.get("STREAM") else ())
+    acceleration = np.array(samples) * factor
+    peak = 100.0 * float(np.abs(acceleration).max())
+    file.compare_peak(peak, text.get("PGA_CM/S^2", ""), "cm/s2")
+    where = ".".join(text.get(key, "") for key in ("NETWORK", "STATION_CODE", "STREAM"))
+    event = f"{text.get('EVENT_NAME', '')} {text.get('EVENT_DATE_YYYYMMDD', '')}".strip()
+    details = [event, text.get("BASELINE_CORRECTION", "").lower()]
+    origin = ", ".join([f"record {file.path.name}: {where}", *filter(None, details)])
+    return Accelerogram(step, acceleration, file.path.stem, origin)
+
+
+def _positive(
+    file: RecordFile, header: dict[str, tuple[int, str]], key: str, what: str
+) -> float | None:
+    if key not in header:
+        file.note(None, None, f"the header has no {key}; expected {what}")
+        return None
+    line, text = header[key]
+    value = number(text)
+    if value is None or value <= 0.0:
+        file.note(line, text, f"expected {what} as {key}, positive")
+        return None
+    return value
+
+
+def _factor(file: RecordFile, header: dict[str, tuple[int, str]]) -> float | None:
+    """Factor from the unit of the samples to m/s2."""
+    kind_line, kind = header.get("DATA_TYPE", (0, "ACCELERATION"))
+    if kind.upper() != "ACCELERATION":
+        file.note(kind_line, kind, "expected DATA_TYPE: ACCELERATION, not another quantity")
+    if "UNITS" not in header:
+        file.note(None, None, "the header has no UNITS; expected cm/s^2")
+        return None
+    line, unit = header["UNITS"]
+    factor = ACCELERATION_UNITS.get(plain_unit(unit))
+    if factor is None:
+        file.note(line, unit, "expected a unit of acceleration as UNITS, cm/s^2")
+    return factor
+
+
+FORMAT = Format(
+    name="esm",
+    expected="an ESM or ITACA record: 64 lines 'KEY: value', from EVENT_NAME to USER5, then one"
+    " sample a line",
+    endings=(),
+    sign=re.compile(r"EVENT_NAME:"),
+    read=read,
+)

@@ -1,0 +1,271 @@
+"""What the readers of records share: lines and faults of a file, channels, units, numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+
+from impactfem.records.accelerogram import STANDARD_GRAVITY, Accelerogram
+from impactfem.system.errors import Fault, InputError
+from impactfem.system.log import LOGGER
+from impactfem.system.text_file import read_text
+
+_MOST_FAULTS = 20
+_PEAK_TOLERANCE = 0.01
+
+# The units accelerograms come in. A general unit parser would read "g" as the gram and "gal" as
+# the gallon, and does not know the "cm/sec2" of the agencies' files.
+ACCELERATION_UNITS = {
+    "m/s2": 1.0,
+    "cm/s2": 0.01,
+    "mm/s2": 0.001,
+    "in/s2": 0.0254,
+    "ft/s2": 0.3048,
+    "g": STANDARD_GRAVITY,
+    "mg": 0.001 * STANDARD_GRAVITY,
+    "%g": 0.01 * STANDARD_GRAVITY,
+    "gal": 0.01,
+}
+TIME_UNITS = {"s": 1.0, "ms": 0.001, "min": 60.0}
+
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+
+class RecordFile:
+    """The lines of a record's file, and the faults that its reader notes.
+
+    Args:
+        path: The file.
+        expected: What it should be, for messages.
+
+    Raises:
+        InputError: The file cannot be read, is no text, or is empty.
+    """
+
+    def __init__(self, path: Path, expected: str) -> None:
+        text = read_text(path, expected, math.inf)
+        if isinstance(text, Fault):
+            raise InputError([text])
+        self.path, self.expected = path, expected
+        self.lines: list[str] = re.split(r"\r\n|\r|\n", text)
+        self.faults: list[Fault] = []
+
+    def note(self, line: int | None, value: str | None, expected: str) -> None:
+        """Note a fault of a line, counted from 1, or of the file as a whole (None)."""
+        self.faults.append(Fault(self.path, f"line {line}" if line else "", value, expected))
+
+    def error(self) -> InputError:
+        """The error that carries the faults: the first 20, and the number of the others."""
+        faults, more = self.faults, len(self.faults) - _MOST_FAULTS
+        if more > 0:
+            rest = Fault(self.path, "", None, f"and {more} more faults of this kind or another")
+            faults = [*faults[:_MOST_FAULTS], rest]
+        return InputError(faults)
+
+    def fail(self, line: int | None, value: str | None, expected: str) -> NoReturn:
+        """Note a fault behind which nothing can be read, and raise all of them."""
+        self.note(line, value, expected)
+        raise self.error()
+
+    def check_component(self, component: str | None, names: tuple[str, ...]) -> None:
+        """Refuse another component than the one that the file holds.
+
+        Args:
+            component: The one requested; None requests nothing.
+            names: What the file calls its component; empty when it does not name it.
+
+        Raises:
+            InputError: Another component is requested, or the file does not say which it holds.
+        """
+        if component is None or any(same_name(component, name) for name in names):
+            return
+        expected = (
+            f"the file holds one component, {names[0]}; leave component out or give that one"
+            if names
+            else "the file holds one component and does not name it; leave component out"
+        )
+        raise InputError([Fault(self.path, "component", component, expected)])
+
+    def choose(self, component: str | None, names: Sequence[tuple[str, ...]], known: str) -> int:
+        """Choose one of several components.
+
+        Args:
+            component: The one requested; may be None when there is only one.
+            names: What each component is called.
+            known: All of them, for messages.
+
+        Returns:
+            Its index.
+
+        Raises:
+            InputError: None or several have that name, or none of several is requested.
+        """
+        if component is None and len(names) == 1:
+            return 0
+        if component is None:
+            expected = f"the file holds {len(names)} components, choose one by component: {known}"
+            raise InputError([Fault(self.path, "component", None, expected)])
+        matches = [k for k, of in enumerate(names) if any(same_name(component, n) for n in of)]
+        if len(matches) == 1:
+            return matches[0]
+        which = f"{len(matches)} components are called so" if matches else "no such component"
+        expected = f"{which}; the file holds {known}"
+        raise InputError([Fault(self.path, "component", component, expected)])
+
+    def compare_peak(self, peak: float, announced: str, unit: str, rounding: float = 0.0) -> None:
+        """Warn of a peak that is not the header's: samples, scale or unit may have been changed.
+
+        Args:
+            peak: The largest sample, in the file's unit.
+            announced: What the header has; nothing is compared where that is no number or
+                zero.
+            unit: The file's unit.
+            rounding: Of the announced peak, in addition to 1 % of it.
+        """
+        value = number(announced)
+        if value and abs(peak - abs(value)) > _PEAK_TOLERANCE * peak + rounding:
+            LOGGER.warning(
+                f"warning: %s: the largest sample is %.6g {unit}, the header has %.6g {unit}",
+                self.path,
+                peak,
+                value,
+            )
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of records.
+
+    Args:
+        name: What case files call it.
+        expected: What a file of it looks like, for messages.
+        endings: Endings of the files that have this format alone, in lower case, without dot.
+        sign: What a file has on one of its first lines, and no file of another format.
+        read: Reads a component (None: the only one) into an accelerogram in m/s2; raises the
+            file's error with every fault.
+    """
+
+    name: str
+    expected: str
+    endings: tuple[str, ...]
+    sign: re.Pattern[str]
+    read: Callable[[RecordFile, str | None], Accelerogram]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """An acceleration of a file that holds several, in fixed columns.
+
+    Args:
+        number: Its number at the station, as text.
+        orientation: Its direction in the file's words ("90 Deg", "Up"); may be empty.
+        code: Its code in the network ("HNE"); may be empty.
+        title: What it is a record of, for the origin of the accelerogram.
+        announced: Line number of the line that announces the samples, from 1.
+        count: Number of samples announced.
+        time_step: Step h [s].
+        factor: From the file's unit to m/s2.
+        width: Characters in a column.
+        stop: Line number behind the last line of samples.
+    """
+
+    number: str
+    orientation: str
+    code: str
+    title: str
+    announced: int
+    count: int
+    time_step: float
+    factor: float
+    width: int
+    stop: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it may be requested by."""
+        return tuple(name for name in (self.number, self.orientation, self.code) if name)
+
+    @property
+    def label(self) -> str:
+        """All its names, for a message."""
+        rest = ", ".join(name for name in (self.orientation, self.code) if name)
+        return f"{self.number} ({rest})" if rest else self.number
+
+
+def read_channel(
+    file: RecordFile, channels: Sequence[Channel], component: str | None
+) -> Accelerogram:
+    """Read the samples of the channel requested.
+
+    Args:
+        file: The file.
+        channels: Its channels, in its order.
+        component: Number, orientation or code of a channel, whatever the case; may be None when
+            there is only one.
+
+    Returns:
+        The accelerogram in m/s2, named after the file and the channel.
+
+    Raises:
+        InputError: There is no such channel, samples are not numbers, or not as many as announced.
+    """
+    if not channels:
+        file.fail(None, None, "the file holds no acceleration")
+    known = "; ".join(channel.label for channel in channels)
+    channel = channels[file.choose(component, [channel.names for channel in channels], known)]
+    samples: list[float] = []
+    for i in range(channel.announced, channel.stop - 1):
+        for cell in fixed_columns(file.lines[i], channel.width):
+            value = number(cell)
+            if value is None:
+                expected = f"expected finite numbers in columns of {channel.width} characters"
+                file.note(i + 1, cell, expected)
+            else:
+                samples.append(value)
+    if not file.faults and (len(samples) != channel.count or channel.count < 2):
+        expected = (
+            f"{channel.count} samples are announced, {len(samples)} follow; expected these"
+            " numbers to agree, at least 2"
+        )
+        file.note(channel.announced, file.lines[channel.announced - 1].strip(), expected)
+    if file.faults:
+        raise file.error()
+    origin = f"record {file.path.name}, channel {channel.label}"
+    return Accelerogram(
+        channel.time_step,
+        np.array(samples) * channel.factor,
+        f"{file.path.stem}_{channel.code or channel.number}",
+        f"{origin}: {channel.title}" if channel.title else origin,
+    )
+
+
+def plain_unit(text: str) -> str:
+    """Bring the spellings of a unit to one: ``cm/sec^2``, ``CM/S/S`` and ``cm s-2`` are cm/s2."""
+    unit = text.strip().lower().replace("²", "2").replace("**", "").replace("^", "")
+    unit = re.sub(r"sec(onds?)?(?=\W|\d|$)", "s", unit)
+    unit = re.sub(r"\s*/\s*", "/", unit)
+    unit = re.sub(r"/\(?s[\s*/.·]?s\)?$", "/s2", unit)
+    return re.sub(r"[\s.*·]s-2$", "/s2", unit)
+
+
+def number(text: str) -> float | None:
+    """Read a plain finite decimal number; None for all else (``nan``, ``1_000``, ``1e999``)."""
+    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    return value if math.isfinite(value) else None
+
+
+def fixed_columns(line: str, width: int) -> list[str]:
+    """Cut a line of fixed columns into its cells; a blank rest at the end is left out."""
+    text = line.rstrip()
+    return [text[i : i + width].strip() for i in range(0, len(text), width)]
+
+
+def same_name(name: str, other: str) -> bool:
+    """Whether two names of a component agree, whatever their case and spaces."""
+    return "".join(name.split()).casefold() == "".join(other.split()).casefold()

@@ -1,0 +1,267 @@
+import logging
+
+import numpy as np
+import pytest
+
+from impactfem.records import read_record
+from impactfem.system.errors import InputError
+from impactfem.verify.record_files import cosmos_text, csmip_text, esm_text, knet_text
+
+A = np.round(100.0 * np.random.default_rng(3).standard_normal(43), 5)
+COUNTS = [int(c) for c in np.random.default_rng(3).integers(-12000, -9000, 200)]
+GAL = np.array(COUNTS) * 3920.0 / 6182761.0
+CHANNELS = [("90 deg", "HNE", A), ("Up", "HNZ", 0.5 * A), ("360 deg", "HNN", -A)]
+THREE = {
+    "cosmos": cosmos_text(CHANNELS, 0.01),
+    "csmip": csmip_text([("90 Deg", A), ("Up", 0.5 * A), ("360 Deg", -A)], 0.02),
+}
+ONE = {
+    "esm": esm_text(A, 0.005),
+    "cosmos": cosmos_text(CHANNELS[:1], 0.01, integrals=False),
+    "csmip": csmip_text([("90 Deg", A)], 0.02),
+    "knet": knet_text(COUNTS, 100),
+}
+
+
+def read(tmp_path, fmt, text, component=None):
+    path = tmp_path / f"made.{fmt}"
+    path.write_text(text)
+    return read_record(path, fmt, component)
+
+
+def test_esm(tmp_path):
+    assert ONE["esm"].splitlines()[63] == "USER5: "
+    record = read(tmp_path, "esm", ONE["esm"])
+    assert record.time_step == 0.005
+    assert record.acceleration == pytest.approx(0.01 * A, rel=1e-14)
+    assert record.name == "made"
+    assert "XX.MADE.HNN, NOWHERE 20030102, baseline removed" in record.origin
+
+
+def test_esm_with_windows_lines_and_in_other_units(tmp_path):
+    text = ONE["esm"].replace("UNITS: cm/s^2", "UNITS: m/s^2").replace("\n", "\r\n")
+    assert read(tmp_path, "esm", text).acceleration == pytest.approx(A)
+
+
+@pytest.mark.parametrize("columns", ["(8F10.5)", "(1E15.6)"])
+def test_cosmos(tmp_path, columns):
+    record = read(tmp_path, "cosmos", cosmos_text(CHANNELS[:1], 0.01, columns=columns))
+    assert record.time_step == 0.01
+    assert record.acceleration == pytest.approx(0.01 * A, rel=1e-6, abs=1e-9)
+    assert record.name == "made_HNE"
+    assert "made.cosmos, channel 1 (90 deg, HNE): corrected acceleration, Rec" in record.origin
+
+
+def test_csmip(tmp_path):
+    record = read(tmp_path, "csmip", ONE["csmip"])
+    assert record.time_step == 0.02
+    assert record.acceleration == pytest.approx(0.01 * A)
+    assert "channel 1 (90 Deg): Made Up Station Rcrd of Thu Jan 2, 2003" in record.origin
+
+
+def test_knet(tmp_path, caplog):
+    assert ONE["knet"].splitlines()[17][:9] == f"{COUNTS[0]:9d}"
+    with caplog.at_level(logging.INFO, logger="impactfem"):
+        record = read(tmp_path, "knet", ONE["knet"])
+    assert record.time_step == 0.01
+    assert record.acceleration == pytest.approx(0.01 * (GAL - GAL.mean()), rel=1e-12)
+    assert record.acceleration.mean() == pytest.approx(0.0, abs=1e-15)
+    assert f"mean of {GAL.mean():.4g} gal taken out" in record.origin
+    assert "MADE01 N-S, first sample 2003-01-02 03:04:30 JST" in record.origin
+    assert "offset of the instrument" in caplog.text
+
+
+def test_the_published_example_of_the_scale_of_knet(tmp_path):
+    # NIED's page: 8009 counts at 3920(gal)/6182761 are 5.078 gal.
+    record = read(tmp_path, "knet", knet_text([8009, -8009] * 50, 100))
+    assert record.acceleration[:2] == pytest.approx([0.05078, -0.05078], abs=5e-6)
+
+
+def test_the_english_page_of_knet_has_other_keys(tmp_path):
+    text = ONE["knet"].replace("Long.", "Lon. ").replace("Max. Acc.", "Max Acc. ")
+    assert read(tmp_path, "knet", text).acceleration.size == 200
+
+
+@pytest.mark.parametrize(
+    ("fmt", "text", "names"),
+    [
+        ("esm", ONE["esm"], ["hnn"]),
+        ("knet", ONE["knet"], ["N-S", "ns"]),
+        ("knet", knet_text(COUNTS, 100, direction="4"), ["4", "NS2", "ns2"]),
+    ],
+)
+def test_the_only_component_may_be_requested(tmp_path, fmt, text, names):
+    for name in names:
+        assert read(tmp_path, fmt, text, name).time_step > 0.0
+    with pytest.raises(InputError, match=r"component = 'EW': the file holds one component, [HN]"):
+        read(tmp_path, fmt, text, "EW")
+
+
+@pytest.mark.parametrize(
+    ("fmt", "components"),
+    [("cosmos", ["3", "HNN", "hnn", "360 deg", "360Deg"]), ("csmip", ["3", "360 Deg", "360deg"])],
+)
+def test_a_channel_by_any_of_its_names(tmp_path, fmt, components):
+    for component in components:
+        record = read(tmp_path, fmt, THREE[fmt], component)
+        assert record.acceleration == pytest.approx(-0.01 * A)
+
+
+@pytest.mark.parametrize(
+    ("fmt", "known"),
+    [
+        ("cosmos", r"1 \(90 deg, HNE\); 2 \(Up, HNZ\); 3 \(360 deg, HNN\)"),
+        ("csmip", r"1 \(90 Deg\); 2 \(Up\); 3 \(360 Deg\)"),
+    ],
+)
+def test_several_channels_and_none_chosen(tmp_path, fmt, known):
+    with pytest.raises(InputError, match=f"component: the file holds 3 components, .* {known}"):
+        read(tmp_path, fmt, THREE[fmt])
+    with pytest.raises(InputError, match=f"component = 'EW': no such component; .* {known}"):
+        read(tmp_path, fmt, THREE[fmt], "EW")
+
+
+def test_the_same_name_twice(tmp_path):
+    text = cosmos_text([("Up", "HNZ", A), ("Up", "HNE", 2.0 * A)], 0.01)
+    assert read(tmp_path, "cosmos", text, "HNE").acceleration == pytest.approx(0.02 * A)
+    with pytest.raises(InputError, match="component = 'Up': 2 components are called so"):
+        read(tmp_path, "cosmos", text, "Up")
+
+
+def test_channels_without_number_are_counted(tmp_path):
+    text = THREE["cosmos"].replace("Sta Chan   1:", "Sta Chan   ?:")
+    assert read(tmp_path, "cosmos", text, "1").acceleration == pytest.approx(0.01 * A)
+
+
+def test_columns_that_touch(tmp_path):
+    a = np.array([-123.45678, -100.5, 1000.00001, 2000.25])
+    text = cosmos_text([("Up", "HNZ", a)], 0.01, integrals=False)
+    assert read(tmp_path, "cosmos", text).acceleration == pytest.approx(0.01 * a)
+
+
+@pytest.mark.parametrize(
+    ("unit", "code", "factor"),
+    [("cm/sec2", 4, 0.01), ("cm/s^2 ", 4, 0.01), ("g", 2, 9.80665), ("", 10, 0.01)],
+)
+def test_units_of_cosmos(tmp_path, unit, code, factor):
+    text = cosmos_text(CHANNELS[:1], 0.01, unit=unit, unit_code=code, integrals=False)
+    assert read(tmp_path, "cosmos", text).acceleration == pytest.approx(factor * A)
+
+
+def test_uncorrected_is_named_so(tmp_path):
+    text = ONE["cosmos"].replace("Corr", "Uncorr")
+    assert ": uncorrected acceleration" in read(tmp_path, "cosmos", text).origin
+
+
+@pytest.mark.parametrize(
+    ("fmt", "old", "new"),
+    [("esm", "PGA_CM/S^2: ", "PGA_CM/S^2: 9"), ("knet", "3920(gal)", "2000(gal)")],
+)
+def test_a_peak_that_is_not_the_header_s_is_warned_of(tmp_path, caplog, fmt, old, new):
+    with caplog.at_level(logging.WARNING, logger="impactfem"):
+        read(tmp_path, fmt, ONE[fmt])
+        assert not caplog.records
+        read(tmp_path, fmt, ONE[fmt].replace(old, new))
+    assert "warning: " in caplog.text and "the largest sample is" in caplog.text
+
+
+FAULTS = {
+    "esm": [
+        ("NDATA: 43", "NDATA: 44", r"line 30 = 'NDATA: 44': the header announces 44 samples, the"),
+        ("NDATA: 43", "NDATA: many", "line 30 = 'many': expected the number of samples as NDATA"),
+        ("NDATA: 43\n", "N: 43\n", "the header has no NDATA; expected the number of samples"),
+        ("S: 0.005", "S: -0.005", "line 29 = '-0.005000': expected the time step in seconds"),
+        ("UNITS: cm/s^2", "UNITS: cm/s", "line 33 = 'cm/s': expected a unit of acceleration"),
+        ("UNITS: cm/s^2", "UNIT: cm/s^2", "the header has no UNITS"),
+        ("DATA_TYPE: ACC", "DATA_TYPE: DISPLACEMENT ACC", "expected DATA_TYPE: ACCELERATION"),
+        ("USER3: \n", "", "line 64 = '-?[0-9.]+': the header ends early"),
+        (f"\n{A[7]:.6f}\n", "\nnan\n", "line 72 = 'nan': expected one finite number"),
+        (f"\n{A[7]:.6f}\n", "\n1 2\n", "line 72 = '1 2': expected one finite number"),
+        (f"\n{A[7]:.6f}\n", "\n", "announces 43 samples, the file has 42"),
+    ],
+    "cosmos": [
+        ("43 acceleration", "44 acceleration", "line 49 .* 44 samples are announced, 43 follow"),
+        ("43 acceleration", "42 acceleration", "42 samples are announced, 43 follow"),
+        ("43 acceleration", "many acceleration", "line 49 .* expected '  n acceleration pts"),
+        ("units=cm/sec2(04)", "units=counts(50)", "line 49 .* found counts and unit 50 of COSMOS"),
+        (
+            "units=cm/sec2(04)",
+            "units=g(04)",
+            "expected one unit of acceleration, found g and cm/s2",
+        ),
+        ("units=cm/sec2(04)", "units=cm/sec(04)", "found cm/s and cm/s2"),
+        ("       4     120", "       2     120", "found cm/s2 and g"),
+        ("acceleration pts", "velocity pts", "the file holds no acceleration"),
+        ("End-of-data", "Begin-of-data", "43 samples are announced on line 49; expected 'End-of-d"),
+        ("       0.010000", "       0.000000", "positive time step .s. as real-header value 34"),
+        ("       0.010000", "            nan", "expected 100 numbers of the real header on 20"),
+        (" 100 Integer", "  99 Integer", "line 14 .* 99 numbers are announced, 100 follow"),
+        (" 100 Integer", "     Integer", "line 14 .* expected ' 100 Integer-header values"),
+        (" 100 Real", " 100 Imaginary", "line 25 .* expected ' 100 Real-header values"),
+        ("2 Comment line(s)", "2 Remarks", "line 46 .* expected '  n Comment line"),
+        ("2 Comment line(s)", "3 Comment line(s)", "expected '  n acceleration pts"),
+        ("with 13 text", "with 12 text", "line 13 .* expected ' 100 Integer-header"),
+        ("with 13 text", "with some text", "line 1 .* expected a COSMOS record"),
+        ("Corrected acceleration", "# Corrected\nCorrected acceleration", "line 1 = '# Corrected'"),
+        ("(8F10.5)", "(8F0.5)", "line 49 .* expected '  n acceleration pts"),
+        (
+            f"{A[0]:10.5f}",
+            "       NaN",
+            "line 50 = 'NaN': expected finite numbers in columns of 10",
+        ),
+        (f"{A[0]:10.5f}", "**********", "line 50 = '[*]{10}': expected finite numbers"),
+        (f"{A[0]:10.5f}", "          ", "line 50 = '': expected finite numbers"),
+    ],
+    "csmip": [
+        (
+            "43 points of accel",
+            "44 points of accel",
+            "line 46 .* 44 samples are announced, 43 foll",
+        ),
+        ("43 points of accel", "42 points of accel", "42 samples are announced, 43 follow"),
+        ("43 points of accel data", "43 points of veloc data", "line 46 .* the header ends other"),
+        ("in cm/sec2.", "in cm/sec.", "line 46 = 'cm/sec': expected a unit of acceleration"),
+        (".02 sec", ".00 sec", "line 46 = '.00': expected a time step"),
+        (".02 sec", "NaN sec", "line 46 = 'NaN': expected a time step"),
+        ("/&", "--", "the channel that begins on line 1 does not end"),
+        ("Corrected acc", "Corrupted acc", "line 1 .* expected a CSMIP V2 record"),
+        ("-999.00000-999", "-999.00000\n-999", "line 46 .* the header ends otherwise"),
+        (
+            f"{A[0]:10.5f}",
+            "       NaN",
+            "line 47 = 'NaN': expected finite numbers in columns of 10",
+        ),
+    ],
+    "knet": [
+        ("100Hz", "100", "line 11 = '100': expected the sampling frequency with its unit"),
+        ("100Hz", "0Hz", "line 11 = '0Hz': expected the sampling frequency"),
+        ("3920(gal)", "3920(m/s2)", "line 14 .* expected the scale factor in gal"),
+        ("/6182761", "/0", "line 14 .* expected the scale factor in gal"),
+        ("(s)  2", "(s)  x", "line 12 = 'x': expected the duration in seconds"),
+        ("(s)  2", "(s)  3", "line 12 = '3': 3 s at 100 Hz are 300 samples, the file has 200"),
+        ("(s)  2", "(s)  " + "9" * 300, "are 1e.302 samples"),
+        (f"{COUNTS[9]:9d}", "     nan ", "line 19 = 'nan': expected whole numbers only"),
+        (f"{COUNTS[9]:9d}", "    -1.5 ", "line 19 = '-1.5': expected whole numbers only"),
+        (f"{COUNTS[9]:9d}", "", "are 200 samples, the file has 199"),
+        ("Station Code", "Station Cod ", "line 6 .* expected the line 'Station Code ...'"),
+        ("Memo.", "", "line 17 .* expected the line 'Memo. ...'"),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("fmt", "old", "new", "message"),
+    [(fmt, *row) for fmt, rows in FAULTS.items() for row in rows],
+)
+def test_faults(tmp_path, fmt, old, new, message):
+    assert old in ONE[fmt]
+    with pytest.raises(InputError, match=message) as caught:
+        read(tmp_path, fmt, ONE[fmt].replace(old, new, 1))
+    assert f"made.{fmt}" in str(caught.value)
+
+
+def test_all_faults_at_once(tmp_path):
+    text = ONE["esm"].replace("UNITS: cm/s^2", "UNITS: V").replace("NDATA: 43", "NDATA: x")
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, "esm", text + "oops\n")
+    assert [fault.key for fault in caught.value.faults] == ["line 30", "line 33", "line 108"]
