@@ -47,7 +47,7 @@ def pump(point: str, radius: str) -> str:
 
     Args:
         point: Its anchor, as a case file says it.
-        radius: Of its rosette.
+        radius: Of its base_plate.
     """
     return f"""
 [[devices]]

@@ -107,7 +107,7 @@ def test_the_pump(done: study.Run) -> None:
         assert found[f"device.fy.{name}.impact"] > found[f"device.fy.{name}.no_impact"] > 0.0
     assert abs(found["device.relative_difference.no_impact"]) < 0.6
     assert found["device.fy.detailed.impact.light"] > found["device.fy.detailed.impact"]
-    # The pump's rosette makes the slab a little stiffer.
+    # The pump's base plate makes the slab a little stiffer.
     known = found["calibration.epsilon.light"]
     assert found["device.epsilon.light"] == pytest.approx(known, abs=0.03)
     with xr.open_dataset(done.folder / "device.nc", engine="h5netcdf") as store:

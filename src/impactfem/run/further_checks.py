@@ -150,10 +150,10 @@ def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
         at_rest = ForceHistory(np.array([0.0, 1.0]), (), np.zeros((2, 0)))
         found.attempt(lambda: with_floor_forces(case, mesh, at_rest, []))
     if case.devices:
+        from impactfem.building.base_plate import find_base_plates
         from impactfem.stages.device.covered_points import covered_points
-        from impactfem.stages.device.rosette import find_rosettes
 
-        found.attempt(lambda: find_rosettes(case, mesh))
+        found.attempt(lambda: find_base_plates(case, mesh))
         found.attempt(lambda: covered_points(case, mesh))
     return mesh
 

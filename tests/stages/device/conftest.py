@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from scipy.sparse.linalg import splu
 
+from impactfem.building.base_plate import find_base_plate
 from impactfem.building.links import linked
 from impactfem.building.loads import edge_load
 from impactfem.building.model import assemble_building
@@ -18,7 +19,6 @@ from impactfem.device.coupled import coupled
 from impactfem.device.on_springs import on_springs
 from impactfem.device.springs import BaseSprings
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.stages.device.rosette import find_rosette
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 FACTOR, STEP, STEPS = 0.5, 1e-3, 400
@@ -44,8 +44,8 @@ def device():
 
 
 @pytest.fixture(scope="session")
-def rosette(frame):
-    return find_rosette(frame[1].mesh, "pump", POINT, 0.8)
+def base_plate(frame):
+    return find_base_plate(frame[1].mesh, "pump", POINT, 0.8)
 
 
 def shaken_and_hit():
@@ -63,15 +63,17 @@ def scipy_matrix(matrix):
 
 
 @pytest.fixture(scope="session")
-def full(frame, device, rosette):
+def full(frame, device, base_plate):
     """Force on the floor by average acceleration with all degrees of freedom, shape (6, n_t)."""
     case, parts = frame
-    building, _ = linked(assemble_building(MPI.COMM_SELF, parts), [rosette.link], parts.mesh.nodes)
+    building, _ = linked(
+        assemble_building(MPI.COMM_SELF, parts), [base_plate.link], parts.mesh.nodes
+    )
     K, M = scipy_matrix(building.stiffness(FACTOR)), scipy_matrix(building.mass)
     n = K.shape[0]
-    row = int(building.rows(np.array([rosette.master]))[0])
+    row = int(building.rows(np.array([base_plate.master]))[0])
     S = np.zeros((6, n))
-    S[:, row : row + 6] = rosette.carried
+    S[:, row : row + 6] = base_plate.carried
     own = coupled(device, "relative")
     m = len(own.M) - 6
     W = sp.bmat([[sp.csr_matrix(S), None], [None, sp.eye(m)]]).tocsr()

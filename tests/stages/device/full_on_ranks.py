@@ -26,7 +26,7 @@ def histories(comm: Any, given: dict[str, Any], folder: Path, **options: Any) ->
         assemble_building(comm, given["parts"]),
         given["parts"].mesh,
         given["factor"],
-        given["rosettes"],
+        given["base_plates"],
         [MountedDevice(one.name, one, np.zeros((6, 0))) for one in given["devices"]],
         given["loads"],
         eccentricity=0.0,

@@ -29,13 +29,13 @@ class KilledError(Exception):
 
 
 @pytest.fixture(scope="session")
-def given(frame: Any, device: Any, rosette: Any) -> dict[str, Any]:
+def given(frame: Any, device: Any, base_plate: Any) -> dict[str, Any]:
     case, parts = frame
     force, ground = shaken_and_hit()
     return {
         "parts": parts,
         "factor": FACTOR,
-        "rosettes": [rosette],
+        "base_plates": [base_plate],
         "devices": [device],
         "loads": Loads(
             time_step=STEP,

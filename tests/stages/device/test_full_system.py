@@ -29,7 +29,7 @@ class Made:
 
 
 @pytest.fixture(scope="module")
-def made(frame: Any, device: Any, rosette: Any) -> Iterator[Made]:
+def made(frame: Any, device: Any, base_plate: Any) -> Iterator[Made]:
     case, parts = frame
     loads = Loads(
         time_step=1e-3,
@@ -43,7 +43,7 @@ def made(frame: Any, device: Any, rosette: Any) -> Iterator[Made]:
         assemble_building(MPI.COMM_SELF, parts),
         parts.mesh,
         FACTOR,
-        [rosette],
+        [base_plate],
         [MountedDevice(device.name, device, np.zeros((6, 0)))],
         loads,
         eccentricity=0.0,

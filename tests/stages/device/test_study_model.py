@@ -16,13 +16,13 @@ from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
 
 
 @pytest.fixture(scope="module")
-def reduced(frame, rosette) -> StudyModel:
+def reduced(frame, base_plate) -> StudyModel:
     case, parts = frame
     return study_model(
         assemble_building(MPI.COMM_SELF, parts),
         parts.mesh,
         FACTOR,
-        [rosette],
+        [base_plate],
         directions=[1],
         hit=[2],
         eccentricity=0.0,
@@ -59,14 +59,14 @@ def test_detailed_analysis_against_full_order(frame, reduced, device, full):
     assert abs(light / largest[1] - 1.0) > 0.01
 
 
-def test_anchors_yield_as_in_full_order(frame, rosette, reduced):
+def test_anchors_yield_as_in_full_order(frame, base_plate, reduced):
     building, _ = linked(
-        assemble_building(MPI.COMM_SELF, frame[1]), [rosette.link], frame[1].mesh.nodes
+        assemble_building(MPI.COMM_SELF, frame[1]), [base_plate.link], frame[1].mesh.nodes
     )
     K = scipy_matrix(building.stiffness(FACTOR)).tocsc()
-    row = int(building.rows(np.array([rosette.master]))[0])
+    row = int(building.rows(np.array([base_plate.master]))[0])
     S = np.zeros((6, K.shape[0]))
-    S[:, row : row + 6] = rosette.carried
+    S[:, row : row + 6] = base_plate.carried
     exact = S @ splu(K).solve(S.T)
     found = (reduced.anchors[0] / reduced.eigenvalue) @ reduced.anchors[0].T
     assert np.diag(found) == pytest.approx(np.diag(exact), rel=2e-3)

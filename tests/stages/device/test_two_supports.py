@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from scipy.sparse.linalg import splu
 
+from impactfem.building.base_plate import find_base_plate
 from impactfem.building.links import linked
 from impactfem.building.model import assemble_building
 from impactfem.building.read_parts import read_parts
@@ -23,7 +24,6 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
 from impactfem.spectra import response_spectra
-from impactfem.stages.device.rosette import find_rosette
 from impactfem.stages.device.study_model import Accuracy, study_model
 from impactfem.stages.device.support import largest_apart
 
@@ -74,20 +74,20 @@ def frame():
 
 
 @pytest.fixture(scope="module")
-def rosettes(frame):
-    return [find_rosette(frame[1].mesh, "pipe", tuple(point), 0.4) for point in POINTS]
+def base_plates(frame):
+    return [find_base_plate(frame[1].mesh, "pipe", tuple(point), 0.4) for point in POINTS]
 
 
 @pytest.fixture(scope="module")
-def reduced(frame, rosettes):
+def reduced(frame, base_plates):
     case, parts = frame
     corner = int(np.argmin(np.linalg.norm(parts.mesh.nodes - [4.0, 0.0, 6.0], axis=1)))
-    follower, base = int(rosettes[1].followers[0]), int(parts.mesh.base[0])
+    follower, base = int(base_plates[1].followers[0]), int(parts.mesh.base[0])
     return study_model(
         assemble_building(MPI.COMM_SELF, parts),
         parts.mesh,
         FACTOR,
-        rosettes,
+        base_plates,
         [corner, follower, base],
         directions=[1],
         hit=[2],
@@ -155,15 +155,15 @@ def scipy_matrix(matrix):
 
 
 @pytest.fixture(scope="module")
-def full(frame, rosettes):
+def full(frame, base_plates):
     """Force on both floors by average acceleration with all unknowns, shape (12, n_t)."""
     case, parts = frame
-    links = [one.link for one in rosettes]
+    links = [one.link for one in base_plates]
     building, _ = linked(assemble_building(MPI.COMM_SELF, parts), links, parts.mesh.nodes)
     K, M = scipy_matrix(building.stiffness(FACTOR)), scipy_matrix(building.mass)
     n, own = K.shape[0], coupled(pipe(), "relative")
     S = np.zeros((12, n))
-    for k, one in enumerate(rosettes):
+    for k, one in enumerate(base_plates):
         row = int(building.rows(np.array([one.master]))[0])
         S[6 * k : 6 * k + 6, row : row + 6] = one.carried
     m = len(own.M) - 12
@@ -209,9 +209,9 @@ def test_detailed_analysis_against_full_order(frame, reduced, full):
     assert largest[1] > 0.3 * largest[7] > 0.0
 
 
-def test_points_move_as_the_rigid_plate_and_the_base_do(reduced, rosettes, frame):
+def test_points_move_as_the_rigid_plate_and_the_base_do(reduced, base_plates, frame):
     _, follower, base = reduced.points
-    arm = frame[1].mesh.nodes[rosettes[1].followers[0]] - POINTS[1]
+    arm = frame[1].mesh.nodes[base_plates[1].followers[0]] - POINTS[1]
     anchor = reduced.anchors[1]
     moved = anchor[:3] + np.cross(anchor[3:].T, arm).T
     assert follower[:3] == pytest.approx(moved, abs=1e-9 * np.abs(moved).max())

@@ -134,7 +134,7 @@ def _reduced(case: Case, prepared: Prepared, comm: Any, step: Step, within: Prog
             building,
             prepared.parts.mesh,
             prepared.storey_factor,
-            prepared.rosettes,
+            prepared.base_plates,
             prepared.points.nodes,
             directions=loads.directions,
             hit=[edge.floor for edge in loads.edges],
@@ -176,7 +176,7 @@ def _full(
             building,
             prepared.parts.mesh,
             prepared.storey_factor,
-            prepared.rosettes,
+            prepared.base_plates,
             [
                 MountedDevice(one.name, one, np.zeros((DOFS * one.anchors, 0)))
                 for one in prepared.devices
@@ -213,7 +213,7 @@ def analyst_of(case: Case, prepared: Prepared, model: StudyModel) -> Analyst:
     return Analyst(
         model=model,
         plans=prepared.plans,
-        positions=np.array([one.point for one in prepared.rosettes]),
+        positions=np.array([one.point for one in prepared.base_plates]),
         covered=prepared.points.of_anchor,
         spectra=case.spectra,
         substeps=substeps_of(case),

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from impactfem.building.base_plate import BasePlate
 from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
@@ -16,7 +17,6 @@ from impactfem.building.rigid_body import rigid_body
 from impactfem.case import Case
 from impactfem.case.device_support import chosen
 from impactfem.reduction.probes import checked_probes
-from impactfem.stages.device.rosette import Rosette
 from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
@@ -76,23 +76,23 @@ def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
 
 
 def point_rows(
-    model: BuildingModel, mesh: BuildingMesh, nodes: Sequence[int], rosettes: Sequence[Rosette]
+    model: BuildingModel, mesh: BuildingMesh, nodes: Sequence[int], base_plates: Sequence[BasePlate]
 ) -> scipy.sparse.csr_matrix:
     """What takes the motion of points from the degrees of freedom, at this rank's rows.
 
     Args:
-        model: The building with the rosettes.
+        model: The building with the base plates.
         mesh: Its mesh.
-        nodes: The points' nodes; one that follows a rosette moves as it does, one of the base
+        nodes: The points' nodes; one that follows a base plate moves as it does, one of the base
             does not move.
-        rosettes: The rosettes.
+        base_plates: The base plates.
 
     Returns:
         Shape (n_local, 6 n).
     """
     rows = scipy.sparse.lil_matrix((DOFS * len(model.nodes), DOFS * len(nodes)))
     for k, node in enumerate(nodes):
-        master = moving_node(node, rosettes)
+        master = moving_node(node, base_plates)
         row = int(model.rows(np.array([master]))[0])
         if row >= 0:
             motion = rigid_body(mesh.nodes[node : node + 1], mesh.nodes[master])
@@ -100,6 +100,6 @@ def point_rows(
     return scipy.sparse.csr_matrix(rows)
 
 
-def moving_node(node: int, rosettes: Sequence[Rosette]) -> int:
-    """The master of the rosette that a node follows, or the node."""
-    return next((one.master for one in rosettes if node in one.followers), node)
+def moving_node(node: int, base_plates: Sequence[BasePlate]) -> int:
+    """The master of the base plate that a node follows, or the node."""
+    return next((one.master for one in base_plates if node in one.followers), node)

@@ -1,7 +1,7 @@
 """The building with its devices in it, in full order: all unknowns and no basis.
 
 The devices act on the building by their anchors' motions a = S u_m, carried rigidly by the masters
-of their rosettes, and by their modes ζ. With y = (a, ζ) = W (u, ζ), W = blkdiag(S, 1), and the
+of their base plates, and by their modes ζ. With y = (a, ζ) = W (u, ζ), W = blkdiag(S, 1), and the
 matrices of the devices (equation 1 of :mod:`impactfem.device.interface`),
 
     M = blkdiag(M_b, 0) + Wᵀ M_d W,    K = blkdiag(K_b, 0) + Wᵀ K_d W,
@@ -23,6 +23,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from impactfem.building.base_plate import BasePlate
 from impactfem.building.links import carried, linked
 from impactfem.building.local import DOFS
 from impactfem.building.mesh import BuildingMesh
@@ -31,7 +32,6 @@ from impactfem.device.interface import Interface, MountedDevice, interface_of
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.held import Held
 from impactfem.reduction.loads import Loads
-from impactfem.stages.device.rosette import Rosette
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -71,7 +71,7 @@ def full_system(
     building: BuildingModel,
     mesh: BuildingMesh,
     storey_factor: float,
-    rosettes: Sequence[Rosette],
+    base_plates: Sequence[BasePlate],
     devices: Sequence[MountedDevice],
     loads: Loads,
     *,
@@ -84,7 +84,7 @@ def full_system(
         building: The building; its matrices are gone afterwards.
         mesh: Its mesh.
         storey_factor: Factor on walls and columns.
-        rosettes: Of all anchors, device by device.
+        base_plates: Of all anchors, device by device.
         devices: The devices; their shapes do not count.
         loads: The loads, for their patterns.
         eccentricity: Of the loads on edges, along them [m].
@@ -92,17 +92,17 @@ def full_system(
 
     Raises:
         ImpactfemError: A device cannot be mounted.
-        SolutionError: Rosettes overlap.
+        SolutionError: BasePlates overlap.
     """
     interface = interface_of(devices)
-    model, T = linked(building, [one.link for one in rosettes], mesh.nodes)
+    model, T = linked(building, [one.link for one in base_plates], mesh.nodes)
     own = carried(T, loads.patterns(building, mesh, eccentricity))
     T.destroy()
     for matrix in (building.fixed, building.storeys, building.mass):
         matrix.destroy()
-    modes = len(interface.M) - DOFS * len(rosettes)
-    W = scipy.linalg.block_diag(*(one.carried for one in rosettes), np.eye(modes))
-    masters = model.global_rows(np.array([one.master for one in rosettes]))
+    modes = len(interface.M) - DOFS * len(base_plates)
+    W = scipy.linalg.block_diag(*(one.carried for one in base_plates), np.eye(modes))
+    masters = model.global_rows(np.array([one.master for one in base_plates]))
     n = model.n_free
     rows = np.concatenate([(masters[:, None] + np.arange(DOFS)).ravel(), n + np.arange(modes)])
     room = _Room(model.mass, modes, rows)

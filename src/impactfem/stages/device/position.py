@@ -105,7 +105,7 @@ class Floor:
 
 
 def position_figure(path: Path, view: DeviceView, device: int, building: xr.Dataset) -> None:
-    """Figure 23: plan of the floor (a) and the rosette between the anchor and the mesh (b)."""
+    """Figure 23: plan of the floor (a) and the base plate between the anchor and the mesh (b)."""
     point, number, count = view.anchor(device)
     floor = Floor(building, number)
     low, high = floor.size()
@@ -120,7 +120,7 @@ def position_figure(path: Path, view: DeviceView, device: int, building: xr.Data
         if grid is not None:
             grid.set_width_ratios((1.7, 1.0))
         _plan(axes[0], floor, point, name)
-        _rosette(axes[1], floor, point, count)
+        _base_plate(axes[1], floor, point, count)
         beyond = MARGIN * float((high - low).max())
         axes[0].set_xlim(low[0] - beyond, high[0] + beyond)
         axes[0].set_ylim(low[1] - beyond, high[1] + beyond)
@@ -146,7 +146,7 @@ def _plan(panel: Axes, floor: Floor, point: Array, name: str) -> None:
     panel.plot(point[0], point[1], "o", color=RED, ms=6, label=f"anchor of {name}")
 
 
-def _rosette(panel: Axes, floor: Floor, point: Array, count: int) -> None:
+def _base_plate(panel: Axes, floor: Floor, point: Array, count: int) -> None:
     nodes = floor.anchor_nodes(point, count)
     spokes = np.stack([np.broadcast_to(point[:2], nodes.shape), nodes], axis=1)
     _lines(panel, floor.mesh(), "0.75", 0.8, "mesh")

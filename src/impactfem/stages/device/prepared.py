@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from impactfem.building.base_plate import BasePlate, find_base_plates
 from impactfem.building.parts import BuildingParts
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, DeviceAnalysis
@@ -18,7 +19,6 @@ from impactfem.reduction.loads import Loads
 from impactfem.stages.calibrate.compute import Prepared as WallPrepared
 from impactfem.stages.calibrate.compute import prepare as prepare_wall
 from impactfem.stages.device.covered_points import CoveredPoints, covered_points
-from impactfem.stages.device.rosette import Rosette, find_rosettes
 from impactfem.stages.device.spectrum_plan import SpectrumPlan, plan_of
 from impactfem.stages.transient.prepared import case_loads, transient_of
 
@@ -31,7 +31,7 @@ class Prepared:
         parts: The building.
         storey_factor: Factor on walls and columns.
         devices: The devices.
-        rosettes: Where they are anchored, one for each anchor of each.
+        base_plates: Where they are anchored, one for each anchor of each.
         points: Further points, which envelopes of spectra cover.
         plans: Response spectrum analyses of each.
         own: Damping of the building, α [1/s] and β [s].
@@ -45,7 +45,7 @@ class Prepared:
     parts: BuildingParts
     storey_factor: float
     devices: tuple[Device, ...]
-    rosettes: tuple[Rosette, ...]
+    base_plates: tuple[BasePlate, ...]
     points: CoveredPoints
     plans: tuple[SpectrumPlan, ...]
     own: Rayleigh
@@ -88,7 +88,7 @@ def prepare(
         parts=parts,
         storey_factor=storey_factor,
         devices=devices,
-        rosettes=find_rosettes(case, parts.mesh),
+        base_plates=find_base_plates(case, parts.mesh),
         points=covered_points(case, parts.mesh),
         plans=tuple(
             plan_of(device, setup, analysis)

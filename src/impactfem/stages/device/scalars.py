@@ -30,9 +30,9 @@ def device_scalars(study: DeviceStudy) -> list[Scalar]:
         name = "device" if k == 0 else f"device.{support.name}"
         plan = study.prepared.plans[support.device]
         modes = device_modes(plan.device).below(plan.maximum_frequency)
-        rosette = study.prepared.rosettes[k]
-        note = f"{support.name}, floor {rosette.floor}, at node {rosette.master}"
-        scalars.append(Scalar(f"{name}.anchor_nodes", 1.0 + len(rosette.followers), "-", note))
+        base_plate = study.prepared.base_plates[k]
+        note = f"{support.name}, floor {base_plate.floor}, at node {base_plate.master}"
+        scalars.append(Scalar(f"{name}.anchor_nodes", 1.0 + len(base_plate.followers), "-", note))
         scalars += _modes(name, modes, support)
         weight = float(-own_weight(plan.device)[support.rows][2])
         scalars.append(Scalar(f"{name}.weight", weight, "N", "that this anchor carries"))

@@ -246,14 +246,17 @@ def _modes(study: DeviceStudy) -> Variables:
         masses,
         {"units": "kg", "note": "kg m2 for rx, ry, rz"},
     )
-    rosettes = study.prepared.rosettes
+    base_plates = study.prepared.base_plates
     variables["anchor_position"] = (
         ("device", "xyz"),
-        np.array([one.point for one in rosettes]),
+        np.array([one.point for one in base_plates]),
         {"units": "m"},
     )
-    variables["anchor_floor"] = ("device", np.array([one.floor for one in rosettes]))
-    variables["anchor_nodes"] = ("device", np.array([1 + len(one.followers) for one in rosettes]))
+    variables["anchor_floor"] = ("device", np.array([one.floor for one in base_plates]))
+    variables["anchor_nodes"] = (
+        "device",
+        np.array([1 + len(one.followers) for one in base_plates]),
+    )
     return variables
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from impactfem.building.base_plate import BasePlate
 from impactfem.building.links import carried, linked
 from impactfem.building.loads import edge_load
 from impactfem.building.local import DOFS
@@ -31,7 +32,6 @@ from impactfem.stages.calibrate.building_model import (
     wall_patterns,
 )
 from impactfem.stages.device.covered_points import moving_node, point_rows
-from impactfem.stages.device.rosette import Rosette
 from impactfem.system.archive import read_archive, write_archive
 from impactfem.system.memory import give_back
 
@@ -136,7 +136,7 @@ def study_model(
     building: BuildingModel,
     mesh: BuildingMesh,
     storey_factor: float,
-    rosettes: Sequence[Rosette],
+    base_plates: Sequence[BasePlate],
     points: Sequence[int] = (),
     *,
     directions: Sequence[int],
@@ -147,7 +147,7 @@ def study_model(
     largest: int,
     progress: Callable[[float], None] = lambda part: None,
 ) -> StudyModel:
-    """Reduce a building with its devices' rosettes. Collective.
+    """Reduce a building with its devices' base plates. Collective.
 
     The basis of the free building grows under the ground motion, even loads on the edges that are
     hit and the forces that hold the displaced floor of the wall experiment, until it is as accurate
@@ -158,7 +158,7 @@ def study_model(
         building: The building; its matrices are gone afterwards.
         mesh: Its mesh.
         storey_factor: Factor on walls and columns.
-        rosettes: Of the anchors of the devices.
+        base_plates: Of the anchors of the devices.
         points: Nodes of further points that are looked at.
         directions: Components (0, 1, 2) in which the ground moves.
         hit: Numbers of the floors that are hit; forces on other edges are in the model, too, and
@@ -171,9 +171,9 @@ def study_model(
         progress: Called with the part of the work that is done.
 
     Raises:
-        SolutionError: The accuracy is not reached with the most vectors; rosettes overlap.
+        SolutionError: The accuracy is not reached with the most vectors; base plates overlap.
     """
-    model, T = linked(building, [one.link for one in rosettes], mesh.nodes)
+    model, T = linked(building, [one.link for one in base_plates], mesh.nodes)
     for matrix in (building.fixed, building.storeys, building.mass):
         matrix.destroy()
     give_back()
@@ -182,7 +182,7 @@ def study_model(
         floor: carried(T, load[:, None])[:, 0]
         for floor, load in _edges(building, mesh, eccentricity).items()
     }
-    anchors = np.hstack([_anchor(model, one) for one in rosettes])
+    anchors = np.hstack([_anchor(model, one) for one in base_plates])
     patterns = None if wall is None else wall_patterns(building, mesh, *wall).carried(T)
     T.destroy()
     loads = [-model.ground[:, c] for c in directions]
@@ -190,9 +190,9 @@ def study_model(
     state, push = (None, None) if patterns is None else patterns.held(K)
     if push is not None:
         loads.append(push)
-    moving = [moving_node(node, rosettes) for node in points]
+    moving = [moving_node(node, base_plates) for node in points]
     probes = np.unique(
-        [one.master for one in rosettes]
+        [one.master for one in base_plates]
         + [node for node in moving if node not in mesh.base]
         + [mesh.centres[floor] for floor in hit]
         + [int(np.sort(np.unique(mesh.edges[floor]))[0]) for floor in hit]
@@ -221,7 +221,7 @@ def study_model(
     of_wall = None
     if patterns is not None and push is not None:
         of_wall = wall_model(modes, patterns, push, difference)
-    seen = point_rows(model, mesh, points, rosettes)
+    seen = point_rows(model, mesh, points, base_plates)
     return _rows(modes, model, edges, anchors, seen, of_wall, difference)
 
 
@@ -234,12 +234,12 @@ def _edges(model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> dic
     return loads
 
 
-def _anchor(model: BuildingModel, rosette: Rosette) -> Array:
+def _anchor(model: BuildingModel, base_plate: BasePlate) -> Array:
     """Unit forces and moments on an anchor at this rank's rows, shape (n_local, 6)."""
     loads = np.zeros((DOFS * len(model.nodes), DOFS))
-    row = int(model.rows(np.array([rosette.master]))[0])
+    row = int(model.rows(np.array([base_plate.master]))[0])
     if row >= 0:
-        loads[row : row + DOFS] = rosette.carried.T
+        loads[row : row + DOFS] = base_plate.carried.T
     return loads
 
 

@@ -23,7 +23,7 @@ INSIDE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Rosette:
+class BasePlate:
     """A rigid plate between nodes of a slab, with the anchor of a device in it.
 
     Args:
@@ -61,16 +61,16 @@ class Rosette:
         return S
 
 
-def find_rosette(
+def find_base_plate(
     mesh: BuildingMesh, name: str, point: tuple[float, float, float], radius: float
-) -> Rosette:
+) -> BasePlate:
     """Find the nodes that a device is anchored to.
 
     Args:
         mesh: The mesh.
         name: Name of the device.
         point: Its anchor [m].
-        radius: Of the rosette [m].
+        radius: Of the base plate [m].
 
     Raises:
         SolutionError: The anchor is on no floor, over a hole of it or beside its slab; or no node
@@ -101,7 +101,7 @@ def find_rosette(
             f"({at[0]:g}, {at[1]:g}) m; the nearest one, at ({x:.4g}, {y:.4g}, {z:.4g}) m, is "
             f"{away.min():.3g} m away: the mesh is too coarse for the radius"
         )
-    return Rosette(
+    return BasePlate(
         name=name,
         floor=floor,
         point=at,
@@ -124,7 +124,7 @@ def _on_slab(corners: Array, at: Array) -> bool:
     return bool(np.any(parts.min(axis=0) >= -INSIDE))
 
 
-def find_rosettes(case: Case, mesh: BuildingMesh) -> tuple[Rosette, ...]:
+def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
     """Find the nodes of every anchor of every device, as above.
 
     Args:
@@ -135,29 +135,29 @@ def find_rosettes(case: Case, mesh: BuildingMesh) -> tuple[Rosette, ...]:
         InputError: Anchors are on no node of a floor, or two tie the same nodes; all of them.
     """
     faults: list[Fault] = []
-    rosettes: list[Rosette] = []
+    base_plates: list[BasePlate] = []
     for index, device in enumerate(case.devices):
         for number, anchor in enumerate(device.anchors, 1):
             key, name = f"devices[{index}]", device.name
             if device.supports:
                 key, name = f"{key}.supports[{number - 1}]", f"{name}, support {number}"
             try:
-                rosette = find_rosette(mesh, name, anchor.point, anchor.radius)
+                base_plate = find_base_plate(mesh, name, anchor.point, anchor.radius)
             except SolutionError as error:
                 faults.append(Fault(case.path, f"{key}.point", anchor.point, str(error)))
                 continue
-            shared = _shared(rosette, rosettes)
+            shared = _shared(base_plate, base_plates)
             if shared is not None:
                 faults.append(Fault(case.path, f"{key}.radius", anchor.radius, shared))
-            rosettes.append(rosette)
+            base_plates.append(base_plate)
     if faults:
         raise InputError(faults)
-    return tuple(rosettes)
+    return tuple(base_plates)
 
 
-def _shared(one: Rosette, rosettes: Sequence[Rosette]) -> str | None:
-    """What is wrong with a rosette that ties a node of another one, which cannot follow both."""
-    for other in rosettes:
+def _shared(one: BasePlate, base_plates: Sequence[BasePlate]) -> str | None:
+    """What is wrong with a base plate that ties a node of another one, which cannot follow both."""
+    for other in base_plates:
         if np.intersect1d(one.nodes, other.nodes).size:
             apart = float(np.linalg.norm(one.point - other.point))
             return (

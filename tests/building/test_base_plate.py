@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from impactfem.building.base_plate import find_base_plate, find_base_plates
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.rigid_body import rigid_body
-from impactfem.stages.device.rosette import find_rosette, find_rosettes
 from impactfem.system.errors import InputError, SolutionError
 
-GEOMETRY = Path(__file__).parents[3] / "geometry"
+GEOMETRY = Path(__file__).parents[2] / "geometry"
 
 
 @pytest.fixture(scope="module")
@@ -21,28 +21,30 @@ def mesh():
 
 def test_nodes_within_the_radius(mesh):
     point = np.array([2.1, 1.9, 6.0])
-    rosette = find_rosette(mesh, "pump", tuple(point), 0.7)
+    base_plate = find_base_plate(mesh, "pump", tuple(point), 0.7)
     away = np.linalg.norm(mesh.nodes - point, axis=1)
     level = np.abs(mesh.nodes[:, 2] - 6.0) < 1e-6
-    assert sorted(rosette.nodes) == np.flatnonzero((away <= 0.7) & level).tolist()
-    assert rosette.floor == 2 and len(rosette.nodes) > 2
-    assert away[rosette.master] == away.min()
-    assert rosette.offset == pytest.approx(point - mesh.nodes[rosette.master])
+    assert sorted(base_plate.nodes) == np.flatnonzero((away <= 0.7) & level).tolist()
+    assert base_plate.floor == 2 and len(base_plate.nodes) > 2
+    assert away[base_plate.master] == away.min()
+    assert base_plate.offset == pytest.approx(point - mesh.nodes[base_plate.master])
 
 
 def test_the_anchor_moves_with_the_plate(mesh):
-    rosette = find_rosette(mesh, "pump", (2.1, 1.9, 6.02), 0.7)
-    master = rigid_body(mesh.nodes[[rosette.master]], np.zeros(3))
-    assert rosette.carried @ master == pytest.approx(rigid_body(rosette.point[None], np.zeros(3)))
-    assert np.abs(master - rigid_body(rosette.point[None], np.zeros(3))).max() > 0.01
+    base_plate = find_base_plate(mesh, "pump", (2.1, 1.9, 6.02), 0.7)
+    master = rigid_body(mesh.nodes[[base_plate.master]], np.zeros(3))
+    assert base_plate.carried @ master == pytest.approx(
+        rigid_body(base_plate.point[None], np.zeros(3))
+    )
+    assert np.abs(master - rigid_body(base_plate.point[None], np.zeros(3))).max() > 0.01
 
 
 def test_one_node_alone(mesh):
-    x, y, z = find_rosette(mesh, "pump", (2.0, 2.0, 3.0), 1.0).point
-    node = mesh.nodes[find_rosette(mesh, "pump", (x, y, z), 1.0).master]
-    rosette = find_rosette(mesh, "pump", tuple(node), 0.01)
-    assert rosette.followers.size == 0 and np.abs(rosette.offset).max() == 0.0
-    assert rosette.carried == pytest.approx(np.eye(6))
+    x, y, z = find_base_plate(mesh, "pump", (2.0, 2.0, 3.0), 1.0).point
+    node = mesh.nodes[find_base_plate(mesh, "pump", (x, y, z), 1.0).master]
+    base_plate = find_base_plate(mesh, "pump", tuple(node), 0.01)
+    assert base_plate.followers.size == 0 and np.abs(base_plate.offset).max() == 0.0
+    assert base_plate.carried == pytest.approx(np.eye(6))
 
 
 @pytest.mark.parametrize(
@@ -57,14 +59,14 @@ def test_one_node_alone(mesh):
 )
 def test_beside_the_floor(mesh, point, message):
     with pytest.raises(SolutionError, match=message):
-        find_rosette(mesh, "pump", point, 0.3)
+        find_base_plate(mesh, "pump", point, 0.3)
 
 
 def test_between_the_nodes_of_a_coarse_mesh(mesh):
     corners = mesh.nodes[mesh.triangles[mesh.triangles_of("floor", 2)][0]]
     between = corners.mean(axis=0)
     with pytest.raises(SolutionError, match=r"no node of floor 2 is within 0.001 m .* too coarse"):
-        find_rosette(mesh, "pump", tuple(between), 0.001)
+        find_base_plate(mesh, "pump", tuple(between), 0.001)
 
 
 def test_over_a_hole(mesh):
@@ -73,9 +75,9 @@ def test_over_a_hole(mesh):
     corners = mesh.nodes[mesh.triangles[:, :3]]
     near = np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < 0.7
     holed = replace(mesh, triangles=mesh.triangles[~near], triangle_part=mesh.triangle_part[~near])
-    assert near.sum() > 2 and len(find_rosette(mesh, "pump", tuple(centre), 1.2).followers) > 2
+    assert near.sum() > 2 and len(find_base_plate(mesh, "pump", tuple(centre), 1.2).followers) > 2
     with pytest.raises(SolutionError, match=r"device pump: its anchor at \(3, 2\) m stands over a"):
-        find_rosette(holed, "pump", tuple(centre), 1.2)
+        find_base_plate(holed, "pump", tuple(centre), 1.2)
 
 
 def wanted(*devices):
@@ -95,7 +97,7 @@ def wanted(*devices):
 
 def test_every_anchor_of_every_device(mesh):
     pipe = ("pipe", ((1.0, 1.0, 3.0), 0.7), ((1.0, 1.0, 6.0), 0.7))
-    found = find_rosettes(wanted(("pump", ((4.0, 2.0, 6.0), 0.7)), pipe), mesh)
+    found = find_base_plates(wanted(("pump", ((4.0, 2.0, 6.0), 0.7)), pipe), mesh)
     assert [(one.name, one.floor) for one in found] == [
         ("pump", 2),
         ("pipe, support 1", 1),
@@ -107,7 +109,7 @@ def test_all_faults_of_all_anchors(mesh):
     pipe = ("pipe", ((1.0, 1.0, 3.0), 0.7), ((1.0, 9.0, 6.0), 0.7))
     asked = wanted(pipe, ("pump", ((1.2, 1.0, 3.0), 0.7)), ("fan", ((1.0, 1.0, 4.0), 0.7)))
     with pytest.raises(InputError) as caught:
-        find_rosettes(asked, mesh)
+        find_base_plates(asked, mesh)
     faults = {fault.key: fault.expected for fault in caught.value.faults}
     assert set(faults) == {"devices[0].supports[1].point", "devices[1].radius", "devices[2].point"}
     assert (
