@@ -13,7 +13,7 @@ from impactfem.plot.floor_workbook import write_workbook
 from impactfem.spectra import FloorSpectrumSet, Station, broaden, rg_1_122_frequencies
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.scalar import Scalar, with_scalars
 
 # Debian's h5py 3.7 calls what numpy 1.25 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
@@ -49,13 +49,13 @@ def store(path: Path, motions: int = 0, directions: str = "xy", title: str = "a 
         attrs={
             "title": title,
             "inputs": "abc",
-            "scalars": to_json([Scalar("frs.points_per_cycle", 20.0, "-", "upsampled")]),
         },
     )
     if motions:
         names = np.array([f"seed {k}" for k in range(motions)], dtype=object)
         data = data.assign_coords(motion=("motion", names))
-    write_netcdf(path, data)
+    scalars = [Scalar("frs.points_per_cycle", 20.0, "-", "upsampled")]
+    write_netcdf(path, with_scalars(data, scalars))
     return path
 
 

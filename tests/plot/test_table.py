@@ -1,8 +1,10 @@
 import csv
 
+import numpy as np
 import pytest
+import xarray as xr
 
-from impactfem.plot.table import Table
+from impactfem.plot.table import Table, columns_of, write_tables
 from impactfem.system.errors import ImpactfemError
 
 TABLE = Table(
@@ -72,3 +74,20 @@ def test_text_in_a_notebook(monkeypatch):
 @pytest.mark.parametrize("width", [60, 140])
 def test_the_width_is_kept(width):
     assert max(len(line) for line in TABLE.as_text(width).splitlines()) <= width
+
+
+def test_variables_of_a_store(tmp_path):
+    store = xr.Dataset(
+        {
+            "force": ("pair", [2e6, np.nan]),
+            "steps": ("pair", [7, 8]),
+            "touched": ("pair", [True, False]),
+        },
+        coords={"pair": ["a-b", "b-c"]},
+    )
+    columns = [("pair", "pair", ""), ("force", "peak", "MN"), ("steps", "steps", "-")]
+    table = columns_of(store, "pairs", "Pairs", [*columns, ("touched", "touched", "")])
+    assert table.columns == (("pair", ""), ("peak", "MN"), ("steps", "-"), ("touched", ""))
+    assert table.rows == (("a-b", 2.0, 7, "yes"), ("b-c", None, 8, "no"))
+    assert write_tables(tmp_path, [table]) == [tmp_path / "tables" / "pairs.csv"]
+    assert columns_of(store.isel(pair=slice(0)), "pairs", "Pairs", columns).rows == ()

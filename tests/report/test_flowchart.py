@@ -10,7 +10,7 @@ from impactfem.report.flowchart import BOXES, LINKS, Found, flowchart_figure, re
 from impactfem.report.run_figures import OVERVIEW, overview_pictures
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.scalar import Scalar, with_scalars
 
 VALUES = {
     "motion": {
@@ -75,7 +75,7 @@ def write(folder, *names, stiffness=1.1e11, target=1.8, without=()):
             Scalar(key, None if key in without else value, "-", NOTES.get(key, ""))
             for key, value in scalars.items()
         ]
-        store = xr.Dataset(attrs={"scalars": to_json(kept), "shown_direction": "y"})
+        store = with_scalars(xr.Dataset(attrs={"shown_direction": "y"}), kept)
         if name == "motion":
             store = xr.Dataset(attrs={"title": "none"})
         if name == "pounding":

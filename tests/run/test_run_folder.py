@@ -33,7 +33,7 @@ def test_stores(finished: Any) -> None:
         assert run.pounding is run.pounding
         pfa = run.pounding.pfa.sel(station="west.floor_3", direction="y")
         assert float(pfa) == pytest.approx(run.value("frs.floor_3.pfa"))
-        assert run.forces.force.dims == ("time", "pair") and "acceleration_0" in run.motion
+        assert run.forces.force.dims == ("time", "pair") and "acceleration" in run.motion
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,14 @@
 import json
 import math
+from dataclasses import replace
 
 import pytest
+import xarray as xr
 
 from impactfem.case import Published
 from impactfem.run.summary import write_summary
-from impactfem.system.scalar import Scalar, from_json, to_json
+from impactfem.system.files import write_netcdf
+from impactfem.system.scalar import Scalar, scalars_of, values_of, with_scalars
 
 SCALARS = [
     Scalar("a.b", 1.5, "N", "é"),
@@ -39,8 +42,14 @@ def test_no_results(tmp_path):
     assert json.loads((tmp_path / "summary.json").read_text()) == []
 
 
-def test_scalars_through_a_store():
-    found = from_json(to_json(SCALARS))
-    assert found[:2] == SCALARS[:2] and math.isnan(found[2].value) and found[3] == SCALARS[3]
-    with pytest.raises(TypeError):
-        from_json('[{"name": "a"}]')
+def test_scalars_through_a_store(tmp_path):
+    store = with_scalars(xr.Dataset({"other": ("time", [1.0])}), SCALARS)
+    write_netcdf(tmp_path / "store.nc", with_scalars(store, SCALARS[:3]))
+    with xr.open_dataset(tmp_path / "store.nc", engine="h5netcdf") as found:
+        # What is not a number does not exist.
+        assert scalars_of(found) == [*SCALARS[:2], replace(SCALARS[2], value=None)]
+        assert found["result_value"].sel(result=SCALARS[0].name) == SCALARS[0].value
+        assert values_of(found) == {s.name: s.value for s in SCALARS[:2] if s.value is not None}
+    assert scalars_of(with_scalars(store, [])) == []
+    with pytest.raises(KeyError, match="result"):
+        scalars_of(xr.Dataset())

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.scalar import Scalar, with_scalars
 
 from .wall_store import WantedWall, calibrate_store
 
@@ -235,7 +235,7 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
         Scalar("transient.loaded_wave_speed", SPEED, "m/s"),
         Scalar("transient.loaded_wave_crossing", 6.0 / SPEED, "s"),
     ]
-    return xr.Dataset(
+    store = xr.Dataset(
         fields,
         coords={
             "probe": ("probe", np.array(names, dtype=object)),
@@ -248,10 +248,10 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
             "shown_direction": asked.direction,
             "solver": asked.solver,
             "maximum_frequency": 450.0,
-            "scalars": to_json(scalars),
             "main_impact": [START, START + LASTS] if asked.loads else [],
         },
     )
+    return with_scalars(store, scalars)
 
 
 def _probes(asked: Wanted, slab: Slab) -> tuple[list[str], list[int]]:

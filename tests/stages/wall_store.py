@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.scalar import Scalar, with_scalars
 
 Hits = dict[int, tuple[tuple[float, float, float], ...]]
 WALL_STEP = 0.5e-3
@@ -96,7 +96,7 @@ def calibrate_store(asked: WantedWall) -> xr.Dataset:
     scalars = [
         Scalar(f"calibration.{k}", v, "-") for k, v in (WALL_SCALARS | asked.scalars).items()
     ]
-    return xr.Dataset(
+    store = xr.Dataset(
         {
             **histories,
             "floor_mass": ("floor", np.full(len(floors), FLOOR_MASS)),
@@ -129,9 +129,9 @@ def calibrate_store(asked: WantedWall) -> xr.Dataset:
             "displaced_floor": 8,
             "displacement_at_start": -0.02,
             "pull": asked.pull,
-            "scalars": to_json(scalars),
         },
     )
+    return with_scalars(store, scalars)
 
 
 def _histories(time: np.ndarray, hits: Hits, prefix: str) -> dict[str, tuple]:

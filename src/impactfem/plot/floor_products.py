@@ -28,7 +28,7 @@ from impactfem.spectra.statistics import Statistic, statistic_words
 from impactfem.spectra.zero_period import ZPA_TOLERANCE
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import from_json
+from impactfem.system.scalar import scalars_of
 
 FOLDER = "products"
 FRACTILES = (0.16, 0.5, 0.84)
@@ -123,7 +123,7 @@ def _spectra_of(data: xr.Dataset) -> FloorSpectrumSet:
 
 def _method(data: xr.Dataset) -> str:
     text = "pseudo-acceleration of oscillators on the floor, time histories with pounding"
-    scalars = {s.name: s for s in from_json(data.attrs.get("scalars", "[]"))}
+    scalars = {s.name: s for s in scalars_of(data)} if "result" in data.dims else {}
     points = scalars.get("frs.points_per_cycle")
     if points is not None and points.value is not None:
         text += f", {points.value:.3g} points in a cycle {points.note}"

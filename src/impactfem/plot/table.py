@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
-import csv
 import io
+import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import pandas as pd
+import xarray as xr
 from rich import box
 from rich.console import Console
 from rich.table import Table as RichTable
 
 from impactfem.system.files import atomic
+from impactfem.system.log import LOGGER
 from impactfem.system.scalar import Scalar
 
 Cell = str | float | int | None
+
+FACTORS = {
+    "kN s": 1e-3,
+    "kJ": 1e-3,
+    "t": 1e-3,
+    "MN": 1e-6,
+    "MPa": 1e-6,
+    "GPa": 1e-9,
+    "cm": 1e2,
+    "%": 1e2,
+    "mm": 1e3,
+    "ms": 1e3,
+}
+"""Units in which tables show what stores have in SI, and the factors to them."""
 
 
 def beside_published(
@@ -76,14 +93,17 @@ class Table:
             rows=tuple(tuple(row[k] for k in kept) for row in self.rows),
         )
 
+    @property
+    def frame(self) -> pd.DataFrame:
+        """The table with its units in the header."""
+        header = [f"{name} [{unit}]" if unit else name for name, unit in self.columns]
+        return pd.DataFrame(list(self.rows), columns=header, dtype=object)
+
     def write_csv(self, folder: Path) -> Path:
         """Write the table as CSV with units in its header; returns the file."""
         path = folder / f"{self.name}.csv"
-        with atomic(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(f"{name} [{unit}]" if unit else name for name, unit in self.columns)
-            for row in self.rows:
-                writer.writerow("" if cell is None else cell for cell in row)
+        with atomic(path) as temporary:
+            self.frame.to_csv(temporary, index=False, lineterminator="\r\n")
         return path
 
     def as_text(self, width: int = 140) -> str:
@@ -111,3 +131,41 @@ def _text(cell: Cell) -> str:
     if cell is None:
         return "-"
     return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
+
+
+def columns_of(
+    store: xr.Dataset, name: str, title: str, columns: Iterable[tuple[str, str, str]]
+) -> Table:
+    """A table of variables of a store that share one dimension.
+
+    Args:
+        store: The store.
+        name: File name without ending.
+        title: What the table shows.
+        columns: Of each column the variable, its heading, and the unit it is shown in, one of
+            `FACTORS` or that of the store.
+    """
+    chosen = tuple(columns)
+    cells = [_cells(store[variable], FACTORS.get(unit, 1.0)) for variable, _, unit in chosen]
+    header = tuple((heading, unit) for _, heading, unit in chosen)
+    return Table(name, title, header, tuple(zip(*cells, strict=True)))
+
+
+def _cells(values: xr.DataArray, factor: float) -> list[Cell]:
+    kind, cells = values.dtype.kind, values.values.tolist()
+    if kind == "f":
+        return [value * factor if math.isfinite(value) else None for value in cells]
+    if kind == "b":
+        return ["yes" if value else "no" for value in cells]
+    return [value if kind in "iu" else str(value) for value in cells]
+
+
+def write_tables(folder: Path, tables: Iterable[Table]) -> list[Path]:
+    """Write tables into `tables/` of a run's folder, and into its log; returns the files."""
+    target = folder / "tables"
+    target.mkdir(exist_ok=True)
+    files = []
+    for table in tables:
+        LOGGER.debug("\n%s", table.as_text())
+        files.append(table.write_csv(target))
+    return files

@@ -15,7 +15,7 @@ from matplotlib.patches import FancyBboxPatch
 
 from impactfem.plot.style import BLUE, figure
 from impactfem.stages.stores import open_store
-from impactfem.system.scalar import from_json
+from impactfem.system.scalar import scalars_of
 
 STORES = ("motion", "building", "calibrate", "pounding", "ensemble", "transient", "device")
 MAIN = "pounding.main_impact_force"
@@ -102,7 +102,7 @@ def read_found(folder: Path) -> Found:
             continue
         stores.add(name)
         with open_store(path) as store:
-            scalars = from_json(store.attrs.get("scalars", "[]"))
+            scalars = scalars_of(store) if "result" in store.dims else []
             values |= {s.name: s.value for s in scalars if s.value is not None}
             direction = str(store.attrs.get("shown_direction", direction))
             if name == "pounding":

@@ -43,7 +43,7 @@ from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
 from impactfem.system.memory import forget_peak, give_back, peak_memory
 from impactfem.system.parallel import on_root, one_blas_thread, rank, size, total, world
-from impactfem.system.scalar import Scalar, from_json
+from impactfem.system.scalar import Scalar, scalars_of
 
 
 @dataclass
@@ -275,7 +275,7 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
         seconds = seconds_of(folder, stage.name)
         result.memory[stage.name] = memory_of(folder, stage.name)
         with xr.open_dataset(folder / stage.store, engine="h5netcdf") as store:
-            scalars = from_json(store.attrs["scalars"])
+            scalars = scalars_of(store)
         return scalars + stage.derived(folder), seconds
 
     scalars, seconds = on_root(finish)

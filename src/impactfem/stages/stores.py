@@ -1,11 +1,21 @@
-"""Stores of a run, opened to be read, and what readers of them share."""
+"""Stores of a run: what a stage declares of its outputs, how they are written and opened.
+
+Each stage has one table of outputs in its `store.py`: name, dimensions, unit, long name. A label is
+a coordinate that says what the entries of a dimension are, as `station_floor` does of `station`:
+readers select by it.
+
+    top = store.isel(station=store.station_floor == 8)
+    top.psa.sel(direction="y", damping=0.05)
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,13 +23,72 @@ from numpy.typing import NDArray
 
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import ImpactfemError
-from impactfem.system.scalar import Scalar, from_json
+from impactfem.system.scalar import Scalar, scalars_of, values_of, with_scalars
 
 # What xarray and HDF5 raise for a file that is missing, of another kind, or damaged.
 DAMAGE = (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError)
 
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Output:
+    """What a stage declares of one variable of its store.
+
+    Args:
+        dims: Its dimensions, by a blank between them; "" for a single number.
+        unit: SI unit, "-" for a number without one; "" for words, numbers of things and flags.
+        long_name: What it is, where its name does not say it.
+        label: Whether it says what the entries of its dimension are.
+    """
+
+    dims: str
+    unit: str = ""
+    long_name: str = ""
+    label: bool = False
+
+
+def dataset(
+    outputs: Mapping[str, Output],
+    values: Mapping[str, Any],
+    *,
+    attributes: Mapping[str, Any],
+    scalars: Iterable[Scalar] | None = None,
+    notes: Mapping[str, str] | None = None,
+) -> xr.Dataset:
+    """Results as a store says them: with dimensions, units and labels.
+
+    Args:
+        outputs: What the stage declares.
+        values: The results by name; an output that a run does not have is left out.
+        attributes: What holds for the store as a whole: title, hashes, words.
+        scalars: The scalar results; None where another store has them.
+        notes: What to know of single outputs of this run.
+
+    Raises:
+        ValueError: A result is not declared, has other dimensions or has no unit.
+    """
+    fields: dict[str, xr.Variable] = {}
+    for name, value in values.items():
+        if name not in outputs:
+            raise ValueError(f"{name} is no declared output")
+        output = outputs[name]
+        array = np.asarray(value)
+        if array.dtype.kind in "UO":
+            array = np.array(value, dtype=object)
+        elif array.dtype.kind == "f" and array.size and not output.unit:
+            raise ValueError(f"{name} is declared without a unit")
+        told = {"units": output.unit, "long_name": output.long_name}
+        told["note"] = (notes or {}).get(name, "")
+        fields[name] = xr.Variable(output.dims.split(), array, {k: v for k, v in told.items() if v})
+    labels = [name for name in fields if outputs[name].label or outputs[name].dims == name]
+    found = xr.Dataset(
+        {name: field for name, field in fields.items() if name not in labels},
+        coords={name: fields[name] for name in labels},
+        attrs=dict(attributes),
+    )
+    return found if scalars is None else with_scalars(found, scalars)
 
 
 @contextmanager
@@ -30,13 +99,15 @@ def open_store(path: Path) -> Iterator[xr.Dataset]:
         path: The NetCDF file.
 
     Raises:
-        ImpactfemError: It is missing or cannot be read.
+        ImpactfemError: It is missing, cannot be read or is of an earlier version.
     """
     try:
         store = xr.open_dataset(path, engine="h5netcdf")
     except DAMAGE as error:
         raise ImpactfemError(f"cannot read {path}: {error}") from error
     with store:
+        if "scalars" in store.attrs:
+            raise ImpactfemError(f"{path} is of an earlier version; run the case again")
         yield store
 
 
@@ -52,6 +123,27 @@ def open_stores(folder: Path) -> Iterator[Callable[[str], xr.Dataset]]:
     """
     with ExitStack() as stores:
         yield lambda name: stores.enter_context(open_store(folder / name))
+
+
+def number_of(store: xr.Dataset, name: str, **labels: str) -> float:
+    """A number of a store that a later stage computes with.
+
+    Args:
+        store: The open store.
+        name: The variable.
+        labels: Which of its entries: label by dimension.
+
+    Raises:
+        ImpactfemError: The store has no such number.
+    """
+    try:
+        value = float(store[name].sel(labels))
+    except KeyError:
+        value = np.nan
+    if not np.isfinite(value):
+        of = "".join(f", {dim} {label}" for dim, label in labels.items())
+        raise ImpactfemError(f"{store.encoding.get('source', 'the store')} has no {name}{of}")
+    return value
 
 
 class StoreView:
@@ -83,12 +175,12 @@ class StoreView:
     @cached_property
     def scalars(self) -> list[Scalar]:
         """The scalars of the stage."""
-        return from_json(self.store.attrs["scalars"])
+        return scalars_of(self.store)
 
     @property
     def values(self) -> dict[str, float]:
         """Those of them that have a value, by name."""
-        return {s.name: s.value for s in self.scalars if s.value is not None}
+        return values_of(self.store)
 
     def _values(self, name: str) -> Array:
         return np.asarray(self.store[name].values, dtype=np.float64)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import json
+import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -24,11 +27,41 @@ class Scalar:
     note: str = ""
 
 
-def to_json(scalars: Iterable[Scalar]) -> str:
-    """Scalars as text for a store."""
-    return json.dumps([asdict(scalar) for scalar in scalars], ensure_ascii=False)
+def with_scalars(store: xr.Dataset, scalars: Iterable[Scalar]) -> xr.Dataset:
+    """A store with the table of its scalars, in place of the one that it has.
+
+    The table is `result_value` over the names `result`, with `result_unit` and `result_note`; nan
+    where a scalar has no value.
+    """
+    table = tuple(scalars)
+    values = [math.nan if s.value is None else s.value for s in table]
+    return (
+        store.drop_dims("result", errors="ignore")
+        .assign_coords(
+            result=("result", words(s.name for s in table)),
+            result_unit=("result", words(s.unit for s in table)),
+            result_note=("result", words(s.note for s in table)),
+        )
+        .assign(result_value=("result", np.array(values, dtype=float), {"units": "as result_unit"}))
+    )
 
 
-def from_json(text: str) -> list[Scalar]:
-    """Scalars from a store's text."""
-    return [Scalar(**entry) for entry in json.loads(text)]
+def scalars_of(store: xr.Dataset) -> list[Scalar]:
+    """The scalars of a store.
+
+    Raises:
+        KeyError: It has no table of scalars.
+    """
+    names = ("result", "result_value", "result_unit", "result_note")
+    rows = zip(*(store[name].values.tolist() for name in names), strict=True)
+    return [Scalar(n, None if math.isnan(v) else v, unit, note) for n, v, unit, note in rows]
+
+
+def values_of(store: xr.Dataset) -> dict[str, float]:
+    """Values of the scalars of a store that have one, by name."""
+    return {s.name: s.value for s in scalars_of(store) if s.value is not None}
+
+
+def words(values: Iterable[str]) -> np.ndarray[tuple[int], np.dtype[np.object_]]:
+    """Texts as an array that NetCDF takes."""
+    return np.array([str(value) for value in values], dtype=object)

@@ -19,7 +19,7 @@ from impactfem.stages.calibrate.calibrated_contact import (
 )
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.pounding.stage import POUNDING
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.errors import ImpactfemError
 
 EPSILON, K_CEQ = 0.687, 1.1e11
 
@@ -46,10 +46,11 @@ def law_of(case: Case) -> KelvinVoigtLaw:
     return law
 
 
-def store(folder: Path, *scalars: Scalar) -> Path:
-    xr.Dataset(attrs={"scalars": to_json(scalars)}).to_netcdf(
-        folder / "calibrate.nc", engine="h5netcdf"
-    )
+def store(folder: Path, epsilon: float, **more: float) -> Path:
+    values = {"epsilon": [epsilon, 0.5]} | {name: [value, 1e9] for name, value in more.items()}
+    xr.Dataset(
+        {name: ("case", both) for name, both in values.items()}, coords={"case": ["own", "other"]}
+    ).to_netcdf(folder / "calibrate.nc", engine="h5netcdf")
     return folder
 
 
@@ -127,16 +128,17 @@ def test_sticks_never_see_the_word(case: Case, values: dict[str, float]) -> None
 
 
 def test_values_of_the_run(case: Case, given: Case, tmp_path: Path) -> None:
-    folder = store(
-        tmp_path,
-        Scalar("calibration.epsilon", EPSILON, "-"),
-        Scalar("calibration.K_Ceq", K_CEQ, "N/m"),
-    )
+    folder = store(tmp_path, EPSILON, K_Ceq=K_CEQ)
     assert with_contact_of_run(case, folder) == with_calibrated_contact(case, EPSILON, K_CEQ)
     assert with_contact_of_run(given, tmp_path / "nowhere") is given
 
 
-def test_a_store_without_the_values(case: Case, tmp_path: Path) -> None:
-    folder = store(tmp_path, Scalar("calibration.epsilon", None, "-"))
-    with pytest.raises(ValueError, match=r"calibrate\.nc has no calibration\.epsilon or no"):
+@pytest.mark.parametrize(
+    ("epsilon", "more", "missing"), [(math.nan, {"K_Ceq": K_CEQ}, "epsilon"), (0.6, {}, "K_Ceq")]
+)
+def test_a_store_without_the_values(
+    case: Case, tmp_path: Path, epsilon: float, more: dict[str, float], missing: str
+) -> None:
+    folder = store(tmp_path, epsilon, **more)
+    with pytest.raises(ImpactfemError, match=f"calibrate.nc has no {missing}, case own"):
         with_contact_of_run(case, folder)

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.scalar import Scalar, with_scalars
 
 DEVICE_STEP = 1e-3
 DAMPINGS = {
@@ -89,7 +89,7 @@ def device_store(asked: WantedDevice) -> xr.Dataset:
         variables |= _pulls(asked, asked.pulls)
     if asked.ordinates:
         variables |= _ordinates(asked)
-    return xr.Dataset(
+    store = xr.Dataset(
         variables,
         coords={
             "case": ("case", np.array(names, dtype=object)),
@@ -104,10 +104,10 @@ def device_store(asked: WantedDevice) -> xr.Dataset:
             "building": "one",
             "shown_direction": asked.direction,
             "headline": "srss",
-            "scalars": to_json(scalars),
             "notes": asked.notes,
         },
     )
+    return with_scalars(store, scalars)
 
 
 def _responses(asked: WantedDevice) -> dict[str, tuple]:

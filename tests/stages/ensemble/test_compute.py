@@ -14,7 +14,7 @@ from impactfem.stages.ensemble import compute as ensemble
 from impactfem.stages.ensemble.compute import members_of, run_ensemble
 from impactfem.stages.ensemble.store import ensemble_scalars, write_ensemble
 from impactfem.system.errors import SolutionError
-from impactfem.system.scalar import from_json
+from impactfem.system.scalar import scalars_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
 
@@ -158,7 +158,7 @@ def test_store(case, run, tmp_path):
         assert list(store["motion"].values) == list(result.members)
         middle = store["psa_percentile"].sel(percentile=store["percentile"] == 50.0).values[0]
         np.testing.assert_allclose(middle, np.median(result.psa, axis=0), rtol=1e-12)
-        names = {s.name for s in from_json(store.attrs["scalars"])}
+        names = {s.name for s in scalars_of(store)}
     assert {"ensemble.p05.motion.pgd", "ensemble.p95.motion.pgd"} <= names
     shutil.rmtree(tmp_path / "members")
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from impactfem.stages.ensemble.figures import bands, ensemble_checks, ensemble_results
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.scalar import Scalar, with_scalars
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
 
@@ -26,7 +26,6 @@ def folder(tmp_path):
                 ("motion", "scalar"),
                 np.column_stack([np.arange(40.0), rng.random(40), np.full(40, np.nan)]),
             ),
-            "unit": ("scalar", np.array(["m", "s", "-"], dtype=object)),
             "psa_percentile": (
                 ("percentile", "damping", "station", "direction", "frequency"),
                 np.percentile(psa, percentile, axis=0),
@@ -42,6 +41,7 @@ def folder(tmp_path):
             "frequency": f,
             "damping": [0.05],
             "direction": np.array(["y"], dtype=object),
+            "unit": ("scalar", np.array(["m", "s", "-"], dtype=object)),
             **{name: np.array(values, dtype=object) for name, values in words.items()},
         },
         attrs={"shown_direction": "y", "studied_building": "B1"},
@@ -78,8 +78,8 @@ def test_checks(folder):
         members = store.load()
     for failed, good in ((0.0, True), (2.0, False)):
         counts = {"ensemble.members": 40.0, "ensemble.failed": failed}
-        members.attrs["scalars"] = to_json(Scalar(name, x, "-") for name, x in counts.items())
-        write_netcdf(folder / "ensemble.nc", members)
+        scalars = [Scalar(name, x, "-") for name, x in counts.items()]
+        write_netcdf(folder / "ensemble.nc", with_scalars(members, scalars))
         assert ensemble_checks(folder, {"a.b": 20.0, "c.d": 5.0}) == [
             (good, f"ensemble: 40 motions, {failed:.0f} failed"),
             (None, "ensemble: 1 of 2 published values within 5 to 95 %; outside: c.d"),
@@ -94,10 +94,8 @@ def test_floors_in_no_pair(folder, shift, count):
         members = store.load()
     members["scalar"] = np.array(["pounding.facing_distance_min", "c.d", "e"], dtype=object)
     members["value"][:, 0] += shift
-    members.attrs["scalars"] = to_json(
-        [Scalar("ensemble.members", 40.0, "-"), Scalar("ensemble.failed", 0.0, "-")]
-    )
-    write_netcdf(folder / "ensemble.nc", members)
+    scalars = [Scalar("ensemble.members", 40.0, "-"), Scalar("ensemble.failed", 0.0, "-")]
+    write_netcdf(folder / "ensemble.nc", with_scalars(members, scalars))
     (found,) = (one for one in ensemble_checks(folder, {}) if "contact pair" in one[1])
     text = f"ensemble: in {count} of 40 motions floors overlap that are in no contact pair"
     assert found == (count == 0, text)

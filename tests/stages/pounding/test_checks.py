@@ -7,7 +7,7 @@ import xarray as xr
 from impactfem.stages.check import log_checks
 from impactfem.stages.pounding.checks import stick_checks
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, from_json, to_json
+from impactfem.system.scalar import Scalar, scalars_of, with_scalars
 
 
 @pytest.fixture
@@ -17,13 +17,12 @@ def told(finished, tmp_path, caplog):
     def log(asked=16, **changes):
         with xr.open_dataset(finished.folder / "pounding.nc", engine="h5netcdf") as dataset:
             store = dataset.load()
-        scalars = {s.name: s for s in from_json(store.attrs["scalars"])}
+        scalars = {s.name: s for s in scalars_of(store)}
         for name, value in changes.items():
             full = name.replace("__", ".")
             assert full in scalars
             scalars[full] = Scalar(full, value, scalars[full].unit)
-        store.attrs["scalars"] = to_json(scalars.values())
-        store.to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
+        with_scalars(store, scalars.values()).to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
         caplog.clear()
         with caplog.at_level(logging.INFO, "impactfem"):
             log_checks(stick_checks(tmp_path, asked, {}))
@@ -141,24 +140,25 @@ def checked(tmp_path):
                 "impact_restitution": ("impact", np.array([0.6, 0.5])),
                 "impact_defect": ("impact", np.array(defect)),
                 "impact_dissipated": ("impact", np.add(defect, taken)),
-                "target_building": ("target", np.array(["one", "one"], dtype=object)),
-                "target_mode": ("target", np.array([1, 2])),
                 "target_frequency": ("target", np.array([1.75, 5.19])),
                 "calibrated_frequency": ("target", np.array([1.75 * 1.01, 5.19 * 0.988])),
                 "target_effective_mass": ("target", np.array([1e7, np.nan])),
                 "calibrated_effective_mass": ("target", np.array([0.909e7, 2e6])),
-                "station_building": ("station", np.array(["one", "two"], dtype=object)),
-                "station_floor": ("station", np.array([1, 1])),
+                "station": ("station", np.array(["one.floor_1", "two.floor_1"], dtype=object)),
                 "psa": (
                     ("damping", "station", "direction", "frequency"),
                     np.array([[[[9.0, 5.0]], [[9.0, 5.0 * end]]]]),
                 ),
                 "pfa": (("station", "direction"), np.full((2, 1), 5.0)),
             },
-            coords={"direction": ["y"], "frequency": [10.0, 500.0]},
-            attrs={"scalars": to_json(scalars)},
+            coords={
+                "direction": ["y"],
+                "frequency": [10.0, 500.0],
+                "target_building": ("target", np.array(["one", "one"], dtype=object)),
+                "target_mode": ("target", np.array([1, 2])),
+            },
         )
-        write_netcdf(tmp_path / "pounding.nc", store)
+        write_netcdf(tmp_path / "pounding.nc", with_scalars(store, scalars))
         return stick_checks(tmp_path, 16, tolerances)
 
     return check

@@ -10,7 +10,7 @@ from impactfem.run.summary import write_summary
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.pounding.store import write_motion, write_sticks
 from impactfem.sticks.calibration import Calibration, Parameters, Target
-from impactfem.system.scalar import from_json
+from impactfem.system.scalar import scalars_of
 
 # Debian's h5py on the NumPy 1.26 of the virtual environment.
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
@@ -32,13 +32,12 @@ def sticks(study, tmp_path_factory):
 def test_motion(study, tmp_path):
     data = stored(write_motion, study, tmp_path)
     accelerogram = study.motions[0].accelerogram
-    assert np.array_equal(data["acceleration_0"], accelerogram.acceleration)
-    assert data["acceleration_0"].attrs["units"] == "m/s2"
-    assert data["acceleration_0"].attrs["direction"] == "y"
-    assert data["time_0"].attrs["units"] == "s" and data["frequency_0"].attrs["units"] == "Hz"
-    assert np.array_equal(data["spectrum_0"], study.motions[0].spectrum.psa[0, 0])
-    assert np.array_equal(data["target_0"], study.motions[0].target)
-    assert data["spectrum_0"].attrs["damping"] == 0.05
+    assert np.array_equal(data["acceleration"], [accelerogram.acceleration])
+    assert data["acceleration"].attrs["units"] == "m/s2"
+    assert data["time"].attrs["units"] == "s" and data["frequency"].attrs["units"] == "Hz"
+    assert np.array_equal(data["spectrum"], [study.motions[0].spectrum.psa[0, 0]])
+    assert np.array_equal(data["target"], [study.motions[0].target])
+    assert (data["direction"].values, data["damping"].values) == (["y"], [0.05])
     assert data.attrs["inputs"] == "key-of-the-inputs" and data.attrs["title"] == study.case.title
 
 
@@ -46,8 +45,18 @@ def test_two_motions_and_a_record_without_a_target(study, tmp_path):
     first = study.motions[0]
     record = replace(first, direction="x", target=None, misfit=None)
     data = stored(write_motion, replace(study, motions=(first, record)), tmp_path)
-    assert data["acceleration_1"].attrs["direction"] == "x"
-    assert "target_0" in data and "target_1" not in data
+    assert list(data["direction"].values) == ["y", "x"]
+    assert list(data["target"].isnull().all("oscillator").values) == [False, True]
+
+
+def test_motions_of_unequal_length(study, tmp_path):
+    first = study.motions[0]
+    shorter = replace(first.accelerogram, acceleration=first.accelerogram.acceleration[:-100])
+    both = (first, replace(first, direction="x", accelerogram=shorter))
+    data = stored(write_motion, replace(study, motions=both), tmp_path)
+    lengths = data["acceleration"].notnull().sum("sample")
+    assert list(lengths.values) == [len(m.accelerogram.acceleration) for m in both]
+    assert np.array_equal(data["time"].notnull(), data["acceleration"].notnull())
 
 
 def test_histories(study, sticks):
@@ -89,7 +98,7 @@ def test_units(sticks):
         "impact_defect": "J",
         "impact_bearing_pressure": "Pa",
         "pair_rest_gap": "m",
-        "pair_stiffness": "N/m",
+        "pair_stiffness": "N/m, N/m^1.5",
         "pair_dashpot": "N s/m",
         "pair_margin": "m",
         "gap": "m",
@@ -136,7 +145,7 @@ def test_impacts_and_pairs(study, sticks):
 
 
 def test_what_the_summary_needs(study, sticks):
-    assert from_json(sticks.attrs["scalars"]) == stick_scalars(study)
+    assert scalars_of(sticks) == stick_scalars(study)
     assert sticks.attrs["case_hash"] == study.case.content_hash()
     assert sticks.attrs["inputs"] == "key-of-the-inputs"
     assert sticks.attrs["studied_building"] == "west" and sticks.attrs["shown_direction"] == "y"
@@ -237,7 +246,7 @@ def test_unit_of_the_stiffness(study, tmp_path):
     changed = tuple(replace(pair, law=law) for pair in study.system.pairs)
     system = replace(study.system, pairs=changed)
     data = stored(write_sticks, replace(study, system=system), tmp_path)
-    assert data["pair_stiffness"].attrs["units"] != "N/m"
+    assert set(data["pair_stiffness_unit"].values) == {"N/m^1.5"}
 
 
 def test_no_contacts(study, run, tmp_path):

@@ -14,7 +14,7 @@ from impactfem.spectra import response_spectra
 from impactfem.stages.check import end_check, log_checks
 from impactfem.stages.transient.checks import log_samples, transient_checks
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.scalar import Scalar, with_scalars
 
 GOOD = {
     "impulse_error": 1e-14,
@@ -47,7 +47,7 @@ def logged(transient_folder: Callable[..., Path], caplog: pytest.LogCaptureFixtu
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             store = dataset.load()
         scalars = [Scalar(f"transient.{name}", x, "-") for name, x in {**GOOD, **changes}.items()]
-        store.attrs |= {"scalars": to_json(scalars), "maximum_frequency": highest}
+        store = with_scalars(store, scalars).assign_attrs(maximum_frequency=highest)
         # At one point the spectrum ends elsewhere, or a peak is between the samples.
         last = store["psa"].values[0][..., store["frequency"].values <= highest][..., -1]
         store["pfa_interpolated"][:] = last

@@ -23,15 +23,14 @@ def building_checks(folder: Path) -> list[Check]:
         folder: The run's folder, with `building.nc`.
     """
     with open_store(folder / "building.nc") as store:
-        warnings = str(store.attrs["mesh_warnings"]).splitlines()
-        mesh = [(False, f"mesh: {warning}") for warning in warnings]
+        mesh = [(False, f"mesh: {warning}") for warning in store["mesh_warning"].values]
         return [*mesh, _masses(store), _modes(store), *_bending(store)]
 
 
 def _masses(store: xr.Dataset) -> Check:
     total = float(store["total_mass"].sel(direction="y"))
     floors = float(store["floor_mass"].sum())
-    base = float(store.attrs["base_mass"])
+    base = float(store["base_mass"])
     off = abs((floors + base) / total - 1.0)
     line = (
         f"building: {floors / 1e3:.0f} t on the floors and {base / 1e3:.0f} t at the base; "

@@ -13,10 +13,9 @@ from impactfem.stages.building.pictures import building_pictures
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.inputs import published_values
 from impactfem.stages.stage import DRAWING, Stage
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import number_of, open_store
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
-from impactfem.system.scalar import from_json
 
 
 def storey_factor(folder: Path) -> float:
@@ -26,14 +25,10 @@ def storey_factor(folder: Path) -> float:
         folder: The run's folder, with `building.nc`.
 
     Raises:
-        ValueError: The store has none.
+        ImpactfemError: The store has none.
     """
     with open_store(folder / "building.nc") as store:
-        scalars = {s.name: s.value for s in from_json(store.attrs["scalars"])}
-    factor = scalars.get("building.storey_stiffness_factor")
-    if factor is None:
-        raise ValueError("building.nc has no building.storey_stiffness_factor")
-    return factor
+        return number_of(store, "storey_factor")
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:

@@ -1,10 +1,4 @@
-"""The store of the stage: `building.nc`, the mesh as arrays and the modes.
-
-Dimensions: `node`, `triangle`, `line`, `shell_part`, `beam_part`, `floor`, `mode`, `direction`
-(the six of a rigid-body motion) and `xyz`. Nodes of a triangle: vertices 0 1 2, then the middles
-of 01, 12 and 20; of a line: ends, then the middle. All values are SI; each variable carries its
-unit.
-"""
+"""The store of the stage: `building.nc`, the mesh as arrays and the modes."""
 
 from __future__ import annotations
 
@@ -19,8 +13,9 @@ from impactfem.building.bending import bending_modes
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.part import Part, parse_group
 from impactfem.stages.building.compute import BuildingStudy
+from impactfem.stages.stores import Output, dataset
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.scalar import Scalar
 
 SHOWN_BENDING = 3
 
@@ -73,6 +68,41 @@ def building_scalars(study: BuildingStudy) -> list[Scalar]:
     return scalars
 
 
+_NOTE = "rotations about the middle of the base"
+OUTPUTS = {
+    "floor": Output("floor"),
+    "direction": Output("direction", "", "of a motion of the rigid building"),
+    "xyz": Output("xyz"),
+    "node_position": Output("node xyz", "m"),
+    "triangle_node": Output("triangle triangle_corner", "", "vertices, then middles of 01, 12, 20"),
+    "triangle_part": Output("triangle", "", "number of its shell part"),
+    "line_node": Output("line line_corner", "", "ends, then the middle"),
+    "line_part": Output("line", "", "number of its beam part"),
+    "shell_part_name": Output("shell_part"),
+    "beam_part_name": Output("beam_part"),
+    "shell_part_thickness": Output("shell_part", "m"),
+    "beam_part_area": Output("beam_part", "m2"),
+    "added_mass": Output("triangle", "kg/m2"),
+    "edge_line": Output("edge line_corner", "", "lines on the edges that face other buildings"),
+    "edge_floor": Output("edge", label=True),
+    "centre": Output("floor", "", "node at its mass centre"),
+    "base": Output("base_node", "", "clamped nodes"),
+    "storey_factor": Output("", "-", "on the stiffness of walls and columns, given or fitted"),
+    "mode": Output("mode", "", "in natural order, from 1"),
+    "frequency": Output("mode", "Hz"),
+    "shape": Output("mode node xyz", "1/sqrt(kg)", "with unit modal mass"),
+    "bending_mode": Output("bending", "", "numbers of the modes that bend along one direction"),
+    "residual": Output("mode", "-"),
+    "participation": Output("mode direction", "sqrt(kg)", _NOTE),
+    "effective_mass": Output("mode direction", "kg, kg m2", _NOTE),
+    "total_mass": Output("direction", "kg, kg m2", _NOTE),
+    "floor_mass": Output("floor", "kg"),
+    "floor_added_mass": Output("floor", "kg", "of it added"),
+    "base_mass": Output("", "kg"),
+    "mesh_warning": Output("mesh_warning"),
+}
+
+
 def write_building(path: Path, study: BuildingStudy, title: str, key: str) -> None:
     """Write the store.
 
@@ -85,26 +115,48 @@ def write_building(path: Path, study: BuildingStudy, title: str, key: str) -> No
     Raises:
         ImpactfemError: The file cannot be written.
     """
-    variables = {**_mesh(study), **_modes(study), **_masses(study)}
-    dataset = xr.Dataset(
-        variables,
-        coords={
-            "direction": list(DIRECTIONS),
-            "mode": ("mode", np.arange(1, len(study.frequency) + 1), {"units": "1"}),
-            "floor": ("floor", np.array(study.parts.mesh.floors), {"units": "1"}),
-        },
-        attrs={
-            "title": title,
-            "inputs": key,
-            "scalars": to_json(building_scalars(study)),
-            "building": study.structure.building,
-            "bending_direction": bending_direction(study),
-            "base_mass": study.masses.base,
-            "mesh_report": str(study.report),
-            "mesh_warnings": "\n".join(study.report.warnings),
-        },
-    )
-    write_netcdf(path, dataset)
+    mesh, sections, masses = study.parts.mesh, study.parts.sections, study.masses
+    values = {
+        "floor": mesh.floors,
+        "direction": DIRECTIONS,
+        "xyz": ["x", "y", "z"],
+        "node_position": mesh.nodes,
+        "triangle_node": mesh.triangles,
+        "triangle_part": mesh.triangle_part,
+        "line_node": mesh.lines,
+        "line_part": mesh.line_part,
+        "shell_part_name": [part.group for part in mesh.shell_parts],
+        "beam_part_name": [part.group for part in mesh.beam_parts],
+        "shell_part_thickness": [section.thickness for section in sections.shells],
+        "beam_part_area": [section.A for section in sections.beams],
+        "added_mass": study.parts.added_mass,
+        "edge_line": np.vstack([*mesh.edges.values(), np.empty((0, 3), dtype=np.int64)]),
+        "edge_floor": [floor for floor, lines in mesh.edges.items() for _ in lines],
+        "centre": [mesh.centres[k] for k in mesh.floors],
+        "base": mesh.base,
+        "storey_factor": study.factor,
+        "mode": np.arange(1, len(study.frequency) + 1),
+        "frequency": study.frequency,
+        "shape": study.shapes,
+        "bending_mode": bending_of(study) + 1,
+        "residual": study.residual,
+        "participation": study.participation,
+        "effective_mass": study.effective_mass,
+        "total_mass": study.total,
+        "floor_mass": masses.floors,
+        "floor_added_mass": masses.added,
+        "base_mass": masses.base,
+        "mesh_warning": study.report.warnings,
+    }
+    attributes = {
+        "title": title,
+        "inputs": key,
+        "building": study.structure.building,
+        "bending_direction": bending_direction(study),
+        "mesh_report": str(study.report),
+    }
+    scalars = building_scalars(study)
+    write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
 
 
 def read_building_mesh(path: Path) -> BuildingMesh:
@@ -132,55 +184,3 @@ def read_building_mesh(path: Path) -> BuildingMesh:
 def _parts(names: Any) -> tuple[Part, ...]:
     found = (parse_group(str(name)) for name in names.values)
     return tuple(part for part in found if isinstance(part, Part))
-
-
-def _mesh(study: BuildingStudy) -> dict[str, tuple[Any, ...]]:
-    mesh = study.parts.mesh
-    floors = np.array(list(mesh.edges), dtype=np.int64)
-    edge_floor = np.repeat(floors, [len(lines) for lines in mesh.edges.values()])
-    edges = np.vstack([*mesh.edges.values(), np.empty((0, 3), dtype=np.int64)])
-    areas = [section.A for section in study.parts.sections.beams]
-    thickness = [section.thickness for section in study.parts.sections.shells]
-    return {
-        "node_position": (("node", "xyz"), mesh.nodes, {"units": "m"}),
-        "triangle_node": (("triangle", "triangle_corner"), mesh.triangles, {}),
-        "triangle_part": ("triangle", mesh.triangle_part, {}),
-        "line_node": (("line", "line_corner"), mesh.lines, {}),
-        "line_part": ("line", mesh.line_part, {}),
-        "shell_part_name": ("shell_part", _names(mesh.shell_parts), {}),
-        "beam_part_name": ("beam_part", _names(mesh.beam_parts), {}),
-        "shell_part_thickness": ("shell_part", np.array(thickness), {"units": "m"}),
-        "beam_part_area": ("beam_part", np.array(areas, dtype=np.float64), {"units": "m2"}),
-        "added_mass": ("triangle", study.parts.added_mass, {"units": "kg/m2"}),
-        "edge_line": (("edge", "line_corner"), edges, {}),
-        "edge_floor": ("edge", edge_floor, {}),
-        "centre": ("floor", np.array([mesh.centres[k] for k in mesh.floors]), {}),
-        "base": ("base_node", mesh.base, {}),
-    }
-
-
-def _names(parts: tuple[Part, ...]) -> Any:
-    return np.array([part.group for part in parts], dtype=object)
-
-
-def _modes(study: BuildingStudy) -> dict[str, tuple[Any, ...]]:
-    modal = ("mode", "direction")
-    note = "rotations about the middle of the base"
-    bending = bending_of(study) + 1
-    return {
-        "frequency": ("mode", study.frequency, {"units": "Hz"}),
-        "shape": (("mode", "node", "xyz"), study.shapes, {"units": "1/sqrt(kg)"}),
-        "bending_mode": ("bending", bending, {"note": "numbers of the bending modes"}),
-        "residual": ("mode", study.residual, {"units": "1"}),
-        "participation": (modal, study.participation, {"units": "sqrt(kg)", "note": note}),
-        "effective_mass": (modal, study.effective_mass, {"units": "kg, kg m2", "note": note}),
-        "total_mass": ("direction", study.total, {"units": "kg, kg m2", "note": note}),
-    }
-
-
-def _masses(study: BuildingStudy) -> dict[str, tuple[Any, ...]]:
-    masses = study.masses
-    return {
-        "floor_mass": ("floor", masses.floors, {"units": "kg"}),
-        "floor_added_mass": ("floor", masses.added, {"units": "kg"}),
-    }

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from impactfem.case import Case, ContactLaw, KelvinVoigtLaw
 from impactfem.case.calibrated import CALIBRATED
+from impactfem.case.damping_cases import OWN
 from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
-from impactfem.stages.stores import open_store
-from impactfem.system.scalar import from_json
+from impactfem.stages.stores import number_of, open_store
 
 
 def asks_calibration(case: Case) -> bool:
@@ -52,15 +52,12 @@ def with_contact_of_run(case: Case, folder: Path) -> Case:
         folder: The run's folder, with `calibrate.nc` where the case asks for it.
 
     Raises:
-        ValueError: The store has no `calibration.epsilon` or `calibration.K_Ceq`.
+        ImpactfemError: The store has no restitution or stiffness of the building's own damping.
     """
     if not asks_calibration(case):
         return case
     with open_store(folder / "calibrate.nc") as store:
-        found = {scalar.name: scalar.value for scalar in from_json(store.attrs["scalars"])}
-    epsilon, K_Ceq = found.get("calibration.epsilon"), found.get("calibration.K_Ceq")
-    if epsilon is None or K_Ceq is None:
-        raise ValueError("calibrate.nc has no calibration.epsilon or no calibration.K_Ceq")
+        epsilon, K_Ceq = (number_of(store, name, case=OWN) for name in ("epsilon", "K_Ceq"))
     return with_calibrated_contact(case, epsilon, K_Ceq)
 
 

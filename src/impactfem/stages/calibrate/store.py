@@ -23,7 +23,7 @@ from impactfem.stages.calibrate.compute import CalibrationStudy, DampedRun
 from impactfem.stages.calibrate.history import WallHistory
 from impactfem.stages.calibrate.scalars import calibration_scalars
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import to_json
+from impactfem.system.scalar import with_scalars
 
 Array = NDArray[np.float64]
 Variables = dict[str, tuple[Any, ...]]
@@ -63,7 +63,6 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
             "title": study.case.title,
             "inputs": key,
             "case_hash": study.case.content_hash(),
-            "scalars": to_json(calibration_scalars(study)),
             "building": study.case.structure.building if study.case.structure else "",
             "side": experiment.side,
             "gap": experiment.gap,
@@ -74,7 +73,7 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
             "stick_contact_update": study.case.pounding.update,
         },
     )
-    write_netcdf(path, dataset)
+    write_netcdf(path, with_scalars(dataset, calibration_scalars(study)))
 
 
 def _near_first_impact(study: CalibrationStudy) -> slice:

@@ -10,7 +10,7 @@ import xarray as xr
 from impactfem.stages.check import Check
 from impactfem.stages.design.view import ALONE, DesignView
 from impactfem.stages.stores import open_store
-from impactfem.system.scalar import from_json
+from impactfem.system.scalar import values_of
 
 COVERED = 0.95
 """Part of the envelope of all vertices of a floor that its points must have at every frequency."""
@@ -30,7 +30,7 @@ def design_checks(folder: Path) -> list[Check]:
         if view.places:
             checks = [one for x in range(len(view.directions)) for one in _coverage(view, x)]
         if "motion" in store.dims:
-            values = {s.name: s.value for s in from_json(store.attrs["scalars"])}
+            values = values_of(store)
             failed = values["ensemble3d.failed"]
             count = f"{values['ensemble3d.members']:.0f} motions through the 3D model"
             checks.append((failed == 0.0, f"design: {count}, {failed:.0f} failed"))

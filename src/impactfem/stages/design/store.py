@@ -34,7 +34,7 @@ from impactfem.stages.design.fewest import MISSED
 from impactfem.stages.design.scalars import design_scalars
 from impactfem.stages.design.whole_floors import STILL, WholeFloors
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import to_json
+from impactfem.system.scalar import with_scalars
 
 Array = NDArray[np.float64]
 Variables = dict[str, tuple[Any, ...]]
@@ -89,7 +89,6 @@ def write_design(
             "title": case.title,
             "inputs": key,
             "case_hash": case.content_hash(),
-            "scalars": to_json(design_scalars(own, case.shown_direction, carried)),
             "building": own.building,
             "shown_direction": case.shown_direction,
             "maximum_frequency": own.maximum_frequency,
@@ -99,7 +98,7 @@ def write_design(
             "failed": json.dumps({} if carried is None else carried.failed, ensure_ascii=False),
         },
     )
-    write_netcdf(path, dataset)
+    write_netcdf(path, with_scalars(dataset, design_scalars(own, case.shown_direction, carried)))
 
 
 def _moving(own: CaseSpectra) -> list[int]:

@@ -35,7 +35,7 @@ from impactfem.stages.device.scalars import (
 )
 from impactfem.stages.device.spectrum_choice import SpectrumChoice
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import to_json
+from impactfem.system.scalar import with_scalars
 
 Array = NDArray[np.float64]
 Variables = dict[str, tuple[Any, ...]]
@@ -137,7 +137,6 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
             "title": study.case.title,
             "inputs": key,
             "case_hash": study.case.content_hash(),
-            "scalars": to_json(device_scalars(study)),
             "building": study.case.structure.building if study.case.structure else "",
             "shown_direction": "xyz"[study.direction],
             "solver": "reduced" if study.full_error is None else "full",
@@ -145,7 +144,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
             "notes": _notes(study),
         },
     )
-    write_netcdf(path, dataset)
+    write_netcdf(path, with_scalars(dataset, device_scalars(study)))
 
 
 def _notes(study: DeviceStudy) -> str:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Executor, as_completed
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -224,13 +223,3 @@ def _gather(
         frequency=loaded[0]["frequency"],
         damping=loaded[0]["damping"],
     )
-
-
-def failures_text(failed: dict[str, str]) -> str:
-    """The failures as text for a store."""
-    return json.dumps(failed, ensure_ascii=False)
-
-
-def each(result: EnsembleResult) -> Iterator[tuple[str, str, Array]]:
-    """Name, unit and values over the members of each scalar."""
-    yield from zip(result.names, result.units, result.scalars.T, strict=True)

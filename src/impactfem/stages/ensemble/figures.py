@@ -12,7 +12,7 @@ from impactfem.plot.style import BLUE, ORANGE, RED, figure, letter, span
 from impactfem.plot.table import Cell, Table
 from impactfem.stages.check import Check
 from impactfem.stages.stores import open_store
-from impactfem.system.scalar import from_json
+from impactfem.system.scalar import values_of
 
 FACING = "pounding.facing_distance_min"
 """Scalar of the closest approach of floors that face each other and are in no contact pair."""
@@ -45,8 +45,8 @@ def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]
     """The checks of the stage; arguments as `ensemble_results`."""
     with open_store(folder / "ensemble.nc") as store:
         rows = [row for row in bands(store, published).rows if row[-1] is not None]
-        values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
-        nearest = store["value"].values[:, store["scalar"].values == FACING]
+        values = values_of(store)
+        nearest = store["value"].isel(scalar=store["scalar"] == FACING).values
     failed = values["ensemble.failed"]
     checks: list[Check] = [
         (failed == 0.0, f"ensemble: {values['ensemble.members']:.0f} motions, {failed:.0f} failed")
@@ -68,15 +68,15 @@ def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
     """Percentiles of every scalar, and whether the published value lies inside 5 % to 95 %."""
     percentiles = store["percentile"].values
     rows: list[tuple[Cell, ...]] = []
-    for k, name in enumerate(store["scalar"].values):
-        values = store["value"].values[:, k]
-        known = values[np.isfinite(values)]
+    for values in store["value"].transpose("scalar", "motion"):
+        known = values.dropna("motion").values
         if not known.size:
             continue
+        name = str(values["scalar"].item())
         low, *_, high = found = [float(v) for v in np.percentile(known, percentiles)]
-        paper = published.get(str(name))
+        paper = published.get(name)
         inside = None if paper is None else ("yes" if low <= paper <= high else "no")
-        rows.append((str(name), str(store["unit"].values[k]), *found, paper, inside))
+        rows.append((name, str(values["unit"].item()), *found, paper, inside))
     return Table(
         "ensemble",
         f"Ensemble of {store.sizes['motion']} motions",
@@ -93,18 +93,16 @@ def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
 
 def _spectra_figure(path: Path, store: xr.Dataset) -> None:
     direction = str(store.attrs["shown_direction"])
-    column = list(store["direction"].values).index(direction)
+    spectra = store.sel(direction=direction).isel(damping=0)
     floors = store["station_floor"].values
     shown = np.unique(np.linspace(0, len(floors) - 1, 4).round().astype(int))[::-1]
     frequency = store["frequency"].values
-    damping = float(store["damping"].values[0])
+    damping = float(spectra["damping"])
     caption = (
         f"Floor response spectra ({100 * damping:g} % damping) of building "
         f"{store.attrs['studied_building']} along $e_{direction}$ over {store.sizes['motion']} "
         "motions: median and 16 % to 84 %, with pounding and without contact."
     )
-    percentiles = list(store["percentile"].values)
-    low, middle, high = (percentiles.index(q) for q in (16.0, 50.0, 84.0))
     rows = (len(shown) + 1) // 2
     with figure(path, (rows, min(2, len(shown))), (9.0, 2.8 * rows), caption) as (_, axes):
         for panel, station in zip(axes, shown, strict=False):
@@ -112,9 +110,10 @@ def _spectra_figure(path: Path, store: xr.Dataset) -> None:
                 ("psa_percentile", BLUE, "with pounding"),
                 ("psa_free_percentile", ORANGE, "without contact"),
             ):
-                band = store[name].values[:, 0, station, column]
-                panel.fill_between(frequency, band[low], band[high], color=colour, alpha=0.3, lw=0)
-                panel.semilogx(frequency, band[middle], color=colour, label=label)
+                band = spectra[name].isel(station=station).sel(percentile=[16.0, 50.0, 84.0])
+                low, middle, high = band.transpose("percentile", "frequency").values
+                panel.fill_between(frequency, low, high, color=colour, alpha=0.3, lw=0)
+                panel.semilogx(frequency, middle, color=colour, label=label)
             panel.set_title(f"floor {floors[station]}", fontsize=9.0, loc="right")
             span(panel, frequency)
             panel.set_ylim(bottom=0.0)

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from impactfem.case import Case
-from impactfem.stages.ensemble.compute import (
-    PARTS,
-    PERCENTILES,
-    EnsembleResult,
-    each,
-    failures_text,
-)
+from impactfem.stages.ensemble.compute import PARTS, PERCENTILES, EnsembleResult
+from impactfem.stages.stores import Output, dataset
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, to_json
+from impactfem.system.scalar import Scalar
 
 LABELS = {5.0: "p05", 16.0: "p16", 50.0: "median", 84.0: "p84", 95.0: "p95"}
 
@@ -27,7 +22,7 @@ def ensemble_scalars(result: EnsembleResult) -> list[Scalar]:
         Scalar("ensemble.members", float(len(result.members)), "-"),
         Scalar("ensemble.failed", float(len(result.failed)), "-", "; ".join(result.failed)),
     ]
-    for name, unit, values in each(result):
+    for name, unit, values in zip(result.names, result.units, result.scalars.T, strict=True):
         known = values[np.isfinite(values)]
         note = f"over {known.size} members"
         scalars += [
@@ -42,13 +37,35 @@ def ensemble_scalars(result: EnsembleResult) -> list[Scalar]:
     return scalars
 
 
-def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> None:
-    """Write `ensemble.nc`.
+_SPECTRUM = "damping station direction frequency"
+OUTPUTS = {
+    "motion": Output("motion", "", "seed or record"),
+    "scalar": Output("scalar", "", "name of a result of the sticks"),
+    "unit": Output("scalar", "", "of the result", label=True),
+    "value": Output("motion scalar", "as unit"),
+    "percentile": Output("percentile", "%"),
+    "station": Output("station", "", "building and floor"),
+    "station_building": Output("station", label=True),
+    "station_floor": Output("station", label=True),
+    "elevation": Output("station", "m", label=True),
+    "direction": Output("direction"),
+    "frequency": Output("frequency", "Hz"),
+    "damping": Output("damping", "-"),
+    "psa": Output(f"motion {_SPECTRUM}", "m/s2", "pseudo-acceleration"),
+    "psa_free": Output(f"motion {_SPECTRUM}", "m/s2", "the same without contact"),
+    "pfa": Output("motion station direction", "m/s2", "peak floor acceleration"),
+    "pfa_free": Output("motion station direction", "m/s2", "the same without contact"),
+    "psa_percentile": Output(f"percentile {_SPECTRUM}", "m/s2"),
+    "psa_free_percentile": Output(f"percentile {_SPECTRUM}", "m/s2", "without contact"),
+    "pfa_percentile": Output("percentile station direction", "m/s2"),
+    "pfa_free_percentile": Output("percentile station direction", "m/s2", "without contact"),
+    "failed": Output("failed", "", "members without a result"),
+    "failed_reason": Output("failed", "", "why"),
+}
 
-    Dimensions `motion`, `scalar`, `percentile`, and those of the floor spectra of the first
-    building (`damping`, `station`, `direction`, `frequency`). `value` has every scalar of every
-    motion; `psa`, `psa_free` (without contact), `pfa` and `pfa_free` every spectrum, and the same
-    names with `_percentile` their percentiles over the members.
+
+def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> None:
+    """Write `ensemble.nc`: every scalar and floor spectrum of every motion, and percentiles.
 
     Args:
         path: The file.
@@ -56,42 +73,33 @@ def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> 
         result: The ensemble.
         key: Hash of the stage's inputs.
     """
-    spectrum = ("damping", "station", "direction", "frequency")
     building = case.buildings[0]
-    variables: dict[str, tuple[object, ...]] = {
-        "motion": ("motion", np.array(result.members, dtype=object)),
-        "scalar": ("scalar", np.array(result.names, dtype=object)),
-        "unit": ("scalar", np.array(result.units, dtype=object)),
-        "value": (("motion", "scalar"), result.scalars),
-        "percentile": ("percentile", np.array(PERCENTILES), {"units": "%"}),
-        "station": (
-            "station",
-            np.array([f"{building.name}.floor_{f.floor}" for f in building.floors], dtype=object),
-        ),
-        "station_building": ("station", np.array([building.name] * len(building.floors), object)),
-        "station_floor": ("station", np.array([f.floor for f in building.floors])),
-        "elevation": ("station", np.array(building.elevations), {"units": "m"}),
-        "direction": ("direction", np.array(result.directions, dtype=object)),
-        "frequency": ("frequency", result.frequency, {"units": "Hz"}),
-        "damping": ("damping", result.damping, {"units": "-"}),
+    floors = [floor.floor for floor in building.floors]
+    values: dict[str, Any] = {
+        "motion": result.members,
+        "scalar": result.names,
+        "unit": result.units,
+        "value": result.scalars,
+        "percentile": PERCENTILES,
+        "station": [f"{building.name}.floor_{floor}" for floor in floors],
+        "station_building": [building.name] * len(floors),
+        "station_floor": floors,
+        "elevation": building.elevations,
+        "direction": result.directions,
+        "frequency": result.frequency,
+        "damping": result.damping,
+        "failed": list(result.failed),
+        "failed_reason": list(result.failed.values()),
     }
     for part in PARTS:
-        values = getattr(result, part)
-        dims = spectrum if part.startswith("psa") else ("station", "direction")
-        unit = {"units": "m/s2"}
-        variables[part] = (("motion", *dims), values, unit)
-        percentiles = np.percentile(values, PERCENTILES, axis=0)
-        variables[f"{part}_percentile"] = (("percentile", *dims), percentiles, unit)
-    dataset = xr.Dataset(
-        variables,
-        attrs={
-            "title": case.title,
-            "inputs": key,
-            "case_hash": case.content_hash(),
-            "scalars": to_json(ensemble_scalars(result)),
-            "failed": failures_text(result.failed),
-            "studied_building": building.name,
-            "shown_direction": case.shown_direction,
-        },
-    )
-    write_netcdf(path, dataset)
+        values[part] = getattr(result, part)
+        values[f"{part}_percentile"] = np.percentile(values[part], PERCENTILES, axis=0)
+    attributes = {
+        "title": case.title,
+        "inputs": key,
+        "case_hash": case.content_hash(),
+        "studied_building": building.name,
+        "shown_direction": case.shown_direction,
+    }
+    scalars = ensemble_scalars(result)
+    write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))

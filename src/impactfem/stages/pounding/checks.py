@@ -15,7 +15,7 @@ from impactfem.case.facing import facing_floors, unknown_lines
 from impactfem.case.pair_distance import allowed
 from impactfem.stages.check import Check, end_check
 from impactfem.stages.stores import open_store
-from impactfem.system.scalar import from_json
+from impactfem.system.scalar import scalars_of
 
 Array = NDArray[np.float64]
 IDENTITY = 1e-9
@@ -107,9 +107,10 @@ def stick_checks(
             by the name of the result; empty for a case without a reference.
     """
     with open_store(folder / "pounding.nc") as store:
-        values = {s.name: s.value for s in from_json(store.attrs["scalars"]) if s.value is not None}
+        scalars = scalars_of(store)
+        values = {s.name: s.value for s in scalars if s.value is not None}
         restitution = store["impact_restitution"].values
-        notes = {s.name: s.note for s in from_json(store.attrs["scalars"])}
+        notes = {s.name: s.note for s in scalars}
         targets = _targets(store)
         apart = distance_check(
             [str(name) for name in store["pair"].values],
@@ -121,7 +122,8 @@ def stick_checks(
         ended = _ended(store)
     known = restitution[np.isfinite(restitution)].tolist()
     # With fewer steps an impact the speeds before and after say nothing.
-    fine = values.get("pounding.steps_per_impact_min", 0.0) >= points_per_impact and bool(known)
+    fine = values.get("pounding.steps_per_impact_min", 0.0) >= points_per_impact
+    fine = fine and "pounding.main_impact_restitution" in values
     return [
         *_acceptance(notes),
         *apart,
@@ -153,17 +155,15 @@ def _acceptance(notes: Mapping[str, str]) -> list[Check]:
 
 def _targets(store: xr.Dataset) -> dict[str, float]:
     """Relative error of each target of the calibration, by the name of the result."""
-    if "target_mode" not in store.variables:
+    if "target" not in store.dims:
         return {}
-    pairs = zip(store["target_building"].values, store["target_mode"].values, strict=True)
-    modes = [(str(building), int(mode)) for building, mode in pairs]
     found: dict[str, float] = {}
     for kind in ("frequency", "effective_mass"):
-        error = np.abs(store[f"calibrated_{kind}"].values / store[f"target_{kind}"].values - 1.0)
-        for (building, mode), one in zip(modes, error, strict=True):
-            # A target table may leave a mass out.
-            if np.isfinite(one):
-                found[f"sticks.{building}.{kind}.{mode}"] = float(one)
+        error = abs(store[f"calibrated_{kind}"] / store[f"target_{kind}"] - 1.0)
+        # A target table may leave a mass out.
+        for one in error.dropna("target"):
+            building, mode = one["target_building"].item(), one["target_mode"].item()
+            found[f"sticks.{building}.{kind}.{mode}"] = float(one)
     return found
 
 
@@ -286,13 +286,11 @@ def _sampling(values: Mapping[str, float]) -> list[Check]:
 
 def _ended(store: xr.Dataset) -> Check:
     """Whether the spectra of the floors end at the peak acceleration."""
-    psa = store["psa"].values[0]
-    pfa = store["pfa"].values
-    buildings, floors = (store[f"station_{n}"].values[: len(pfa)] for n in ("building", "floor"))
-    names = [f"{b}.floor_{int(f)}" for b, f in zip(buildings, floors, strict=True)]
-    ratio = np.where(pfa > 0.0, psa[..., -1] / np.where(pfa > 0.0, pfa, 1.0), np.nan)
+    pfa, names = store["pfa"], [str(name) for name in store["station"].values]
+    ratio = store["psa"].isel(damping=0, frequency=-1) / pfa.where(pfa > 0.0)
     axes = [str(direction) for direction in store["direction"].values]
-    return end_check("pounding", names, axes, ratio, float(store["frequency"].values[-1]))
+    last = float(store["frequency"][-1])
+    return end_check("pounding", names, axes, ratio.transpose("station", "direction").values, last)
 
 
 def _linearity(values: Mapping[str, float]) -> list[Check]:

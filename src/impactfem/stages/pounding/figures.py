@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
@@ -62,9 +61,11 @@ def stick_figures(folder: Path) -> list[Path]:
 def _response(path: Path, sticks: xr.Dataset) -> None:
     direction = str(sticks.attrs["shown_direction"])
     time = sticks["time"].values
-    column = list(sticks["component"].values).index(direction)
-    names = list(dict.fromkeys(sticks["station_building"].values))
-    tops = [np.flatnonzero(sticks["station_building"].values == name)[-1] for name in names]
+    moving = sticks.sel(component=direction)
+    tops = [
+        moving.isel(station=moving["station_building"] == name).isel(station=-1)
+        for name in sticks["building"].values
+    ]
     panels = (
         ("displacement", 1e2, f"displacement $u_{direction}$ [cm]"),
         ("velocity", 1.0, f"velocity $\\dot u_{direction}$ [m/s]"),
@@ -79,23 +80,19 @@ def _response(path: Path, sticks: xr.Dataset) -> None:
     with figure(path, (2, 2), (9.0, 5.6), caption) as (_, axes):
         for panel, (name, factor, label) in zip(axes, panels, strict=False):
             for index, top in enumerate(tops):
-                floor = int(sticks["station_floor"].values[top])
                 panel.plot(
                     time,
-                    factor * sticks[name].values[:, top, column],
+                    factor * top[name].values,
                     color=BUILDINGS[index % len(BUILDINGS)],
                     ls=DASHES[index % len(DASHES)],
                     lw=0.8,
-                    label=f"{names[index]}, floor {floor}",
+                    label=f"{top.station_building.item()}, floor {top.station_floor.item()}",
                 )
             panel.set_ylabel(label)
         axes[0].legend(loc="upper right")
         if pairs:
-            top_pair = int(np.argmax(sticks["pair_required_separation"].values))
-            gap = 1e2 * sticks["gap"].values[:, top_pair]
-            axes[3].plot(
-                time, gap, color="black", lw=0.8, label=str(sticks["pair"].values[top_pair])
-            )
+            gap = sticks["gap"].isel(pair=sticks["pair_required_separation"].argmax("pair"))
+            axes[3].plot(time, 1e2 * gap, color="black", lw=0.8, label=gap.pair.item())
             axes[3].axhline(0.0, color=GREEN, lw=0.8, ls="--", label="contact")
             axes[3].legend(loc="upper right")
             axes[3].set_ylabel("gap [cm]")
@@ -112,10 +109,9 @@ def _response(path: Path, sticks: xr.Dataset) -> None:
 
 def _forces(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
     time = forces["time"].values
-    force = 1e-6 * forces["force"].values
-    peaks = force.max(axis=0)
-    main = int(np.argmax(peaks))
-    name = str(forces["pair"].values[main])
+    force = 1e-6 * forces["force"]
+    force = force.isel(pair=force.max("time").argmax("pair"))
+    name = str(force["pair"].item())
     dt = time[1] - time[0]
     caption = (
         f"Figure 9: Impact force of the pair {name} (a), and its main impact with the computed "
@@ -123,26 +119,24 @@ def _forces(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
         "allows tension."
     )
     with figure(path, (1, 2), (9.0, 3.2), caption) as (_, axes):
-        axes[0].plot(time, force[:, main], color=BUILDINGS[0])
+        axes[0].plot(time, force, color=BUILDINGS[0])
         axes[0].set_xlim(time[0], time[-1])
-        mine = np.flatnonzero(sticks["impact_pair"].values == name)
-        if mine.size:
-            k = mine[np.argmax(sticks["impact_peak_force"].values[mine])]
-            start = float(sticks["impact_first_contact"].values[k])
-            end = float(sticks["impact_end"].values[k])
+        impacts = sticks.isel(impact=sticks["impact_pair"] == name)
+        if impacts.sizes["impact"]:
+            impact = impacts.isel(impact=impacts["impact_peak_force"].argmax("impact"))
+            start, end = float(impact["impact_first_contact"]), float(impact["impact_end"])
             margin = 0.25 * (end - start)
             shown = (time >= start - margin - dt) & (time <= end + margin + dt)
-            steps = int(sticks["impact_steps"].values[k])
             axes[1].plot(
                 time[shown],
-                force[shown, main],
+                force[shown],
                 color=BUILDINGS[0],
                 marker=".",
                 ms=4,
-                label=f"{steps} computed times, {1e3 * (end - start):.1f} ms",
+                label=f"{impact['impact_steps']:.0f} computed times, {1e3 * (end - start):.1f} ms",
             )
             axes[1].legend(loc="upper right")
-            axes[1].set_ylim(top=1.25 * peaks[main])
+            axes[1].set_ylim(top=1.25 * float(force.max()))
             axes[1].xaxis.set_major_locator(MaxNLocator(5))
         else:
             axes[1].text(0.5, 0.5, "no impact", ha="center", transform=axes[1].transAxes)
@@ -154,26 +148,22 @@ def _forces(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
 
 def _floor_spectra(path: Path, sticks: xr.Dataset) -> None:
     direction = str(sticks.attrs["shown_direction"])
-    column = list(sticks["direction"].values).index(direction)
     studied = str(sticks.attrs["studied_building"])
-    stations = np.flatnonzero(sticks["station_building"].values == studied)
-    frequency = sticks["frequency"].values
-    damping = float(sticks["damping"].values[0])
+    spectra = sticks.sel(direction=direction).isel(damping=0)
+    floors = spectra.isel(station=spectra["station_building"] == studied)
+    frequency, damping = sticks["frequency"].values, float(floors["damping"])
     caption = (
         f"Figure 10: Floor response spectra (pseudo-acceleration, {100 * damping:g} % damping) of "
         f"building {studied} along $e_{direction}$ at the mass centres, with pounding (a) and "
         "without contact (b)."
     )
-    looks = floor_looks(len(stations))
+    looks = floor_looks(floors.sizes["station"])
     with figure(path, (1, 2), (9.0, 4.0), caption) as (_, axes):
         for panel, name in zip(axes, ("psa", "psa_free"), strict=True):
-            for look, station in zip(looks, stations, strict=True):
-                panel.semilogx(
-                    frequency,
-                    sticks[name].values[0, station, column],
-                    **look,
-                    label=f"floor {int(sticks['station_floor'].values[station])}",
-                )
+            curves = floors[name].transpose("station", "frequency")
+            for look, psa in zip(looks, curves, strict=True):
+                label = f"floor {psa.station_floor.item()}"
+                panel.semilogx(frequency, psa, **look, label=label)
             panel.set_xlabel("frequency [Hz]")
             panel.set_ylabel("pseudo-acceleration [m/s²]")
             span(panel, frequency)

@@ -45,20 +45,19 @@ class Elevation:
 
 def elevations(sticks: xr.Dataset) -> list[Elevation]:
     """The buildings of a store, in order."""
-    along = "xy".index(str(sticks.attrs["elevation_direction"]))
-    axis = sticks["building_axis"].values
+    along = sticks.sel(plan=str(sticks.attrs["elevation_direction"]))
     result = []
-    for k, name in enumerate(sticks["building"].values):
-        mine = np.flatnonzero(sticks["station_building"].values == name)
+    for name in sticks["building"].values:
+        one = along.sel(building=name).isel(station=sticks["station_building"] == name)
         result.append(
             Elevation(
                 name=str(name),
-                centre=float(axis[k, along]),
-                base=float(sticks["building_base"].values[k]),
-                floors=sticks["elevation"].values[mine],
-                below=sticks["rigid_below"].values[mine],
-                above=sticks["rigid_above"].values[mine],
-                numbers=sticks["station_floor"].values[mine],
+                centre=float(one["building_axis"]),
+                base=float(one["building_base"]),
+                floors=one["elevation"].values,
+                below=one["rigid_below"].values,
+                above=one["rigid_above"].values,
+                numbers=one["station_floor"].values,
             )
         )
     return result
@@ -67,26 +66,21 @@ def elevations(sticks: xr.Dataset) -> list[Elevation]:
 def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.Dataset) -> None:
     """Figure 2: the buildings, the ground acceleration, its response spectrum."""
     direction = str(sticks.attrs["shown_direction"])
-    n = next(
-        str(name).removeprefix("acceleration_")
-        for name, values in motion.data_vars.items()
-        if values.attrs.get("direction") == direction
-    )
-    a = motion[f"acceleration_{n}"]
-    damping = float(motion[f"spectrum_{n}"].attrs["damping"])
-    pga = int(np.argmax(np.abs(a.values)))
-    time = motion[f"time_{n}"].values
+    shown = motion.isel(motion=int((motion["direction"] == direction).argmax("motion")))
+    record, spectra = shown.dropna("sample"), shown.drop_vars("target").dropna("oscillator")
+    time, a, damping = record["time"].values, record["acceleration"].values, float(shown["damping"])
+    pga = int(np.argmax(np.abs(a)))
     caption = (
         f"Figure 2: Configuration of the case (a), ground acceleration along $e_{direction}$ (b), "
         f"and its pseudo-acceleration response spectrum at {100 * damping:g} % damping (c)."
     )
     with figure(path, (1, 3), (10.0, 3.4), caption) as (_, axes):
         _draw_buildings(axes[0], sticks, forces)
-        axes[1].plot(time, a.values, color=BLUE, lw=0.6)
-        axes[1].plot(time[pga], a.values[pga], "o", color=RED, ms=4)
+        axes[1].plot(time, a, color=BLUE, lw=0.6)
+        axes[1].plot(time[pga], a[pga], "o", color=RED, ms=4)
         axes[1].annotate(
-            f"{abs(a.values[pga]):.2f} m/s² at {time[pga]:.2f} s",
-            (time[pga], a.values[pga]),
+            f"{abs(a[pga]):.2f} m/s² at {time[pga]:.2f} s",
+            (time[pga], a[pga]),
             xytext=(8, 0),
             textcoords="offset points",
             va="center",
@@ -94,12 +88,11 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.D
         axes[1].set_xlabel("time [s]")
         axes[1].set_ylabel("ground acceleration [m/s²]")
         axes[1].set_xlim(time[0], time[-1])
-        frequency = motion[f"frequency_{n}"].values
-        spectrum = motion[f"spectrum_{n}"].values
+        frequency, spectrum = spectra["frequency"].values, spectra["spectrum"].values
         top = int(np.argmax(spectrum))
         axes[2].semilogx(frequency, spectrum, color=BLUE, label="motion")
-        if f"target_{n}" in motion:
-            target = motion[f"target_{n}"].values
+        if shown["target"].notnull().any():
+            target = shown["target"].dropna("oscillator")
             axes[2].semilogx(frequency, target, color=ORANGE, ls="--", label="design spectrum")
         axes[2].plot(
             frequency[top],
@@ -122,7 +115,7 @@ def _widths(drawn: list[Elevation], sticks: xr.Dataset, forces: xr.Dataset) -> d
 
     One without such points is as wide as the distance to the next building lets it be.
     """
-    along = "xyz".index(str(sticks.attrs["elevation_direction"]))
+    along = str(sticks.attrs["elevation_direction"])
     centres = sorted(building.centre for building in drawn)
     spacing = min(np.diff(centres), default=0.5 * float(drawn[0].floors[-1]))
     gap = _gap(sticks)
@@ -131,9 +124,9 @@ def _widths(drawn: list[Elevation], sticks: xr.Dataset, forces: xr.Dataset) -> d
     for building in drawn:
         reach = max(
             (
-                float(np.abs(forces[f"offset_{side}"].values[:, along][mine]).max())
+                float(np.abs(forces[f"offset_{side}"].sel(axis=along)[mine]).max())
                 for side in "ab"
-                if (mine := forces[f"building_{side}"].values == building.name).any()
+                if (mine := (forces[f"building_{side}"] == building.name).values).any()
             ),
             default=0.0,
         )
@@ -168,9 +161,9 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None
     low = min(building.base for building in drawn)
     high = max(float(building.floors[-1]) for building in drawn)
     if len(drawn) > 1 and gap > 0.0:
-        nearest = int(np.argmin(sticks["pair_rest_gap"].values))
+        nearest = forces.isel(pair=int(sticks["pair_rest_gap"].argmin("pair")))
         named = {building.name: building for building in drawn}
-        a, b = (named[str(forces[f"building_{side}"].values[nearest])] for side in "ab")
+        a, b = (named[str(nearest[f"building_{side}"].item())] for side in "ab")
         way = np.sign(b.centre - a.centre)
         faces = a.centre + 0.5 * way * widths[a.name], b.centre - 0.5 * way * widths[b.name]
         between = 0.5 * sum(faces)
@@ -197,8 +190,10 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
     direction = str(sticks.attrs["shown_direction"])
     if direction not in "xy":
         direction = str(sticks.attrs["elevation_direction"])
-    families = sticks["mode_family"].values[0]
-    first = np.flatnonzero(families == direction)
+    modes = sticks.sel(building=building.name)
+    modes = modes.isel(
+        station=modes["station_building"] == building.name, mode=modes["mode_family"] == direction
+    )
     axis = {"x": "y", "y": "x"}.get(direction, direction)
     caption = (
         f"Figure 3: Stick model of building {building.name} (b), with the rigid zones of the "
@@ -209,15 +204,13 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
         _draw_stick(axes[0], building, 0.0, np.zeros_like(building.floors))
         for z, number in zip(building.floors, building.numbers, strict=True):
             axes[0].text(0.12, z, f"floor {number}", va="center", fontsize=7.5)
-        if first.size:
-            mode = int(first[0])
-            component = "xyz".index(direction)
-            count = building.floors.size
-            shape = sticks["mode_shape"].values[:count, mode, component]
+        if modes.sizes["mode"]:
+            mode = modes.isel(mode=0)
+            shape = mode["mode_shape"].sel(mode_component=direction).values
             shape = 0.7 * shape / np.abs(shape).max() * np.sign(shape[-1])
             axes[1].plot([0.0, 0.0], [building.base, building.floors[-1]], ":", color=GREY)
             _draw_stick(axes[1], building, 0.0, shape)
-            frequency = float(sticks["mode_frequency"].values[0, mode])
+            frequency = float(mode["mode_frequency"])
             axes[1].text(
                 0.03, 0.97, f"f = {frequency:.2f} Hz", transform=axes[1].transAxes, va="top"
             )

@@ -34,24 +34,25 @@ def _motion(study: StickStudy) -> list[Scalar]:
     scalars = []
     for index, motion in enumerate(study.motions):
         name = "motion" if index == 0 else f"motion.{motion.direction}"
-        m = motion.measures
-        largest = int(np.argmax(motion.spectrum.psa[0, 0]))
+        spectrum = motion.spectrum
+        largest = int(np.argmax(spectrum.psa[0, 0]))
         scalars += [
-            Scalar(f"{name}.pga", m.pga, "m/s2", motion.accelerogram.origin),
-            Scalar(f"{name}.time_of_pga", m.time_of_pga, "s"),
-            Scalar(f"{name}.pgv", m.pgv, "m/s"),
-            Scalar(f"{name}.pgd", m.pgd, "m"),
-            Scalar(f"{name}.arias_intensity", m.arias, "m/s"),
-            Scalar(f"{name}.duration_5_95", m.duration_5_95, "s"),
-            Scalar(f"{name}.end_velocity", m.end_velocity, "m/s"),
-            Scalar(f"{name}.end_displacement", m.end_displacement, "m"),
-            Scalar(
-                f"{name}.sa_max",
-                float(motion.spectrum.psa[0, 0, largest]),
-                "m/s2",
-                f"pseudo-acceleration at {motion.spectrum.damping[0]:.3g} damping",
-            ),
-            Scalar(f"{name}.sa_max_frequency", float(motion.spectrum.frequency[largest]), "Hz"),
+            Scalar(f"{name}.{measure}", getattr(motion.measures, field), unit, note)
+            for measure, field, unit, note in (
+                ("pga", "pga", "m/s2", motion.accelerogram.origin),
+                ("time_of_pga", "time_of_pga", "s", ""),
+                ("pgv", "pgv", "m/s", ""),
+                ("pgd", "pgd", "m", ""),
+                ("arias_intensity", "arias", "m/s", ""),
+                ("duration_5_95", "duration_5_95", "s", ""),
+                ("end_velocity", "end_velocity", "m/s", ""),
+                ("end_displacement", "end_displacement", "m", ""),
+            )
+        ]
+        note = f"pseudo-acceleration at {spectrum.damping[0]:.3g} damping"
+        scalars += [
+            Scalar(f"{name}.sa_max", float(spectrum.psa[0, 0, largest]), "m/s2", note),
+            Scalar(f"{name}.sa_max_frequency", float(spectrum.frequency[largest]), "Hz"),
         ]
         if motion.misfit is not None:
             note = "computed over target spectrum at the matched frequencies"
@@ -168,45 +169,33 @@ def _pounding(study: StickStudy) -> list[Scalar]:
         ("restitution", "restitution", "-"),
     )
     note = f"pair {main.pair.name}" if main else "no impact"
-    return [
-        *scalars,
-        *(
-            Scalar(
-                f"pounding.main_impact_{name}",
-                getattr(main, field) if main else None,
-                unit,
-                note,
-            )
-            for name, field, unit in values
-        ),
-        Scalar("pounding.impacts", float(len(study.impacts)), "-"),
-    ]
+    for name, field, unit in values:
+        value = getattr(main, field) if main else None
+        scalars.append(Scalar(f"pounding.main_impact_{name}", value, unit, note))
+    return [*scalars, Scalar("pounding.impacts", float(len(study.impacts)), "-")]
 
 
 def _checks(study: StickStudy) -> list[Scalar]:
     found = study.impacts
     asked = study.case.pounding.points_per_impact
-    fewest = float(min(impact.steps for impact in found)) if found else None
-    by_law = steps_of_law(study) if found else None
-    required = max((s.required for s in study.separations), default=None)
     scalars = [
         Scalar(
             "pounding.steps_per_impact_min",
-            by_law,
+            steps_of_law(study) if found else None,
             "-",
             "shortest duration of the laws themselves over the step, with the effective masses of "
             f"the pairs, not with the mass of one floor; {asked} are asked",
         ),
         Scalar(
             "pounding.steps_per_impact_observed",
-            fewest,
+            float(min(impact.steps for impact in found)) if found else None,
             "-",
             "fewest of an impact in the run; one that other forces cut short counts, too",
         ),
         Scalar("pounding.energy_residual", study.energy.residual, "-", "of the discrete identity"),
         Scalar(
             "pounding.required_separation",
-            required,
+            max((s.required for s in study.separations), default=None),
             "m",
             "largest approach of a pair without contact: the gap that would have prevented it",
         ),
@@ -216,22 +205,13 @@ def _checks(study: StickStudy) -> list[Scalar]:
         note = f"{nearest.facing.name}, in no contact pair; negative: one inside the other"
         scalars.append(Scalar("pounding.facing_distance_min", nearest.distance, "m", note))
     if found:
-        stored = float(np.max(study.energy.kinetic))
-        defect = sum(impact.defect for impact in found) / stored
-        scalars += [
-            Scalar(
-                "pounding.contact_energy_defect",
-                defect,
-                "-",
-                "energy that the time stepping lost in contact, over the largest kinetic energy",
-            ),
-            Scalar(
-                "pounding.penetration_over_gap",
-                max((i.penetration / i.pair.gap for i in found if i.pair.gap > 0.0), default=None),
-                "-",
-                "over the pairs with a gap",
-            ),
-        ]
+        defect = sum(impact.defect for impact in found) / float(np.max(study.energy.kinetic))
+        note = "energy that the time stepping lost in contact, over the largest kinetic energy"
+        scalars.append(Scalar("pounding.contact_energy_defect", defect, "-", note))
+        over = max((i.penetration / i.pair.gap for i in found if i.pair.gap > 0.0), default=None)
+        scalars.append(
+            Scalar("pounding.penetration_over_gap", over, "-", "over the pairs with a gap")
+        )
     for name, unit in (
         ("bearing_pressure", "Pa"),
         ("bearing_ratio", "-"),
@@ -248,37 +228,28 @@ def _checks(study: StickStudy) -> list[Scalar]:
 
 def _spectra(study: StickStudy) -> list[Scalar]:
     floors, free = study.floors, study.floors_free
-    f = floors.spectra.frequency
     studied = study.system.sticks[0].name
     direction = study.case.shown_direction
-    column = floors.directions.index(direction)
+    along = floors.directions.index(direction)
     xi = study.case.spectra.damping[0]
     note = f"direction {direction}, {xi:.3g} damping, mass centre"
     scalars = []
     for k, (building, number) in enumerate(study.stations[: floors.pfa.shape[0]]):
         name = f"frs.floor_{number}" if building == studied else f"frs.{building}.floor_{number}"
-        largest = int(np.argmax(floors.psa[0, k, column]))
+        psa, pfa = floors.psa[0, k, along], float(floors.pfa[k, along])
+        peak, frequency = float(psa.max()), float(floors.spectra.frequency[psa.argmax()])
         scalars += [
-            Scalar(f"{name}.peak", float(floors.psa[0, k, column, largest]), "m/s2", note),
-            Scalar(f"{name}.peak_frequency", float(f[largest]), "Hz", note),
-            Scalar(f"{name}.pfa", float(floors.pfa[k, column]), "m/s2", f"direction {direction}"),
-            Scalar(
-                f"{name}.peak_over_pfa",
-                float(floors.psa[0, k, column, largest] / floors.pfa[k, column]),
-                "-",
-                LARGEST,
-            ),
-            Scalar(f"{name}.pfa_no_contact", float(free.pfa[k, column]), "m/s2"),
-            Scalar(f"{name}.peak_no_contact", float(free.psa[0, k, column].max()), "m/s2", note),
+            Scalar(f"{name}.peak", peak, "m/s2", note),
+            Scalar(f"{name}.peak_frequency", frequency, "Hz", note),
+            Scalar(f"{name}.pfa", pfa, "m/s2", f"direction {direction}"),
+            Scalar(f"{name}.peak_over_pfa", peak / pfa, "-", LARGEST),
+            Scalar(f"{name}.pfa_no_contact", float(free.pfa[k, along]), "m/s2"),
+            Scalar(f"{name}.peak_no_contact", float(free.psa[0, k, along].max()), "m/s2", note),
         ]
     s = floors.spectra
+    how = f"at the highest frequency, {s.method}, records made {s.upsampling_factor} times finer"
     return [
         *scalars,
-        Scalar(
-            "frs.points_per_cycle",
-            s.points_per_cycle,
-            "-",
-            f"at the highest frequency, {s.method}, records made {s.upsampling_factor} times finer",
-        ),
+        Scalar("frs.points_per_cycle", s.points_per_cycle, "-", how),
         Scalar("frs.peak_error_bound", s.peak_error_bound, "-", "loss of a peak by the samples"),
     ]

@@ -1,37 +1,131 @@
 """The stores of the stage: `motion.nc` and `pounding.nc`.
 
-`motion.nc` has, for the ground motion number k, `time_k` [s], `acceleration_k` [m/s2] with the
-attribute `direction`, `spectrum_k` (pseudo-acceleration, over `frequency_k` [Hz]) [m/s2] and, for
-a synthetic one, `target_k`, the design spectrum.
-
-`pounding.nc` has the dimensions `time`, `station` (a floor of a building), `component` (those of
-x, y, z, rx, ry, rz in which anything moves), `direction`, `damping`, `frequency`, `pair`, `impact`,
-`building`, `mode`, `facing` (floors that face each other and are in no pair) and `target`. All
-values are SI; each variable carries its unit. Names that end in `_free` belong to the run without
+Stations are the floors of all buildings. Names that end in `_free` belong to the run without
 contact. Displacements and velocities are relative to the ground, accelerations absolute.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.case.pair_distance import pair_distance
-from impactfem.coupling.pounding import Response
 from impactfem.stages.pounding.compute import StickStudy, station_dofs
 from impactfem.stages.pounding.scalars import stick_scalars
+from impactfem.stages.stores import Output, dataset
 from impactfem.sticks.element import DOFS
 from impactfem.sticks.modes import DIRECTIONS
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import to_json
 
 Array = NDArray[np.float64]
-Variables = dict[str, tuple[Any, ...]]
+
+_HISTORY = "time station component"
+_SPECTRUM = "damping station direction frequency"
+OUTPUTS = {
+    "time": Output("time", "s"),
+    "axis": Output("axis"),
+    "ground": Output("time axis", "m/s2", "ground acceleration"),
+    "component": Output("component", "", "those of x, y, z, rx, ry, rz in which anything moves"),
+    "station": Output("station", "", "building and floor"),
+    "station_building": Output("station", label=True),
+    "station_floor": Output("station", label=True),
+    "elevation": Output("station", "m", label=True),
+    "floor_mass": Output("station", "kg"),
+    "rigid_below": Output("station", "m", "rigid depth below the mass centre"),
+    "rigid_above": Output("station", "m", "rigid depth above the mass centre"),
+    "displacement": Output(_HISTORY, "m, rad", "relative to the ground"),
+    "velocity": Output(_HISTORY, "m/s, rad/s", "relative to the ground"),
+    "acceleration": Output(_HISTORY, "m/s2, rad/s2", "absolute"),
+    "displacement_free": Output(_HISTORY, "m, rad", "without contact"),
+    "velocity_free": Output(_HISTORY, "m/s, rad/s", "without contact"),
+    "acceleration_free": Output(_HISTORY, "m/s2, rad/s2", "absolute, without contact"),
+    "frequency": Output("frequency", "Hz", "of the oscillators"),
+    "damping": Output("damping", "-", "of the oscillators"),
+    "direction": Output("direction"),
+    "psa": Output(_SPECTRUM, "m/s2", "pseudo-acceleration"),
+    "sd": Output(_SPECTRUM, "m", "spectral displacement"),
+    "pfa": Output("station direction", "m/s2", "peak floor acceleration"),
+    "psa_free": Output(_SPECTRUM, "m/s2", "pseudo-acceleration without contact"),
+    "sd_free": Output(_SPECTRUM, "m", "spectral displacement without contact"),
+    "pfa_free": Output("station direction", "m/s2", "peak floor acceleration without contact"),
+    "building": Output("building"),
+    "plan": Output("plan"),
+    "building_axis": Output("building plan", "m", "place of its stick"),
+    "building_base": Output("building", "m", "elevation of its base"),
+    "mode_direction": Output("mode_direction"),
+    "mode_component": Output("mode_component"),
+    "mode_frequency": Output("building mode", "Hz"),
+    "mode_family": Output("building mode", "", "direction of bending, or the kind of the mode"),
+    "mode_effective_mass": Output("building mode_direction mode", "kg, kg m2"),
+    "mode_shape": Output("station mode mode_component", "kg^-1/2", "with unit modal mass"),
+    "impact_pair": Output("impact", label=True),
+    "impact_first_contact": Output("impact", "s"),
+    "impact_end": Output("impact", "s"),
+    "impact_peak_time": Output("impact", "s"),
+    "impact_peak_force": Output("impact", "N"),
+    "impact_impulse": Output("impact", "N s"),
+    "impact_duration": Output("impact", "s"),
+    "impact_penetration": Output("impact", "m"),
+    "impact_approach": Output("impact", "m/s", "speed before it"),
+    "impact_separation": Output("impact", "m/s", "speed after it"),
+    "impact_restitution": Output("impact", "-"),
+    "impact_dissipated": Output("impact", "J", "by the law, by the work of the force"),
+    "impact_defect": Output("impact", "J", "lost by the time stepping; negative: added"),
+    "impact_steps": Output("impact", "-", "computed times with a force"),
+    "impact_bearing_pressure": Output("impact", "Pa"),
+    "impact_bearing_ratio": Output("impact", "-", "that over the compressive strength"),
+    "impact_storey_shear": Output("impact", "N", "the largest meanwhile"),
+    "impact_shear_stress": Output("impact", "Pa"),
+    "impact_cracking_ratio": Output("impact", "-", "that over the tensile strength"),
+    "pair": Output("pair"),
+    "pair_building_a": Output("pair", label=True),
+    "pair_floor_a": Output("pair", label=True),
+    "pair_law": Output("pair", "", "contact law", label=True),
+    "pair_stiffness_unit": Output("pair", "", "by the law", label=True),
+    "gap": Output("time pair", "m"),
+    "pair_young_modulus": Output("pair", "Pa"),
+    "pair_poisson_ratio": Output("pair", "-"),
+    "pair_rest_gap": Output("pair", "m"),
+    "pair_distance": Output("pair", "m", "of its points by axes and offsets"),
+    "pair_stiffness": Output("pair", "N/m, N/m^1.5"),
+    "pair_dashpot": Output("pair", "N s/m", "of a linear law"),
+    "pair_onset_force": Output("pair", "N", "at the largest speed of approach"),
+    "pair_damping_ratio": Output("pair", "-"),
+    "pair_restitution": Output("pair", "-", "of the law"),
+    "pair_effective_mass": Output("pair", "kg"),
+    "pair_law_duration": Output("pair", "s", "of an impact with the effective mass"),
+    "pair_asked": Output("pair", "-", "requested restitution"),
+    "pair_required_separation": Output("pair", "m", "gap that would have prevented contact"),
+    "pair_margin": Output("pair", "m", "gap less required separation"),
+    "pair_touched": Output("pair"),
+    "facing": Output("facing", "", "floors that face each other and are in no pair"),
+    "facing_a": Output("facing", label=True),
+    "facing_b": Output("facing", label=True),
+    "facing_level": Output("facing", "m", "elevation"),
+    "facing_rest_gap": Output("facing", "m", "distance at rest"),
+    "facing_distance_min": Output("facing", "m", "smallest distance; negative: they overlap"),
+    "facing_time": Output("facing", "s", "when they are nearest"),
+    "target_building": Output("target", label=True),
+    "target_mode": Output("target", "", "number in its family", label=True),
+    "target_frequency": Output("target", "Hz"),
+    "target_effective_mass": Output("target", "kg"),
+    "calibrated_frequency": Output("target", "Hz"),
+    "calibrated_effective_mass": Output("target", "kg"),
+}
+MOTION_OUTPUTS = {
+    "direction": Output("motion", "", "of the ground", label=True),
+    "origin": Output("motion", "", "where it comes from", label=True),
+    "damping": Output("motion", "-", "of the oscillators", label=True),
+    "time": Output("motion sample", "s", "nan after the end of a shorter motion"),
+    "acceleration": Output("motion sample", "m/s2", "of the ground"),
+    "frequency": Output("motion oscillator", "Hz", "nan beyond the spectrum of a motion"),
+    "spectrum": Output("motion oscillator", "m/s2", "pseudo-acceleration"),
+    "target": Output("motion oscillator", "m/s2", "design spectrum; nan where it has none"),
+}
 
 
 def write_motion(path: Path, study: StickStudy, key: str) -> None:
@@ -42,28 +136,38 @@ def write_motion(path: Path, study: StickStudy, key: str) -> None:
         study: The stage's results.
         key: Hash of the stage's inputs.
     """
-    variables: Variables = {}
-    for k, motion in enumerate(study.motions):
-        a = motion.accelerogram
-        variables[f"acceleration_{k}"] = (
-            f"time_{k}",
-            a.acceleration,
-            {"units": "m/s2", "direction": motion.direction, "origin": a.origin},
-        )
-        variables[f"time_{k}"] = (f"time_{k}", a.time, {"units": "s"})
-        s = motion.spectrum
-        variables[f"frequency_{k}"] = (f"frequency_{k}", s.frequency, {"units": "Hz"})
-        attributes = {"units": "m/s2", "damping": float(s.damping[0])}
-        variables[f"spectrum_{k}"] = (f"frequency_{k}", s.psa[0, 0], attributes)
-        if motion.target is not None:
-            variables[f"target_{k}"] = (f"frequency_{k}", motion.target, attributes)
-    dataset = xr.Dataset(variables, attrs={"title": study.case.title, "inputs": key})
-    write_netcdf(path, dataset)
+    motions = study.motions
+    records, spectra = [m.accelerogram for m in motions], [m.spectrum for m in motions]
+    values = {
+        "direction": [m.direction for m in motions],
+        "origin": [record.origin for record in records],
+        "damping": [float(spectrum.damping[0]) for spectrum in spectra],
+        "time": _rows([record.time for record in records]),
+        "acceleration": _rows([record.acceleration for record in records]),
+        "frequency": _rows([spectrum.frequency for spectrum in spectra]),
+        "spectrum": _rows([spectrum.psa[0, 0] for spectrum in spectra]),
+        "target": _rows(
+            [
+                np.full_like(m.spectrum.frequency, np.nan) if m.target is None else m.target
+                for m in motions
+            ]
+        ),
+    }
+    attributes = {"title": study.case.title, "inputs": key}
+    write_netcdf(path, dataset(MOTION_OUTPUTS, values, attributes=attributes))
+
+
+def _rows(values: Sequence[Array]) -> Array:
+    """Arrays of unequal length as rows, filled up with nan."""
+    rows = np.full((len(values), max(map(len, values))), np.nan)
+    for row, array in zip(rows, values, strict=True):
+        row[: len(array)] = array
+    return rows
 
 
 def write_sticks(path: Path, study: StickStudy, key: str) -> None:
     """Write `pounding.nc`; arguments as `write_motion`."""
-    variables = {
+    values = {
         **_histories(study),
         **_spectra(study),
         **_modes(study),
@@ -72,19 +176,16 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
         **_facing(study),
         **_targets(study),
     }
-    dataset = xr.Dataset(
-        variables,
-        attrs={
-            "title": study.case.title,
-            "inputs": key,
-            "case_hash": study.case.content_hash(),
-            "scalars": to_json(stick_scalars(study)),
-            "studied_building": study.system.sticks[0].name,
-            "shown_direction": study.case.shown_direction,
-            "elevation_direction": _elevation_direction(study),
-        },
-    )
-    write_netcdf(path, dataset)
+    attributes = {
+        "title": study.case.title,
+        "inputs": key,
+        "case_hash": study.case.content_hash(),
+        "studied_building": study.system.sticks[0].name,
+        "shown_direction": study.case.shown_direction,
+        "elevation_direction": _elevation_direction(study),
+    }
+    scalars = stick_scalars(study)
+    write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
 
 
 def _elevation_direction(study: StickStudy) -> str:
@@ -100,215 +201,118 @@ def _elevation_direction(study: StickStudy) -> str:
     return first if first in "xy" else "y"
 
 
-def _histories(study: StickStudy) -> Variables:
+def _histories(study: StickStudy) -> dict[str, Any]:
     dofs = station_dofs(study.system)
     moving = [c for c in range(6) if np.any(study.response.u[:, dofs[:, c]])]
-    variables: Variables = {
-        "time": ("time", study.response.time, {"units": "s"}),
-        "ground": (
-            ("time", "axis"),
-            study.response.ground,
-            {"units": "m/s2", "long_name": "ground acceleration along x, y, z"},
-        ),
-        "component": ("component", _words([DOFS[c] for c in moving])),
-        "station": ("station", _words([f"{b}.floor_{k}" for b, k in study.stations])),
-        "station_building": ("station", _words([b for b, _ in study.stations])),
-        "station_floor": ("station", np.array([k for _, k in study.stations])),
-        "elevation": (
-            "station",
-            np.concatenate([s.positions[: len(s.floors), 2] for s in study.system.sticks]),
-            {"units": "m"},
-        ),
-        "floor_mass": (
-            "station",
-            np.array([floor.mass for s in study.system.sticks for floor in s.floors]),
-            {"units": "kg"},
-        ),
-        "rigid_below": (
-            "station",
-            np.array([floor.below for s in study.system.sticks for floor in s.floors]),
-            {"units": "m"},
-        ),
-        "rigid_above": (
-            "station",
-            np.array([floor.above for s in study.system.sticks for floor in s.floors]),
-            {"units": "m"},
-        ),
+    sticks = study.system.sticks
+    floors = [floor for stick in sticks for floor in stick.floors]
+    values: dict[str, Any] = {
+        "time": study.response.time,
+        "axis": ["x", "y", "z"],
+        "ground": study.response.ground,
+        "component": [DOFS[c] for c in moving],
+        "station": [f"{building}.floor_{number}" for building, number in study.stations],
+        "station_building": [building for building, _ in study.stations],
+        "station_floor": [number for _, number in study.stations],
+        "elevation": np.concatenate([s.positions[: len(s.floors), 2] for s in sticks]),
+        "floor_mass": [floor.mass for floor in floors],
+        "rigid_below": [floor.below for floor in floors],
+        "rigid_above": [floor.above for floor in floors],
     }
-    runs: list[tuple[str, Response]] = [("", study.response), ("_free", study.free)]
-    for suffix, run in runs:
-        for name, values, unit in (
-            ("displacement", run.u, "m, rad"),
-            ("velocity", run.v, "m/s, rad/s"),
-            ("acceleration", run.absolute_acceleration, "m/s2, rad/s2"),
-        ):
-            variables[name + suffix] = (
-                ("time", "station", "component"),
-                values[:, dofs[:, moving]],
-                {"units": unit},
-            )
-    return variables
+    for suffix, run in (("", study.response), ("_free", study.free)):
+        values[f"displacement{suffix}"] = run.u[:, dofs[:, moving]]
+        values[f"velocity{suffix}"] = run.v[:, dofs[:, moving]]
+        values[f"acceleration{suffix}"] = run.absolute_acceleration[:, dofs[:, moving]]
+    return values
 
 
-def _spectra(study: StickStudy) -> Variables:
-    dims = ("damping", "station", "direction", "frequency")
-    variables: Variables = {
-        "frequency": ("frequency", study.floors.spectra.frequency, {"units": "Hz"}),
-        "damping": ("damping", study.floors.spectra.damping, {"units": "-"}),
-        "direction": ("direction", _words(study.floors.directions)),
-    }
-    for suffix, floors in (("", study.floors), ("_free", study.floors_free)):
-        variables |= {
-            f"psa{suffix}": (dims, floors.psa, {"units": "m/s2"}),
-            f"sd{suffix}": (dims, floors.sd, {"units": "m"}),
-            f"pfa{suffix}": (("station", "direction"), floors.pfa, {"units": "m/s2"}),
-        }
-    return variables
-
-
-def _modes(study: StickStudy) -> Variables:
-    count = max(result.frequency.size for result in study.modes)
-    n = len(study.modes)
-    frequency = np.full((n, count), np.nan)
-    mass = np.full((n, len(DIRECTIONS), count), np.nan)
-    family = np.full((n, count), "", dtype=object)
-    floors = [len(stick.floors) for stick in study.system.sticks]
-    shape = np.full((sum(floors), count, 6), np.nan)
-    for k, result in enumerate(study.modes):
-        size = result.frequency.size
-        frequency[k, :size] = result.frequency
-        mass[k, :, :size] = result.effective_mass
-        family[k, :size] = result.family
-        mine = slice(sum(floors[:k]), sum(floors[: k + 1]))
-        shape[mine, :size] = np.moveaxis(
-            result.shape[: 6 * floors[k]].reshape(floors[k], 6, size), 2, 1
-        )
+def _spectra(study: StickStudy) -> dict[str, Any]:
+    with_contact, free = study.floors, study.floors_free
     return {
-        "building": ("building", _words([stick.name for stick in study.system.sticks])),
-        "building_axis": (
-            ("building", "plan"),
-            np.array([stick.axis for stick in study.system.sticks]),
-            {"units": "m"},
-        ),
-        "building_base": (
-            "building",
-            np.array([stick.base for stick in study.system.sticks]),
-            {"units": "m"},
-        ),
-        "mode_shape": (
-            ("station", "mode", "mode_component"),
-            shape,
-            {"units": "kg^-1/2", "long_name": "mode shapes with unit modal mass"},
-        ),
-        "mode_frequency": (("building", "mode"), frequency, {"units": "Hz"}),
-        "mode_family": (("building", "mode"), family),
-        "mode_direction": ("mode_direction", _words(DIRECTIONS)),
-        "mode_effective_mass": (
-            ("building", "mode_direction", "mode"),
-            mass,
-            {"units": "kg, kg m2"},
-        ),
+        "frequency": with_contact.spectra.frequency,
+        "damping": with_contact.spectra.damping,
+        "direction": with_contact.directions,
+        **{name: getattr(with_contact, name) for name in ("psa", "sd", "pfa")},
+        **{f"{name}_free": getattr(free, name) for name in ("psa", "sd", "pfa")},
     }
 
 
-def _impacts(study: StickStudy) -> Variables:
-    columns = (
-        ("first_contact", "start", "s"),
-        ("end", "end", "s"),
-        ("peak_time", "peak_time", "s"),
-        ("peak_force", "peak_force", "N"),
-        ("impulse", "impulse", "N s"),
-        ("duration", "duration", "s"),
-        ("penetration", "penetration", "m"),
-        ("approach", "approach", "m/s"),
-        ("separation", "separation", "m/s"),
-        ("restitution", "restitution", "-"),
-        ("dissipated", "dissipated", "J"),
-        ("defect", "defect", "J"),
-        ("steps", "steps", "-"),
-    )
-    checks = (
-        ("bearing_pressure", "Pa"),
-        ("bearing_ratio", "-"),
-        ("storey_shear", "N"),
-        ("shear_stress", "Pa"),
-        ("cracking_ratio", "-"),
-    )
-    variables: Variables = {"impact_pair": ("impact", _words(i.pair.name for i in study.impacts))}
-    for name, field, unit in columns:
-        values = np.array([getattr(i, field) for i in study.impacts], dtype=float)
-        variables[f"impact_{name}"] = ("impact", values, {"units": unit})
-    for name, unit in checks:
-        values = np.array([getattr(c, name) for c in study.checks], dtype=float)
-        variables[f"impact_{name}"] = ("impact", values, {"units": unit})
-    return variables
+def _modes(study: StickStudy) -> dict[str, Any]:
+    sticks, count = study.system.sticks, max(found.frequency.size for found in study.modes)
+    frequency = np.full((len(sticks), count), np.nan)
+    mass = np.full((len(sticks), len(DIRECTIONS), count), np.nan)
+    family = np.full((len(sticks), count), "", dtype=object)
+    shapes = []
+    for k, (stick, found) in enumerate(zip(sticks, study.modes, strict=True)):
+        floors, size = len(stick.floors), found.frequency.size
+        frequency[k, :size] = found.frequency
+        mass[k, :, :size] = found.effective_mass
+        family[k, :size] = found.family
+        shape = np.full((floors, count, 6), np.nan)
+        shape[:, :size] = found.shape[: 6 * floors].reshape(floors, 6, size).swapaxes(1, 2)
+        shapes.append(shape)
+    return {
+        "building": [stick.name for stick in sticks],
+        "plan": ["x", "y"],
+        "building_axis": [stick.axis for stick in sticks],
+        "building_base": [stick.base for stick in sticks],
+        "mode_direction": DIRECTIONS,
+        "mode_component": DOFS,
+        "mode_frequency": frequency,
+        "mode_family": family,
+        "mode_effective_mass": mass,
+        "mode_shape": np.concatenate(shapes),
+    }
 
 
-def _pairs(study: StickStudy) -> Variables:
+def _impacts(study: StickStudy) -> dict[str, Any]:
+    of_impact = (
+        *("end", "peak_time", "peak_force", "impulse", "duration", "penetration", "approach"),
+        *("separation", "restitution", "dissipated", "defect", "steps"),
+    )
+    of_check = ("bearing_pressure", "bearing_ratio", "storey_shear", "shear_stress")
+    found, checks = study.impacts, study.checks
+    return {
+        "impact_pair": [impact.pair.name for impact in found],
+        "impact_first_contact": [impact.start for impact in found],
+        **{f"impact_{name}": [getattr(i, name) for i in found] for name in of_impact},
+        **{f"impact_{n}": [getattr(c, n) for c in checks] for n in (*of_check, "cracking_ratio")},
+    }
+
+
+def _pairs(study: StickStudy) -> dict[str, Any]:
     pairs = study.system.pairs
     laws = [pair.law for pair in pairs]
     fastest = [_fastest(study, pair.name) for pair in pairs]
     materials = [study.case.building(pair.a.building).material for pair in pairs]
     distances = {c.name: pair_distance(c, study.case) for c in study.case.contacts}
-    numbers = {
-        "young_modulus": ([material.young_modulus for material in materials], "Pa"),
-        "poisson_ratio": ([material.poisson_ratio for material in materials], "-"),
-        "rest_gap": ([pair.gap for pair in pairs], "m"),
-        "distance": ([distances.get(pair.name, np.nan) for pair in pairs], "m"),
-        "stiffness": (
-            [law.stiffness for law in laws],
-            ", ".join(dict.fromkeys(law.stiffness_unit for law in laws)) or "N/m",
-        ),
-        "dashpot": ([law.parameters[1] if law.linear else np.nan for law in laws], "N s/m"),
-        "onset_force": (
-            [_at(law.onset_force, v) for law, v in zip(laws, fastest, strict=True)],
-            "N",
-        ),
-        "damping_ratio": ([law.xi for law in laws], "-"),
-        "restitution": ([law.epsilon for law in laws], "-"),
-        "effective_mass": ([law.mass for law in laws], "kg"),
-        "law_duration": (
-            # That of a linear law is the same at any speed.
-            [
-                _at(law.duration, 1.0 if law.linear else v)
-                for law, v in zip(laws, fastest, strict=True)
-            ],
-            "s",
-        ),
-        "asked": ([law.asked for law in laws], "-"),
-        "required_separation": ([s.required for s in study.separations], "m"),
-        "margin": ([s.margin for s in study.separations], "m"),
-        "touched": ([float(s.touched) for s in study.separations], "-"),
+    return {
+        "pair": [pair.name for pair in pairs],
+        "pair_building_a": [pair.a.building for pair in pairs],
+        "pair_floor_a": [pair.a.floor for pair in pairs],
+        "pair_law": [law.name for law in laws],
+        "pair_stiffness_unit": [law.stiffness_unit for law in laws],
+        "gap": study.response.gap,
+        "pair_young_modulus": [material.young_modulus for material in materials],
+        "pair_poisson_ratio": [material.poisson_ratio for material in materials],
+        "pair_rest_gap": [pair.gap for pair in pairs],
+        "pair_distance": [distances.get(pair.name, np.nan) for pair in pairs],
+        "pair_stiffness": [law.stiffness for law in laws],
+        "pair_dashpot": [law.parameters[1] if law.linear else np.nan for law in laws],
+        "pair_onset_force": [_at(law.onset_force, v) for law, v in zip(laws, fastest, strict=True)],
+        "pair_damping_ratio": [law.xi for law in laws],
+        "pair_restitution": [law.epsilon for law in laws],
+        "pair_effective_mass": [law.mass for law in laws],
+        # That of a linear law is the same at any speed.
+        "pair_law_duration": [
+            _at(law.duration, 1.0 if law.linear else v)
+            for law, v in zip(laws, fastest, strict=True)
+        ],
+        "pair_asked": [law.asked for law in laws],
+        "pair_required_separation": [s.required for s in study.separations],
+        "pair_margin": [s.margin for s in study.separations],
+        "pair_touched": np.array([s.touched for s in study.separations], dtype=bool),
     }
-    variables: Variables = {
-        "pair": ("pair", _words(pair.name for pair in pairs)),
-        "pair_building_a": ("pair", _words(pair.a.building for pair in pairs)),
-        "pair_law": ("pair", _words(law.name for law in laws)),
-        "pair_floor_a": ("pair", np.array([pair.a.floor for pair in pairs], dtype=int)),
-        "gap": (("time", "pair"), study.response.gap, {"units": "m"}),
-    }
-    for name, (values, unit) in numbers.items():
-        variables[f"pair_{name}"] = ("pair", np.array(values, dtype=float), {"units": unit})
-    return variables
-
-
-def _facing(study: StickStudy) -> Variables:
-    found = study.facing
-    if not found:
-        return {}
-    variables: Variables = {
-        "facing": ("facing", _words(one.facing.name for one in found)),
-        "facing_a": ("facing", _words(one.facing.a.label for one in found)),
-        "facing_b": ("facing", _words(one.facing.b.label for one in found)),
-    }
-    for name, values, unit in (
-        ("level", [one.facing.level for one in found], "m"),
-        ("rest_gap", [one.facing.gap for one in found], "m"),
-        ("distance_min", [one.distance for one in found], "m"),
-        ("time", [one.time for one in found], "s"),
-    ):
-        variables[f"facing_{name}"] = ("facing", np.array(values, dtype=float), {"units": unit})
-    return variables
 
 
 def _at(of_speed: Callable[[float], float], speed: float) -> float:
@@ -322,28 +326,31 @@ def _fastest(study: StickStudy, pair: str) -> float:
     return max(found, default=np.nan)
 
 
-def _targets(study: StickStudy) -> Variables:
+def _facing(study: StickStudy) -> dict[str, Any]:
+    found = study.facing
+    if not found:
+        return {}
+    return {
+        "facing": [one.facing.name for one in found],
+        "facing_a": [one.facing.a.label for one in found],
+        "facing_b": [one.facing.b.label for one in found],
+        "facing_level": [one.facing.level for one in found],
+        "facing_rest_gap": [one.facing.gap for one in found],
+        "facing_distance_min": [one.distance for one in found],
+        "facing_time": [one.time for one in found],
+    }
+
+
+def _targets(study: StickStudy) -> dict[str, Any]:
     if study.calibration is None:
         return {}
     targets = study.calibration.targets
     masses = [np.nan if t.effective_mass is None else t.effective_mass for t in targets]
     return {
-        "target_building": ("target", _words(t.building for t in targets)),
-        "target_mode": ("target", np.array([t.mode for t in targets])),
-        "target_frequency": (
-            "target",
-            np.array([t.frequency for t in targets]),
-            {"units": "Hz"},
-        ),
-        "target_effective_mass": ("target", np.array(masses), {"units": "kg"}),
-        "calibrated_frequency": ("target", study.calibration.frequency, {"units": "Hz"}),
-        "calibrated_effective_mass": (
-            "target",
-            study.calibration.effective_mass,
-            {"units": "kg"},
-        ),
+        "target_building": [t.building for t in targets],
+        "target_mode": [t.mode for t in targets],
+        "target_frequency": [t.frequency for t in targets],
+        "target_effective_mass": masses,
+        "calibrated_frequency": study.calibration.frequency,
+        "calibrated_effective_mass": study.calibration.effective_mass,
     }
-
-
-def _words(values: Any) -> NDArray[np.object_]:
-    return np.array(list(values), dtype=object)

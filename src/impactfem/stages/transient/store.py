@@ -24,7 +24,7 @@ from impactfem.stages.transient.compute import TransientStudy, by_probe
 from impactfem.stages.transient.maps import FloorMaps
 from impactfem.stages.transient.scalars import transient_scalars
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import to_json
+from impactfem.system.scalar import with_scalars
 
 Variables = dict[str, tuple[Any, ...]]
 COMPONENTS = ["x", "y", "z"]
@@ -55,7 +55,6 @@ def write_transient(path: Path, study: TransientStudy, key: str) -> None:
             "title": study.case.title,
             "inputs": key,
             "case_hash": study.case.content_hash(),
-            "scalars": to_json(transient_scalars(study)),
             "building": study.case.structure.building if study.case.structure else "",
             "shown_direction": study.case.shown_direction,
             "solver": transient.solver if transient else "",
@@ -64,7 +63,7 @@ def write_transient(path: Path, study: TransientStudy, key: str) -> None:
             "main_impact": list(main) if main else [],
         },
     )
-    write_netcdf(path, dataset)
+    write_netcdf(path, with_scalars(dataset, transient_scalars(study)))
 
 
 def write_maps(path: Path, study: TransientStudy, maps: FloorMaps, key: str) -> None:

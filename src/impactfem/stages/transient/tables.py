@@ -15,7 +15,6 @@ from impactfem.stages.transient.physics import physics_scalars
 from impactfem.stages.transient.power import force_spectra, power_spectrum
 from impactfem.stages.transient.view import TransientView
 from impactfem.system.log import LOGGER
-from impactfem.system.scalar import from_json
 
 Array = NDArray[np.float64]
 
@@ -135,7 +134,6 @@ def _physics(view: TransientView, sticks: xr.Dataset, published: Mapping[str, fl
     """Our numbers beside the paper's; of the stage's other scalars those that are published."""
     found = physics_scalars(view, sticks)
     names = {scalar.name for scalar in found}
-    stage = from_json(view.store.attrs["scalars"])
-    shown = [s for s in stage if s.name in published and s.name not in names] + found
+    shown = [s for s in view.scalars if s.name in published and s.name not in names] + found
     title = f"Waves and amplification in the 3D building {view.building}"
     return beside_published("transient_physics", title, shown, published)
