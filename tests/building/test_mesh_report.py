@@ -9,7 +9,7 @@ import pytest
 from impactfem.building.mesh_report import free_edges, mesh_report
 from impactfem.building.section import Material, Sections, ShellSection
 from impactfem.building.shell_model import Shells, shell_model
-from impactfem.verify.shells.shell_meshes import panel
+from impactfem.verify.shells import panel
 
 
 @pytest.fixture(scope="module")

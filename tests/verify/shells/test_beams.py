@@ -45,8 +45,8 @@ def own_cache(monkeypatch, tmp_path):
 )
 def test_a_wrong_section_is_seen_where_it_counts(failed, wrong_section, name, seen):
     wrong_section(**{name: 1.001})
-    quantities = failed(beams.cantilevers())
-    every = {row.quantity for row in beams.cantilevers() if row.quantity.startswith("tip")}
+    quantities = failed(beams.beam_cantilevers())
+    every = {row.quantity for row in beams.beam_cantilevers() if row.quantity.startswith("tip")}
     assert quantities == {q for q in every if any(word in q.split(",")[0] for word in seen)}
 
 
@@ -59,7 +59,7 @@ def test_swapped_sides_are_seen(failed, monkeypatch, own_cache):
         return t, n2, -n1
 
     monkeypatch.setattr(beam, "_frame", turned)
-    quantities = failed(beams.cantilevers())
+    quantities = failed(beams.beam_cantilevers())
     assert sum("width" in quantity for quantity in quantities) == 3
     assert sum("depth" in quantity for quantity in quantities) == 3
 
@@ -67,7 +67,7 @@ def test_swapped_sides_are_seen(failed, monkeypatch, own_cache):
 def test_full_integration_of_the_shear_is_seen(failed, monkeypatch, own_cache):
     """It is too stiff across, and changes nothing along the axis."""
     monkeypatch.setattr(beam, "REDUCED", 4)
-    quantities = failed(beams.cantilevers())
+    quantities = failed(beams.beam_cantilevers())
     assert sum("width" in q or "depth" in q for q in quantities) == 6
     assert not [q for q in quantities if ("axis, beam" in q and "beside" not in q) or "twist" in q]
 
@@ -79,7 +79,7 @@ def test_half_of_the_rotary_inertia_is_seen(failed, monkeypatch, own_cache):
         return right(space, replace(fields, second_moments=0.5 * fields.second_moments))
 
     monkeypatch.setattr(model, "beam_mass", halved)
-    assert {f"frequency {k}, 20 elements" for k in (1, 2, 3)} <= failed(beams.frequencies())
+    assert {f"frequency {k}, 20 elements" for k in (1, 2, 3)} <= failed(beams.beam_frequencies())
 
 
 def test_rotations_of_the_wrong_sign_are_seen(failed, monkeypatch, own_cache):
@@ -90,7 +90,7 @@ def test_rotations_of_the_wrong_sign_are_seen(failed, monkeypatch, own_cache):
         return u, -theta
 
     monkeypatch.setattr(beam, "halves", turned)
-    rows = beams.rigid_body_modes()
+    rows = beams.beam_rigid_body()
     assert {row.quantity for row in rows if "largest energy" in row.quantity} <= failed(rows)
 
 
@@ -112,3 +112,42 @@ def test_frequencies_of_a_stocky_beam_are_lower():
     stocky = beams.timoshenko_frequencies(BeamSection.beam(0.5, 2.0), beams.CONCRETE, 3.0, 2)
     stiff = BeamSection(**{**vars(BeamSection.beam(0.5, 2.0)), "k2": 1e6})
     assert stocky[0] < 0.9 * beams.timoshenko_frequencies(stiff, beams.CONCRETE, 3.0, 2)[0]
+
+
+def test_softer_plates_are_seen(altered):
+    altered(beams, E=0.98)
+    rows = beams.l_frame() + beams.t_beam()
+    assert len(rows) == 4 and not any(row.passed for row in rows)
+
+
+@pytest.mark.parametrize("factor", [0.01, 100.0])
+def test_the_joint_hardly_depends_on_the_drilling_factor(factor):
+    rows = beams.l_frame(drilling=factor)
+    assert all(row.passed for row in rows)
+    assert max(row.error for row in rows) < 3e-3
+
+
+def test_plates_that_do_not_meet_are_seen(monkeypatch):
+    """The web ends below the flange's mid-plane and carries the force alone."""
+    right = beams.joined
+
+    def apart(panels):
+        (nodes, triangles), *flanges = panels
+        return right([(nodes - [0.0, 0.0, 1e-3], triangles), *flanges])
+
+    monkeypatch.setattr(beams, "joined", apart)
+    (row,) = beams.t_beam()
+    assert row.computed > 2.0 * row.reference
+
+
+@pytest.mark.parametrize("shift", [None, 0.01])
+def test_a_beam_without_its_offset_or_a_centimetre_off_is_seen(monkeypatch, shift):
+    class Wrong:
+        @staticmethod
+        def beam(width, depth, offset):
+            return BeamSection.beam(width, depth, 0.0 if shift is None else offset + shift)
+
+    monkeypatch.setattr(beams, "BeamSection", Wrong)
+    (row,) = beams.eccentric_beam()
+    assert not row.passed
+    assert shift is not None or row.computed > 3.0 * row.reference

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.verify.shells.mindlin_plate import LENGTH, STEEL
+from impactfem.verify.shells import STEEL
+from impactfem.verify.shells.plates import LENGTH
 from impactfem.verify.waves import plate_step
 from impactfem.verify.waves.shell_motion import peak
 

@@ -1,1 +1,115 @@
-"""Shells and beams."""
+"""Shells and beams: meshes and materials that benchmarks share, without a mesh generator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.mesh import sides
+from impactfem.building.section import BeamSection, Material
+from impactfem.building.shell_model import Beams
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Vector = tuple[float, float, float]
+Map = Callable[[Array, Array], tuple[Array, Array, Array]]
+
+CONCRETE = Material(E=33e9, nu=0.2, rho=2500.0)
+STEEL = Material(E=200e9, nu=0.3, rho=8000.0)
+SHEAR = 5.0 / 6.0
+"""Factor of the shear stiffness of plates and of rectangular sections."""
+SAME = 1e-9
+"""Points closer than this part of the mesh's size are one node."""
+ROTATION = np.array([[2.0, -2.0, 1.0], [1.0, 2.0, 2.0], [-2.0, -1.0, 2.0]]) / 3.0
+"""A rotation that leaves no axis where it was."""
+
+
+def flat(along: Vector, across: Vector, corner: Vector = (0.0, 0.0, 0.0)) -> Map:
+    """The parallelogram of two sides from a corner [m], as a place for `panel`."""
+
+    def place(a: Array, b: Array) -> tuple[Array, Array, Array]:
+        x, y, z = (o + a * p + b * q for o, p, q in zip(corner, along, across, strict=True))
+        return x, y, z
+
+    return place
+
+
+def panel(columns: int, rows: int, place: Map, distortion: float = 0.0) -> tuple[Array, Ints]:
+    """Quadratic triangles on the image of the unit square.
+
+    The cells of a regular grid are all cut along the same diagonal, on which elements lock more
+    than on diagonals by turns. Facets are flat: the vertices lie on the surface and the mid nodes
+    in the middle of the chords.
+
+    Args:
+        columns: Cells along the first coordinate.
+        rows: Cells along the second one.
+        place: Coordinates (x, y, z) [m] of points (a, b) of the unit square.
+        distortion: Largest shift of an inner vertex along each coordinate, in cells; below 0.5.
+
+    Returns:
+        Nodes, shape (n, 3) [m], and triangles, shape (m, 6), as in `Shells`.
+    """
+    i, j = np.meshgrid(np.arange(columns + 1), np.arange(rows + 1), indexing="ij")
+    inner = (i > 0) & (i < columns) & (j > 0) & (j < rows)
+    shift = distortion * np.random.default_rng(4).uniform(-1.0, 1.0, (2, *i.shape)) * inner
+    a, b = (i + shift[0]) / columns, (j + shift[1]) / rows
+    vertices = np.column_stack([x.ravel() for x in place(a, b)])
+    number = i * (rows + 1) + j
+    p, q = number[:-1, :-1].ravel(), number[1:, :-1].ravel()
+    r, s = number[1:, 1:].ravel(), number[:-1, 1:].ravel()
+    halves = np.concatenate([np.column_stack([p, q, r]), np.column_stack([p, r, s])])
+    return quadratic(vertices, halves)
+
+
+def joined(panels: list[tuple[Array, Ints]]) -> tuple[Array, Ints, Ints]:
+    """Panels as one mesh: nodes at the same place become one.
+
+    Args:
+        panels: Nodes and triangles of each panel.
+
+    Returns:
+        Nodes, triangles, and the panel of each triangle, shape (m,).
+    """
+    nodes = np.concatenate([panel[0] for panel in panels])
+    starts = np.cumsum([0, *(len(panel[0]) for panel in panels)])
+    triangles = np.concatenate(
+        [panel[1] + start for panel, start in zip(panels, starts[:-1], strict=True)]
+    )
+    of = np.repeat(np.arange(len(panels)), [len(panel[1]) for panel in panels])
+    key = np.round(nodes / (SAME * np.ptp(nodes, axis=0).max())).astype(np.int64)
+    _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    return nodes[first], inverse.ravel()[triangles], of
+
+
+def straight_beam(
+    length: float, elements: int, section: BeamSection, material: Material
+) -> tuple[Array, Beams]:
+    """A beam along x from the origin; its nodes are ordered along it."""
+    nodes = np.zeros((2 * elements + 1, 3))
+    nodes[:, 0] = np.linspace(0.0, length, len(nodes))
+    first = 2 * np.arange(elements)
+    return nodes, Beams(np.column_stack([first, first + 2, first + 1]), section, material)
+
+
+def lines_at(triangles: Ints, here: NDArray[np.bool_]) -> Ints:
+    """Sides of triangles with all three nodes among some: ends and middle, shape (k, 3).
+
+    Args:
+        triangles: Shape (m, 6).
+        here: Whether a node is among them, shape (n,).
+    """
+    found = sides(triangles)
+    lines: Ints = np.unique(found[here[found].all(axis=1)], axis=0)
+    return lines
+
+
+def quadratic(vertices: Array, triangles: Ints) -> tuple[Array, Ints]:
+    """Add the middles of the sides."""
+    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    edges, inverse = np.unique(ends, axis=0, return_inverse=True)
+    nodes = np.concatenate([vertices, vertices[edges].mean(axis=1)])
+    mids = len(vertices) + inverse.reshape(-1, 3)
+    return nodes, np.hstack([triangles, mids])

@@ -9,7 +9,7 @@ from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import UNDAMPED
 from impactfem.verify.row import Row
-from impactfem.verify.shells.shell_meshes import flat, panel, straight_beam
+from impactfem.verify.shells import flat, panel, straight_beam
 from impactfem.verify.waves.shell_motion import Motion, MovingModel, apart
 from impactfem.verify.waves.waves import CONCRETE, PLATE
 

@@ -9,7 +9,7 @@ from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, shell_model
 from impactfem.dynamics.damping import UNDAMPED
 from impactfem.verify.row import Row
-from impactfem.verify.shells.shell_meshes import straight_beam
+from impactfem.verify.shells import straight_beam
 from impactfem.verify.waves.shell_motion import MovingModel, apart
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.row import Row
-from impactfem.verify.shells.mindlin_plate import LENGTH, STEEL
-from impactfem.verify.shells.shell_meshes import flat, panel
+from impactfem.verify.shells import STEEL, flat, panel
+from impactfem.verify.shells.plates import LENGTH
 from impactfem.verify.waves.shell_motion import MovingModel, apart, peak
 
 if TYPE_CHECKING:

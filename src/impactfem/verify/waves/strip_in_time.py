@@ -9,7 +9,7 @@ from impactfem.building.section import Material
 from impactfem.building.shell_model import UZ, Shells, shell_model
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.row import Row, fitted_order
-from impactfem.verify.shells.shell_meshes import flat, panel
+from impactfem.verify.shells import flat, panel
 from impactfem.verify.waves.shell_motion import MovingModel, apart
 
 Array = NDArray[np.float64]

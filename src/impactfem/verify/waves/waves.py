@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from impactfem.building.section import Material
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.verify.row import Row, fitted_order
-from impactfem.verify.shells.shell_meshes import flat, panel
+from impactfem.verify.shells import flat, panel
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.verify.shells import shell_patch
+from impactfem.verify.shells import patch
 
 PLACE = np.random.default_rng(1).uniform(-1.0, 1.0, (4, 3)) * [1.0, 1.0, 0.0]
 STEP = 1e-5
@@ -16,10 +16,10 @@ def slopes(state, column):
     return found
 
 
-@pytest.mark.parametrize("strain", shell_patch.STATES.values())
+@pytest.mark.parametrize("strain", patch.STATES.values())
 def test_the_states_are_what_they_say(strain):
     def membrane(place):
-        return shell_patch.membrane_state(place, strain)
+        return patch.membrane_state(place, strain)
 
     (uxx, uxy), (uyx, uyy) = slopes(membrane, 0), slopes(membrane, 1)
     for found, asked in zip((uxx, uyy, 0.5 * (uxy + uyx)), strain, strict=True):
@@ -27,7 +27,7 @@ def test_the_states_are_what_they_say(strain):
     assert 0.5 * (uyx - uxy) == pytest.approx(membrane(PLACE)[:, 5], abs=1e-9)
 
     def bending(place):
-        return shell_patch.bending_state(place, strain)
+        return patch.bending_state(place, strain)
 
     # β = θ × e3 = (θy, −θx).
     (bxx, bxy), (byx, byy) = slopes(bending, 4), [-s for s in slopes(bending, 3)]
@@ -42,20 +42,37 @@ def test_the_states_are_what_they_say(strain):
     ("state", "kind"), [("membrane_state", "membrane"), ("bending_state", "bending")]
 )
 def test_another_state_is_not_reproduced(monkeypatch, state, kind):
-    right = getattr(shell_patch, state)
+    right = getattr(patch, state)
 
     def wrong(place, strain):
         made = right(place, strain)
         made[:, 3:] *= 1.01
         return made
 
-    monkeypatch.setattr(shell_patch, state, wrong)
-    rows = shell_patch.patch_tests()
+    monkeypatch.setattr(patch, state, wrong)
+    rows = patch.shell_patch()
     assert {row.name for row in rows if not row.passed} == {f"{kind} patch test"}
     assert all(row.passed == (kind not in row.name) for row in rows)
 
 
 @pytest.mark.usefixtures("wrong_drilling")
 def test_a_wrong_element_is_seen():
-    rows = shell_patch.patch_tests()
+    rows = patch.shell_patch()
     assert not any(row.passed for row in rows if row.name == "membrane patch test")
+
+
+@pytest.mark.usefixtures("wrong_drilling")
+def test_a_wrong_sign_of_drilling_is_seen(failed):
+    rows = patch.shell_rigid_body()
+    quantities = failed(rows)
+    assert {row.quantity for row in rows if "largest energy" in row.quantity} <= quantities
+    assert "energy of rotations against the turn of a plate" in quantities
+
+
+def test_spurious_modes_are_seen(failed, quadrature):
+    quadrature(1)
+    rows = patch.shell_rigid_body()
+    found = [row for row in rows if row.quantity == "zero eigenvalues, thin skew plate"]
+    assert found[0].computed > 6.0
+    # Rigid motions cost nothing all the same.
+    assert not {quantity for quantity in failed(rows) if "largest energy" in quantity}

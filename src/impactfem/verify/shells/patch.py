@@ -1,26 +1,30 @@
-"""Patch tests of the shell element on distorted meshes in a plane of no special direction."""
+"""Shell elements: patch tests, rigid-body motions without energy, and no others."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+import scipy.linalg
+import scipy.sparse.linalg
 from numpy.typing import NDArray
 
-from impactfem.building.section import Material
-from impactfem.building.shell_model import ShellModel, Shells, shell_model
-from impactfem.verify.row import Row
-from impactfem.verify.shells.shell_meshes import ROTATION, flat, panel
+from impactfem.building.rigid_body import rigid_body
+from impactfem.building.section import BeamSection
+from impactfem.building.shell_model import Beams, ShellModel, Shells, shell_model
+from impactfem.verify.row import Row, Rows
+from impactfem.verify.shells import CONCRETE, ROTATION, SHEAR, flat, joined, lines_at, panel
 
 Array = NDArray[np.float64]
 
-CONCRETE = Material(E=33e9, nu=0.2, rho=2500.0)
 STATES = {"xx": (1.0, 0.0, 0.0), "yy": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 """Components (xx, yy, xy) of a constant strain or curvature, the last one as tensor component."""
 LENGTH, WIDTH = 6.0, 4.0
+ZERO = 1e-11
+"""An eigenvalue below this part of the largest one is zero; the next ones are above 1e-9."""
 
 
-def patch_tests() -> list[Row]:
+def shell_patch() -> list[Row]:
     """Constant membrane strains, constant curvatures without shear, and constant shear.
 
     The boundary nodes are given all six components of the exact state; what the inner nodes do,
@@ -30,9 +34,10 @@ def patch_tests() -> list[Row]:
     With a constant shear the curvature is linear and the deflection cubic, which no element holds;
     its nodes are where they should be all the same, and so is the energy.
     """
-    rows = []
+    rows = Rows("", "closed form; patch test of Irons")
     for t in (0.06, 0.6):
         model, place = _model(t)
+        rows.where = f"size over thickness {1.5 / t:.3g}"
         for kind, states in _states(place, t).items():
             off, energies = [], []
             for state, exact_energy in states:
@@ -40,22 +45,13 @@ def patch_tests() -> list[Row]:
                 found = model.prescribed(exact, model.rows(_boundary(model)))
                 away = np.abs(found - exact).reshape(-1, 2, 3).max(axis=(0, 2))
                 size = np.abs(exact).reshape(-1, 2, 3).max(axis=(0, 2))
-                off.append(float((away[size > 0.0] / size[size > 0.0]).max()))
+                off.append((away[size > 0.0] / size[size > 0.0]).max())
                 energy = 0.5 * found @ (model.K @ found)
                 energies.append(abs(energy / exact_energy - 1.0))
-            for quantity, values in (("displacement or rotation", off), ("energy", energies)):
-                rows.append(
-                    Row(
-                        f"{kind} patch test",
-                        f"largest error of the {quantity}, size over thickness {1.5 / t:.3g}",
-                        0.0,
-                        float(max(values)),
-                        "-",
-                        1e-9,
-                        "closed form; patch test of Irons",
-                        absolute=True,
-                    )
-                )
+            rows.name = f"{kind} patch test"
+            quantity = "largest error of the displacement or rotation"
+            rows.add(quantity, 0.0, max(off), "-", 1e-9)
+            rows.add("largest error of the energy", 0.0, max(energies), "-", 1e-9)
     return rows
 
 
@@ -100,7 +96,7 @@ def shear_state(place: Array, t: float, powers: tuple[int, int]) -> tuple[Array,
     zero = np.zeros(1)
     laplacian = [at(zero, zero, 2 + a, b) + at(zero, zero, a, 2 + b) for a, b in ((1, 0), (0, 1))]
     shear = -rigidity * np.ravel(laplacian)
-    gamma = shear / (5.0 / 6.0 * CONCRETE.G * t)
+    gamma = shear / (SHEAR * CONCRETE.G * t)
     state = np.zeros((len(place), 6))
     state[:, 2] = at(x, y, 0, 0) + gamma[0] * x + gamma[1] * y
     state[:, 4] = -at(x, y, 1, 0)  # β_x
@@ -152,3 +148,72 @@ def _boundary(model: ShellModel) -> NDArray[np.bool_]:
 
 def _turned(state: Array) -> Array:
     return np.hstack([state[:, :3] @ ROTATION.T, state[:, 3:] @ ROTATION.T]).ravel()
+
+
+def shell_rigid_body() -> list[Row]:
+    """Free parts in no special direction, far from the origin, on distorted meshes.
+
+    For each unit motion r of the six: |rᵀ K r| over the norm of K. Then the number of zero
+    eigenvalues of K: six, so that no other motion is free, either. Last, the drilling energy is
+    there: a turn φ about the normal with the rotations turned the wrong way, θ = −φ n, costs
+    ½ c μ t (2 φ)² A.
+    """
+    rows = Rows("rigid-body modes")
+    for label, model in _parts().items():
+        rigid_body_rows(rows, label, model)
+    length, width, t, phi = 6.0, 4.0, 0.3, 1e-3
+    nodes, triangles = panel(4, 3, flat((length, 0.0, 0.0), (0.0, width, 0.0)), 0.3)
+    model = shell_model(nodes @ ROTATION.T, Shells(triangles, t, CONCRETE))
+    normal = ROTATION[:, 2]
+    motion = np.zeros((len(nodes), 6))
+    motion[:, :3] = phi * np.cross(normal, model.nodes)
+    motion[:, 3:] = -phi * normal
+    energy = 0.5 * motion.ravel() @ (model.K @ motion.ravel())
+    exact = 0.5 * CONCRETE.G * t * (2.0 * phi) ** 2 * length * width
+    source = "the element's drilling energy (Hughes and Brezzi 1989), closed form"
+    quantity = "energy of rotations against the turn of a plate"
+    rows.add(quantity, exact, energy, "J", 1e-10, source)
+    return rows
+
+
+def _parts() -> dict[str, ShellModel]:
+    def turned(
+        mesh: tuple[NDArray[np.float64], NDArray[np.int64]], t: float, *beams: Beams
+    ) -> ShellModel:
+        nodes, triangles = mesh
+        moved = nodes @ ROTATION.T + [40.0, -25.0, 30.0]
+        return shell_model(moved, Shells(triangles, t, CONCRETE), *beams)
+
+    skew = panel(4, 3, flat((6.0, 1.0, 0.0), (1.5, 4.0, 0.0)), 0.3)
+    roof = panel(4, 3, lambda a, b: (5.0 * np.sin(a), 5.0 * np.cos(a), 4.0 * b), 0.3)
+    along = (6.0, 0.0, 0.0)
+    wings = ((0.0, 0.0, -2.0), (0.0, 2.0, 0.0), (0.0, -2.0, 0.0))
+    nodes, triangles, _ = joined([panel(3, 2, flat(along, wing)) for wing in wings])
+    joint = lines_at(triangles, (nodes[:, 1] == 0.0) & (nodes[:, 2] == 0.0))
+    section = BeamSection.rectangle(0.4, 0.7, reference=(0.3, 0.2, 0.9), offset=(0.1, 0.2, -0.5))
+    return {
+        "thin skew plate": turned(skew, 0.06),
+        "thick skew plate": turned(skew, 0.9),
+        "curved panel": turned(roof, 0.3),
+        "T-joint with an eccentric beam": turned(
+            (nodes, triangles), 0.3, Beams(joint, section, CONCRETE)
+        ),
+    }
+
+
+def rigid_body_rows(rows: Rows, label: str, model: ShellModel) -> None:
+    """|rᵀ K r| over the norm of K for unit rigid motions r, and the zero eigenvalues of K.
+
+    Args:
+        rows: Where they are written.
+        label: What the model is.
+        model: A model that nothing holds.
+    """
+    r = rigid_body(model.nodes, model.nodes.mean(axis=0))
+    r /= np.linalg.norm(r, axis=0)
+    energy = np.abs(r.T @ (model.K @ r)).max() / scipy.sparse.linalg.norm(model.K)
+    values = scipy.linalg.eigvalsh(model.K.toarray())
+    zeros = np.count_nonzero(np.abs(values) < ZERO * values[-1])
+    source = "rigid motions strain nothing"
+    rows.add(f"largest energy over the norm of K, {label}", 0.0, energy, "-", 1e-15, source)
+    rows.add(f"zero eigenvalues, {label}", 6.0, zeros, "-", 0.0, "a free body has six")

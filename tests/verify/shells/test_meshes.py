@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.shell_model import line_load
-from impactfem.verify.shells.shell_meshes import (
+from impactfem.verify.shells import (
     ROTATION,
     flat,
     joined,
