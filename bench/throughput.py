@@ -13,8 +13,8 @@ from scipy.signal import lfilter
 
 from bench.timing import best_time
 from impactfem.spectra.frequency_list import logarithmic_frequencies
+from impactfem.spectra.oscillator import FloatArray, StepCoefficients, step_coefficients
 from impactfem.spectra.peaks import displacement_peaks
-from impactfem.spectra.recurrence import FloatArray, StepCoefficients, step_coefficients
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@ import pytest
 
 from bench.throughput import filtered, measure_throughput, plain_peaks
 from impactfem.spectra import oscillator_response
+from impactfem.spectra.oscillator import step_coefficients
 from impactfem.spectra.peaks import displacement_peaks
-from impactfem.spectra.recurrence import step_coefficients
 
 FREQUENCIES = [2.0, 20.0, 70.0]
 

@@ -22,7 +22,7 @@ from impactfem.report.comparison_views import (
     comparison_table,
     directions_table,
 )
-from impactfem.spectra.interpolation import interpolate_frequency
+from impactfem.spectra.frequency_list import interpolate_frequency
 from impactfem.stages.transient.view import TransientView
 from impactfem.system.errors import InputError
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.spectra import FloorSpectrumSet, Station, broaden, rg_1_122_frequencies
-from impactfem.spectra.clipping import clip_peaks
+from impactfem.spectra.design import clip_peaks
 from impactfem.system.errors import ImpactfemError
 
 F = rg_1_122_frequencies(100.0, 20)
@@ -97,16 +97,6 @@ def test_points_of_a_floor(spectra):
     np.testing.assert_array_equal(floors.psa[:, :, 0], spectra.psa[:, :, :2].max(axis=2))
     np.testing.assert_array_equal(floors.psa[:, :, 2], spectra.psa[:, :, 3])
     np.testing.assert_array_equal(floors.zpa[:, 0], spectra.zpa[:, :2].max(axis=1))
-
-
-def test_floors_of_a_building(spectra):
-    buildings = spectra.by_building()
-    assert [s.label for s in buildings.stations] == ["all floors", "all floors"]
-    assert np.isnan(buildings.stations[0].elevation)
-    assert buildings.stations[1].elevation == 3.5
-    assert "floor 2: west corner" in buildings.stations[0].points
-    np.testing.assert_array_equal(buildings.psa[:, :, 0], spectra.psa[:, :, :3].max(axis=2))
-    assert np.all(buildings.design().psa[:, 0].max(axis=-1) == spectra.psa[:, :, :3].max((0, 2, 4)))
 
 
 def test_words(spectra):

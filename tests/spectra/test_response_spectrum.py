@@ -40,7 +40,7 @@ def test_high_frequencies_end_at_the_zero_period_acceleration():
     assert s.sa[0, 0, 0] == pytest.approx(s.zpa_interpolated[0], rel=2e-4)
     assert s.psa[0, 0, 0] == pytest.approx(s.zpa_interpolated[0], rel=2e-4)
     assert s.zpa[0] == np.abs(a).max()
-    assert s.above_nyquist.tolist() == [True]
+    assert s.nyquist_frequency == pytest.approx(50.0)
 
 
 def test_low_frequencies_end_at_the_ground_displacement():

@@ -1,94 +1,121 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
 
-from impactfem.spectra import combine, envelope, fractile, mean
-from impactfem.spectra.statistics import statistic_words
+from impactfem.spectra import FloorSpectrumSet, Station, broaden, combine, fractile
+from impactfem.spectra.statistics import STATISTICS, over_members, statistic_words
 from impactfem.system.errors import ImpactfemError
 
-AXES = ("motion", "floor", "frequency")
+F = np.geomspace(1.0, 40.0, 30)
 VALUES = np.random.default_rng(5).lognormal(0.0, 0.5, (9, 3, 4))
-
-
-def test_envelope_and_mean_by_name():
-    np.testing.assert_array_equal(envelope(VALUES, AXES, ["motion"]), VALUES.max(axis=0))
-    np.testing.assert_array_equal(envelope(VALUES, AXES, ["floor"]), VALUES.max(axis=1))
-    np.testing.assert_allclose(mean(VALUES, AXES, ["motion", "floor"]), VALUES.mean(axis=(0, 1)))
-    assert not np.array_equal(mean(VALUES, AXES, ["motion"]), envelope(VALUES, AXES, ["motion"]))
 
 
 def test_empirical_fractiles_by_hand():
     four = np.array([4.0, 1.0, 3.0, 2.0])
     # The values stand at 1/8, 3/8, 5/8, 7/8.
     for p, value in ((0.125, 1.0), (0.25, 1.5), (0.5, 2.5), (0.625, 3.0), (0.99, 4.0), (0.01, 1.0)):
-        assert fractile(four, ["motion"], ["motion"], p) == pytest.approx(value)
-
-
-def test_median_is_the_middle_value():
-    middle = np.median(VALUES, axis=0)
-    np.testing.assert_allclose(fractile(VALUES, AXES, ["motion"], 0.5), middle)
-    np.testing.assert_allclose(combine(VALUES, AXES, ["motion"], 0.5), middle)
+        assert fractile(four, p) == pytest.approx(value)
 
 
 def test_lognormal_fractile_against_scipy():
     sample = VALUES[:, 0, 0]
     s = np.log(sample).std(ddof=1)
     expected = stats.lognorm.ppf(0.84, s, scale=np.exp(np.log(sample).mean()))
-    found = fractile(VALUES, AXES, ["motion"], 0.84, "lognormal")
-    assert found[0, 0] == pytest.approx(expected, rel=1e-12)
-    assert found[0, 0] != pytest.approx(fractile(VALUES, AXES, ["motion"], 0.84)[0, 0], rel=1e-3)
-
-
-def test_both_fractiles_meet_for_many_values():
-    many = np.random.default_rng(1).lognormal(0.3, 0.4, 20_000)
-    empirical = fractile(many, ["motion"], ["motion"], 0.84)
-    lognormal = fractile(many, ["motion"], ["motion"], 0.84, "lognormal")
-    assert empirical == pytest.approx(lognormal, rel=0.02)
+    lognormal = fractile(VALUES, 0.84, "lognormal")
+    assert lognormal[0, 0] == pytest.approx(expected, rel=1e-12)
+    assert lognormal[0, 0] != pytest.approx(fractile(VALUES, 0.84)[0, 0], rel=1e-3)
 
 
 def test_combine_by_name():
-    np.testing.assert_array_equal(
-        combine(VALUES, AXES, ["floor"], "envelope"), envelope(VALUES, AXES, ["floor"])
-    )
-    np.testing.assert_array_equal(
-        combine(VALUES, AXES, ["floor"], "mean"), mean(VALUES, AXES, ["floor"])
-    )
+    np.testing.assert_array_equal(combine(VALUES, "envelope"), VALUES.max(axis=0))
+    np.testing.assert_allclose(combine(VALUES, "mean"), VALUES.mean(axis=0))
+    np.testing.assert_allclose(combine(VALUES, 0.5), np.median(VALUES, axis=0))
     with pytest.raises(ImpactfemError, match="'envelope', 'mean' or the probability"):
-        combine(VALUES, AXES, ["floor"], "largest")  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("axes", "over", "message"),
-    [
-        (("motion", "floor"), ["motion"], "cannot have the axes"),
-        (("motion", "motion", "floor"), ["motion"], "cannot have the axes"),
-        (AXES, ["point"], "over point; the axes are motion, floor, frequency"),
-        (AXES, [], "cannot take statistics"),
-        (AXES, ["floor", "floor"], "cannot take statistics"),
-        (AXES, "floor", "cannot take statistics"),
-    ],
-)
-def test_names_that_do_not_fit(axes, over, message):
-    with pytest.raises(ImpactfemError, match=message):
-        envelope(VALUES, axes, over)
+        combine(VALUES, "largest")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("probability", [0.0, 1.0, 84, float("nan")])
 def test_no_probability(probability):
     with pytest.raises(ImpactfemError, match="between 0 and 1"):
-        fractile(VALUES, AXES, ["motion"], probability)
+        fractile(VALUES, probability)
 
 
 def test_fractiles_refused():
     with pytest.raises(ImpactfemError, match="empirical"):
-        fractile(VALUES, AXES, ["motion"], 0.5, "normal")  # type: ignore[arg-type]
+        fractile(VALUES, 0.5, "normal")  # type: ignore[arg-type]
     with pytest.raises(ImpactfemError, match="above zero"):
-        fractile([1.0, 0.0], ["motion"], ["motion"], 0.5, "lognormal")
+        fractile([1.0, 0.0], 0.5, "lognormal")
     with pytest.raises(ImpactfemError, match="two values"):
-        fractile([1.0], ["motion"], ["motion"], 0.5, "lognormal")
-    with pytest.raises(ImpactfemError, match="no spectrum over motion"):
-        envelope(np.empty((0, 3)), ("motion", "frequency"), ["motion"])
+        fractile([1.0], 0.5, "lognormal")
+    with pytest.raises(ImpactfemError, match="at least one value"):
+        fractile(np.empty((0, 3)), 0.5)
 
 
 def test_words():
     assert [statistic_words(s) for s in ("mean", 0.5, 0.84)] == ["mean", "median", "84 % fractile"]
+
+
+def test_lognormal_sample():
+    """Of a lognormal sample: median e^m, mean e^(m + s²/2), 84 % e^(m + 0.99446 s)."""
+    m, s = 1.3, 0.4
+    values = np.random.default_rng(5).lognormal(m, s, (40_000, 2))
+    wanted = {
+        "median": np.exp(m),
+        "mean": np.exp(m + 0.5 * s * s),
+        "p84": np.exp(m + 0.994458 * s),
+        "p84_lognormal": np.exp(m + 0.994458 * s),
+    }
+    for name in STATISTICS:
+        np.testing.assert_allclose(over_members(values, name), wanted[name], rtol=0.02)
+
+
+def test_empirical_and_lognormal_differ_where_the_sample_is_not_lognormal():
+    values = np.array([1.0] * 9 + [50.0])
+    assert over_members(values, "p84") == 1.0
+    assert over_members(values, "p84_lognormal") > 3.0
+
+
+def test_refused():
+    with pytest.raises(ImpactfemError, match="one of median, mean, p84, p84_lognormal, got p95"):
+        over_members(np.ones((3, 2)), "p95")
+    with pytest.raises(ImpactfemError, match="lognormal fractile needs"):
+        over_members(np.zeros((3, 2)), "p84_lognormal")
+
+
+@pytest.fixture
+def members() -> FloorSpectrumSet:
+    curve = 1.0 + 5.0 / (1.0 + (8.0 * (F / 7.0 - 1.0)) ** 2)
+    psa = np.multiply.outer([1.0, 2.0, 4.0], curve)[:, None, None, None]
+    return FloorSpectrumSet(
+        frequency=F,
+        damping=np.array([0.05]),
+        stations=(Station("B", "1", ("centre_1", "edge_1"), 3.0),),
+        directions=("y",),
+        psa=psa,
+        zpa=np.array([1.0, 2.0, 4.0])[:, None, None],
+        motions=("a", "b", "c"),
+        title="t",
+        method="m",
+    )
+
+
+def test_set_of_a_statistic(members):
+    result = members.of_members("mean")
+    np.testing.assert_allclose(result.psa[0], members.psa[0] * 7.0 / 3.0)
+    assert result.zpa[0, 0, 0] == pytest.approx(7.0 / 3.0)
+    assert result.motions == ("mean of 3 motions",) and result.stations == members.stations
+    design = result.design(0.15)
+    assert design.motions_text == "mean of 3 motions"
+    wanted = broaden(F, result.psa[0, 0, 0, 0], 0.15, design.frequency)
+    np.testing.assert_allclose(design.psa[0, 0, 0], wanted)
+
+
+def test_identical_members(members):
+    same = replace(members, psa=np.repeat(members.psa[:1], 3, axis=0), zpa=np.ones((3, 1, 1)))
+    alone = replace(members, psa=members.psa[:1], zpa=members.zpa[:1], motions=("a",))
+    for name in STATISTICS:
+        result, wanted = same.of_members(name).design(), alone.design()
+        np.testing.assert_allclose(result.psa, wanted.psa, rtol=1e-12)
+    assert np.all(members.of_members("p84").design().psa > 1.5 * alone.design().psa.min())

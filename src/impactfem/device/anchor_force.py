@@ -1,7 +1,7 @@
 """Force of a device on its anchors while these move.
 
 Each mode is an oscillator under the acceleration Γᵀ ä, straight between its samples, and is stepped
-exactly (:mod:`impactfem.spectra.recurrence`). With b = z̈ + Γᵀ ä, its absolute acceleration, the
+exactly (:mod:`impactfem.spectra.oscillator`). With b = z̈ + Γᵀ ä, its absolute acceleration, the
 momentum of the device gives
 
     F = -Σ Γ b - (J - Σ Γ Γᵀ) ä - K_a a                                                    (1)

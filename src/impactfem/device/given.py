@@ -12,7 +12,7 @@ from impactfem.device.modes import DeviceModes
 from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.device.spectrum_analysis import MOVED
 from impactfem.spectra import at_common_frequencies, interpolate_frequency
-from impactfem.spectra.zero_period import ZPA_TOLERANCE
+from impactfem.spectra.design import ZPA_TOLERANCE
 
 LAST = "a given spectrum's last ordinate is taken for its zero-period acceleration"
 NO_SHIFT = "given spectra say nothing of displacements of the supports against each other"

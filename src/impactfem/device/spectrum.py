@@ -1,7 +1,7 @@
 """The response spectrum of one component of an anchor: what a device sees there.
 
 Ordinates between the listed frequencies and dampings are those of
-:mod:`impactfem.spectra.interpolation`: log S linear in log f, and in ξ. Above the last frequency a
+:mod:`impactfem.spectra.frequency_list`: log S linear in log f, and in ξ. Above the last frequency a
 spectrum that has come down to its zero-period acceleration stays there; everywhere else outside the
 list nothing is known, and nothing is made up.
 """
@@ -25,8 +25,7 @@ from impactfem.spectra import (
     response_spectra,
     rigid_frequency,
 )
-from impactfem.spectra.broadening import Ratio
-from impactfem.spectra.zero_period import ZPA_TOLERANCE
+from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]

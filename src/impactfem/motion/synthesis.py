@@ -38,8 +38,8 @@ from impactfem.motion.design_spectrum import Target
 from impactfem.motion.treatment import BaselineCorrection
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.spectra import logarithmic_frequencies
+from impactfem.spectra.oscillator import step_coefficients
 from impactfem.spectra.peaks import displacement_peaks
-from impactfem.spectra.recurrence import step_coefficients
 from impactfem.spectra.sampling import upsample, upsampling_factor
 from impactfem.system.errors import ImpactfemError, SolutionError
 

@@ -21,11 +21,10 @@ import xarray as xr
 from impactfem.plot.floor_figures import floor_figures
 from impactfem.plot.floor_workbook import write_workbook
 from impactfem.plot.table import Cell, Table
-from impactfem.spectra.broadening import Ratio
+from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
 from impactfem.spectra.frequency_list import FloatArray
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.statistics import Statistic, statistic_words
-from impactfem.spectra.zero_period import ZPA_TOLERANCE
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import scalars_of

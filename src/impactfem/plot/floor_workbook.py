@@ -14,8 +14,8 @@ from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
 from openpyxl.styles import Alignment, Font
 
 from impactfem.plot.table import Cell
+from impactfem.spectra.design import ZPA_TOLERANCE
 from impactfem.spectra.product import DesignFloorSpectra
-from impactfem.spectra.zero_period import ZPA_TOLERANCE
 from impactfem.system.files import atomic
 
 LONGEST_NAME = 31  # of a sheet, by the file format

@@ -9,8 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.spectra.frequency_list import SAME, merged_frequencies
-from impactfem.spectra.interpolation import interpolate_frequency
+from impactfem.spectra.frequency_list import SAME, interpolate_frequency, merged_frequencies
 from impactfem.stages.transient.view import QUIET, TransientView
 from impactfem.system.errors import Fault, InputError
 

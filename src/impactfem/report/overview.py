@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.report.run_files import RunFiles
-from impactfem.spectra.member_statistics import over_members
+from impactfem.spectra.statistics import over_members
 from impactfem.stages.device.verdict import LOADS, anchors, rigid_words, shortfall
 from impactfem.stages.device.view import DeviceView
 from impactfem.stages.transient.view import XYZ, TransientView

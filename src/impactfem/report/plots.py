@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from impactfem.report.run_files import RunFiles
-from impactfem.spectra.member_statistics import STATISTICS
+from impactfem.spectra.statistics import STATISTICS
 from impactfem.stages.design.products import design_products_of
 from impactfem.stages.device.verdict import LOADS
 from impactfem.stages.device.view import WITH, WITHOUT, DeviceView

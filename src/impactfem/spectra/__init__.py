@@ -1,24 +1,25 @@
 """Oscillators on a moving base, response spectra, and floor response spectra as a product."""
 
-from impactfem.spectra.broadening import broaden, corner_frequencies
-from impactfem.spectra.clipping import ClippedPeak, clip_peaks
-from impactfem.spectra.frequency_list import (
-    logarithmic_frequencies,
-    merged_frequencies,
-    rg_1_122_frequencies,
-    structural_frequencies,
+from impactfem.spectra.design import (
+    ClippedPeak,
+    broaden,
+    clip_peaks,
+    corner_frequencies,
+    rigid_frequency,
 )
-from impactfem.spectra.interpolation import (
+from impactfem.spectra.frequency_list import (
     at_common_frequencies,
     interpolate_damping,
     interpolate_frequency,
+    logarithmic_frequencies,
+    merged_frequencies,
+    rg_1_122_frequencies,
 )
 from impactfem.spectra.oscillator import OscillatorResponse, oscillator_response
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.response_spectrum import Method, ResponseSpectra, response_spectra
 from impactfem.spectra.sampling import sampling_loss
-from impactfem.spectra.statistics import Statistic, combine, envelope, fractile, mean
-from impactfem.spectra.zero_period import rigid_frequency
+from impactfem.spectra.statistics import Statistic, combine, fractile
 
 __all__ = [
     "ClippedPeak",
@@ -34,17 +35,14 @@ __all__ = [
     "clip_peaks",
     "combine",
     "corner_frequencies",
-    "envelope",
     "fractile",
     "interpolate_damping",
     "interpolate_frequency",
     "logarithmic_frequencies",
-    "mean",
     "merged_frequencies",
     "oscillator_response",
     "response_spectra",
     "rg_1_122_frequencies",
     "rigid_frequency",
     "sampling_loss",
-    "structural_frequencies",
 ]

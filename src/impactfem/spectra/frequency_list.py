@@ -1,8 +1,22 @@
-"""Lists of frequencies at which spectra are computed."""
+"""Lists of frequencies, and spectra between their frequencies and between their dampings.
+
+A spectrum is a straight line on doubly logarithmic axes between two of its frequencies,
+
+    log S(f) = log S_k + (log S_k+1 - log S_k) (log f - log f_k) / (log f_k+1 - log f_k)     (1)
+
+and, between two dampings, log S is linear in the damping ratio ξ, which is what code_aster takes
+for a family of spectra (test SDLD25),
+
+    log S(f, ξ) = log S(f, ξ_j) + (log S(f, ξ_j+1) - log S(f, ξ_j)) (ξ - ξ_j) / (ξ_j+1 - ξ_j)  (2)
+
+A spectrum that is zero has no logarithm: where an ordinate at either side is zero, S itself is
+taken linear over the same abscissa. Nothing is extrapolated.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -89,33 +103,11 @@ def rg_1_122_frequencies(maximum: float | None = None, per_decade: int = 100) ->
     return np.append(listed, logarithmic_frequencies(start, maximum, per_decade)[1:])
 
 
-def structural_frequencies(frequencies: npt.ArrayLike, spread: float = 0.0) -> FloatArray:
-    """List frequencies of a structure for a spectrum, with the ends of their uncertainty.
-
-    The peaks of a floor spectrum stand at the structure's frequencies; a fixed list may pass them
-    by. Regulatory Guide 1.122 therefore asks for them beside the list.
-
-    Args:
-        frequencies: Natural frequencies f, shape (n,) [Hz], in any order.
-        spread: s, adds f (1 - s) and f (1 + s), 0 <= s < 1 [-]; 0 adds nothing.
-
-    Returns:
-        Ascending, without repetitions [Hz].
-
-    Raises:
-        ImpactfemError: A frequency is not positive and finite, or the spread is out of range.
-    """
-    if not 0.0 <= spread < 1.0:
-        raise ImpactfemError(f"the spread must be at least 0 and below 1, got {spread!r}")
-    f = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
-    return merged_frequencies(f, f * (1.0 - spread), f * (1.0 + spread))
-
-
 def merged_frequencies(*lists: npt.ArrayLike) -> FloatArray:
     """Merge lists of frequencies into one.
 
     Args:
-        lists: Frequencies in any order [Hz]; equal ones, to 1e-9, are kept once.
+        lists: Frequencies in any order [Hz]; equal ones, to 1e-9, are taken once.
 
     Returns:
         Ascending, shape (n,) [Hz].
@@ -123,9 +115,152 @@ def merged_frequencies(*lists: npt.ArrayLike) -> FloatArray:
     Raises:
         ImpactfemError: There is no frequency, or one is not positive and finite.
     """
-    parts = [np.atleast_1d(np.asarray(one, dtype=np.float64)).ravel() for one in lists]
+    parts = [np.atleast_1d(np.asarray(part, dtype=np.float64)).ravel() for part in lists]
     f = np.sort(np.concatenate(parts)) if parts else np.empty(0)
     if f.size == 0 or not np.all(np.isfinite(f) & (f > 0.0)):
         raise ImpactfemError("frequencies must be positive finite numbers in Hz, at least one")
-    kept = np.concatenate([[True], np.diff(f) > SAME * f[1:]])
-    return np.asarray(f[kept], dtype=np.float64)
+    return np.asarray(f[np.concatenate([[True], np.diff(f) > SAME * f[1:]])])
+
+
+def interpolate_frequency(
+    frequency: npt.ArrayLike, values: npt.ArrayLike, wanted: npt.ArrayLike
+) -> FloatArray:
+    """Interpolate spectra by (1).
+
+    Args:
+        frequency: f_k, ascending, shape (n_f,) [Hz].
+        values: Ordinates S_k, not negative, shape (..., n_f), in any unit.
+        wanted: Frequencies in the range of the list, shape (n,) [Hz].
+
+    Returns:
+        Shape (..., n).
+
+    Raises:
+        ImpactfemError: The list does not ascend, ordinates do not fit it or are not finite and at
+            least zero, or a frequency is outside the list.
+    """
+    f = checked_frequency(frequency)
+    s = checked_values(values, f.size)
+    at = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
+    # Products such as f (1 + d) / (1 + d) miss the end of a list by their last digit.
+    inside = (at >= f[0] * (1.0 - SAME)) & (at <= f[-1] * (1.0 + SAME))
+    if at.size == 0 or not np.all(inside):
+        outside = at[~inside]
+        named = f"{outside[0]:g} Hz" if outside.size else "no frequency"
+        raise ImpactfemError(
+            f"the spectrum is known from {f[0]:g} Hz to {f[-1]:g} Hz; {named} was requested"
+        )
+    at = np.clip(at, f[0], f[-1])
+    if f.size == 1:
+        return np.repeat(s, at.size, axis=-1)
+    k = np.clip(np.searchsorted(f, at, side="right") - 1, 0, f.size - 2)
+    weight = np.log(at / f[k]) / np.log(f[k + 1] / f[k])
+    return _blend(s[..., k], s[..., k + 1], weight)
+
+
+def interpolate_damping(
+    damping: npt.ArrayLike, values: npt.ArrayLike, wanted: npt.ArrayLike
+) -> FloatArray:
+    """Interpolate a family of spectra by (2), one damping for each of its frequencies.
+
+    Args:
+        damping: ξ_j, ascending, shape (n_d,) [-].
+        values: Ordinates, not negative, shape (n_d, n).
+        wanted: Damping ratio at each of the n abscissae, shape (n,) or () [-].
+
+    Returns:
+        Shape (n,).
+
+    Raises:
+        ImpactfemError: The dampings do not ascend, the ordinates do not fit, or a damping is
+            outside those of the family.
+    """
+    xi = np.atleast_1d(np.asarray(damping, dtype=np.float64))
+    if xi.ndim != 1 or not np.all(np.diff(xi) > 0.0) or not np.all((xi >= 0.0) & (xi < 1.0)):
+        raise ImpactfemError("damping ratios must ascend, with 0 <= ratio < 1")
+    s = np.asarray(values, dtype=np.float64)
+    if s.ndim != 2 or s.shape[0] != xi.size:
+        raise ImpactfemError(
+            f"spectra at {xi.size} dampings must have shape (dampings, frequencies), got {s.shape}"
+        )
+    s = checked_values(s, s.shape[1])
+    at = np.broadcast_to(np.asarray(wanted, dtype=np.float64), s.shape[1:])
+    outside = ~((at >= xi[0] - SAME) & (at <= xi[-1] + SAME))
+    if np.any(outside):
+        raise ImpactfemError(
+            f"the spectra are known for dampings from {xi[0]:g} to {xi[-1]:g}; "
+            f"{at[outside][0]:g} was requested"
+        )
+    if xi.size == 1:
+        return np.array(s[0])
+    j = np.clip(np.searchsorted(xi, at, side="right") - 1, 0, xi.size - 2)
+    column = np.arange(s.shape[1])
+    weight = np.clip((at - xi[j]) / (xi[j + 1] - xi[j]), 0.0, 1.0)
+    return _blend(s[j, column], s[j + 1, column], weight)
+
+
+def at_common_frequencies(
+    curves: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]],
+) -> tuple[FloatArray, FloatArray]:
+    """Bring spectra on different lists to one list.
+
+    Args:
+        curves: For each, its frequencies, shape (n_k,) [Hz], and ordinates, shape (..., n_k), the
+            leading axes alike.
+
+    Returns:
+        All frequencies of all lists in the range that the lists share, shape (n,) [Hz], and the
+        ordinates there by (1), shape (number of curves, ..., n).
+
+    Raises:
+        ImpactfemError: There is no curve, the lists share no range, or a curve is not usable.
+    """
+    if not curves:
+        raise ImpactfemError("no spectra were given")
+    lists = [checked_frequency(frequency) for frequency, _ in curves]
+    low, high = max(f[0] for f in lists), min(f[-1] for f in lists)
+    if low > high:
+        raise ImpactfemError("the spectra share no range of frequencies")
+    merged = merged_frequencies(*lists)
+    common = merged[(merged >= low * (1.0 - SAME)) & (merged <= high * (1.0 + SAME))]
+    values = [interpolate_frequency(f, s, common) for f, (_, s) in zip(lists, curves, strict=True)]
+    if len({part.shape for part in values}) > 1:
+        raise ImpactfemError("spectra that are brought together need the same leading axes")
+    return common, np.stack(values)
+
+
+def checked_frequency(frequency: npt.ArrayLike) -> FloatArray:
+    """Give a list of frequencies as an array; refuse one that does not ascend.
+
+    Raises:
+        ImpactfemError: It is empty, does not ascend, or is not positive and finite.
+    """
+    f = np.atleast_1d(np.asarray(frequency, dtype=np.float64))
+    good = f.ndim == 1 and f.size > 0 and np.all(np.isfinite(f)) and f[0] > 0.0
+    if not good or not np.all(np.diff(f) > 0.0):
+        raise ImpactfemError("frequencies must be positive, finite and ascending, in Hz")
+    return f
+
+
+def checked_values(values: npt.ArrayLike, count: int) -> FloatArray:
+    """Give the ordinates of spectra as an array; refuse what is none.
+
+    Raises:
+        ImpactfemError: The last axis has another length, or an ordinate is negative or not finite.
+    """
+    s = np.asarray(values, dtype=np.float64)
+    if s.ndim == 0 or s.shape[-1] != count:
+        raise ImpactfemError(
+            f"a spectrum at {count} frequencies needs as many ordinates, got shape {s.shape}"
+        )
+    if not np.all(np.isfinite(s) & (s >= 0.0)):
+        raise ImpactfemError("the ordinates of a spectrum must be finite and not negative")
+    return s
+
+
+def _blend(left: FloatArray, right: FloatArray, weight: FloatArray) -> FloatArray:
+    """Blend linearly in the logarithm, or in the value where one of the two is zero."""
+    positive = (left > 0.0) & (right > 0.0)
+    safe_left, safe_right = np.where(positive, left, 1.0), np.where(positive, right, 1.0)
+    blended = safe_left * (safe_right / safe_left) ** weight
+    return np.where(positive, blended, left + (right - left) * weight)

@@ -2,35 +2,45 @@
 
 The way from one to the other is that of US NRC Regulatory Guide 1.122, revision 1 (1978): a
 statistic over the motions (their envelope, their mean or a fractile), the envelope over the points
-of a floor, the reduction of narrow peaks where it is asked for, and broadening.
+of a floor, the reduction of narrow peaks where it is requested, and broadening.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from impactfem.spectra.broadening import Ratio, broaden, corner_frequencies, sides
-from impactfem.spectra.clipping import LARGEST_DAMPING, ClippedPeak, clip_peaks
-from impactfem.spectra.frequency_list import FloatArray
-from impactfem.spectra.interpolation import checked_frequency, checked_values
-from impactfem.spectra.statistics import Statistic, combine, envelope, statistic_words
-from impactfem.spectra.zero_period import rigid_frequency
+from impactfem.spectra.design import (
+    LARGEST_DAMPING,
+    ClippedPeak,
+    Ratio,
+    broaden,
+    clip_peaks,
+    corner_frequencies,
+    rigid_frequency,
+    sides,
+)
+from impactfem.spectra.frequency_list import FloatArray, checked_frequency, checked_values
+from impactfem.spectra.statistics import (
+    STATISTICS,
+    Statistic,
+    combine,
+    over_members,
+    statistic_words,
+)
 from impactfem.system.errors import ImpactfemError
 
 AXES = ("motion", "damping", "station", "direction", "frequency")
-ZPA_AXES = ("motion", "station", "direction")
 
 
 @dataclass(frozen=True)
 class Station:
-    """Where spectra are given: a floor, or a group of floors.
+    """Where spectra are given: points on a floor.
 
     Args:
         building: Name of the building.
-        floor: Its number, or "all".
+        floor: Its number.
         points: The points on it in words, at least one.
         elevation: Of the points [m]; nan when they differ.
     """
@@ -43,7 +53,7 @@ class Station:
     @property
     def label(self) -> str:
         """The floor in words."""
-        return "all floors" if self.floor == "all" else f"floor {self.floor}"
+        return f"floor {self.floor}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +71,7 @@ class FloorSpectrumSet:
         motions: Names of the n_m motions.
         title: Of the case.
         method: How they were computed, in words.
-        over: Where the one motion stands for a statistic over several, that in words; else empty.
+        over: Where the motion stands for a statistic over several, that in words; else empty.
     """
 
     frequency: FloatArray
@@ -86,14 +96,6 @@ class FloorSpectrumSet:
                 f"{self.psa.shape} with zero-period accelerations {self.zpa.shape}"
             )
 
-    def by_floor(self) -> FloorSpectrumSet:
-        """Envelope over the points of each floor."""
-        return self._grouped(lambda station: (station.building, station.floor))
-
-    def by_building(self) -> FloorSpectrumSet:
-        """Envelope over all floors of each building."""
-        return self._grouped(lambda station: (station.building, "all"))
-
     def over_motions(self, statistic: Statistic) -> tuple[FloatArray, FloatArray]:
         """Take a statistic over the motions.
 
@@ -107,8 +109,43 @@ class FloorSpectrumSet:
         Raises:
             ImpactfemError: There is no such statistic.
         """
-        psa = combine(self.psa, AXES, ["motion"], statistic)
-        return psa, combine(self.zpa, ZPA_AXES, ["motion"], statistic)
+        return combine(self.psa, statistic), combine(self.zpa, statistic)
+
+    def of_members(self, name: str) -> FloorSpectrumSet:
+        """The spectra of an ensemble with a statistic in place of its motions.
+
+        Args:
+            name: One of :data:`impactfem.spectra.statistics.STATISTICS`.
+
+        Raises:
+            ImpactfemError: As of :func:`impactfem.spectra.statistics.over_members`.
+        """
+        words = f"{STATISTICS[name]} of {len(self.motions)} motions"
+        return replace(
+            self,
+            psa=over_members(self.psa, name)[None],
+            zpa=over_members(self.zpa, name)[None],
+            motions=(words,),
+            over=words,
+        )
+
+    def by_floor(self) -> FloorSpectrumSet:
+        """Envelope over the points of each floor."""
+        floors: dict[tuple[str, str], list[int]] = {}
+        for index, station in enumerate(self.stations):
+            floors.setdefault((station.building, station.floor), []).append(index)
+        stations = []
+        for (building, floor), members in floors.items():
+            points = tuple(point for m in members for point in self.stations[m].points)
+            elevations = {self.stations[m].elevation for m in members}
+            elevation = elevations.pop() if len(elevations) == 1 else float("nan")
+            stations.append(Station(building, floor, points, elevation))
+        return replace(
+            self,
+            stations=tuple(stations),
+            psa=np.stack([self.psa[:, :, m].max(axis=2) for m in floors.values()], axis=2),
+            zpa=np.stack([self.zpa[:, m].max(axis=1) for m in floors.values()], axis=1),
+        )
 
     def design(
         self, broadening: Ratio = 0.15, *, clipping: bool = False, statistic: Statistic = "envelope"
@@ -116,7 +153,7 @@ class FloorSpectrumSet:
         """Make the design spectra.
 
         Args:
-            broadening: As in :func:`impactfem.spectra.broadening.broaden`.
+            broadening: As in :func:`impactfem.spectra.design.broaden`.
             clipping: Whether narrow peaks are reduced first, at dampings below 10 %.
             statistic: Over the motions.
 
@@ -124,6 +161,8 @@ class FloorSpectrumSet:
             ImpactfemError: An argument is out of range.
         """
         raw, zpa = self.over_motions(statistic)
+        # A curve with cut peaks has more frequencies than the list; the broadened spectra share one
+        # list, which holds the corners of all.
         curves = {
             index: (self.frequency, raw[index], ())
             if not clipping or self.damping[index[0]] >= LARGEST_DAMPING
@@ -150,36 +189,6 @@ class FloorSpectrumSet:
             clipping=clipping,
             clipped={index: peaks for index, (_, _, peaks) in curves.items() if peaks},
             statistic=statistic,
-        )
-
-    def _grouped(self, key: Callable[[Station], tuple[str, str]]) -> FloorSpectrumSet:
-        groups: dict[tuple[str, str], list[int]] = {}
-        for index, station in enumerate(self.stations):
-            groups.setdefault(key(station), []).append(index)
-        stations = []
-        for (building, floor), members in groups.items():
-            there = [self.stations[index] for index in members]
-            heights = {station.elevation for station in there}
-            alike = len({station.floor for station in there}) == 1
-            stations.append(
-                Station(
-                    building,
-                    floor,
-                    tuple(
-                        point if alike else f"{station.label}: {point}"
-                        for station in there
-                        for point in station.points
-                    ),
-                    heights.pop() if len(heights) == 1 else float("nan"),
-                )
-            )
-        psa = [envelope(self.psa[:, :, m], AXES, ["station"]) for m in groups.values()]
-        zpa = [envelope(self.zpa[:, m], ZPA_AXES, ["station"]) for m in groups.values()]
-        return replace(
-            self,
-            stations=tuple(stations),
-            psa=np.stack(psa, axis=AXES.index("station")),
-            zpa=np.stack(zpa, axis=ZPA_AXES.index("station")),
         )
 
 

@@ -8,9 +8,8 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.spectra.in_step import in_step_peak_responses
-from impactfem.spectra.peaks import displacement_peaks, peak_responses
-from impactfem.spectra.recurrence import FloatArray, StepCoefficients, step_coefficients
+from impactfem.spectra.oscillator import FloatArray, StepCoefficients, step_coefficients
+from impactfem.spectra.peaks import displacement_peaks, in_step_peak_responses, peak_responses
 from impactfem.spectra.sampling import sampling_loss, upsample, upsampling_factor
 from impactfem.system.errors import ImpactfemError
 
@@ -63,11 +62,6 @@ class ResponseSpectra:
     peak_error_bound: float
     interpolation_factor: float
     nyquist_frequency: float
-
-    @property
-    def above_nyquist(self) -> npt.NDArray[np.bool_]:
-        """Which frequencies lie above the records' Nyquist frequency, shape (n_f,)."""
-        return np.asarray(self.frequency > self.nyquist_frequency)
 
 
 def response_spectra(

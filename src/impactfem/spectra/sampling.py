@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import fft
 
-from impactfem.spectra.recurrence import FloatArray
+from impactfem.spectra.oscillator import FloatArray
 from impactfem.system.errors import ImpactfemError
 
 

@@ -1,8 +1,7 @@
-"""Envelope, mean and fractiles of spectra over named axes: points, floors, motions.
+"""Statistics of spectra over the motions of an ensemble, frequency by frequency.
 
 All spectra of an array stand at the same frequencies; lists that differ are brought together by
-:func:`impactfem.spectra.interpolation.at_common_frequencies` first. Statistics are taken frequency
-by frequency.
+:func:`impactfem.spectra.frequency_list.at_common_frequencies` first.
 
 Two kinds of fractiles are offered. "empirical" sorts the n values and interpolates linearly
 between them at the positions
@@ -16,13 +15,13 @@ on: n motions say nothing about rarer ones. "lognormal" takes
     S_p = exp(m + z(p) s)                                                                      (2)
 
 with the mean m and the standard deviation s (divisor n - 1) of log S and the standard normal
-quantile z(p); right where the amplification is a product of many factors, and smoother for few
-motions, but not where impacts happen in some motions and not in others.
+quantile z(p), as codes and fragility analyses do; right where the amplification is a product of
+many factors, and smoother for few motions, but not where impacts happen in some motions and not in
+others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from statistics import NormalDist
 from typing import Literal, get_args
 
@@ -34,95 +33,98 @@ from impactfem.system.errors import ImpactfemError
 
 FractileMethod = Literal["empirical", "lognormal"]
 Statistic = Literal["envelope", "mean"] | float
-"""A statistic by name, or the probability of a fractile: 0.5 is the median."""
+"""A statistic by name, or the probability of an empirical fractile: 0.5 is the median."""
 
-
-def envelope(values: npt.ArrayLike, axes: Sequence[str], over: Sequence[str]) -> FloatArray:
-    """Take the largest value over some axes.
-
-    Args:
-        values: Spectra, any shape.
-        axes: Name of each axis of them.
-        over: Names of the axes that disappear.
-
-    Returns:
-        The other axes in their order.
-
-    Raises:
-        ImpactfemError: The names do not fit the array, or an axis to be taken is unknown.
-    """
-    array, numbers = _named(values, axes, over)
-    return np.asarray(array.max(axis=numbers))
-
-
-def mean(values: npt.ArrayLike, axes: Sequence[str], over: Sequence[str]) -> FloatArray:
-    """Take the arithmetic mean over some axes; arguments as :func:`envelope`."""
-    array, numbers = _named(values, axes, over)
-    return np.asarray(array.mean(axis=numbers))
+STATISTICS = {
+    "median": "median",
+    "mean": "mean",
+    "p84": "84 % fractile",
+    "p84_lognormal": "lognormal 84 % fractile",
+}
+"""Names of the statistics of an ensemble, and what they are in words."""
+P84 = 0.84
 
 
 def fractile(
-    values: npt.ArrayLike,
-    axes: Sequence[str],
-    over: Sequence[str],
-    probability: float,
-    method: FractileMethod = "empirical",
+    values: npt.ArrayLike, probability: float, method: FractileMethod = "empirical"
 ) -> FloatArray:
-    """Take a fractile over some axes by (1) or (2).
+    """Take a fractile over the first axis by (1) or (2).
 
     Args:
-        values: Spectra, any shape.
-        axes: Name of each axis of them.
-        over: Names of the axes that disappear; their values count as one sample.
+        values: Shape (n, ...), n >= 1.
         probability: p, 0 < p < 1 [-]; 0.5 is the median.
         method: See above.
 
     Returns:
-        The other axes in their order.
+        Shape (...).
 
     Raises:
-        ImpactfemError: The names do not fit, the probability or the method is unknown, or a
-            lognormal fractile is asked of fewer than two values or of values that are not positive.
+        ImpactfemError: There are no values, the probability or the method is unknown, or a
+            lognormal fractile is requested of fewer than two values or of values that are not
+            positive.
     """
     if not 0.0 < probability < 1.0:
         raise ImpactfemError(f"a fractile needs a probability between 0 and 1, got {probability!r}")
     if method not in get_args(FractileMethod):
         raise ImpactfemError(f"fractiles are one of {get_args(FractileMethod)}, got {method!r}")
-    array, numbers = _named(values, axes, over)
+    array = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    if array.shape[0] == 0:
+        raise ImpactfemError("a fractile needs at least one value")
     if method == "empirical":
-        return np.asarray(np.quantile(array, probability, axis=numbers, method="hazen"))
-    count = int(np.prod([array.shape[number] for number in numbers]))
-    if count < 2 or not np.all(array > 0.0):
+        return np.asarray(np.quantile(array, probability, axis=0, method="hazen"))
+    if array.shape[0] < 2 or not np.all(array > 0.0):
         raise ImpactfemError(
             "a lognormal fractile needs at least two values, all of them above zero"
         )
     logs = np.log(array)
     z = NormalDist().inv_cdf(probability)
-    return np.asarray(np.exp(logs.mean(axis=numbers) + z * logs.std(axis=numbers, ddof=1)))
+    return np.asarray(np.exp(logs.mean(axis=0) + z * logs.std(axis=0, ddof=1)))
 
 
-def combine(
-    values: npt.ArrayLike, axes: Sequence[str], over: Sequence[str], statistic: Statistic
-) -> FloatArray:
-    """Take a statistic by its name, or an empirical fractile by its probability.
+def combine(values: npt.ArrayLike, statistic: Statistic) -> FloatArray:
+    """Take the envelope, the mean or an empirical fractile over the first axis.
 
     Args:
-        values: Spectra, any shape.
-        axes: Name of each axis of them.
-        over: Names of the axes that disappear.
+        values: Shape (n, ...), n >= 1.
         statistic: "envelope", "mean" or a probability.
 
+    Returns:
+        Shape (...).
+
     Raises:
-        ImpactfemError: The names do not fit, or there is no such statistic.
+        ImpactfemError: There is no such statistic, or no value.
     """
     if not isinstance(statistic, str):
-        return fractile(values, axes, over, statistic)
-    named = {"envelope": envelope, "mean": mean}
-    if statistic not in named:
+        return fractile(values, statistic)
+    if statistic not in {"envelope", "mean"}:
         raise ImpactfemError(
             f"a statistic is 'envelope', 'mean' or the probability of a fractile, got {statistic!r}"
         )
-    return named[statistic](values, axes, over)
+    array = np.asarray(values, dtype=np.float64)
+    return np.asarray(array.max(axis=0) if statistic == "envelope" else array.mean(axis=0))
+
+
+def over_members(values: npt.ArrayLike, name: str) -> FloatArray:
+    """Take a statistic of an ensemble over the first axis.
+
+    Args:
+        values: Shape (n_members, ...); above zero for "p84_lognormal".
+        name: One of `STATISTICS`.
+
+    Returns:
+        Shape (...).
+
+    Raises:
+        ImpactfemError: There is no such statistic, or it cannot be taken of these values.
+    """
+    if name == "p84_lognormal":
+        return fractile(values, P84, "lognormal")
+    named: dict[str, Statistic] = {"mean": "mean", "median": 0.5, "p84": P84}
+    if name not in named:
+        raise ImpactfemError(
+            f"a statistic over members is one of {', '.join(STATISTICS)}, got {name}"
+        )
+    return combine(values, named[name])
 
 
 def statistic_words(statistic: Statistic) -> str:
@@ -130,23 +132,3 @@ def statistic_words(statistic: Statistic) -> str:
     if isinstance(statistic, str):
         return statistic
     return "median" if statistic == 0.5 else f"{100.0 * statistic:g} % fractile"
-
-
-def _named(
-    values: npt.ArrayLike, axes: Sequence[str], over: Sequence[str]
-) -> tuple[FloatArray, tuple[int, ...]]:
-    array = np.asarray(values, dtype=np.float64)
-    if len(axes) != array.ndim or len(set(axes)) != len(axes):
-        raise ImpactfemError(
-            f"an array of shape {array.shape} cannot have the axes {', '.join(axes)}"
-        )
-    unknown = [name for name in over if name not in axes]
-    if unknown or not over or isinstance(over, str) or len(set(over)) != len(over):
-        raise ImpactfemError(
-            f"cannot take statistics over {', '.join(unknown) or repr(over)}; the axes are "
-            f"{', '.join(axes)}"
-        )
-    numbers = tuple(axes.index(name) for name in over)
-    if any(array.shape[number] == 0 for number in numbers):
-        raise ImpactfemError(f"there is no spectrum over {', '.join(over)}")
-    return array, numbers

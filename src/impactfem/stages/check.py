@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.spectra.zero_period import ENDED
+from impactfem.spectra.design import ENDED
 from impactfem.system.log import LOGGER
 
 Check = tuple[bool | None, str]

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from impactfem.spectra.member_statistics import STATISTICS, over_members
+from impactfem.spectra.statistics import STATISTICS, over_members
 from impactfem.stages.design import members
 from impactfem.stages.design.members import carry_members, stacked, stored_members
 from impactfem.system.errors import SolutionError

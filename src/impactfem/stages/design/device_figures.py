@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, ORANGE, figure, letter
 from impactfem.plot.table import Cell, Table
-from impactfem.spectra.member_statistics import STATISTICS, over_members
+from impactfem.spectra.statistics import STATISTICS, over_members
 
 Array = NDArray[np.float64]
 PANELS = 3

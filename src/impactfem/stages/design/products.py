@@ -19,12 +19,10 @@ from numpy.typing import NDArray
 from impactfem.plot.floor_products import FOLDER, floor_store, read_floor_spectra
 from impactfem.plot.floor_workbook import write_workbook
 from impactfem.plot.table import Cell, Table
-from impactfem.spectra.broadening import Ratio
-from impactfem.spectra.frequency_list import merged_frequencies
-from impactfem.spectra.interpolation import interpolate_frequency
-from impactfem.spectra.member_statistics import STATISTICS, statistic_set
+from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
+from impactfem.spectra.frequency_list import interpolate_frequency, merged_frequencies
 from impactfem.spectra.product import DesignFloorSpectra
-from impactfem.spectra.zero_period import ZPA_TOLERANCE
+from impactfem.spectra.statistics import STATISTICS
 from impactfem.stages.design.view import VERTICES, DesignView
 from impactfem.system.files import write_netcdf
 
@@ -173,7 +171,7 @@ def design_products_of(
         statistics={}
         if members is None
         else {
-            name: statistic_set(members, name).design(broadening, clipping=clipping)
+            name: members.of_members(name).design(broadening, clipping=clipping)
             for name in STATISTICS
         },
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.spectra.member_statistics import STATISTICS, over_members
+from impactfem.spectra.statistics import STATISTICS, over_members
 from impactfem.stages.design.carried import CarriedEnsemble
 from impactfem.stages.design.case_spectra import CaseSpectra
 from impactfem.stages.design.floor_points import CENTRE

@@ -21,7 +21,7 @@ from impactfem.plot.style import (
     ordered_looks,
     span,
 )
-from impactfem.spectra.zero_period import ENDED
+from impactfem.spectra.design import ENDED
 from impactfem.stages.transient.view import XYZ, TransientView, stick_psa, stick_station
 
 Array = NDArray[np.float64]
