@@ -157,7 +157,7 @@ def test_the_stage_and_its_store(study, tmp_path):
     write_sticks(tmp_path / "pounding.nc", found, "")
     with xr.open_dataset(tmp_path / "pounding.nc", engine="h5netcdf") as store:
         assert set(store.pair_law.values) == {"again"}
-        assert store.pair_stiffness.attrs["units"] == "N/m"
+        assert set(store.pair_stiffness_unit.values) == {"N/m"}
         expected = [pair.law.epsilon for pair in study.system.pairs]
         assert store.pair_restitution.values == pytest.approx(expected, rel=1e-6)
         assert np.isnan(store.pair_dashpot).all()

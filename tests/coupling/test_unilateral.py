@@ -3,9 +3,14 @@ import pytest
 import scipy.linalg
 from scipy.optimize import nnls
 
-from impactfem.coupling.unilateral import unilateral_response
-from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.coupling.unilateral import (
+    ContactHistory,
+    ModalMotion,
+    body_before_walls,
+    unilateral_response,
+)
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
+from impactfem.dynamics.energy import Energy
 from impactfem.system.errors import SolutionError
 
 
@@ -14,10 +19,8 @@ def mass(h, *, m=2.0, k=0.0, alpha=0.0, theta=0.5):
     root = np.sqrt(m)
     one = np.array([[1.0 / root]])
     return ModalMotion(
-        np.array([k / m]),
-        one,
+        body_before_walls(np.array([k / m]), one, Rayleigh(alpha)),
         h,
-        damping=Rayleigh(alpha),
         theta=theta,
         load=one.copy(),
         probes=one.copy(),
@@ -46,17 +49,15 @@ def rack(chain):
     return {"K": K, "M": M, "G": G, "gap": gap, "v": v, "h": 2e-3}
 
 
-def response(rack, steps, *, e=0.0, theta=0.5, load=None, u=None, **damping):
+def response(rack, steps, *, e=0.0, theta=0.5, load=None, u=None, damping=UNDAMPED):
     """By all modes; the probes are all masses."""
     lam, phi = scipy.linalg.eigh(rack["K"], rack["M"])
     motion = ModalMotion(
-        lam,
-        phi.T @ rack["G"],
+        body_before_walls(lam, phi.T @ rack["G"], damping),
         rack["h"],
         theta=theta,
         load=np.sum(phi, axis=0)[:, None],
         probes=phi.T,
-        **damping,
     )
     u = np.zeros(len(lam)) if u is None else u
     return unilateral_response(
@@ -340,20 +341,35 @@ def test_motions_that_are_refused():
     one = np.ones((3, 1))
     for h in (0.0, -1.0, np.nan):
         with pytest.raises(SolutionError, match="it must be positive"):
-            ModalMotion(np.ones(3), one, h)
+            ModalMotion(body_before_walls(np.ones(3), one), h)
     for theta in (0.49, 1.01, np.nan):
         with pytest.raises(SolutionError, match=r"it must be from 0\.5 to 1"):
-            ModalMotion(np.ones(3), one, 0.1, theta=theta)
+            ModalMotion(body_before_walls(np.ones(3), one), 0.1, theta=theta)
     for name, given in (
         ("constraints", {"contact": np.ones((2, 1))}),
         ("loads", {"contact": one, "load": np.ones(3)}),
         ("probes", {"contact": one, "probes": np.ones((4, 2))}),
     ):
         with pytest.raises(SolutionError, match=f"{name} of shape .* for 3 modes"):
-            ModalMotion(np.ones(3), given.pop("contact"), 0.1, **given)
-    none = ModalMotion(np.ones(3), np.empty((3, 0)), 0.1)
+            ModalMotion(body_before_walls(np.ones(3), given.pop("contact")), 0.1, **given)
+    none = ModalMotion(body_before_walls(np.ones(3), np.empty((3, 0))), 0.1)
     with pytest.raises(SolutionError, match="there are no constraints"):
         unilateral_response(none, 0.1, 10)
-    twice = ModalMotion(np.ones(3), np.hstack([one, 2.0 * one]), 0.1)
+    twice = ModalMotion(body_before_walls(np.ones(3), np.hstack([one, 2.0 * one])), 0.1)
     with pytest.raises(SolutionError, match="the Delassus operator of the constraints is not pos"):
         unilateral_response(twice, 0.1, 10)
+
+
+def test_forces_and_penetration():
+    none = np.empty((3, 0))
+    history = ContactHistory(
+        time=np.array([0.0, 0.5, 1.0]),
+        impulse=np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]),
+        gap=np.array([[0.1, 0.2], [-0.3, 0.1], [-0.2, 0.0]]),
+        displacement=none,
+        velocity=none,
+        residual=np.zeros(3),
+        energy=Energy(*np.zeros((4, 3))),
+    )
+    assert history.force.tolist() == [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0]]
+    assert history.penetration.tolist() == [0.3, 0.0]

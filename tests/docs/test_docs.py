@@ -52,8 +52,8 @@ def test_pages_open_without_a_network(built):
 @pytest.mark.slow
 def test_docstrings_and_equations_arrive(built):
     sticks = (built / "api" / "sticks.html").read_text(encoding="utf-8")
-    assert "impactfem.coupling.newmark.march" in sticks
-    assert "S w = f₀ + f₁ + Jᵀ (F₀ + F₁) + 4/Δt M v₀ - 2 K u₀" in sticks
+    assert "impactfem.coupling.implicit.march" in sticks
+    assert "M̂ w = h (f₀ + f₁ + Γᵀ (F₀ + F₁)) + 2 M v₀ - 2 h K u₀" in sticks
     assert "`" not in re.sub(r"<script.*?</script>", "", sticks, flags=re.DOTALL)
 
 

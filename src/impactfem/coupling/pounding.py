@@ -16,13 +16,17 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from impactfem.coupling.contact import N_PARAMETERS, Law
-from impactfem.coupling.newmark import march
+from impactfem.coupling.body import Body, Port, modal_coordinates
+from impactfem.coupling.contact import Law
+from impactfem.coupling.implicit import respond
+from impactfem.coupling.links import Assembly, Link
+from impactfem.dynamics.energy import Energy
 from impactfem.sticks.stick import Stick
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 Array = NDArray[np.float64]
 Update = Literal["implicit", "lagged"]
+NOTHING = Energy(*np.zeros((4, 1)))
 UNSTABLE = (
     "a lagged contact force is only conditionally stable: take a smaller pounding.time_step or "
     "update = 'implicit'"
@@ -158,6 +162,52 @@ class System:
         return row
 
     @cached_property
+    def modes(self) -> tuple[tuple[Array, Body], ...]:
+        """Of each stick the basis Φ with u = Φ z, shape (n, n), and the body, its ends as ports."""
+        found = []
+        for stick in self.sticks:
+            basis, mass, eigenvalue, damping = modal_coordinates(stick.M, stick.C, stick.K)
+            R = stick.rigid_body()
+            ends = {
+                f"{pair.name} {side}": stick.translation(end.master, end.offset)
+                for pair in self.pairs
+                for side, end in (("a", pair.a), ("b", pair.b))
+                if end is not None and end.building == stick.name
+            }
+            body = Body(
+                name=stick.name,
+                eigenvalue=eigenvalue,
+                damping=damping,
+                participation=basis.T @ stick.M @ R,
+                rigid_mass=R.T @ stick.M @ R,
+                ports={name: Port(row @ basis, row @ R) for name, row in ends.items()},
+                mass=mass,
+            )
+            found.append((basis, body))
+        return tuple(found)
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """The sticks as bodies, the pairs as links between their ports."""
+        links = [
+            Link(
+                pair.name,
+                (pair.a.building, f"{pair.name} a"),
+                None if pair.b is None else (pair.b.building, f"{pair.name} b"),
+                pair.normal,
+                pair.gap,
+                pair.law,
+            )
+            for pair in self.pairs
+        ]
+        return Assembly([body for _, body in self.modes], links)
+
+    @cached_property
+    def basis(self) -> Array:
+        """Φ with u = Φ z of all sticks, shape (n, n)."""
+        return np.asarray(scipy.linalg.block_diag(*(basis for basis, _ in self.modes)))
+
+    @cached_property
     def ground(self) -> Array:
         """Displacements of all masters for a unit ground translation x, y, z; shape (n, 3)."""
         return np.vstack([stick.rigid_body()[:, :3] for stick in self.sticks])
@@ -197,6 +247,7 @@ class Response:
         v: Velocities, shape (n_t, n).
         force: Contact forces, positive in compression, shape (n_t, m) [N].
         ground: Ground acceleration along x, y, z, shape (n_t, 3) [m/s2].
+        energy: The energies.
         loads: External forces in addition to it.
     """
 
@@ -206,6 +257,7 @@ class Response:
     v: Array
     force: Array
     ground: Array
+    energy: Energy = NOTHING
     loads: tuple[Load, ...] = ()
 
     @cached_property
@@ -290,7 +342,7 @@ def simulate(
         ImpactfemError: The start already penetrates, or shapes do not fit.
         SolutionError: The response is not finite, or the contact forces do not converge.
     """
-    n, m = system.M.shape[0], len(system.pairs)
+    n = system.M.shape[0]
     if ground.ndim != 2 or ground.shape[1] != 3:
         raise ImpactfemError(f"ground must have shape (n_t, 3), got {ground.shape}")
     n_t = ground.shape[0]
@@ -299,53 +351,31 @@ def simulate(
             where = f"{load.at.building}, floor {load.at.floor}"
             found = np.shape(load.force)
             raise ImpactfemError(f"force on {where}: expected shape ({n_t},), got {found}")
-    S_inv = np.zeros((n, n))
-    for stick in system.sticks:
-        block = slice(system.offsets[stick.name], system.offsets[stick.name] + stick.n)
-        S = 2.0 / time_step * stick.M + stick.C + time_step / 2.0 * stick.K
-        inverse = np.linalg.inv(S)
-        S_inv[block, block] = (inverse + inverse.T) / 2.0
-    J = np.ascontiguousarray(system.J)
-    gap = np.array([pair.gap for pair in system.pairs], dtype=float)
-    u, v, force = np.zeros((n_t, n)), np.zeros((n_t, n)), np.zeros((n_t, m))
-    if u0 is not None:
-        u[0] = u0
-    if v0 is not None:
-        v[0] = v0
-    if np.any(gap + J @ u[0] < 0.0):
-        worst = int(np.argmin(gap + J @ u[0]))
-        raise ImpactfemError(f"pair {system.pairs[worst].name} penetrates at the start")
-    done = march(
-        time_step,
-        system.K,
-        system.M,
-        S_inv,
-        np.vstack(
-            [
-                -(system.M @ system.ground).T,
-                *(system.row(load.at, load.direction) for load in loads),
-            ]
-        ),
-        np.column_stack([ground, *(load.force for load in loads)]).astype(np.float64),
-        J,
-        np.ascontiguousarray(J @ S_inv),
-        gap,
-        np.array([pair.law.code for pair in system.pairs], dtype=np.int64),
-        np.array([pair.law.parameters for pair in system.pairs]).reshape(m, N_PARAMETERS),
-        update == "lagged",
-        u,
-        v,
-        force,
+    assembly, basis = system.assembly, system.basis
+    f = ground @ assembly.ground.T
+    for load in loads:
+        f += np.outer(load.force, system.row(load.at, load.direction) @ basis)
+    # z = Φ⁻¹ u. Points without mass have no velocity at the start but that of their stiffness.
+    start = [None if x is None else np.linalg.solve(basis, x) for x in (u0, v0)]
+    motion = respond(
+        assembly, f, ground, time_step, lagged=update == "lagged", u0=start[0], v0=start[1]
     )
-    if done < n_t:
-        raise SolutionError(
-            f"contact forces did not converge at t = {done * time_step:.6g} s; "
-            "a smaller pounding.time_step or a softer contact law would help"
-        )
+    moved = basis[:, motion.moving]
+    dofs = np.flatnonzero(moved.any(axis=1))
+    # By columns: those that do not move take no memory.
+    u, v = (np.zeros((n_t, n), order="F") for _ in range(2))
+    u[:, dofs], v[:, dofs] = motion.u @ moved[dofs].T, motion.v @ moved[dofs].T
     if not np.isfinite(u[-1]).all():
         raise SolutionError(f"the response grew without bound; {UNSTABLE}")
     response = Response(
-        system, time_step, u, v, force, np.asarray(ground, dtype=float), tuple(loads)
+        system,
+        time_step,
+        u,
+        v,
+        motion.force,
+        np.asarray(ground, dtype=float),
+        motion.energy,
+        tuple(loads),
     )
     if update == "lagged":
         _refuse_created_energy(response)
@@ -354,12 +384,10 @@ def simulate(
 
 def _refuse_created_energy(response: Response) -> None:
     """A contact that gave the buildings more energy than all else did is a blow-up."""
-    F, J = response.force, response.system.J
-    work = 0.5 * float(np.sum(np.diff(response.u @ J.T, axis=0) * (F[:-1] + F[1:])))
-    f = response.external
+    f, energy = response.external, response.energy
     given = float(np.sum(np.abs(0.5 * np.sum(np.diff(response.u, axis=0) * (f[:-1] + f[1:]), 1))))
-    v0, u0 = response.v[0], response.u[0]
-    given += 0.5 * float(v0 @ response.system.M @ v0 + u0 @ response.system.K @ u0)
+    given += float(energy.kinetic[0] + energy.elastic[0])
+    work = float(energy.contact[-1])
     if work > given:
         raise SolutionError(f"the lagged contact forces created energy, {work:.3g} J; {UNSTABLE}")
 

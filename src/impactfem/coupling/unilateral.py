@@ -25,13 +25,17 @@ law is continuous in s₀, so that rounding about s₀ = 0 does not matter.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from impactfem.coupling.body import Body, Port
 from impactfem.coupling.complementarity import Complementarity, Mask
-from impactfem.coupling.contact_history import ContactEnergy, ContactHistory
+from impactfem.coupling.links import Assembly, Inverse, Link
+from impactfem.dynamics.damping import UNDAMPED, Damping
+from impactfem.dynamics.energy import Energy
 from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
@@ -40,6 +44,44 @@ SLACK = 1e-9
 """Part of the way in a step, at the largest speed so far, that counts as at the wall."""
 REPORT = 50
 """Steps between two reports of the progress."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactHistory:
+    """The response between unilateral constraints, the same on all ranks.
+
+    Args:
+        time: Shape (n_t,) [s].
+        impulse: P of each constraint in the step that ends at the time, shape (n_t, m) [N s for
+            columns of G without a unit]; the first row is zero. P / h is the mean force of the
+            step, and G P / h that on the structure.
+        gap: γ − Gᵀ u, shape (n_t, m) [m for such columns].
+        displacement: Lᵀ u of the probes, shape (n_t, n_probes).
+        velocity: Lᵀ v of the probes, shape (n_t, n_probes).
+        residual: How far velocities and impulses after the step are from complementary: the
+            largest of min(w, P) over the constraints that take part, each made comparable by the
+            diagonal of the Delassus operator, over the largest speed of a constraint so far,
+            shape (n_t,) [-].
+        energy: The energies.
+    """
+
+    time: Array
+    impulse: Array
+    gap: Array
+    displacement: Array
+    velocity: Array
+    residual: Array
+    energy: Energy
+
+    @property
+    def force(self) -> Array:
+        """P / h, shape (n_t, m): mean of the step that ends at the time [N as P is in N s]."""
+        return np.asarray(self.impulse / (self.time[1] - self.time[0]), dtype=np.float64)
+
+    @property
+    def penetration(self) -> Array:
+        """How far each constraint is violated at most, shape (m,), in the unit of the gap."""
+        return np.asarray(np.maximum(0.0, -self.gap.min(axis=0)), dtype=np.float64)
 
 
 class Motion(Protocol):
@@ -87,6 +129,139 @@ def check_rule(time_step: float, theta: float) -> None:
         raise SolutionError(f"a time step of {time_step} s: it must be positive")
     if not 0.5 <= theta <= 1.0:
         raise SolutionError(f"θ = {theta}: it must be from 0.5 to 1")
+
+
+def body_before_walls(eigenvalue: Array, contact: Array, damping: Damping = UNDAMPED) -> Assembly:
+    """A body and its links to rigid walls.
+
+    Args:
+        eigenvalue: λ, shape (r,) [1/s2].
+        contact: Γ, modal rows of the constraints, shape (r, m).
+        damping: The damping.
+
+    Raises:
+        SolutionError: Shapes do not fit.
+    """
+    r = len(eigenvalue)
+    if contact.ndim != 2 or len(contact) != r:
+        raise SolutionError(f"constraints of shape {contact.shape} for {r} modes")
+    m = contact.shape[1]
+    port = Port(contact.T, np.zeros((m, 6)), tuple(str(k) for k in range(m)))
+    body = Body("body", eigenvalue, damping, np.zeros((r, 6)), np.zeros((6, 6)), {"wall": port})
+    return Assembly(
+        [body], [Link(str(k), ("body", "wall"), None, n) for k, n in enumerate(np.eye(m))]
+    )
+
+
+class ModalMotion:
+    """Bodies and unilateral links with their step, loads and probes. Not collective.
+
+    Args:
+        assembly: The bodies; the closing speeds of its links are s = -Γ v.
+        time_step: h [s].
+        theta: θ, from ½ to 1.
+        load: Patterns b of the loads, shape (r, n_patterns); none when None.
+        push: The same on what is attached to the bodies, shape (N, n_patterns); none when None.
+        probes: Φᵀ L, modal rows of what is recorded, shape (r, n_probes); none when None.
+
+    Raises:
+        SolutionError: The step or θ is out of range; shapes that do not fit.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        time_step: float,
+        *,
+        theta: float = 0.5,
+        load: Array | None = None,
+        push: Array | None = None,
+        probes: Array | None = None,
+    ) -> None:
+        check_rule(time_step, theta)
+        self.time_step, self.theta = time_step, theta
+        self.assembly, one = assembly, assembly.attached
+        r, N = len(assembly), len(one.M)
+        given = {"loads": np.empty((r, 0)) if load is None else load}
+        given["probes"] = np.empty((r, 0)) if probes is None else probes
+        for name, rows in given.items():
+            if rows.ndim != 2 or len(rows) != r:
+                raise SolutionError(f"{name} of shape {rows.shape} for {r} modes")
+        self.patterns = given["loads"].shape[1]
+        self._load = np.ascontiguousarray(given["loads"], dtype=np.float64)
+        self._push = np.zeros((N, self.patterns)) if push is None else push
+        self.constraints = len(assembly.links)
+        self._contact = np.ascontiguousarray(-assembly.gamma.T)
+        self._seen = np.ascontiguousarray(np.hstack([self._contact, given["probes"]]).T)
+        self._inverse = Inverse(assembly, theta * time_step)
+        # Responses to unit impulses: columns M̂⁻¹ G of the bodies, and of what is attached.
+        pushed = self._inverse.solve(self._contact.T, np.zeros((self.constraints, N)))
+        self._pushed, self._pushed_y = pushed[0].T, pushed[1].T
+        self.displacement, self.velocity, self._mean, self._force = np.zeros((4, r))
+        self._y, self._y_velocity, self._y_mean, self._y_force = np.zeros((4, N))
+
+    def delassus(self) -> Array:
+        """W = Γ M̂⁻¹ Γᵀ, shape (m, m)."""
+        W = self._contact.T @ self._pushed
+        return np.asarray(0.5 * (W + W.T), dtype=np.float64)
+
+    def start(self, displacement: Array | None, velocity: Array | None) -> tuple[Array, Array]:
+        """Set z and ż, zero when None; what is seen of both. What is attached goes along.
+
+        Raises:
+            SolutionError: One has another shape.
+        """
+        r, rows = len(self.assembly), self.assembly.attached.rows
+        for given in (displacement, velocity):
+            if given is not None and np.shape(given) != (r,):
+                raise SolutionError(f"a state of shape {np.shape(given)} for {r} modes")
+        self.displacement = np.zeros(r) if displacement is None else np.array(displacement, float)
+        self.velocity = np.zeros(r) if velocity is None else np.array(velocity, float)
+        self._y[: len(rows)] = rows @ self.displacement
+        self._y_velocity[: len(rows)] = rows @ self.velocity
+        return self._seen @ self.displacement, self._seen @ self.velocity
+
+    def free(self, amplitude: Array) -> Array:
+        """Find ż_θ of a step without impulses; what is seen of it."""
+        s, all_, one = self.theta * self.time_step, self.assembly, self.assembly.attached
+        self._force, self._y_force = self._load @ amplitude, self._push @ amplitude
+        b_z = all_.mass * self.velocity + s * (self._force - all_.eigenvalue * self.displacement)
+        b_y = one.M @ self._y_velocity + s * (self._y_force - one.K @ self._y)
+        self._mean, self._y_mean, _ = self._inverse.solve(b_z, b_y)
+        return np.asarray(self._seen @ self._mean, dtype=np.float64)
+
+    def push(self, impulse: Array) -> Array:
+        """Add impulses to the step; what is seen of its ż_θ."""
+        self._mean = self._mean - self.theta * (self._pushed @ impulse)
+        self._y_mean = self._y_mean - self.theta * (self._pushed_y @ impulse)
+        return np.asarray(self._seen @ self._mean, dtype=np.float64)
+
+    def advance(self) -> tuple[float, ...]:
+        """Make the step; kinetic, elastic energy, and what was damped, lost and put in."""
+        h, all_, one = self.time_step, self.assembly, self.assembly.attached
+        mean, y_mean = self._mean, self._y_mean
+        jump, y_jump = (
+            (mean - self.velocity) / self.theta,
+            (y_mean - self._y_velocity) / self.theta,
+        )
+        self.velocity, self._y_velocity = self.velocity + jump, self._y_velocity + y_jump
+        self.displacement, self._y = self.displacement + h * mean, self._y + h * y_mean
+        lost = jump @ (all_.mass * jump) + y_jump @ one.M @ y_jump
+        lost += h**2 * (mean @ (all_.eigenvalue * mean) + y_mean @ one.K @ y_mean)
+        return (
+            *self.stored(),
+            h * float(mean @ (all_.damping * mean) + y_mean @ one.C @ y_mean),
+            (self.theta - 0.5) * float(lost),
+            h * float(mean @ self._force + y_mean @ self._y_force),
+        )
+
+    def stored(self) -> tuple[float, float]:
+        """Kinetic and elastic energy [J]."""
+        all_, one = self.assembly, self.assembly.attached
+        z, v, y, w = self.displacement, self.velocity, self._y, self._y_velocity
+        kinetic = v @ (all_.mass * v) + w @ one.M @ w
+        elastic = z @ (all_.eigenvalue * z) + y @ one.K @ y
+        return 0.5 * float(kinetic), 0.5 * float(elastic)
 
 
 def unilateral_response(
@@ -203,7 +378,7 @@ class _Records:
             displacement=self.x,
             velocity=self.v,
             residual=self.residual,
-            energy=ContactEnergy(kinetic, elastic, damped, numerical, work, contact),
+            energy=Energy(kinetic, elastic, damped, work, contact, numerical),
         )
 
 

@@ -1,10 +1,10 @@
-"""Damping of a linear structure. There is one law, Rayleigh's: C = α M + β K."""
+"""Damping of a linear structure: a law that gives the modal damping d, or the d themselves."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,35 @@ import numpy.typing as npt
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
+
+
+PROPORTIONAL = 1e-11
+"""Damping couples modes i and j where φᵢᵀ C φⱼ is above this part of √(φᵢᵀ C φᵢ φⱼᵀ C φⱼ)."""
+
+
+class Damping(Protocol):
+    """What a body needs of its damping."""
+
+    def modal(self, eigenvalue: Array) -> Array:
+        """φᵀ C φ of modes with φᵀ M φ = 1 and φᵀ K φ = λ: its diagonal, or all of it [1/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModalDamping:
+    """Damping that is known in modal coordinates, such as that of parts.
+
+    Args:
+        matrix: φᵀ C φ, shape (r, r) [1/s].
+    """
+
+    matrix: Array
+
+    def modal(self, eigenvalue: Array) -> Array:
+        """The diagonal, shape (r,), where no modes are coupled; else the matrix [1/s]."""
+        diagonal = np.diag(self.matrix)
+        size = np.sqrt(np.abs(np.outer(diagonal, diagonal)))
+        off = np.abs(self.matrix - np.diag(diagonal)) > PROPORTIONAL * size
+        return self.matrix if np.any(off) else diagonal.copy()
 
 
 @dataclass(frozen=True, order=True)

@@ -1,8 +1,8 @@
-"""Energies of a linear response, and how well they balance."""
+"""Energies of a response, and how well they balance."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,28 +12,52 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Energy:
-    """Energies at each time, shape (n_t,) each [J].
+    """Energies relative to the ground at each time, shape (n_t,) each [J].
 
-    The average acceleration rule satisfies exactly, step by step,
+    The θ rule satisfies exactly, step by step, with v_θ = (1 − θ) v₀ + θ v₁ and the same for u and
+    the forces f of loads and F of links,
 
-        Δ(½ vᵀ M v) + Δ(½ uᵀ K u) + Δt/4 wᵀ C w = Δt/4 wᵀ (f₀ + f₁),   w = v₀ + v₁ = 2 Δu/Δt.
+        Δ(½ vᵀ M v) + Δ(½ uᵀ K u) + Δt v_θᵀ C v_θ + (θ − ½) (Δvᵀ M Δv + Δuᵀ K Δu)
+            = Δt v_θᵀ f_θ + Δδᵀ F_θ,    Δu = Δt v_θ.
+
+    The average acceleration rule is the one with θ = ½.
 
     Args:
         kinetic: ½ vᵀ M v.
         elastic: ½ uᵀ K u.
         damped: What the damping has taken since step 0.
         input: Work of the loads since step 0.
+        contact: Work of the links on the bodies; negative when they take energy.
+        numerical: What the rule has taken, zero for θ = ½.
     """
 
     kinetic: Array
     elastic: Array
     damped: Array
     input: Array
+    contact: Array = field(default_factory=lambda: np.zeros(0))
+    numerical: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        for name in ("contact", "numerical"):
+            if not getattr(self, name).size:
+                object.__setattr__(self, name, np.zeros_like(self.kinetic))
+
+    @property
+    def scale(self) -> float:
+        """Largest energy that is there or came in [J]."""
+        stored = float(np.max(self.kinetic + self.elastic))
+        return max(stored, float(np.max(np.abs(self.input))))
 
     @property
     def residual(self) -> float:
         """Largest violation of the identity over the largest energy that came in [-]."""
-        stored = self.kinetic + self.elastic
-        balance = stored + self.damped - self.input
-        scale = max(float(np.max(np.abs(self.input))), float(np.max(stored)))
-        return float(np.max(np.abs(balance - balance[0])) / scale) if scale > 0.0 else 0.0
+        balance = self.kinetic + self.elastic + self.damped + self.numerical
+        balance = balance - self.input - self.contact
+        return float(np.max(np.abs(balance - balance[0])) / self.scale) if self.scale > 0.0 else 0.0
+
+    @property
+    def gained(self) -> float:
+        """Largest work that the links put in within a step, over the largest energy [-]."""
+        most = float(np.max(np.diff(self.contact), initial=0.0))
+        return most / self.scale if self.scale > 0.0 else 0.0

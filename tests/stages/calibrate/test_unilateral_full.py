@@ -5,8 +5,7 @@ import pytest
 import scipy.linalg
 import scipy.sparse as sp
 
-from impactfem.coupling.unilateral import unilateral_response
-from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.coupling.unilateral import ModalMotion, body_before_walls, unilateral_response
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.unilateral_full import FullMotion, _advance
 from impactfem.system.errors import SolutionError
@@ -57,13 +56,11 @@ def both(model, motion, steps, *, theta=0.5, e=0.0, **damping):
     )
     lam, phi = scipy.linalg.eigh(model.K, model.M)
     modal = ModalMotion(
-        lam,
-        phi.T @ G,
+        body_before_walls(lam, phi.T @ G, **damping),
         STEP,
         theta=theta,
         load=phi.T @ model.loads,
         probes=phi.T @ probes,
-        **damping,
     )
     second = unilateral_response(
         modal,

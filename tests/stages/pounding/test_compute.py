@@ -73,7 +73,7 @@ def test_the_run_pounds_and_the_free_one_does_not(study):
     first = study.impacts[0].first
     assert np.array_equal(study.free.u[:first], study.response.u[:first])
     assert not np.array_equal(study.free.u[-1], study.response.u[-1])
-    assert study.energy.residual < 1e-9
+    assert study.response.energy.residual < 1e-9
     assert len(study.checks) == len(study.impacts)
     assert len(study.separations) == 3
 

@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.building.model import BuildingModel
-from impactfem.coupling.contact_history import ContactHistory
-from impactfem.coupling.unilateral import unilateral_response
-from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.coupling.unilateral import (
+    ContactHistory,
+    ModalMotion,
+    body_before_walls,
+    unilateral_response,
+)
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.building_model import WallModel, WallPatterns
 from impactfem.stages.calibrate.experiment import WallExperiment
@@ -63,10 +66,8 @@ def run_reduced(
     z0 = model.start(experiment.displacement)
     _check_start(experiment, model.floor_of, z0 @ model.contact)
     motion = ModalMotion(
-        model.eigenvalue,
-        model.contact,
+        body_before_walls(model.eigenvalue, model.contact, damping),
         experiment.time_step,
-        damping=damping,
         theta=theta,
         probes=model.seen,
     )

@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.coupling.contact_history import ContactEnergy
+from impactfem.dynamics.energy import Energy
 from impactfem.stages.calibrate.compute import CalibrationStudy, DampedRun
 from impactfem.stages.calibrate.history import WallHistory
 from impactfem.stages.calibrate.scalars import calibration_scalars
@@ -97,7 +97,7 @@ def _histories(history: WallHistory, prefix: str) -> Variables:
     return variables
 
 
-def _energies(energy: ContactEnergy) -> Variables:
+def _energies(energy: Energy) -> Variables:
     return {
         "kinetic_energy": ("time", energy.kinetic, {"units": "J"}),
         "elastic_energy": ("time", energy.elastic, {"units": "J"}),

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors
 from impactfem.coupling.checks import ImpactCheck, Separation, impact_checks, separations
-from impactfem.coupling.energy import EnergyBalance, energy_balance
 from impactfem.coupling.facing import Approach, approaches
 from impactfem.coupling.from_case import calibration_of, loads_of, system_of
 from impactfem.coupling.impacts import Impact, impacts
@@ -61,7 +60,6 @@ class StickStudy:
         modes: Modes of each building, in the order of the sticks.
         response: The run with contact.
         free: The run without contact.
-        energy: Energy balance of the run with contact.
         impacts: All impacts in order of time.
         checks: What each impact asks of the buildings.
         separations: Required separation of each pair.
@@ -77,7 +75,6 @@ class StickStudy:
     modes: tuple[Modes, ...]
     response: Response
     free: Response
-    energy: EnergyBalance
     impacts: tuple[Impact, ...]
     checks: tuple[ImpactCheck, ...]
     separations: tuple[Separation, ...]
@@ -137,7 +134,6 @@ def run_sticks(
         loads = loads_of(case, system, dt, n_t)
         response = simulate(system, ground, dt, update=case.pounding.update, loads=loads)
         free = simulate(system.without_contact(), ground, dt, loads=loads)
-        energy = energy_balance(response)
         found = tuple(impacts(response))
         strength = {b.name: b.material.compressive_strength for b in case.buildings}
         checks = tuple(impact_checks(response, found, strength))
@@ -154,7 +150,6 @@ def run_sticks(
         all_modes,
         response,
         free,
-        energy,
         found,
         checks,
         apart,

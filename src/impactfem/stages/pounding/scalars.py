@@ -192,7 +192,12 @@ def _checks(study: StickStudy) -> list[Scalar]:
             "-",
             "fewest of an impact in the run; one that other forces cut short counts, too",
         ),
-        Scalar("pounding.energy_residual", study.energy.residual, "-", "of the discrete identity"),
+        Scalar(
+            "pounding.energy_residual",
+            study.response.energy.residual,
+            "-",
+            "of the discrete identity",
+        ),
         Scalar(
             "pounding.required_separation",
             max((s.required for s in study.separations), default=None),
@@ -205,7 +210,9 @@ def _checks(study: StickStudy) -> list[Scalar]:
         note = f"{nearest.facing.name}, in no contact pair; negative: one inside the other"
         scalars.append(Scalar("pounding.facing_distance_min", nearest.distance, "m", note))
     if found:
-        defect = sum(impact.defect for impact in found) / float(np.max(study.energy.kinetic))
+        defect = sum(impact.defect for impact in found) / float(
+            np.max(study.response.energy.kinetic)
+        )
         note = "energy that the time stepping lost in contact, over the largest kinetic energy"
         scalars.append(Scalar("pounding.contact_energy_defect", defect, "-", note))
         over = max((i.penetration / i.pair.gap for i in found if i.pair.gap > 0.0), default=None)

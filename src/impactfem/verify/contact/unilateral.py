@@ -12,9 +12,12 @@ import scipy.optimize
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.coupling.contact_history import ContactHistory
-from impactfem.coupling.unilateral import unilateral_response
-from impactfem.coupling.unilateral_modal import ModalMotion
+from impactfem.coupling.unilateral import (
+    ContactHistory,
+    ModalMotion,
+    body_before_walls,
+    unilateral_response,
+)
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.row import Row, Rows
 
@@ -164,7 +167,7 @@ def modal_bar(elements: int, beta: float) -> ContactHistory:
     values, shapes = scipy.linalg.eigh(K.toarray(), M.toarray())
     momentum = shapes.T @ (M @ np.ones(len(values)))
     values, wall = np.maximum(values, 0.0), shapes[:1].T
-    motion = ModalMotion(values, wall, _step(elements), damping=Rayleigh(beta=beta))
+    motion = ModalMotion(body_before_walls(values, wall, Rayleigh(beta=beta)), _step(elements))
     return unilateral_response(motion, _gap(elements), _steps(elements), velocity=V0 * momentum)
 
 
@@ -305,7 +308,8 @@ def _block(corners: Array, step: float) -> ModalMotion:
     """The block's two modes, both free: y and rotation, each of unit modal mass."""
     root = np.sqrt([[MASS], [INERTIA]])
     load, probes = np.array([[-MASS * GRAVITY], [0.0]]) / root, np.diag(1.0 / root[:, 0])
-    return ModalMotion(np.zeros(2), corners / root, step, load=load, probes=probes)
+    block = body_before_walls(np.zeros(2), corners / root)
+    return ModalMotion(block, step, load=load, probes=probes)
 
 
 def _modal(x: Array) -> Array:

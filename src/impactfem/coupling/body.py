@@ -1,0 +1,153 @@
+"""Bodies and their ports: linear structures in modal or Ritz coordinates.
+
+    μ z̈ + d ż + λ z = -P ü_base + Σ Φᵀ f                                                   (1)
+
+with the forces f at the ports, whose motion is Φ z relative to the base. The mass μ is one, and
+zero without mass (points inside the storeys of a stick). A clamped base moves with the
+ground. A free base adds six coordinates b, its motion relative to the ground: a port then moves by
+Φ z + R b, the mass is
+
+    [μ   P  ]
+    [Pᵀ  M_b],    M_b the rigid mass about the base,                                        (2)
+
+and springs and dashpots hold the base as a link to the ground does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from impactfem.dynamics.damping import Damping, ModalDamping
+from impactfem.system.errors import ImpactfemError
+
+Array = NDArray[np.float64]
+
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+@dataclass(frozen=True, eq=False)
+class Port:
+    """A named place of a body where forces act.
+
+    Args:
+        shapes: Φ, its motion by the coordinates, shape (components, r).
+        rigid: R, its motion by a rigid motion of the base, shape (components, 6).
+        components: Names of the components.
+    """
+
+    shapes: Array
+    rigid: Array
+    components: tuple[str, ...] = COMPONENTS[:3]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Equation (1).
+
+    Args:
+        name: Unique name.
+        eigenvalue: λ, shape (r,) [1/s2].
+        damping: Gives d of λ.
+        participation: P for translations and rotations of the base, shape (r, 6).
+        rigid_mass: M_b, shape (6, 6) [kg, kg m, kg m2].
+        ports: The ports by name.
+        mass: μ, ones or zeros, shape (r,); ones when None.
+        free_base: Whether the base moves by (2); it is clamped to the ground otherwise.
+
+    Raises:
+        ImpactfemError: Shapes do not fit or a value is not finite; the message names the body.
+    """
+
+    name: str
+    eigenvalue: Array
+    damping: Damping
+    participation: Array
+    rigid_mass: Array
+    ports: Mapping[str, Port] = field(default_factory=dict)
+    mass: Array | None = None
+    free_base: bool = False
+
+    def __post_init__(self) -> None:
+        r = len(self.eigenvalue)
+        wanted = {
+            "eigenvalue": (self.eigenvalue, (r,)),
+            "participation": (self.participation, (r, 6)),
+            "rigid_mass": (self.rigid_mass, (6, 6)),
+        }
+        for name, port in self.ports.items():
+            count = len(port.components)
+            wanted[f"shapes of port {name}"] = port.shapes, (count, r)
+            wanted[f"rigid motion of port {name}"] = port.rigid, (count, 6)
+        for name, (values, shape) in wanted.items():
+            if np.shape(values) != shape or not np.all(np.isfinite(values)):
+                raise ImpactfemError(
+                    f"body {self.name}: {name} of shape {np.shape(values)}: expected finite values"
+                    f" of shape {shape}"
+                )
+
+    def __len__(self) -> int:
+        return len(self.eigenvalue) + 6 * self.free_base
+
+    def port(self, name: str) -> Array:
+        """Motion of a port by all coordinates, those of a free base last.
+
+        Args:
+            name: The port.
+
+        Returns:
+            Shape (components, len(body)).
+
+        Raises:
+            ImpactfemError: The body has no such port.
+        """
+        if name not in self.ports:
+            known = ", ".join(self.ports) or "none"
+            raise ImpactfemError(f"body {self.name} has no port {name!r}; its ports: {known}")
+        port = self.ports[name]
+        return np.hstack([port.shapes, port.rigid]) if self.free_base else port.shapes
+
+    def with_ports(self, **ports: Port) -> Body:
+        """The same body with further ports."""
+        return replace(self, ports={**self.ports, **ports})
+
+
+def modal_coordinates(M: Array, C: Array, K: Array) -> tuple[Array, Array, Array, ModalDamping]:
+    """All coordinates of a small structure in which mass and stiffness are diagonal; exact.
+
+    What has no mass follows the rest by its stiffness, x_s = -K_ss⁻¹ K_sm x_m + η, and keeps
+    coordinates η of its own with the mass zero. Parts that nothing couples are solved apart: the
+    coordinates of a part that does not move stay exactly zero.
+
+    Args:
+        M: Mass, symmetric, positive but for rows of zeros, shape (n, n).
+        C: Damping, symmetric, shape (n, n).
+        K: Stiffness, symmetric, shape (n, n); positive definite on the rows without mass.
+
+    Returns:
+        Φ with x = Φ z, shape (n, n); μ; λ; the damping Φᵀ C Φ.
+    """
+    n = len(M)
+    rows = np.arange(n)
+    s, m = rows[np.diag(M) == 0.0], rows[np.diag(M) > 0.0]
+    T = np.eye(n)
+    if s.size:
+        T[np.ix_(s, m)] = -scipy.linalg.solve(K[np.ix_(s, s)], K[np.ix_(s, m)], assume_a="pos")
+    K, C = T.T @ K @ T, T.T @ C @ T
+    K[np.ix_(s, m)] = K[np.ix_(m, s)] = 0.0
+    basis, eigenvalue = np.zeros((n, n)), np.zeros(n)
+    for group, with_mass in ((m, True), (s, False)):
+        here = np.ix_(group, group)
+        _, part = connected_components((K[here] != 0.0) | (C[here] != 0.0) | (M[here] != 0.0))
+        for number in np.unique(part):
+            dofs = group[part == number]
+            block = np.ix_(dofs, dofs)
+            values, shapes = scipy.linalg.eigh(K[block], M[block] if with_mass else None)
+            basis[block], eigenvalue[dofs] = shapes, np.maximum(values, 0.0)
+    modal = basis.T @ C @ basis
+    return T @ basis, (np.diag(M) > 0.0).astype(np.float64), eigenvalue, ModalDamping(modal)

@@ -1,0 +1,469 @@
+"""The implicit time loop on bodies and links, for smooth laws: average acceleration, by numba.
+
+The equilibrium M a + C v + K u = f + Γᵀ F at two times, added, with the average acceleration rule
+(Newmark, β = 1/4, γ = 1/2) gives for w = v₀ + v₁
+
+    M̂ w = h (f₀ + f₁ + Γᵀ (F₀ + F₁)) + 2 M v₀ - 2 h K u₀,   M̂ = M + h C + h² K,   h = Δt/2,   (1)
+
+and u₁ = u₀ + h w, v₁ = w - v₀. With the gap function δ = g + Γ u (negative in contact) and
+W = h Γ M̂⁻¹ Γᵀ, the new forces F₁ change δ by h W F₁ and δ̇ by W F₁: what remains to be solved in a
+step is as small as the number of links. The scheme satisfies, step by step and exactly,
+
+    Δ(½ vᵀ M v) + Δ(½ uᵀ K u) + h/2 wᵀ C w = ½ Δuᵀ (f₀ + f₁) + ½ Δδᵀ (F₀ + F₁).               (2)
+
+The loop is plain numpy code; `march` is that code compiled, `march.py_func` the code itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.coupling.contact import KELVIN_VOIGT_NO_TENSION, N_PARAMETERS, law_force
+from impactfem.coupling.links import Assembly, Inverse
+from impactfem.dynamics.energy import Energy
+from impactfem.system.errors import SolutionError
+
+Array = NDArray[np.float64]
+MAX_SWEEPS = 200
+FREE_SWEEPS = 20
+MAX_NEWTON = 200
+# Fused multiply-add, and sums in any order; nan and infinity keep their meaning.
+_SUMS = {"contract", "reassoc"}
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What bodies and links did, at the samples of the loads, relative to the ground.
+
+    Args:
+        moving: Indices of the coordinates that move at all.
+        u: These coordinates, shape (n_t, moving); without rows when they are not recorded.
+        v: Their velocities, same shape.
+        force: F of the links, positive in compression, shape (n_t, m) [N].
+        displacement: y of what is attached, shape (n_t, N).
+        velocity: ẏ, same shape.
+        acceleration: ÿ, same shape.
+        reaction: T on the bodies at the rows of what is attached, shape (n_t, N_a).
+        energy: Equation (2), summed up.
+    """
+
+    moving: NDArray[np.int64]
+    u: Array
+    v: Array
+    force: Array
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+    reaction: Array
+    energy: Energy
+
+
+def respond(
+    assembly: Assembly,
+    loads: Array,
+    ground: Array,
+    time_step: float,
+    *,
+    substeps: int = 1,
+    lagged: bool = False,
+    u0: Array | None = None,
+    v0: Array | None = None,
+    record: bool = True,
+) -> Motion:
+    """Integrate bodies and links.
+
+    Args:
+        assembly: Bodies and links, each link with a law.
+        loads: Forces on the coordinates, those of the ground motion included, shape (n_t, r);
+            straight between their samples.
+        ground: Acceleration of the ground, for what is attached, shape (n_t, 3) [m/s2].
+        time_step: Between two samples [s].
+        substeps: Steps of the integration in one of them.
+        lagged: Take the force of a link from the state before the step (paper, equation 2 as
+            printed) instead of the new state.
+        u0: Coordinates at the start, shape (r,); zero when None.
+        v0: Their velocities, likewise.
+        record: Whether coordinates and velocities are recorded.
+
+    Raises:
+        SolutionError: A link is closed at the start, or the forces of the links do not converge.
+    """
+    n_t, r = loads.shape
+    one, m = assembly.attached, len(assembly.links)
+    u = np.zeros(r) if u0 is None else np.array(u0, dtype=np.float64)
+    v = np.zeros(r) if v0 is None else np.array(v0, dtype=np.float64)
+    closed = np.flatnonzero(assembly.gaps + assembly.gamma @ u < 0.0)
+    if closed.size:
+        raise SolutionError(f"pair {assembly.links[closed[0]].name} penetrates at the start")
+    laws = [link.law for link in assembly.links if link.law is not None]
+    if len(laws) < m:
+        raise SolutionError("a unilateral constraint needs the time loop of `unilateral`")
+    h = time_step / substeps / 2.0
+    inverse = Inverse(assembly, h)
+    N = len(one.M)
+    pushes = np.ascontiguousarray(ground @ one.push.T)
+    # Responses of all coordinates to unit forces of the links.
+    X, X_y, X_T = (h * x for x in inverse.solve(assembly.gamma, np.zeros((m, N))))
+    # At rest or not, the accelerations at the start are in equilibrium: M a = f - C v - K u.
+    y, y_v = np.zeros((2, N))
+    y[: len(one.rows)], y_v[: len(one.rows)] = one.rows @ u, one.rows @ v
+    f_z = loads[0] - assembly.damping * v - assembly.eigenvalue * u
+    f_y = pushes[0] - one.C @ y_v - one.K @ y
+    _, y_a, T = Inverse(assembly, 0.0).solve(f_z, f_y)
+    # Coordinates that nothing moves stay out of the loop.
+    moving = np.flatnonzero(
+        loads.any(axis=0) | (u != 0.0) | (v != 0.0) | X.any(axis=0) | inverse.rows.any(axis=0)
+    )
+    us, vs = (np.zeros((n_t if record else 0, moving.size)) for _ in range(2))
+    force, history = np.zeros((n_t, m)), np.zeros((n_t, 3 * N + len(one.rows)))
+    energy = np.zeros((n_t, 5))
+    picked = [
+        np.ascontiguousarray(values[..., moving])
+        for values in (
+            *(assembly.mass, assembly.damping, assembly.eigenvalue, inverse.diagonal, loads),
+            *(u, v, inverse.rows, assembly.gamma, X),
+        )
+    ]
+    loop: Any = march
+    done = loop(
+        h,
+        substeps,
+        lagged,
+        *picked[:7],
+        *(pushes, one.M, one.C, one.K, inverse.S, inverse.free, inverse.loaded),
+        *(picked[7], y, y_v, y_a, T.copy()),
+        np.searchsorted(moving, [0, *(here.stop for here in assembly.columns.values())]),
+        *picked[8:],
+        np.ascontiguousarray(X_y),
+        np.ascontiguousarray(X_T),
+        assembly.gamma @ X.T,
+        assembly.gaps,
+        np.array([law.code for law in laws], dtype=np.int64),
+        np.array([law.parameters for law in laws]).reshape(m, N_PARAMETERS),
+        us,
+        vs,
+        force,
+        history,
+        energy,
+    )
+    if done < n_t:
+        raise SolutionError(
+            f"contact forces did not converge at t = {done * time_step:.6g} s; "
+            "a smaller pounding.time_step or a softer contact law would help"
+        )
+    y, y_v, y_a, T = np.split(history, [N, 2 * N, 3 * N], axis=1)
+    return Motion(moving, us, vs, force, y, y_v, y_a, T, Energy(*energy.T))
+
+
+@numba.njit(cache=True)
+def pair_force(
+    code: int, parameters: Array, p_free: float, v_free: float, v0: float, h: float, W: float
+) -> tuple[float, float]:
+    """Force of one pair at the new time, given the motion that it would have without it.
+
+    Solves F = law(p, v) with p = p_free - h W F and v = v_free - W F by Newton's method (one
+    iteration for a linear law), halving the bracket where a step leaves it. The pair is taken to
+    touch: a law that jumps at p = 0 has no solution when its own force would open the gap within
+    the step; its force at p = 0 counts then.
+
+    Args:
+        code: The law, as in `law_force`.
+        parameters: Its parameters.
+        p_free: Penetration without this force [m].
+        v_free: Its rate [m/s].
+        v0: Speed of approach with which the contact began [m/s].
+        h: Half the time step [s].
+        W: Velocity of the pair per force [m/s/N].
+
+    Returns:
+        The force [N], nan if the iteration does not converge; and the size of the terms that add
+        up to it, of which it can be a small difference [N].
+    """
+    tiny = 1e-300
+    f, k, c = law_force(code, parameters, max(p_free, tiny), v_free, v0)
+    # The law falls with F, so the root of F - law lies between zero and the force at F = 0.
+    low, high = min(0.0, f), max(0.0, f)
+    F = 0.0
+    outside = False
+    size = abs(f) + k * abs(p_free) + c * abs(v_free)
+    for _ in range(MAX_NEWTON):
+        if f > F:
+            low = F
+        else:
+            high = F
+        step = F + (f - F) / (1.0 + W * (h * k + c))
+        if outside or not low <= step <= high:
+            step = 0.5 * (low + high)
+        change = abs(step - F)
+        F = step
+        if change <= 1e-13 * size:
+            return F, size
+        p = p_free - h * W * F
+        f, k, c = law_force(code, parameters, max(p, tiny), v_free - W * F, v0)
+        outside = p < tiny and code > KELVIN_VOIGT_NO_TENSION
+        if p < tiny:
+            k = 0.0
+    return np.nan, 0.0
+
+
+@numba.njit(cache=True)
+def contact_forces(
+    h: float,
+    W: Array,
+    delta: Array,
+    rate: Array,
+    codes: NDArray[np.int64],
+    parameters: Array,
+    onset: Array,
+    touches: NDArray[np.bool_],
+    F: Array,
+) -> bool:
+    """Forces of all pairs at the new time, swept until they agree.
+
+    Block Gauss-Seidel on δ = δ_free + h W F, δ̇ = δ̇_free + W F and the laws. Whether a pair touches
+    is decided by its penetration without its own force. Two pairs whose forces open each other's
+    gap could flip for ever where the law jumps at p = 0: after FREE_SWEEPS sweeps who touches is
+    kept.
+
+    Args:
+        h: Half the time step [s].
+        W: Velocities per force, symmetric, positive semidefinite, shape (m, m) [m/s/N].
+        delta: Gap functions without the new forces, shape (m,) [m].
+        rate: Their rates, shape (m,) [m/s].
+        codes: Laws, as in `law_force`, shape (m,).
+        parameters: Their parameters, shape (m, N_PARAMETERS).
+        onset: State of the links, the speed of approach with which the contact began, shape (m,).
+        touches: Memory for who touches, shape (m,).
+        F: Filled with the forces, shape (m,) [N].
+
+    Returns:
+        Whether they agree.
+    """
+    m = delta.size
+    for sweep in range(MAX_SWEEPS):
+        largest = 0.0
+        change = 0.0
+        for j in range(m):
+            other = 0.0
+            for k in range(m):
+                if k != j:
+                    other += W[j, k] * F[k]
+            p_free = -delta[j] - h * other
+            if sweep < FREE_SWEEPS:
+                touches[j] = p_free > 0.0
+            force, size = 0.0, 0.0
+            if touches[j]:
+                force, size = pair_force(
+                    codes[j], parameters[j], p_free, -rate[j] - other, onset[j], h, W[j, j]
+                )
+            if np.isnan(force):
+                return False
+            change = max(change, abs(force - F[j]))
+            largest = max(largest, size)
+            F[j] = force
+        if change <= 1e-13 * largest:
+            return True
+    return change <= 1e-10 * largest
+
+
+@numba.njit(nogil=True, cache=True, fastmath=_SUMS)
+def march(
+    h: float,
+    substeps: int,
+    lagged: bool,
+    mass: Array,
+    damping: Array,
+    eigenvalue: Array,
+    inverse: Array,
+    loads: Array,
+    u: Array,
+    v: Array,
+    pushes: Array,
+    M: Array,
+    C: Array,
+    K: Array,
+    S: Array,
+    free: Array,
+    loaded: Array,
+    rows: Array,
+    y: Array,
+    y_v: Array,
+    y_a: Array,
+    T: Array,
+    ends: NDArray[np.int64],
+    gamma: Array,
+    X: Array,
+    X_y: Array,
+    X_T: Array,
+    W: Array,
+    gaps: Array,
+    codes: NDArray[np.int64],
+    parameters: Array,
+    us: Array,
+    vs: Array,
+    force: Array,
+    history: Array,
+    energy: Array,
+) -> int:
+    """Step through time by equation (1); fill us, vs, force, history and energy.
+
+    The arguments are those of `respond`, `Assembly` and `Inverse`: u, v, y, its velocity and
+    acceleration and T are the state at the start, which moves on; X, X_y and X_T are the responses
+    of w, of that of y and of h (T₀ + T₁) to unit forces of the links.
+
+    Returns:
+        The number of times done: n_t, or less where the forces of the links did not converge.
+    """
+    n_t, r = loads.shape
+    m, N, fixed = gaps.size, y.size, rows.shape[0]
+    f, b, w = np.empty(r), np.empty(r), np.empty(r)
+    b_y, w_y, reach = np.empty(N), np.empty(N), np.empty(fixed)
+    pushed, sum_T = np.empty(N), np.empty(fixed)
+    delta, rate, change = np.empty(m), np.empty(m), np.empty(m)
+    F, onset, touches = np.zeros(m), np.zeros(m), np.zeros(m, dtype=np.bool_)
+    new = np.zeros(m)
+    damped, put_in, worked = 0.0, 0.0, 0.0
+    _record(0, mass, eigenvalue, u, v, M, K, y, y_v, y_a, T, F, us, vs, force, history, energy)
+    for t in range(1, n_t):
+        p0, p1, q0, q1 = loads[t - 1], loads[t], pushes[t - 1], pushes[t]
+        for j in range(substeps):
+            # Right side of (1), and w without the new forces. f is f₀ + f₁.
+            part = (2 * j + 1) / substeps
+            for i in range(r):
+                f[i] = 2.0 * p0[i] + part * (p1[i] - p0[i])
+                b[i] = h * f[i] + 2.0 * (mass[i] * v[i] - h * eigenvalue[i] * u[i])
+            for k in range(m):
+                if F[k] != 0.0:
+                    for i in range(r):
+                        b[i] += h * gamma[k, i] * F[k]
+            for i in range(r):
+                w[i] = inverse[i] * b[i]
+            if N > 0:
+                for k in range(N):
+                    pushed[k] = 2.0 * q0[k] + part * (q1[k] - q0[k])
+                    b_y[k] = h * pushed[k] + 2.0 * (_dot(M[k], y_v) - h * _dot(K[k], y))
+                for k in range(fixed):
+                    reach[k] = _dot(rows[k], b)
+                for k in range(N):
+                    w_y[k] = _dot(free[k], reach) + _dot(loaded[k], b_y)
+                for k in range(fixed):
+                    sum_T[k] = b_y[k] - _dot(S[k], w_y)
+                    _add(w, sum_T[k], rows[k])
+            # Gaps without the new forces, and how fast each contact began.
+            touching = False
+            for k in range(m):
+                before, before_rate, change[k] = gaps[k], 0.0, 0.0
+                # Body by body: equal motions of two bodies alike then cancel to the last bit.
+                for body in range(ends.size - 1):
+                    row = gamma[k, ends[body] : ends[body + 1]]
+                    before += _dot(row, u[ends[body] : ends[body + 1]])
+                    before_rate += _dot(row, v[ends[body] : ends[body + 1]])
+                    change[k] += _dot(row, w[ends[body] : ends[body + 1]])
+                delta[k] = before + h * change[k]
+                rate[k] = change[k] - before_rate
+                if before >= 0.0:
+                    onset[k] = max(-before_rate, 0.0)
+                new[k] = 0.0
+                if lagged:
+                    new[k] = law_force(codes[k], parameters[k], -before, -before_rate, onset[k])[0]
+                touching = touching or delta[k] < 0.0 or new[k] != 0.0
+            agreed = True
+            if touching and not lagged:
+                agreed = contact_forces(h, W, delta, rate, codes, parameters, onset, touches, new)
+            if not agreed:
+                return t
+            if touching:
+                for k in range(m):
+                    if new[k] != 0.0:
+                        _add(w, new[k], X[k])
+                        for i in range(N):
+                            w_y[i] += new[k] * X_y[k, i]
+                        for i in range(fixed):
+                            sum_T[i] += new[k] * X_T[k, i]
+                        for i in range(m):
+                            change[i] += new[k] * W[i, k]
+            # Equation (2), and the state at the end of the step.
+            lost, gained, pushed_apart = 0.0, 0.0, 0.0
+            for i in range(r):
+                lost += damping[i] * w[i] * w[i]
+                gained += w[i] * f[i]
+                u[i] += h * w[i]
+                v[i] = w[i] - v[i]
+            for k in range(m):
+                pushed_apart += change[k] * (F[k] + new[k])
+                F[k] = new[k]
+            for k in range(N):
+                lost += w_y[k] * _dot(C[k], w_y)
+                gained += w_y[k] * pushed[k]
+                y_a[k] = (w_y[k] - 2.0 * y_v[k]) / h - y_a[k]
+                y[k] += h * w_y[k]
+            for k in range(N):
+                y_v[k] = w_y[k] - y_v[k]
+            for k in range(fixed):
+                T[k] = sum_T[k] / h - T[k]
+            damped += 0.5 * h * lost
+            put_in += 0.5 * h * gained
+            worked += 0.5 * h * pushed_apart
+        energy[t, 2], energy[t, 3], energy[t, 4] = damped, put_in, worked
+        _record(t, mass, eigenvalue, u, v, M, K, y, y_v, y_a, T, F, us, vs, force, history, energy)
+    return n_t
+
+
+@numba.njit(nogil=True, cache=True, fastmath=_SUMS)
+def _record(
+    t: int,
+    mass: Array,
+    eigenvalue: Array,
+    u: Array,
+    v: Array,
+    M: Array,
+    K: Array,
+    y: Array,
+    y_v: Array,
+    y_a: Array,
+    T: Array,
+    F: Array,
+    us: Array,
+    vs: Array,
+    force: Array,
+    history: Array,
+    energy: Array,
+) -> None:
+    """Fill a row of the records, kinetic and elastic energy among them."""
+    N = y.size
+    kinetic, elastic = 0.0, 0.0
+    for i in range(u.size):
+        kinetic += mass[i] * v[i] * v[i]
+        elastic += eigenvalue[i] * u[i] * u[i]
+    for k in range(N):
+        kinetic += y_v[k] * _dot(M[k], y_v)
+        elastic += y[k] * _dot(K[k], y)
+        history[t, k], history[t, N + k], history[t, 2 * N + k] = y[k], y_v[k], y_a[k]
+    for k in range(T.size):
+        history[t, 3 * N + k] = T[k]
+    energy[t, 0], energy[t, 1] = 0.5 * kinetic, 0.5 * elastic
+    for k in range(F.size):
+        force[t, k] = F[k]
+    if us.shape[0] > 0:
+        for i in range(u.size):
+            us[t, i], vs[t, i] = u[i], v[i]
+
+
+@numba.njit(nogil=True, cache=True, fastmath=_SUMS)
+def _dot(a: Array, b: Array) -> float:
+    total = 0.0
+    for i in range(a.size):
+        total += a[i] * b[i]
+    return total
+
+
+@numba.njit(nogil=True, cache=True, fastmath=_SUMS)
+def _add(x: Array, factor: float, row: Array) -> None:
+    """Add factor times row to x."""
+    for i in range(x.size):
+        x[i] += factor * row[i]

@@ -1,0 +1,308 @@
+"""Links between ports, and bodies and links put together.
+
+A *link* is a law: one force between two ports, or a port and the ground, from their gap
+δ = g + n · (u_b - u_a), its rate and the state of the contact. A *spring* (with dashpot) and a
+*mount* are linear: they hang matrices on rows a = B z of the coordinates,
+
+    M_y ÿ + C_y ẏ + K_y y = (-T, 0) - N g̈,    y = (a, ζ),                                 (1)
+
+with own coordinates ζ and the forces T on the bodies. So do the six coordinates of a free base (by
+the mass that couples them to the others) and damping that couples modes. All else is diagonal, and
+
+    M̂ = M + s C + s² K,    M̂ (z, y) = (b_z + Bᵀ T, b_y - (T, 0))
+
+is solved by one inverse as small as y. With D the diagonal of M̂, S = M_y + s C_y + s² K_y and the
+compliance Y = B D⁻¹ Bᵀ,
+
+    [1 + Y S_aa   Y S_aζ]     [B D⁻¹ b_z + Y b_a]
+    [S_ζa         S_ζζ  ] y = [b_ζ              ],    T = (b_y - S y)_a.                    (2)
+
+A step takes two products with B. Both time loops, `implicit` and `unilateral`, need nothing else of
+the bodies than M̂⁻¹, the rows Γ of the links, and W = Γ M̂⁻¹ Γᵀ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from impactfem.coupling.body import Body
+from impactfem.coupling.contact import Law
+from impactfem.system.errors import ImpactfemError
+
+Array = NDArray[np.float64]
+Place = tuple[str, str]
+"""Names of a body and of its port."""
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A law between two ports; the force F acts as -F n on a and +F n on b.
+
+    Args:
+        name: Unique name.
+        a: The first port.
+        b: The second one; None for the ground.
+        direction: n over the components of the ports, from a to b.
+        gap: g at rest [m].
+        law: The law; None for a unilateral constraint, δ ≥ 0.
+    """
+
+    name: str
+    a: Place
+    b: Place | None
+    direction: Array
+    gap: float = 0.0
+    law: Law | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Spring:
+    """Springs and dashpots between all components of two ports, or of one and the ground.
+
+    Args:
+        a: The first port.
+        b: The second one; None for the ground.
+        stiffness: K, shape (components, components).
+        damping: C, same shape.
+    """
+
+    a: Place
+    b: Place | None
+    stiffness: Array
+    damping: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Mount:
+    """A body whose supports are fixed to ports, by its matrices; equation (1).
+
+    Args:
+        at: The ports that bear it; their components come first in y.
+        M: M_y, shape (N, N).
+        C: C_y.
+        K: K_y.
+        ground: Motion of y by that of the ground, shape (N, 3): N = M_y times it.
+    """
+
+    at: tuple[Place, ...]
+    M: Array
+    C: Array
+    K: Array
+    ground: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Attached:
+    """All that hangs on the bodies, equation (1); rows of each part in order.
+
+    Args:
+        rows: B, shape (N_a, r).
+        M: M_y, shape (N, N); the rows of B come first.
+        C: C_y.
+        K: K_y.
+        push: -N, shape (N, 3).
+        mounts: Rows in y of each mount: those that are fixed, then its own.
+    """
+
+    rows: Array
+    M: Array
+    C: Array
+    K: Array
+    push: Array
+    mounts: tuple[tuple[NDArray[np.int64], NDArray[np.int64]], ...]
+
+
+class Assembly:
+    """Bodies and what is between them; coordinates one body after the other.
+
+    Args:
+        bodies: The bodies.
+        links: Laws between their ports.
+        springs: Linear springs and dashpots.
+        mounts: What stands on their ports.
+
+    Attributes:
+        eigenvalue, damping, mass: λ, the diagonal of d, and μ, shape (r,).
+        ground: Loads of a unit ground acceleration along x, y, z, shape (r, 3).
+        gamma: Γ of the links, shape (m, r).
+        attached: Springs, mounts, free bases and damping that couples modes.
+
+    Raises:
+        ImpactfemError: Two bodies have one name, or a body or port is not there.
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        links: Sequence[Link] = (),
+        springs: Sequence[Spring] = (),
+        mounts: Sequence[Mount] = (),
+    ) -> None:
+        self.bodies = {body.name: body for body in bodies}
+        if len(self.bodies) < len(bodies):
+            raise ImpactfemError("expected bodies with names of their own")
+        ends = np.cumsum([len(body) for body in bodies])
+        self.columns = {
+            body.name: slice(int(end) - len(body), int(end))
+            for body, end in zip(bodies, ends, strict=True)
+        }
+        r = int(ends[-1])
+        self.eigenvalue, self.damping, self.mass = np.zeros(r), np.zeros(r), np.ones(r)
+        self.ground = np.zeros((r, 3))
+        parts: list[_Part] = []
+        for body in bodies:
+            parts += self._place(body)
+        for spring in springs:
+            rows = self.rows(spring.a) - (0.0 if spring.b is None else self.rows(spring.b))
+            parts.append(
+                _Part(rows, np.zeros_like(spring.damping), spring.damping, spring.stiffness)
+            )
+        for mount in mounts:
+            rows = np.vstack([self.rows(place) for place in mount.at])
+            parts.append(_Part(rows, mount.M, mount.C, mount.K, -mount.M @ mount.ground, True))
+        self.attached = _attached(parts, r)
+        self.links = tuple(links)
+        self.gaps = np.array([link.gap for link in links], dtype=np.float64)
+        self.gamma = np.zeros((len(links), r))
+        for row, link in zip(self.gamma, links, strict=True):
+            row -= link.direction @ self.rows(link.a)
+            if link.b is not None:
+                row += link.direction @ self.rows(link.b)
+
+    def __len__(self) -> int:
+        return len(self.eigenvalue)
+
+    def rows(self, place: Place) -> Array:
+        """Motion of a port by the coordinates of all bodies, shape (components, r).
+
+        Raises:
+            ImpactfemError: There is no such body or port.
+        """
+        name, port = place
+        if name not in self.bodies:
+            raise ImpactfemError(f"no body {name!r}; there are {', '.join(self.bodies)}")
+        shapes = self.bodies[name].port(port)
+        rows = np.zeros((len(shapes), len(self)))
+        rows[:, self.columns[name]] = shapes
+        if self.bodies[name].free_base:
+            base = rows[:, self.columns[name]][:, -6:]
+            base[:] = base @ self._base(self.bodies[name])
+        return rows
+
+    @staticmethod
+    def _base(body: Body) -> Array:
+        """L⁻ᵀ of M_b = L Lᵀ: from base coordinates with unit mass to the motion of the base."""
+        L = scipy.linalg.cholesky(body.rigid_mass, lower=True)
+        return np.asarray(np.linalg.inv(L).T, dtype=np.float64)
+
+    def _place(self, body: Body) -> list[_Part]:
+        """Fill the body's rows; what couples its coordinates."""
+        here = self.columns[body.name]
+        count = len(body.eigenvalue)
+        own = slice(here.start, here.start + count)
+        self.eigenvalue[own] = body.eigenvalue
+        if body.mass is not None:
+            self.mass[own] = body.mass
+        self.ground[own] = -body.participation[:, :3]
+        d = body.damping.modal(body.eigenvalue)
+        parts = []
+        if d.ndim == 2:
+            self.damping[own] = np.diag(d)
+            off = d - np.diag(np.diag(d))
+            coupled = np.flatnonzero(np.any(off, axis=0))
+            rows = np.zeros((coupled.size, len(self)))
+            rows[np.arange(coupled.size), here.start + coupled] = 1.0
+            none = np.zeros((coupled.size, coupled.size))
+            parts.append(_Part(rows, none, off[np.ix_(coupled, coupled)], none))
+        else:
+            self.damping[own] = d
+        if body.free_base:
+            T = self._base(body)
+            # ½ μ ż² + ½ ḃ² + (Pᵀ ż) · ḃ with b of unit mass.
+            rows = np.zeros((12, len(self)))
+            rows[:6, own] = (body.participation @ T).T
+            rows[6:, own.stop : here.stop] = np.eye(6)
+            none, one = np.zeros((6, 6)), np.eye(6)
+            zero = np.zeros((12, 12))
+            parts.append(_Part(rows, np.block([[none, one], [one, none]]), zero, zero))
+            self.ground[own.stop : here.stop] = -np.linalg.inv(T)[:, :3]
+        return parts
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """One part of what is attached; its matrices over its rows and, after them, its own."""
+
+    rows: Array
+    M: Array
+    C: Array
+    K: Array
+    push: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    mount: bool = False
+
+
+def _attached(parts: Sequence[_Part], r: int) -> Attached:
+    """Parts one after the other: first the fixed rows of all, then the own ones of all."""
+    fixed = [len(part.rows) for part in parts]
+    own = [len(part.M) - n for part, n in zip(parts, fixed, strict=True)]
+    N = sum(fixed) + sum(own)
+    M, C, K = (np.zeros((N, N)) for _ in range(3))
+    push, mounts = np.zeros((N, 3)), []
+    first, second = 0, sum(fixed)
+    for part, n, k in zip(parts, fixed, own, strict=True):
+        a, z = np.arange(first, first + n), np.arange(second, second + k)
+        at = np.concatenate([a, z])
+        for whole, matrix in ((M, part.M), (C, part.C), (K, part.K)):
+            whole[np.ix_(at, at)] = matrix
+        if len(part.push):
+            push[at] = part.push
+        if part.mount:
+            mounts.append((a, z))
+        first, second = first + n, second + k
+    rows = np.vstack([np.zeros((0, r)), *(part.rows for part in parts)])
+    return Attached(np.ascontiguousarray(rows), M, C, K, push, tuple(mounts))
+
+
+class Inverse:
+    """M̂⁻¹ with M̂ = M + s C + s² K, by equation (2); s = 0 is the inverse of the mass.
+
+    Args:
+        assembly: The bodies and what is between them.
+        s: s [s].
+
+    Attributes:
+        diagonal: D⁻¹, shape (r,); zero where D is.
+        rows: B D⁻¹, shape (N_a, r).
+        S: M_y + s C_y + s² K_y, shape (N, N).
+        free, loaded: What takes B D⁻¹ b_z, and what takes b_y, to y.
+    """
+
+    def __init__(self, assembly: Assembly, s: float) -> None:
+        one = assembly.attached
+        D = assembly.mass + s * assembly.damping + s**2 * assembly.eigenvalue
+        self.diagonal = np.divide(1.0, D, out=np.zeros_like(D), where=D > 0.0)
+        self.rows = np.ascontiguousarray(one.rows * self.diagonal)
+        self.S = one.M + s * one.C + s**2 * one.K
+        n, Y = len(one.rows), self.rows @ one.rows.T
+        small = self.S.copy()
+        small[:n] = Y @ self.S[:n]
+        small[:n, :n] += np.eye(n)
+        inverse = np.linalg.inv(small)
+        self.free = np.ascontiguousarray(inverse[:, :n])
+        self.loaded = inverse.copy()
+        self.loaded[:, :n] = self.free @ Y
+
+    def solve(self, b_z: Array, b_y: Array) -> tuple[Array, Array, Array]:
+        """z, y and T under right sides of shapes (..., r) and (..., N)."""
+        z = b_z * self.diagonal
+        n = len(self.rows)
+        if n == 0:
+            return z, b_y, b_y
+        y = (b_z @ self.rows.T) @ self.free.T + b_y @ self.loaded.T
+        T = (b_y - y @ self.S.T)[..., :n]
+        return z + T @ self.rows, y, T

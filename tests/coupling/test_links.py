@@ -1,0 +1,254 @@
+"""Bodies, ports and links against one dense matrix of everything."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from impactfem.coupling.body import Port, modal_coordinates
+from impactfem.coupling.contact import kelvin_voigt
+from impactfem.coupling.implicit import respond
+from impactfem.coupling.links import Assembly, Inverse, Link, Mount, Spring
+from impactfem.coupling.pounding import System, simulate
+from impactfem.coupling.unilateral import ModalMotion, unilateral_response
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.sticks.stick import build_stick
+from impactfem.system.errors import ImpactfemError, SolutionError
+
+DT, STEPS = 1e-3, 400
+
+
+def newmark(M, C, K, f):
+    """Displacements and velocities by average acceleration from rest, in dense matrices."""
+    S = M + DT / 2 * C + DT**2 / 4 * K
+    u, v = np.zeros((2, *f.shape))
+    a = np.linalg.lstsq(M, f[0], rcond=None)[0]
+    for t in range(1, len(f)):
+        ahead, faster = u[t - 1] + DT * v[t - 1] + DT**2 / 4 * a, v[t - 1] + DT / 2 * a
+        a = np.linalg.solve(S, f[t] - C @ faster - K @ ahead)
+        u[t], v[t] = ahead + DT**2 / 4 * a, faster + DT / 2 * a
+    return u, v
+
+
+@pytest.fixture
+def stick(floors):
+    return build_stick("a", floors(3))
+
+
+@pytest.fixture
+def shaken():
+    rng = np.random.default_rng(2)
+    return np.cumsum(rng.standard_normal((STEPS, 3)), axis=0)
+
+
+def body_of(stick, name="a", **changes):
+    """A stick as body with its top as port."""
+    (basis, body), *_ = System((stick,), ()).modes
+    shapes, R = np.eye(stick.n)[-6:], stick.rigid_body()
+    top = Port(shapes @ basis, shapes @ R, ("x", "y", "z", "rx", "ry", "rz"))
+    base = Port(np.zeros((6, stick.n)), np.eye(6), top.components)
+    return basis, replace(body, name=name, ports={"top": top, "base": base}, **changes)
+
+
+def by_assembly(assembly, ground, **options):
+    return respond(assembly, ground @ assembly.ground.T, ground, DT, **options)
+
+
+def coordinates(motion, assembly):
+    u = np.zeros((len(motion.u), len(assembly)))
+    u[:, motion.moving] = motion.u
+    return u
+
+
+def test_modal_coordinates_are_exact(floors):
+    stick = build_stick("a", floors(2), storey_points=[(2, 0.3), (1, 0.5)])
+    basis, mass, eigenvalue, damping = modal_coordinates(stick.M, stick.C, stick.K)
+    size = np.sqrt(np.outer(eigenvalue, eigenvalue))
+    assert np.abs(basis.T @ stick.K @ basis - np.diag(eigenvalue)).max() < 1e-10 * size.max()
+    assert np.abs(basis.T @ stick.M @ basis - np.diag(mass)).max() < 1e-10
+    assert (mass == 0.0).sum() == 12 and damping.modal(eigenvalue).ndim == 1
+    # Bending along x and y, and the others, do not mix: what does not move stays exactly zero.
+    assert {len(set(np.flatnonzero(column) % 6)) for column in basis.T} == {1, 2}
+
+
+def test_damping_by_part(floors, shaken):
+    parts = [
+        replace(floor, damping=Rayleigh(0.1 * floor.number, 1e-3 / floor.number))
+        for floor in floors(3)
+    ]
+    stick = build_stick("a", parts)
+    assert System((stick,), ()).modes[0][1].damping.modal(np.ones(18)).ndim == 2
+    response = simulate(System((stick,), ()), shaken, DT)
+    f = -shaken @ (stick.M @ stick.rigid_body()[:, :3]).T
+    u, v = newmark(stick.M, stick.C, stick.K, f)
+    assert np.abs(response.u - u).max() < 1e-9 * np.abs(u).max()
+    assert np.abs(response.v - v).max() < 1e-9 * np.abs(v).max()
+    assert response.energy.residual < 1e-11
+
+
+def on_soil(stick):
+    """A stick on a free base with springs and dashpots, and its dense matrices."""
+    _, body = body_of(stick, free_base=True)
+    R, M = stick.rigid_body(), stick.M
+    heavy = R.T @ M @ R + np.diag([9e5, 9e5, 9e5, 2e7, 2e7, 2e7])
+    body = replace(body, rigid_mass=heavy)
+    k, c = np.diag([4e9, 4e9, 6e9, 9e11, 9e11, 1e12]), np.diag([2e7] * 3 + [2e9] * 3)
+    k[0, 4] = k[4, 0] = 1e9
+    soil = Spring(("a", "base"), None, k, c)
+    dense = [
+        np.block([[M, M @ R], [R.T @ M, heavy]]),
+        scipy.linalg.block_diag(stick.C, c),
+        scipy.linalg.block_diag(stick.K, k),
+    ]
+    return body, soil, dense, R
+
+
+def test_a_free_base(stick, shaken):
+    body, soil, dense, R = on_soil(stick)
+    assembly = Assembly([body], springs=[soil])
+    motion = by_assembly(assembly, shaken)
+    n = stick.n
+    f = -shaken @ dense[0][:, n : n + 3].T
+    u, _ = newmark(*dense, f)
+    z = coordinates(motion, assembly)
+    top = z @ assembly.rows(("a", "top")).T
+    expected = u[:, n - 6 : n] + u[:, n:] @ R[-6:].T
+    assert np.abs(top - expected).max() < 1e-9 * np.abs(expected).max()
+    base = z @ assembly.rows(("a", "base")).T
+    assert np.abs(base - u[:, n:]).max() < 1e-9 * np.abs(u[:, n:]).max()
+    assert motion.energy.residual < 1e-11
+    # The soil makes a difference, and its force is the sum of spring and dashpot.
+    clamped = Assembly([body_of(stick)[1]])
+    stiff = coordinates(by_assembly(clamped, shaken), clamped) @ clamped.rows(("a", "top")).T
+    assert np.abs(stiff - top).max() > 0.05 * np.abs(top).max()
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_contact_of_bodies_on_springs(stick, shaken, free):
+    """Contact forces put in as loads of the dense matrices give the same motion."""
+    body, soil, dense, R = on_soil(stick)
+    if not free:
+        body, soil = body_of(stick)[1], Spring(("a", "top"), None, 1e8 * np.eye(6), 1e5 * np.eye(6))
+        dense = [stick.M, stick.C.copy(), stick.K.copy()]
+        dense[1][-6:, -6:] += soil.damping
+        dense[2][-6:, -6:] += soil.stiffness
+        R = np.zeros((stick.n, 0))
+    along = np.array([0.0, 1.0, 0.0, 0.3, 0.0, 0.0])
+    link = Link("wall", ("a", "top"), None, along, 1e-3, kelvin_voigt(5e8, 0.1, 2e5))
+    assembly = Assembly([body], [link], springs=[soil])
+    motion = by_assembly(assembly, shaken)
+    n, extra = stick.n, R.shape[1]
+    row = np.zeros(n + extra)
+    row[n - 6 : n] = along
+    row[n:] = along @ R[-6:]
+    M = dense[0]
+    moved = M[:, n : n + 3] if free else M @ stick.rigid_body()[:, :3]
+    u, _ = newmark(*dense, -shaken @ moved.T - np.outer(motion.force[:, 0], row))
+    expected = u @ row
+    found = coordinates(motion, assembly) @ (along @ assembly.rows(("a", "top")))
+    assert motion.force.max() > 0.0
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    touching = motion.force[:, 0] > 0.0
+    assert np.all(found[touching] > 1e-3 * (1.0 - 1e-9))
+    assert motion.energy.residual < 1e-11 and motion.energy.contact[-1] < 0.0
+
+
+def test_a_spring_between_two_bodies_and_a_mounted_mass(stick, shaken):
+    bodies = [body_of(stick, name)[1] for name in "ab"]
+    k, c = np.diag([1e8, 2e8, 3e8, 1e9, 1e9, 1e9]), 1e5 * np.eye(6)
+    # A block of 50 t fixed to the top of b, with an oscillator of 20 t on it along y.
+    J, m = np.diag([5e4, 5e4, 5e4, 1e5, 1e5, 1e5]), 2e4
+    M_y, C_y, K_y = np.zeros((3, 7, 7))
+    M_y[:6, :6], M_y[6, 6], M_y[1, 6] = J, 1.0, np.sqrt(m)
+    M_y[6, 1], M_y[1, 1] = np.sqrt(m), J[1, 1] + m
+    C_y[6, 6], K_y[6, 6] = 2.0, 400.0
+    block = Mount((("b", "top"),), M_y, C_y, K_y, np.eye(7, 3))
+    assembly = Assembly(bodies, springs=[Spring(("a", "top"), ("b", "top"), k, c)], mounts=[block])
+    motion = by_assembly(assembly, shaken, substeps=1)
+    n = stick.n
+    B = np.zeros((6, 2 * n))
+    B[:, n - 6 : n], B[:, -6:] = np.eye(6), -np.eye(6)
+    P = np.zeros((7, 2 * n + 1))
+    P[:6, 2 * n - 6 : 2 * n], P[6, -1] = np.eye(6), 1.0
+    dense = []
+    for own, attached in ((stick.M, M_y), (stick.C, C_y), (stick.K, K_y)):
+        dense.append(scipy.linalg.block_diag(own, own, 0.0) + P.T @ attached @ P)
+    dense[1][:-1, :-1] += B.T @ c @ B
+    dense[2][:-1, :-1] += B.T @ k @ B
+    moved = np.vstack([stick.M @ stick.rigid_body()[:, :3]] * 2 + [np.zeros((1, 3))])
+    moved += P.T @ M_y @ np.eye(7, 3)
+    u, v = newmark(*dense, -shaken @ moved.T)
+    ((fixed, own),) = assembly.attached.mounts
+    found = motion.displacement[:, [*fixed, *own]]
+    expected = u @ P.T
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+    assert np.abs(motion.velocity[:, own[0]] - v[:, -1]).max() < 1e-9 * np.abs(v[:, -1]).max()
+    # Its force on the floor is that of its inertia.
+    a = motion.acceleration[:, [*fixed, *own]] + shaken @ np.eye(7, 3).T
+    F = -a @ M_y[:6].T
+    assert np.abs(motion.reaction[:, fixed] - F).max() < 1e-9 * np.abs(F).max()
+    assert motion.energy.residual < 1e-11
+    # Sub-steps of a straight load are the same steps.
+    fine = np.repeat(shaken, 2, axis=0)[1:]
+    fine[::2], fine[1::2] = shaken, 0.5 * (shaken[:-1] + shaken[1:])
+    half = respond(assembly, fine @ assembly.ground.T, fine, DT / 2)
+    sub = by_assembly(assembly, shaken, substeps=2, record=False)
+    assert np.abs(sub.reaction - half.reaction[::2]).max() < 1e-9 * np.abs(half.reaction).max()
+    assert not len(sub.u)
+
+
+@pytest.mark.parametrize("theta", [0.5, 0.7])
+def test_unilateral_links_of_a_body_on_soil(stick, theta):
+    """Thrown against walls: complementary, behind them nowhere, energies in balance."""
+    body, soil, *_ = on_soil(stick)
+    links = [
+        Link(str(k), ("a", port), None, np.eye(6)[1], 1e-3)
+        for k, port in enumerate(("top", "base"))
+    ]
+    assembly = Assembly([body], links, springs=[soil])
+    motion = ModalMotion(assembly, DT, theta=theta)
+    v0 = np.zeros(len(assembly))
+    v0[-5] = 0.5 * np.sqrt(body.rigid_mass[1, 1])
+    history = unilateral_response(motion, assembly.gaps, 300, velocity=v0)
+    assert history.impulse.max(axis=0).min() > 0.0
+    assert history.residual.max() < 1e-9 and history.energy.residual < 1e-11
+    assert history.energy.gained < 1e-12
+    # Free motion of it is that of the implicit loop.
+    free = Assembly([body], springs=[soil])
+    z = respond(free, np.zeros((100, len(free))), np.zeros((100, 3)), DT, v0=v0)
+    far = unilateral_response(ModalMotion(assembly, DT), 10.0, 99, velocity=v0)
+    tops = coordinates(z, free) @ free.rows(("a", "top"))[1]
+    assert np.abs(10.0 - far.gap[:, 0] - tops).max() < 1e-9 * np.abs(tops).max()
+
+
+def test_the_inverse_is_the_inverse(stick):
+    body, soil, *_ = on_soil(stick)
+    assembly = Assembly([body], springs=[soil])
+    one, s, r = assembly.attached, 2e-3, len(assembly)
+    B = one.rows
+    whole = np.diag(assembly.mass + s * assembly.damping + s**2 * assembly.eigenvalue)
+    whole += B.T @ (one.M + s * one.C + s**2 * one.K) @ B
+    b = np.random.default_rng(1).standard_normal(r)
+    z, y, _ = Inverse(assembly, s).solve(b, np.zeros(len(one.M)))
+    assert z == pytest.approx(np.linalg.solve(whole, b), rel=1e-9, abs=1e-12 * np.abs(z).max())
+    assert y == pytest.approx(B @ z, rel=1e-9, abs=1e-12 * np.abs(y).max())
+
+
+def test_what_is_refused(stick):
+    _, body = body_of(stick)
+    with pytest.raises(ImpactfemError, match=r"body a has no port 'roof'; its ports: top, base"):
+        Assembly([body], [Link("1", ("a", "roof"), None, np.eye(6)[1])])
+    with pytest.raises(ImpactfemError, match="no body 'c'; there are a"):
+        Assembly([body], springs=[Spring(("c", "top"), None, np.eye(6), np.eye(6))])
+    with pytest.raises(ImpactfemError, match="names of their own"):
+        Assembly([body, body])
+    with pytest.raises(ImpactfemError, match=r"body a: shapes of port roof of shape \(2, 3\)"):
+        body.with_ports(roof=Port(np.zeros((2, 3)), np.zeros((2, 6)), ("x", "y")))
+    walls = Assembly([body], [Link("1", ("a", "top"), None, np.eye(6)[1], 1.0)])
+    with pytest.raises(SolutionError, match="a unilateral constraint needs the time loop of"):
+        by_assembly(walls, np.zeros((3, 3)))
+    law = kelvin_voigt(1e9, 0.1, 1e3)
+    closed = Assembly([body], [Link("wall", ("a", "top"), None, np.eye(6)[1], -1.0, law)])
+    with pytest.raises(SolutionError, match="pair wall penetrates at the start"):
+        by_assembly(closed, np.zeros((3, 3)))
