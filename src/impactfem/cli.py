@@ -14,8 +14,7 @@ from rich.table import Table
 
 from impactfem import __version__
 from impactfem.system import log
-from impactfem.system.errors import ImpactfemError, InputError, printable
-from impactfem.system.file_errors import file_errors
+from impactfem.system.errors import ImpactfemError, InputError, file_errors, printable
 from impactfem.system.parallel import OtherRankError, abort, all_stop, exit_code, rank, size
 from impactfem.system.stop import advise, signals_answered
 

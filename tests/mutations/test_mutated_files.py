@@ -20,8 +20,8 @@ from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.mesh_groups import assemble
 from impactfem.report.run_files import RunFiles
 from impactfem.run.finished import is_finished, memory_of, seconds_of
-from impactfem.system.archive import read_archive, write_archive
 from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.files import read_archive, write_archive
 
 from .mutation import flipped, mutated
 from .outcome import outcome

@@ -9,8 +9,7 @@ from typing import Any
 
 from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.history import History, State
-from impactfem.system.archive import read_archive, write_archive
-from impactfem.system.files import write_json
+from impactfem.system.files import read_archive, write_archive, write_json
 from impactfem.system.log import LOGGER
 
 

@@ -24,8 +24,8 @@ from impactfem.reduction.error_band import (
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.larger_models import larger_models
 from impactfem.reduction.reduced import ReducedModel, Residual, residual_norms
-from impactfem.system.archive import read_archive, write_archive
 from impactfem.system.errors import SolutionError
+from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER
 from impactfem.system.memory import give_back
 

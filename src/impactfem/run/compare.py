@@ -20,8 +20,7 @@ from impactfem.run.folder import locked
 from impactfem.run.report import write_page
 from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.view import TransientView
-from impactfem.system.errors import Fault, InputError
-from impactfem.system.file_errors import file_errors
+from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import write_netcdf
 
 TRANSIENT = "transient.nc"

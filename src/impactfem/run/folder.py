@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import re
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 from impactfem.case import Case
 from impactfem.system.errors import CONTROL, Fault, InputError
 from impactfem.system.files import remove_parts
 from impactfem.system.log import LOGGER
-from impactfem.system.stop import removed
 
-LOG = "run.log"  # tells the folder of a run from any other
+LOG = "run.log"  # distinguishes the folder of a run from any other
 LOCK = ".lock"
+PATIENCE = 0.1
+"""Time in which a lock is tried again [s], as its holder may be removing the file just now."""
 _CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
 # What a file system answers that cannot lock, as some shared ones cannot.
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
@@ -33,60 +35,62 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
     Args:
         folder: The folder.
         resume: Whether it must hold a run already.
-        log: Name of the log that tells such a folder from any other.
+        log: Name of the log that distinguishes such a folder from any other.
 
     Raises:
         InputError: The folder may not or cannot be used, or another run works in it; nothing is
             written then.
     """
-    try:
-        if CONTROL.search(str(folder)):
-            raise _refused(folder, "--out", "expected a name without control characters")
-        if resume and not (folder / log).is_file():
-            raise _refused(folder, "--resume", "expected a folder that holds a run")
-        if folder.exists() and not folder.is_dir():
-            raise _refused(folder, "--out", "expected a folder, this is a file")
-        if folder.is_dir() and any(folder.iterdir()) and not (folder / log).is_file():
-            expected = (
-                "expected an empty folder or one of an earlier run; this one holds other files"
-            )
-            raise _refused(folder, "--out", expected)
-        _refuse_links(folder, "--out")
-        folder.mkdir(parents=True, exist_ok=True)
-        if not os.access(folder, os.W_OK):
-            raise PermissionError(13, os.strerror(13))
-        (folder / log).touch()
-        lock = _lock(folder, "--out")
-    except OSError as error:
-        raise _not_writable(folder, "--out", error) from error
-    try:
+    with ExitStack() as held:
         try:
+            if resume and not (folder / log).is_file():
+                raise _refused(folder, "--resume", "expected a folder that holds a run")
+            expected = _unusable(folder, log)
+            if expected:
+                raise _refused(folder, "--out", expected)
+            _refuse_links(folder, "--out")
+            folder.mkdir(parents=True, exist_ok=True)
+            if not os.access(folder, os.W_OK):
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+            (folder / log).touch()
+            held.enter_context(locked(folder, "--out"))
             remove_parts(folder)
         except OSError as error:
             raise _not_writable(folder, "--out", error) from error
-        with removed(folder / LOCK):
-            yield
-    finally:
-        _unlock(folder, lock)
+        yield
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def locked(folder: Path, key: str = "") -> Iterator[None]:
     """Keep other runs out of a folder that holds one while the block runs. Not collective.
+
+    The kernel gives the lock back when the process ends, however it ends: the file that a killed
+    run leaves is in nobody's way.
+
+    Args:
+        folder: The folder.
+        key: The option that names it on the command line; "" for an argument.
 
     Raises:
         InputError: Another run works in it, or it cannot be written.
     """
-    try:
-        _refuse_links(folder, "")
-        lock = _lock(folder, "")
-    except OSError as error:
-        raise _not_writable(folder, "", error) from error
-    try:
-        with removed(folder / LOCK):
-            yield
-    finally:
-        _unlock(folder, lock)
+    path = folder / LOCK
+    with ExitStack() as held:
+        try:
+            _refuse_links(folder, key)
+            held.enter_context(FileLock(path, timeout=PATIENCE, fallback_to_soft=False))
+            path.write_text(f"process {os.getpid()} on {socket.gethostname()}\n", encoding="utf-8")
+        except Timeout:
+            holder = path.read_text(errors="replace").strip() if path.is_file() else ""
+            expected = f"expected a folder in which no other run works; {holder or 'one'} does now"
+            raise _refused(folder, key, expected) from None
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                raise _not_writable(folder, key, error) from error
+            text = "warning: %s cannot be locked (%s): see that no other run works in it"
+            LOGGER.warning(text, folder, error.strerror)
+        held.callback(_remove, path)  # while it is still ours: nobody holds a file that is no more
+        yield
 
 
 def log_case(case: Case) -> None:
@@ -142,61 +146,17 @@ def _not_writable(folder: Path, key: str, error: OSError) -> InputError:
     return _refused(folder, key, expected)
 
 
-def _lock(folder: Path, key: str) -> int:
-    """Lock a folder for this process; the kernel gives the lock back when the process ends.
-
-    Args:
-        folder: The folder.
-        key: What named it on the command line, for messages.
-
-    Returns:
-        What `_unlock` needs.
-
-    Raises:
-        InputError: A process that lives has it.
-        OSError: The folder cannot be written.
-    """
-    path = folder / LOCK
-    while True:
-        lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            holder = os.pread(lock, 200, 0).decode(errors="replace").strip()
-            os.close(lock)
-            expected = f"expected a folder in which no other run works; {holder or 'one'} does now"
-            raise _refused(folder, key, expected) from None
-        except OSError as error:
-            if error.errno not in _NO_LOCKS:
-                os.close(lock)
-                raise
-            LOGGER.warning(
-                "warning: %s cannot be locked (%s): see that no other run works in it",
-                folder,
-                error.strerror,
-            )
-        if _is_same_file(lock, path):
-            break
-        os.close(lock)  # its holder removed it between our opening and locking: another one now
-    try:
-        os.ftruncate(lock, 0)
-        os.pwrite(lock, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
-    except OSError:
-        _unlock(folder, lock)
-        raise
-    return lock
+def _unusable(folder: Path, log: str) -> str:
+    """What a folder should be that cannot be that of a run; "" for one that can."""
+    if CONTROL.search(str(folder)):
+        return "expected a name without control characters"
+    if folder.exists() and not folder.is_dir():
+        return "expected a folder, this is a file"
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / log).is_file():
+        return "expected an empty folder or one of an earlier run; this one holds other files"
+    return ""
 
 
-def _is_same_file(opened: int, path: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(opened), path.stat())
-    except FileNotFoundError:
-        return False
-
-
-def _unlock(folder: Path, lock: int) -> None:
-    # Removed while it is still ours, so that nobody holds a lock on a file that is no more. Where
-    # it cannot be removed, it stays: without its holder it is in nobody's way.
+def _remove(path: Path) -> None:
     with suppress(OSError):
-        (folder / LOCK).unlink()
-    os.close(lock)
+        path.unlink()

@@ -37,8 +37,7 @@ from impactfem.stages.manifest import file_digest, manifest_file
 from impactfem.stages.pounding.checks import distance_check
 from impactfem.stages.provenance import provenance
 from impactfem.stages.stage import DRAWING, Stage
-from impactfem.system.errors import Fault, InputError
-from impactfem.system.file_errors import file_errors
+from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
 from impactfem.system.memory import forget_peak, give_back, peak_memory

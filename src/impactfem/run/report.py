@@ -11,7 +11,7 @@ from impactfem.report.run_files import CASE, CHECKS, RunFiles
 from impactfem.run.folder import locked
 from impactfem.run.stages import REPORT, STAGES
 from impactfem.stages.check import Check
-from impactfem.system.file_errors import file_errors
+from impactfem.system.errors import file_errors
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps
 

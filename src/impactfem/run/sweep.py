@@ -27,8 +27,7 @@ from impactfem.run.sweep_results import SHOWN, SweepResults, SweepRow, write_swe
 from impactfem.run.variant import Variant, check_variants, variants_of, write_case
 from impactfem.stages.inputs import published_values
 from impactfem.system import log
-from impactfem.system.errors import ImpactfemError, InputError
-from impactfem.system.file_errors import file_errors
+from impactfem.system.errors import ImpactfemError, InputError, file_errors
 from impactfem.system.log import LOGGER, Steps, in_file_only, mirrored
 from impactfem.system.parallel import alone, on_root, rank, start_solvers, workers, world
 from impactfem.system.scalar import Scalar

@@ -7,6 +7,8 @@ import stat
 import tempfile
 from pathlib import Path
 
+import platformdirs
+
 from impactfem.system.errors import ImpactfemError
 
 
@@ -19,8 +21,8 @@ def cache_folder(name: str) -> Path:
     Raises:
         ImpactfemError: No place for it can be written.
     """
-    base = os.environ.get("XDG_CACHE_HOME") or f"{_home()}/.cache"
-    places = [Path(base), Path(tempfile.gettempdir()) / f"impactfem-{os.getuid()}"]
+    temporary = Path(tempfile.gettempdir(), f"impactfem-{os.getuid()}")
+    places = [platformdirs.user_cache_path(), temporary]
     for place in places:
         folder = place / "impactfem" / name
         shared = place != places[0]  # a folder where anyone may make folders
@@ -59,19 +61,13 @@ def place_caches() -> None:
     """
     if not os.access(Path(__file__).parent, os.W_OK):
         _place("NUMBA_CACHE_DIR", "kernels")
-    asked = os.environ.get("XDG_CONFIG_HOME")
-    if not _can_be_made(Path(asked or f"{_home()}/.config", "matplotlib")):
+    if not _can_be_made(platformdirs.user_config_path("matplotlib")):
         _place("MPLCONFIGDIR", "matplotlib")
 
 
 def _place(variable: str, name: str) -> None:
     if not os.environ.get(variable):
         os.environ[variable] = str(cache_folder(name))
-
-
-def _home() -> str:
-    """The home folder; "~" for a user who has none."""
-    return os.path.expanduser("~")  # noqa: PTH111 - Path raises where there is none
 
 
 def _can_be_made(folder: Path) -> bool:

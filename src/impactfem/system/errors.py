@@ -1,9 +1,11 @@
-"""The errors of impactfem: one base, and the list of faults of an input."""
+"""The errors of impactfem: one base, the faults of an input, and what the system refuses."""
 
 from __future__ import annotations
 
+import logging
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +13,10 @@ CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\
 """Characters that end a line, command a terminal, turn the direction of writing, or are none."""
 MOST_FAULTS = 200
 """Largest number of faults that are listed; so many have one cause."""
+# What NumPy says of an array that no machine holds, in place of MemoryError.
+_TOO_LARGE = ("Maximum allowed size exceeded", "Maximum allowed dimension", "array is too big")
+_LOGGER = logging.getLogger("impactfem")  # as in `impactfem.system.log`
+_PETSC_MEMORY = 55  # PETSC_ERR_MEM
 
 
 def printable(text: str) -> str:
@@ -72,3 +78,41 @@ def _short(value: object) -> str:
 
 def _cut(text: str, limit: int) -> str:
     return text if len(text) <= limit else f"{text[: limit - 3]}..."
+
+
+@contextmanager
+def file_errors() -> Iterator[None]:
+    """What the system refuses in the block becomes a message that says what and why.
+
+    For work that touches many files, its own and those of libraries, or takes much memory. Not
+    collective.
+
+    Raises:
+        ImpactfemError: A file or folder cannot be read or written, as on a full disk; or there is
+            not enough memory.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.strerror is None:  # no answer of the system, but a fault that a library found
+            raise
+        _LOGGER.debug("refused by the system", exc_info=True)
+        where = "a file" if error.filename is None else error.filename
+        raise ImpactfemError(f"cannot read or write {where}: {error.strerror}") from error
+    except (MemoryError, ValueError, RuntimeError) as error:
+        if not _wants_memory(error):
+            raise
+        _LOGGER.debug("out of memory", exc_info=True)
+        reason = str(error).partition("\n")[0]
+        raise ImpactfemError(
+            f"not enough memory{f' ({reason})' if reason else ''}: 'impactfem check' prints what a "
+            "case needs; longer time steps, larger elements or fewer vectors need less"
+        ) from error
+
+
+def _wants_memory(error: Exception) -> bool:
+    if isinstance(error, MemoryError):
+        return True
+    if isinstance(error, ValueError):
+        return str(error).startswith(_TOO_LARGE)
+    return getattr(error, "ierr", None) == _PETSC_MEMORY

@@ -1,4 +1,4 @@
-"""Files that are whole or not there: written beside their place, then moved into it."""
+"""Files that are whole or not there: JSON, NetCDF, archives of arrays."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ import io
 import json
 import os
 import re
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import psutil
 import xarray as xr
 
 from impactfem.system.errors import ImpactfemError
+from impactfem.system.log import LOGGER
 
 _ROOT = Path(__file__).parents[3]
 _PART = re.compile(r"\..+\.([1-9]\d{0,8})\.part")
@@ -56,28 +61,18 @@ def atomic(path: Path) -> Iterator[Path]:
 def remove_parts(folder: Path) -> None:
     """Remove the temporary files below a folder that `atomic` left there when it was killed.
 
-    Those of processes that still live are kept; this process must not be writing there.
+    Those of other processes that still live are kept; this process must not be writing there.
 
     Raises:
         OSError: One cannot be removed.
     """
     for path in folder.rglob(".*.part"):
         match = _PART.fullmatch(path.name)
-        if match is not None and path.is_file() and not _at_work(int(match[1])):
+        # In a container the number of this process may be that of a run before.
+        if match is None or (int(match[1]) != os.getpid() and psutil.pid_exists(int(match[1]))):
+            continue
+        if path.is_file():
             path.unlink(missing_ok=True)
-
-
-def _at_work(process: int) -> bool:
-    """Whether another process of this number lives; in a container that of a run before is ours."""
-    if process == os.getpid():
-        return False
-    try:
-        os.kill(process, 0)  # asks only
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
 
 
 def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
@@ -105,3 +100,44 @@ def write_json(path: Path, value: object) -> None:
     text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
     with atomic(path) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def write_archive(path: Path, key: str, content: dict[str, Any]) -> None:
+    """Write arrays and numbers by name.
+
+    Args:
+        path: The file.
+        key: Hash of what they depend on.
+        content: The arrays; "key" is no name.
+
+    Raises:
+        ImpactfemError: The file cannot be written.
+    """
+    # np.savez leaves its archive open where the disk is full, to fail again when it is collected.
+    with (
+        atomic(path) as temporary,
+        temporary.open("wb") as stream,
+        zipfile.ZipFile(stream, "w") as archive,
+    ):
+        for name, value in (content | {"key": key}).items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.save(member, value, allow_pickle=False)
+
+
+def read_archive(path: Path, key: str) -> dict[str, Any] | None:
+    """Read all arrays of a file.
+
+    Returns:
+        The arrays by name; None where there is no file, where it was made from something else, and
+        where it is damaged, which is told.
+    """
+    try:
+        # NumPy leaves a damaged file open that it has opened itself.
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as content:
+            # Large arrays of another run are not read.
+            return dict(content) if str(content["key"]) == key else None
+    except FileNotFoundError:
+        return None
+    except Exception as error:  # whatever NumPy and zipfile make of a file that is cut short
+        LOGGER.warning("warning: %s is damaged (%s); computed again", path, error)
+        return None

@@ -8,9 +8,11 @@ import os
 import re
 from pathlib import Path
 
+import psutil
+
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
-MACHINE = Path("/proc/meminfo")
 GROUP, GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
+FILE_CACHE = ("inactive_file ", "active_file ")
 DISK = "/var/tmp"
 """Where what memory cannot hold goes without TMPDIR: /tmp is memory on many systems."""
 
@@ -41,13 +43,13 @@ def give_back() -> None:
 
 
 def available_memory() -> float:
-    """Memory that this process and others of its job may still take [byte]; infinite if unknown."""
-    return min(_of_machine(), _of_job())
+    """Memory that this process and others of its job may still take [byte]."""
+    return min(float(psutil.virtual_memory().available), _of_job())
 
 
 def total_memory() -> float:
-    """Memory that this process could take if nothing else ran [byte]; infinite if unknown."""
-    return min(_of_machine("MemTotal:"), _of_job(whole=True))
+    """Memory that this process could take if nothing else ran [byte]."""
+    return min(float(psutil.virtual_memory().total), _of_job(whole=True))
 
 
 def disk_folder() -> str:
@@ -55,43 +57,29 @@ def disk_folder() -> str:
     return os.environ.get("TMPDIR", DISK)
 
 
-def _of_machine(entry: str = "MemAvailable:") -> float:
-    try:
-        lines = MACHINE.read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return float("inf")
-    found = [line.split()[1] for line in lines if line.startswith(entry)]
-    return 1024.0 * float(found[0]) if found else float("inf")
-
-
 def _of_job(*, whole: bool = False) -> float:
     """What control groups (version 2) leave, as those of a batch system: the tightest of them.
 
     Args:
-        whole: Whether what they have is asked for, used or not.
+        whole: Whether what they have is requested, used or not.
     """
     left = float("inf")
     try:
         lines = GROUP.read_text(encoding="utf-8").splitlines()
-        own = next((line[3:] for line in lines if line.startswith("0::/")), "/").strip("/")
     except OSError:
         return left
-    group = GROUPS / own
-    while group != GROUPS.parent:
-        try:
-            most = (group / "memory.max").read_text(encoding="utf-8").strip()
-            if most != "max" and whole:
-                left = min(left, float(most))
-            elif most != "max":
-                used = float((group / "memory.current").read_text(encoding="utf-8"))
-                stat = (group / "memory.stat").read_text(encoding="utf-8").splitlines()
-                cached = sum(float(line.split()[1]) for line in stat if _is_file_cache(line))
-                left = min(left, float(most) - used + cached)
-        except (OSError, ValueError, IndexError):
-            pass  # a group without such a limit, or not for us to read
-        group = group.parent
+    group = GROUPS / next((line[3:] for line in lines if line.startswith("0::/")), "/").strip("/")
+    for folder in (group, *group.parents):
+        if not folder.is_relative_to(GROUPS):
+            break
+        # A group without such a limit, or not for us to read, leaves all.
+        with contextlib.suppress(OSError, ValueError, IndexError):
+            most = float((folder / "memory.max").read_text(encoding="utf-8").replace("max", "inf"))
+            if not whole:
+                most -= float((folder / "memory.current").read_text(encoding="utf-8"))
+                stat = (folder / "memory.stat").read_text(encoding="utf-8").splitlines()
+                # Pages of files are given up where memory is short.
+                cached = [line for line in stat if line.startswith(FILE_CACHE)]
+                most += sum(float(line.split()[1]) for line in cached)
+            left = min(left, most)
     return left
-
-
-def _is_file_cache(line: str) -> bool:
-    return line.startswith(("inactive_file ", "active_file "))

@@ -15,8 +15,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from impactfem.system.errors import Fault, ImpactfemError, InputError
-from impactfem.system.file_errors import file_errors
+from impactfem.system.errors import Fault, ImpactfemError, InputError, file_errors
 from impactfem.system.log import LOGGER
 
 T = TypeVar("T")

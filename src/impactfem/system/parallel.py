@@ -66,14 +66,14 @@ def settle_threads() -> None:
         os.environ[IDLE] = "4"
         if "numpy" in sys.modules:
             _polling.update(copy.filepath for copy in openblas())
-    if _launched() > 1 and not any(name in os.environ for name in OPENBLAS_THREADS):
+    if launched() > 1 and not any(name in os.environ for name in OPENBLAS_THREADS):
         os.environ[THREADS] = "1"
 
 
 _polling: set[str] = set()  # files of the OpenBLAS that were loaded before IDLE was set
 
 
-def _launched() -> int:
+def launched() -> int:
     """Number of ranks by the launcher's environment; MPI is not started for it.
 
     Slurm tells the number of tasks to a script of one process, too: only with a rank it counts.
@@ -154,10 +154,7 @@ def world() -> Any | None:
 
     MPI is not started, nor mpi4py imported, for one process.
     """
-    if _alone:
-        return None
-    sizes = [os.environ.get(name, "") for name in LAUNCHERS]
-    if not any(size.isdigit() and int(size) > 1 for size in sizes):
+    if _alone or launched() == 1:
         return None
     from mpi4py import MPI
 

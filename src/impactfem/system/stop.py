@@ -2,10 +2,10 @@
 
 In one process the signal unwinds the program as an error does: what is half written goes, the lock
 of the folder too. It may be lost in a library, though, or come while much is computed outside
-Python: so a thread of its own ends the process where that takes longer. All files are whole at any
-moment. A rank of several does not unwind, as PETSc frees its objects, and ends, on all ranks
-together, and the others know nothing of the signal: it leaves at once, by the thread where it waits
-for another rank. `mpirun` then ends the others.
+Python: so a thread of its own ends the process where that takes longer; the file of the lock stays
+then, in nobody's way. All files are whole at any moment. A rank of several does not unwind, as
+PETSc frees its objects, and ends, on all ranks together, and the others know nothing of the signal:
+it leaves at once, by the thread where it waits for another rank. `mpirun` then ends the others.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from impactfem.system.parallel import LAUNCHERS
+from impactfem.system.parallel import launched
 
 SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 ADVICE = "run again with --resume to go on"
@@ -51,7 +51,6 @@ class _Answer:
     def __init__(self) -> None:
         self.number: int | None = None
         self.logs: list[Path] = []
-        self.locks: list[Path] = []
         self.advice = ADVICE
         self._done = threading.Event()
         self._taken = threading.Lock()
@@ -62,7 +61,7 @@ class _Answer:
             self.number = number
             # Objects of libraries that the signal found half made complain when they go.
             sys.unraisablehook = lambda _: None
-            if _ranks() > 1:
+            if launched() > 1:
                 self.leave(number)
             raise Stopped(number)
 
@@ -71,7 +70,7 @@ class _Answer:
         with os.fdopen(end, "rb", buffering=0) as heard:
             while number := heard.read(1):
                 if number[0] in SIGNALS:
-                    patience = UNWINDING if _ranks() == 1 else WAITING
+                    patience = UNWINDING if launched() == 1 else WAITING
                     if not self._done.wait(patience):
                         self.leave(number[0])
 
@@ -87,9 +86,6 @@ class _Answer:
             sys.stdout.flush()
         if _tells_it():
             self._tell(number)
-        for path in self.locks:
-            with suppress(OSError):
-                path.unlink()
         os._exit(128 + number)
 
     def _tell(self, number: int) -> None:
@@ -109,14 +105,9 @@ class _Answer:
 _answer = _Answer()
 
 
-def _ranks() -> int:
-    sizes = [os.environ.get(name, "") for name in LAUNCHERS]
-    return max([int(size) for size in sizes if size.isdigit()], default=1)
-
-
 def _tells_it() -> bool:
     """Whether this rank is to tell the stop: the first that was stopped, rank 0 before others."""
-    if _ranks() == 1:
+    if launched() == 1:
         return True
     MPI: Any = getattr(sys.modules.get("mpi4py"), "MPI", None)
     if MPI is None or not MPI.Is_initialized():
@@ -179,17 +170,6 @@ def recorded(path: Path) -> Iterator[None]:
         logs.remove(path)
         raise
     logs.remove(path)
-
-
-@contextmanager
-def removed(path: Path) -> Iterator[None]:
-    """A file of this process goes when a signal ends it in the block, even without unwinding."""
-    locks = _answer.locks
-    locks.append(path)
-    try:
-        yield
-    finally:
-        locks.remove(path)
 
 
 def advise(words: str) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from impactfem.cli import main
 from impactfem.stages.transient import motion_file, motion_index
 from impactfem.stages.transient import stage as transient
-from impactfem.system import archive, files
+from impactfem.system import files
 
 whole = files.atomic
 name, case, folder, *options = sys.argv[1:]
@@ -32,7 +32,7 @@ def interrupted(path: Path) -> Iterator[Path]:
             os.kill(os.getpid(), signal.SIGKILL)
 
 
-for module in (files, archive, motion_file, motion_index):
+for module in (files, motion_file, motion_index):
     module.atomic = interrupted
 transient.transient_figures = lambda *_, **__: []
 sys.argv = ["impactfem", "run", case, "--stage", "transient", "--out", folder, *options]

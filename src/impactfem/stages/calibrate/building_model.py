@@ -27,7 +27,7 @@ from impactfem.reduction.galerkin import GalerkinModes, galerkin_modes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced_basis import grow_until_accurate
 from impactfem.stages.calibrate.pull import FloorPull, floor_pull
-from impactfem.system.archive import read_archive, write_archive
+from impactfem.system.files import read_archive, write_archive
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

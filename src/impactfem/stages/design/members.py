@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from impactfem.stages.design.member import Carrier, carry
 from impactfem.stages.design.member_loads import MemberLoads
-from impactfem.system.archive import read_archive, write_archive
 from impactfem.system.errors import ImpactfemError, SolutionError
+from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER
 
 Array = NDArray[np.float64]

@@ -32,7 +32,7 @@ from impactfem.stages.calibrate.building_model import (
     wall_patterns,
 )
 from impactfem.stages.device.covered_points import moving_node, point_rows
-from impactfem.system.archive import read_archive, write_archive
+from impactfem.system.files import read_archive, write_archive
 from impactfem.system.memory import give_back
 
 Array = NDArray[np.float64]

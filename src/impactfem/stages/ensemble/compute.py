@@ -19,8 +19,8 @@ from impactfem.coupling.pounding import System
 from impactfem.stages.pounding.compute import run_sticks
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.sticks.calibration import Calibration
-from impactfem.system.archive import read_archive, write_archive
 from impactfem.system.errors import ImpactfemError, SolutionError
+from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER
 
 Array = NDArray[np.float64]
