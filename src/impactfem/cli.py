@@ -90,7 +90,7 @@ def run(
     heads = ("result", "value", "published", "unit", "ours is")
     table = Table(*heads, title=str(result.folder / "summary.json"))
     for scalar in result.scalars:
-        if (theirs := result.beside.get(scalar.name)) is not None:
+        if (theirs := result.published.get(scalar.name)) is not None:
             value = "-" if scalar.value is None else f"{scalar.value:.5g}"
             published = f"{theirs.relation.strip('=')}{theirs.value:.5g}"
             table.add_row(scalar.name, value, published, scalar.unit, theirs.kind)
@@ -143,8 +143,8 @@ def sweep(
         processes=processes,
     )
     if rank() == 0:
-        for table in result.short_tables():
-            typer.echo(table.as_text(PIPE_WIDTH))
+        for text in result.table.texts(result.shown, PIPE_WIDTH):
+            typer.echo(text)
         typer.echo(f"results: {', '.join(map(str, result.files))}")
     if result.failed:
         raise typer.Exit(1)
@@ -182,7 +182,7 @@ def compare(
 @app.command()
 def check(case: CaseFile) -> None:
     """Check a case file and all files it names, and estimate what a run takes."""
-    from impactfem.run.loop import checked
+    from impactfem.run.check import checked
 
     found, estimate = checked(case, mesh=True)
     counts = (

@@ -1,8 +1,8 @@
 """The study in Python: what the command line does, and a finished run open for reading."""
 
-from impactfem.run.compare import compare_runs
-from impactfem.run.loop import Run, check, run
-from impactfem.run.report import make_report
+from impactfem.run.check import check
+from impactfem.run.loop import Run, run
+from impactfem.run.report import compare_runs, make_report
 from impactfem.run.run_folder import RunFolder, open_run
 from impactfem.run.stages import STAGES, stage_names
 from impactfem.run.sweep import Sweep, sweep

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.run.loop import checked
+from impactfem.run.check import checked
 from impactfem.system.errors import InputError
 from impactfem.system.log import in_file_only
 

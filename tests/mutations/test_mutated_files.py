@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from impactfem.run.finished import is_finished, memory_of, seconds_of
 
 from impactfem import cli, study
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.mesh_groups import assemble
 from impactfem.report.run_files import RunFiles
-from impactfem.run.finished import is_finished, memory_of, seconds_of
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.files import read_archive, write_archive
 

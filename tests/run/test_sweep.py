@@ -49,12 +49,13 @@ def test_a_table_of_all_variants(case: Path, tmp_path: Path) -> None:
 
 def test_a_variant_is_a_case_of_its_own(case: Path, tmp_path: Path) -> None:
     swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
-    row = swept.results.rows[1]
-    path = tmp_path / "s" / "cases" / f"{row.name}.toml"
+    results = swept.table.results.iloc[1].dropna()
+    path = tmp_path / "s" / "cases" / f"{results.name}.toml"
     again = study.run(path, out=tmp_path / "again", stage="pounding")
-    values = {scalar.name: scalar.value for scalar in again.scalars}
-    assert values == {name: scalar.value for name, scalar in row.scalars.items()}
-    held = study.run(path, out=tmp_path / "s" / "runs" / row.name, stage="pounding", resume=True)
+    values = {scalar.name: scalar.value for scalar in again.scalars if scalar.value is not None}
+    assert values == results.to_dict()
+    folder = tmp_path / "s" / "runs" / results.name
+    held = study.run(path, out=folder, stage="pounding", resume=True)
     assert held.reused == ["pounding"]
 
 
@@ -66,9 +67,9 @@ def test_finished_variants_are_reused(
     wider = {"buildings[0].stiffness_factor": [0.5, 1.0, 2.0]}
     again = study.sweep(case, wider, stage="pounding", out=tmp_path / "s")
     assert again.failed == 1
-    low, middle, high = again.results.rows
-    assert [low, high] == list(first.results.rows)
-    assert middle.error == "grew without bound" and not middle.scalars
+    assert again.table.results.iloc[[0, 2]].equals(first.table.results)
+    assert again.table.errors.iloc[1] == "grew without bound"
+    assert again.table.results.iloc[1].isna().all()
 
 
 def _fail(*_: object, **__: object) -> None:
@@ -84,11 +85,11 @@ def test_a_stage_with_the_same_inputs_is_computed_once(
     monkeypatch.setattr(sticks, "run_sticks", lambda *a, **k: calls.append(1) or compute(*a, **k))
     swept = study.sweep(case, {"title": ["a", "b", "c"]}, stage="pounding", out=tmp_path / "s")
     assert len(calls) == 1 and swept.failed == 0
-    first, *others = swept.results.rows
-    assert all(other.scalars == first.scalars for other in others)
+    found = swept.table.results
+    assert (found.nunique() <= 1).all() and len(found) == 3
     # Nor in a later sweep into the same folder, under another name.
     later = study.sweep(case, {"title": ["d"]}, stage="pounding", out=tmp_path / "s")
-    assert len(calls) == 1 and later.results.rows[0].scalars == first.scalars
+    assert len(calls) == 1 and later.table.results.iloc[0].equals(found.iloc[0])
 
 
 @pytest.mark.parametrize(
@@ -236,8 +237,8 @@ def test_a_process_that_is_killed_is_told(
     monkeypatch.setattr(MODULE, "run_alone", _die)
     swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s", processes=2)
     assert swept.failed == 2
-    assert all(row.error.startswith("its process ended: ") for row in swept.results.rows)
+    assert swept.table.errors.str.startswith("its process ended: ").all()
 
 
-def _die(_: object) -> None:
+def _die(*_: object) -> None:
     os._exit(9)

@@ -12,7 +12,7 @@ from impactfem.system import memory
 
 @pytest.fixture
 def machine(monkeypatch, tmp_path):
-    """Set what the machine has left [byte], and the groups of the job: (name, max, current, stat)."""
+    """Set what the machine has left [byte] and the groups of the job: name, max, current, stat."""
 
     def make(available, *groups, own="/job/step"):
         found = SimpleNamespace(available=available, total=9)

@@ -2,41 +2,35 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
-import xarray as xr
-
 from impactfem.case import Case, Published, SyntheticMotion
-from impactfem.case.facing import facing_floors, facing_lines, unknown_lines
 from impactfem.case.leaf import nearest
-from impactfem.case.load import read_case
-from impactfem.case.pair_distance import pair_distance
-from impactfem.case.plausibility import implausible
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
-from impactfem.run.estimate import DAY, Estimate, duration
-from impactfem.run.finished import (
-    is_drawn,
-    is_finished,
-    mark_drawn,
-    mark_finished,
-    memory_of,
-    seconds_of,
-)
+from impactfem.run.check import checked, mesh_faults, warn_of_implausible
+from impactfem.run.estimate import Estimate
 from impactfem.run.folder import LOG, check_same_case, log_case, open_folder
-from impactfem.run.further_checks import further_checks, mesh_faults
-from impactfem.run.report import write_findings, write_page
-from impactfem.run.stages import RENAMED, REPORT, STAGES, asked_stages, check_stage_name
-from impactfem.run.summary import write_summary
+from impactfem.run.report import write_page
+from impactfem.run.stages import RENAMED, REPORT, asked_stages, check_stage_name
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
-from impactfem.stages.inputs import published_values
-from impactfem.stages.manifest import file_digest, manifest_file
-from impactfem.stages.pounding.checks import distance_check
+from impactfem.stages.manifest import (
+    file_digest,
+    is_drawn,
+    is_finished,
+    manifest_file,
+    mark_drawn,
+    mark_finished,
+    read_manifest,
+)
 from impactfem.stages.provenance import provenance
 from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stores import open_store
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
@@ -52,8 +46,8 @@ class Run:
     Args:
         folder: Its folder.
         scalars: All scalar results, in the order of the stages.
-        published: Published values in SI by the name of the result.
-        beside: The same with what the publication says of them and what ours are beside them.
+        published: Published values by the name of the result, with what the publication says of
+            them and what ours are in comparison.
         checks: The checks of each stage: whether it is met, and what it says.
         reused: Names of the stages whose stores were reused.
         times: Wall time of each step when it ran, by stage and step [s].
@@ -62,83 +56,11 @@ class Run:
 
     folder: Path
     scalars: list[Scalar]
-    published: dict[str, float]
-    beside: dict[str, Published] = field(default_factory=dict)
+    published: dict[str, Published]
     checks: dict[str, list[Check]] = field(default_factory=dict)
     reused: list[str] = field(default_factory=list)
     times: dict[str, float] = field(default_factory=dict)
     memory: dict[str, float | None] = field(default_factory=dict)
-
-
-def check(path: Path, *, mesh: bool = False) -> Case:
-    """Read a case file and everything it names; nothing is computed.
-
-    Args:
-        path: The case file.
-        mesh: Whether the mesh of the case is read, or made, too, which takes some seconds, and
-            warnings are given that a run gives itself: gaps beside axes and offsets, floors that
-            face each other and are in no pair, and what is hardly meant.
-
-    Raises:
-        InputError: With every fault found; also where the run would not fit this machine.
-        ImpactfemError: A file cannot be read.
-    """
-    return checked(path, mesh=mesh)[0]
-
-
-def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tuple[Case, Estimate]:
-    """As `check`, for a run up to a stage, or of all; gives what the run will take, too."""
-    with file_errors():
-        case, faults, left_out = read_case(path)
-        further = None
-        if case is not None:
-            stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
-            further = further_checks(case, left_out, stages, mesh=mesh)
-            faults += further.faults
-        if faults or case is None or further is None or further.estimate is None:
-            raise InputError(faults)
-        if mesh:
-            _warn_of_gaps(case)
-            _warn_of_facing_floors(case)
-            _warn_of_implausible(case, further.estimate)
-        if further.estimate.seconds > DAY:
-            LOGGER.warning(
-                "warning: a run of this case takes about %s: see the numbers of time steps, vectors"
-                " and members",
-                duration(further.estimate.seconds),
-            )
-        for one in STAGES:
-            one.freeze()
-    return case, further.estimate
-
-
-def _warn_of_gaps(case: Case) -> None:
-    pairs = case.contacts
-    found = distance_check(
-        [pair.name for pair in pairs],
-        [pair.gap for pair in pairs],
-        [pair_distance(pair, case) for pair in pairs],
-    )
-    log_checks(one for one in found if one[0] is False)
-
-
-def _warn_of_facing_floors(case: Case) -> None:
-    found = facing_floors(case)
-    for line in facing_lines(found):
-        LOGGER.warning("warning: %s: %s", case.path, line)
-    for line in unknown_lines(found):
-        LOGGER.info("%s: %s", case.path, line)
-
-
-def _announce(case: Case, estimate: Estimate) -> None:
-    for line in estimate.lines():
-        LOGGER.debug("estimate: %s", line)
-    _warn_of_implausible(case, estimate)
-
-
-def _warn_of_implausible(case: Case, estimate: Estimate) -> None:
-    for one in implausible(case, estimate.longest):
-        LOGGER.warning("warning: %s", one)
 
 
 def _warn_of_published(case: Case, scalars: list[Scalar]) -> None:
@@ -204,31 +126,31 @@ def run(
         if world() is not None:
             # It starts on all ranks together: the checks of rank 0 may be the first to need it.
             import petsc4py.PETSc  # noqa: F401
-        estimates: list[Estimate] = []
 
-        def prepare() -> Case:
+        def prepare() -> tuple[Case, Estimate]:
             check_stage_name(stage)
             if resume and fresh:
                 expected = "expected without --fresh, which computes everything again"
                 raise InputError([Fault("command line", "--resume", None, expected)])
-            case, found = checked(path, stage=stage)
-            estimates.append(found)
+            case, estimate = checked(path, stage=stage)
             opened.enter_context(open_folder(folder, resume))
             if resume:
                 check_same_case(folder, case)
             for name in RENAMED:
                 # Of an earlier version: its files are those of the stage with the new name now.
                 manifest_file(folder, name).unlink(missing_ok=True)
-            return case
+            return case, estimate
 
-        case = on_root(prepare)
+        case, estimate = on_root(prepare)
         opened.enter_context(mirrored(folder / LOG, rank()))
         opened.enter_context(file_errors())  # within the log, which keeps what was refused
-        result = Run(folder, [], published_values(case), dict(case.published))
+        result = Run(folder, [], dict(case.published))
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
         log_case(case)
-        on_root(lambda: _announce(case, estimates[0]))
+        for line in estimate.lines():
+            LOGGER.debug("estimate: %s", line)
+        warn_of_implausible(case, estimate)
         stages = asked_stages(case, stage)
         for one in stages:
             _run_stage(one, case, result, fresh, bar)
@@ -271,11 +193,11 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
         checks = stage.checks(case, folder)
         log_checks(checks)
         result.checks[stage.name] = checks
-        seconds = seconds_of(folder, stage.name)
-        result.memory[stage.name] = memory_of(folder, stage.name)
-        with xr.open_dataset(folder / stage.store, engine="h5netcdf") as store:
+        manifest = read_manifest(folder, stage.name)
+        result.memory[stage.name] = manifest.peak_memory
+        with open_store(folder / stage.store) as store:
             scalars = scalars_of(store)
-        return scalars + stage.derived(folder), seconds
+        return scalars + stage.derived(folder), manifest.seconds
 
     scalars, seconds = on_root(finish)
     result.scalars += scalars
@@ -305,22 +227,59 @@ def _draw(stage: Stage, case: Case, folder: Path, key: str, bar: bool) -> None:
 
 
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:
+    """Write the case as it was read, the checks of all stages, the scalars, and what made them.
+
+    `good` of a check is true or false where it is met or not, and null of a number without a limit.
+    """
+    folder = result.folder
+    write_json(folder / CASE, case.model_dump(mode="json", exclude={"path"}))
+    checks = [(stage, *one) for stage, found in result.checks.items() for one in found]
+    heads = ("stage", "good", "text")
+    write_json(folder / CHECKS, [dict(zip(heads, one, strict=True)) for one in checks])
     published = dict(case.published)
     published |= {f"ensemble.median.{name}": value for name, value in case.published.items()}
-    write_findings(result.folder, case, result.checks)
-    write_summary(result.folder / SUMMARY, result.scalars, published)
-    write_json(
-        result.folder / PROVENANCE,
-        provenance(
-            case=case.path.name,
-            case_hash=case.content_hash(),
-            inputs={one.name: one.key(case) for one in stages},
-            seeds=_seeds(case),
-            started=started,
-            reused=result.reused,
-            seconds=result.times,
-            peak_memory=result.memory,
-            ranks=size(),
-            files={name: file_digest(result.folder / name) for name in (CASE, CHECKS, SUMMARY)},
-        ),
+    write_summary(folder / SUMMARY, result.scalars, published)
+    made = provenance(
+        case=case.path.name,
+        case_hash=case.content_hash(),
+        inputs={one.name: one.key(case) for one in stages},
+        seeds=_seeds(case),
+        started=started,
+        reused=result.reused,
+        seconds=result.times,
+        peak_memory=result.memory,
+        ranks=size(),
+        files={name: file_digest(folder / name) for name in (CASE, CHECKS, SUMMARY)},
     )
+    write_json(folder / PROVENANCE, made)
+
+
+def write_summary(
+    path: Path, scalars: Iterable[Scalar], published: Mapping[str, Published]
+) -> None:
+    """Write the list of {name, value, unit, paper, relation, kind, note}.
+
+    Args:
+        path: The file.
+        scalars: The results.
+        published: Published values in SI units by name; where there is none, `paper`, `relation`
+            and `kind` are null.
+
+    Raises:
+        ImpactfemError: The file cannot be written.
+    """
+    entries = []
+    for scalar in scalars:
+        value, theirs = scalar.value, published.get(scalar.name)
+        entries.append(
+            {
+                "name": scalar.name,
+                "value": value if value is not None and math.isfinite(value) else None,
+                "unit": scalar.unit,
+                "paper": None if theirs is None else theirs.value,
+                "relation": None if theirs is None else theirs.relation,
+                "kind": None if theirs is None else theirs.kind,
+                "note": scalar.note,
+            }
+        )
+    write_json(path, entries)

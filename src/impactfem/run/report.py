@@ -1,45 +1,33 @@
-"""The report: the last stage, made from what the others wrote."""
+"""The report of a run, made from what the stages wrote, and its comparison with another run."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
-from impactfem.case import Case
+from impactfem.plot.table import Table
+from impactfem.report.comparison import STORE, Comparison, Side, compare
+from impactfem.report.comparison_views import (
+    FIGURE,
+    cases_table,
+    comparison_figure,
+    comparison_table,
+    directions_table,
+)
 from impactfem.report.page import write_report
 from impactfem.report.run_figures import overview_pictures
-from impactfem.report.run_files import CASE, CHECKS, RunFiles
+from impactfem.report.run_files import COMPARISON, RunFiles
 from impactfem.run.folder import locked
 from impactfem.run.stages import REPORT, STAGES
-from impactfem.stages.check import Check
-from impactfem.system.errors import file_errors
-from impactfem.system.files import write_json
+from impactfem.stages.manifest import mark_finished
+from impactfem.stages.stores import open_stores
+from impactfem.stages.transient.view import TransientView
+from impactfem.system.errors import Fault, InputError, file_errors
+from impactfem.system.files import write_netcdf
 from impactfem.system.log import LOGGER, Steps
 
+TRANSIENT = "transient.nc"
 STEPS = {"overview": 2.0, "page": 8.0}
-
-
-def write_findings(folder: Path, case: Case, checks: dict[str, list[Check]]) -> None:
-    """Write the case as it was read, and the checks of all stages.
-
-    `good` is true or false of a check that is met or not, and null of what is told.
-
-    Args:
-        folder: The run's folder.
-        case: The case.
-        checks: Those of each stage by its name.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
-    """
-    write_json(folder / CASE, case.model_dump(mode="json", exclude={"path"}))
-    write_json(
-        folder / CHECKS,
-        [
-            {"stage": stage, "good": good, "text": text}
-            for stage, found in checks.items()
-            for good, text in found
-        ],
-    )
 
 
 def make_report(folder: Path) -> Path:
@@ -82,3 +70,56 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
     LOGGER.info("stage %s: %s, %.1f MB", REPORT, page, page.stat().st_size / 1e6)
     LOGGER.info("stage %s: done in %.1f s", REPORT, sum(steps.times.values()))
     return page
+
+
+def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table, ...], Path]:
+    """Compare the floor response spectra of two runs of one building, and put it into a report.
+
+    Args:
+        folder: The folder of a run; it gets `comparison.nc`, tables, a figure and a new report.
+        other: The folder of the run that it is compared with; nothing is written there.
+        highest: Highest frequency that is compared [Hz].
+
+    Returns:
+        The tables, of the cases, by point and by direction, and the report.
+
+    Raises:
+        InputError: A folder holds no finished run of a 3D building, they are of different
+            buildings, or points, dampings or frequencies do not go together. Nothing is written.
+        ImpactfemError: A file cannot be read or written.
+    """
+    if not (math.isfinite(highest) and highest > 0.0):
+        raise InputError(
+            [Fault("command line", "--to", highest, "expected a positive frequency [Hz]")]
+        )
+    faults = []
+    runs = [RunFiles(path) for path in (folder, other)]
+    for path, run in zip((folder, other), runs, strict=True):
+        if "transient" not in run.stages:
+            expected = "expected a run with the stage transient, whose spectra are compared"
+            faults.append(Fault(path, "", None, expected))
+    if folder.resolve() == other.resolve():
+        faults.append(Fault(other, "", None, "expected the folder of another run"))
+    if faults:
+        raise InputError(faults)
+    with locked(folder), file_errors():
+        with open_stores(folder) as opened, open_stores(other) as opened_other:
+            one, another = (
+                Side(
+                    view=TransientView(stores(TRANSIENT)),
+                    building=stores("building.nc"),
+                    case_file=str(run.provenance["case"]),
+                    folder=run.folder,
+                )
+                for run, stores in zip(runs, (opened, opened_other), strict=True)
+            )
+            store = compare(one, another, highest)
+        write_netcdf(folder / STORE, store)
+        found = Comparison(store)
+        tables = cases_table(found), comparison_table(found), directions_table(found)
+        figure = folder / "figures" / FIGURE
+        comparison_figure(figure, found)
+        listed = [table.write_csv(folder / "tables") for table in tables]
+        written = [folder / STORE, *listed, figure]
+        mark_finished(folder, COMPARISON, str(store.attrs["inputs"]), written, {})
+        return tables, write_page(folder)

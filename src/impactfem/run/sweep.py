@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, as_completed
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -12,20 +12,26 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 from impactfem.case import Case
 from impactfem.case.model import CaseFile
 from impactfem.case.source import read_source
-from impactfem.plot.table import Table
-from impactfem.run.axis import Axis, read_axes
-from impactfem.run.finished import take_over
+from impactfem.run.check import check
 from impactfem.run.folder import open_folder
-from impactfem.run.loop import check, run
+from impactfem.run.loop import run
 from impactfem.run.stages import asked_stages, check_stage_name
-from impactfem.run.sweep_results import SHOWN, SweepResults, SweepRow, write_sweep
-from impactfem.run.variant import Variant, check_variants, variants_of, write_case
+from impactfem.run.sweep_table import SweepTable
+from impactfem.run.variants import (
+    Axis,
+    Settings,
+    Variant,
+    check_variants,
+    read_axes,
+    variants_of,
+    write_case,
+)
 from impactfem.stages.inputs import published_values
+from impactfem.stages.manifest import take_over
 from impactfem.system import log
 from impactfem.system.errors import ImpactfemError, InputError, file_errors
 from impactfem.system.log import LOGGER, Steps, in_file_only, mirrored
@@ -33,7 +39,7 @@ from impactfem.system.parallel import alone, on_root, rank, start_solvers, worke
 from impactfem.system.scalar import Scalar
 
 VARIANTS = "variants"
-LOG = "sweep.log"  # tells the folder of a sweep from any other
+LOG = "sweep.log"  # distinguishes the folder of a sweep from any other
 
 
 @dataclass(frozen=True)
@@ -42,57 +48,25 @@ class Sweep:
 
     Args:
         folder: Its folder.
-        results: The variants and their results.
+        table: The variants with their values and results.
         shown: Names of the results that are shown.
         files: The table and the figure.
     """
 
     folder: Path
-    results: SweepResults
+    table: SweepTable
     shown: tuple[str, ...]
     files: tuple[Path, ...]
 
     @property
     def failed(self) -> int:
         """Number of variants that failed."""
-        return sum(bool(row.error) for row in self.results.rows)
-
-    def short_tables(self) -> Iterator[Table]:
-        """The results that are shown, in tables of a few columns."""
-        for first in range(0, max(1, len(self.shown)), SHOWN):
-            yield self.results.table(self.shown[first : first + SHOWN])
-
-
-@dataclass(frozen=True)
-class _Plan:
-    """A sweep before it runs: its case, axes and variants, and whether the axes run together."""
-
-    case: Case
-    axes: list[Axis]
-    variants: list[Variant]
-    zipped: bool
-
-
-@dataclass(frozen=True)
-class Job:
-    """A variant to run.
-
-    Args:
-        name: Its name.
-        path: Its case file.
-        folder: The folder of its run.
-        stage: The last stage to run; all stages when None.
-    """
-
-    name: str
-    path: Path
-    folder: Path
-    stage: str | None
+        return int((self.table.errors != "").sum())
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job.
+    """What became of a variant.
 
     Args:
         scalars: Its results; none when it failed.
@@ -109,7 +83,7 @@ class Outcome:
 
 def sweep(
     path: Path,
-    settings: Mapping[str, str | Sequence[Any]] | Sequence[str],
+    settings: Settings,
     *,
     zipped: bool = False,
     stage: str | None = None,
@@ -122,8 +96,8 @@ def sweep(
     Each variant is a case file of its own, which extends the case, in the folder `cases` of the
     sweep, and is run into a folder of its own in `runs`. Finished stages are reused, and a stage
     that another run there has finished with the same inputs is copied. A variant that fails is
-    named and left behind. Collective under `mpirun`: rank 0 hands the variants out, the other ranks
-    run one each at a time.
+    named, and the others run. Collective under `mpirun`: rank 0 hands the variants out, the other
+    ranks run one each at a time.
 
     Args:
         path: The case file.
@@ -143,90 +117,86 @@ def sweep(
         ImpactfemError: A file cannot be written.
     """
     folder = out if out is not None else Path("runs") / f"{path.stem}_sweep"
+
+    def prepare() -> tuple[Case, list[Axis], list[Variant]]:
+        case = check(path)
+        source = read_source(path, CaseFile)
+        axes, faults = read_axes(settings, source, zipped=zipped)
+        try:
+            check_stage_name(stage)
+        except InputError as error:
+            faults += error.faults
+        if faults:
+            raise InputError(faults)
+        variants = variants_of(axes, zipped=zipped)
+        check_variants(variants, source, stage)
+        opened.enter_context(open_folder(folder, resume=False, log=LOG))
+        for variant in variants:
+            write_case(variant, source, folder)
+        return case, axes, variants
+
     with ExitStack() as opened:
         opened.enter_context(file_errors())
-        plan = on_root(lambda: _prepared(path, settings, zipped, stage, folder, opened))
-        jobs = [
-            Job(
-                variant.name,
-                variant.case_file(folder),
-                variant.run_folder(folder),
-                stage,
-            )
-            for variant in plan.variants
-        ]
+        case, axes, variants = on_root(prepare)
         opened.enter_context(mirrored(folder / LOG, rank()))
         opened.enter_context(file_errors())  # within the log, which keeps what was refused
-        outcomes = _outcomes(jobs, processes)
-        return on_root(lambda: _written(plan, outcomes, folder, show))
+        outcomes = _outcomes(variants, folder, stage, processes)
+
+        def write() -> Sweep:
+            found = [(outcome.scalars, outcome.error) for outcome in outcomes]
+            table = SweepTable.of(case.title, axes, variants, found, published_values(case), zipped)
+            shown = table.chosen(show)
+            _warn_of_unknown(show, list(table.units))
+            return Sweep(folder, table, tuple(shown), tuple(table.write(folder, shown)))
+
+        return on_root(write)
 
 
-def _prepared(
-    path: Path,
-    settings: Mapping[str, str | Sequence[Any]] | Sequence[str],
-    zipped: bool,
-    stage: str | None,
-    folder: Path,
-    opened: ExitStack,
-) -> _Plan:
-    """Check all that is asked for, then open the folder and write the case files.
-
-    The folder stays open, and others out of it, until `opened` is closed.
-    """
-    case = check(path)
-    source = read_source(path, CaseFile)
-    axes, faults = read_axes(settings, source)
-    try:
-        check_stage_name(stage)
-    except InputError as error:
-        faults += error.faults
-    if faults:
-        raise InputError(faults)
-    variants = variants_of(axes, zipped=zipped)
-    check_variants(variants, source, stage)
-    opened.enter_context(open_folder(folder, resume=False, log=LOG))
-    for variant in variants:
-        write_case(variant, source, folder)
-    return _Plan(case, axes, variants, zipped)
-
-
-def _outcomes(jobs: list[Job], processes: int) -> list[Outcome]:
-    """What became of the jobs, in their order; nothing on the ranks that worked for rank 0."""
-    LOGGER.info("%d variants", len(jobs))
+def _outcomes(
+    variants: list[Variant], folder: Path, stage: str | None, processes: int
+) -> list[Outcome]:
+    """What became of the variants, in their order; nothing on the ranks that worked for rank 0."""
+    LOGGER.info("%d variants", len(variants))
     found: dict[int, Outcome] = {}
     with ExitStack() as stack:
         steps = None  # of one process: each variant shows its own
         if world() is None and processes == 1:
-            ended = _run_here(jobs)
+            ended = _run_here(variants, folder, stage)
         else:
             start_solvers()
-            executor = stack.enter_context(workers(min(processes, len(jobs))))
+            executor = stack.enter_context(workers(min(processes, len(variants))))
             if executor is None:
                 return []
-            ended = _run_elsewhere(jobs, executor)
+            ended = _run_elsewhere(variants, folder, stage, executor)
             steps = stack.enter_context(Steps({VARIANTS: 1.0}, "sweep"))
             stack.enter_context(steps.step(VARIANTS))
         for k, outcome in ended:
             found[k] = outcome
-            count, name = f"{len(found)} of {len(jobs)}", jobs[k].name
+            count, name = f"{len(found)} of {len(variants)}", variants[k].name
             if outcome.error:
                 LOGGER.warning("variant %s, %s: failed: %s", count, name, outcome.error)
             else:
-                told = f", warnings in its log: {outcome.warnings}" if outcome.warnings else ""
-                LOGGER.info("variant %s, %s: done in %.1f s%s", count, name, outcome.seconds, told)
+                more = f", warnings in its log: {outcome.warnings}" if outcome.warnings else ""
+                LOGGER.info("variant %s, %s: done in %.1f s%s", count, name, outcome.seconds, more)
             if steps is not None:
-                steps.within(VARIANTS, len(found) / len(jobs))
-    return [found[k] for k in range(len(jobs))]
+                steps.within(VARIANTS, len(found) / len(variants))
+    return [found[k] for k in range(len(variants))]
 
 
-def _run_here(jobs: list[Job]) -> Iterator[tuple[int, Outcome]]:
-    for k, job in enumerate(jobs):
-        LOGGER.info("variant %d of %d, %s: starts", k + 1, len(jobs), job.name)
-        yield k, run_job(job)
+def _run_here(
+    variants: list[Variant], folder: Path, stage: str | None
+) -> Iterator[tuple[int, Outcome]]:
+    for k, variant in enumerate(variants):
+        LOGGER.info("variant %d of %d, %s: starts", k + 1, len(variants), variant.name)
+        yield k, run_variant(variant, folder, stage)
 
 
-def _run_elsewhere(jobs: list[Job], executor: Executor) -> Iterator[tuple[int, Outcome]]:
-    futures = {executor.submit(run_alone, job): k for k, job in enumerate(jobs)}
+def _run_elsewhere(
+    variants: list[Variant], folder: Path, stage: str | None, executor: Executor
+) -> Iterator[tuple[int, Outcome]]:
+    futures = {
+        executor.submit(run_alone, variant, folder, stage): k for k, variant in enumerate(variants)
+    }
     for future in as_completed(futures):
         try:
             yield futures[future], future.result()
@@ -236,67 +206,44 @@ def _run_elsewhere(jobs: list[Job], executor: Executor) -> Iterator[tuple[int, O
             yield futures[future], Outcome([], reason, 0, math.nan)
 
 
-def run_alone(job: Job) -> Outcome:
-    """Run a job in a process that is one of several workers; it reports to its files only."""
+def run_alone(variant: Variant, folder: Path, stage: str | None) -> Outcome:
+    """Run a variant in a process that is one of several workers; it reports to its files only."""
     log.set_up(verbose=False, rank=1)
     with alone():
-        return run_job(job, bar=False)
+        return run_variant(variant, folder, stage, bar=False)
 
 
-def run_job(job: Job, *, bar: bool = True) -> Outcome:
+def run_variant(variant: Variant, folder: Path, stage: str | None, *, bar: bool = True) -> Outcome:
     """Run a variant; a failure is an outcome.
 
     Args:
-        job: The variant.
+        variant: The variant; its case file is written.
+        folder: The folder of the sweep.
+        stage: The last stage to run; all stages when None.
         bar: Whether a bar shows on a terminal how far its run is.
     """
     start = perf_counter()
     scalars: list[Scalar] = []
     failure = ""
+    path, target = variant.case_file(folder), variant.run_folder(folder)
     with in_file_only() as warnings:
         try:
-            scalars = _run(job, bar)
+            with open_folder(target, resume=False), file_errors():
+                case = check(path)
+                others = sorted(other for other in target.parent.iterdir() if other != target)
+                for one in asked_stages(case, stage):
+                    origin = take_over(target, others, one.name, one.key(case))
+                    if origin is not None:
+                        LOGGER.debug("stage %s: the same as in %s, copied", one.name, origin)
+            scalars = run(path, out=target, stage=stage, bar=bar).scalars
         except ImpactfemError as error:
             failure = str(error)
         except Exception as error:
             # An error of the program or of a library in one variant: the others run all the same.
-            LOGGER.debug("variant %s", job.name, exc_info=True)
+            LOGGER.debug("variant %s", variant.name, exc_info=True)
             failure = f"{type(error).__name__}: {error}"
     gc.collect()  # matrices of a variant go before those of the next one come
     return Outcome(scalars, failure, len(warnings), perf_counter() - start)
-
-
-def _run(job: Job, bar: bool) -> list[Scalar]:
-    with open_folder(job.folder, resume=False), file_errors():
-        case = check(job.path)
-        others = sorted(other for other in job.folder.parent.iterdir() if other != job.folder)
-        for stage in asked_stages(case, job.stage):
-            origin = take_over(job.folder, others, stage.name, stage.key(case))
-            if origin is not None:
-                LOGGER.debug("stage %s: the same as in %s, copied", stage.name, origin)
-    return run(job.path, out=job.folder, stage=job.stage, bar=bar).scalars
-
-
-def _written(plan: _Plan, outcomes: list[Outcome], folder: Path, show: Sequence[str]) -> Sweep:
-    results = _results(plan, outcomes)
-    shown = results.chosen(show)
-    _warn_of_unknown(show, list(results.units))
-    return Sweep(folder, results, tuple(shown), tuple(write_sweep(folder, results, shown)))
-
-
-def _results(plan: _Plan, outcomes: list[Outcome]) -> SweepResults:
-    rows = []
-    for variant, outcome in zip(plan.variants, outcomes, strict=True):
-        values = tuple(a.cell(v) for a, v in zip(plan.axes, variant.values, strict=True))
-        scalars = {scalar.name: scalar for scalar in outcome.scalars}
-        rows.append(SweepRow(variant.name, values, scalars, outcome.error.replace("\n", "; ")))
-    return SweepResults(
-        title=plan.case.title,
-        keys=tuple((axis.key, axis.unit) for axis in plan.axes),
-        rows=tuple(rows),
-        published=published_values(plan.case),
-        zipped=plan.zipped,
-    )
 
 
 def _warn_of_unknown(show: Sequence[str], known: list[str]) -> None:

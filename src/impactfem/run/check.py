@@ -1,4 +1,4 @@
-"""What `check` looks at beyond the files of a case: all that a run would refuse minutes later."""
+"""Checks before a run: the case, its files, its mesh, and all that a run would refuse later."""
 
 from __future__ import annotations
 
@@ -16,21 +16,88 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
+from impactfem.case.facing import facing_floors, facing_lines, unknown_lines
 from impactfem.case.generated_mesh import GeneratedMesh
+from impactfem.case.load import read_case
 from impactfem.case.loads import early_ends, read_force_table
 from impactfem.case.motions import RecordMotion
+from impactfem.case.pair_distance import pair_distance
+from impactfem.case.plausibility import implausible
 from impactfem.coupling.force_history import ForceHistory, check_forces
 from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations
-from impactfem.run.estimate import Estimate, elements_of, estimate, too_much
+from impactfem.run.estimate import DAY, Estimate, duration, elements_of, estimate, too_much
+from impactfem.run.stages import STAGES, asked_stages
 from impactfem.stages.calibrate.side import wall_side
-from impactfem.system.errors import Fault, InputError
+from impactfem.stages.check import log_checks
+from impactfem.stages.pounding.checks import distance_check
+from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.log import LOGGER
 
 T = TypeVar("T")
 
 MOST_ELEMENTS = 300_000
 """Elements of the largest mesh that a check makes; that takes some ten seconds."""
+
+
+def check(path: Path, *, mesh: bool = False) -> Case:
+    """Read a case file and everything it names; nothing is computed.
+
+    Args:
+        path: The case file.
+        mesh: Whether the mesh of the case is read, or made, too, which takes some seconds, and
+            warnings are given that a run gives itself: gaps that are not those of axes and offsets,
+            floors that face each other and are in no pair, and what is hardly meant.
+
+    Raises:
+        InputError: With every fault found; also where the run would not fit this machine.
+        ImpactfemError: A file cannot be read.
+    """
+    return checked(path, mesh=mesh)[0]
+
+
+def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tuple[Case, Estimate]:
+    """As `check`, for a run up to a stage, or of all; gives what the run will take, too."""
+    with file_errors():
+        case, faults, left_out = read_case(path)
+        found = None
+        if case is not None:
+            stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
+            found = further_checks(case, left_out, stages, mesh=mesh)
+            faults += found.faults
+        if faults or case is None or found is None or found.estimate is None:
+            raise InputError(faults)
+        if mesh:
+            warn_of_gaps(case)
+            facing = facing_floors(case)
+            for line in facing_lines(facing):
+                LOGGER.warning("warning: %s: %s", case.path, line)
+            for line in unknown_lines(facing):
+                LOGGER.info("%s: %s", case.path, line)
+            warn_of_implausible(case, found.estimate)
+        if found.estimate.seconds > DAY:
+            LOGGER.warning(
+                "warning: a run of this case takes about %s: see the numbers of time steps, vectors"
+                " and members",
+                duration(found.estimate.seconds),
+            )
+        for one in STAGES:
+            one.freeze()
+    return case, found.estimate
+
+
+def warn_of_gaps(case: Case) -> None:
+    """Warn of contacts whose gap is not the distance of axes and offsets."""
+    pairs = case.contacts
+    names, gaps = [pair.name for pair in pairs], [pair.gap for pair in pairs]
+    found = distance_check(names, gaps, [pair_distance(pair, case) for pair in pairs])
+    log_checks(one for one in found if one[0] is False)
+
+
+def warn_of_implausible(case: Case, found: Estimate) -> None:
+    """Warn of values that are hardly meant."""
+    for one in implausible(case, found.longest):
+        LOGGER.warning("warning: %s", one)
 
 
 @dataclass
@@ -79,13 +146,14 @@ def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bo
             table = read_force_table(loads.file, found.faults)
             if table is not None:
                 found.faults += early_ends(loads.file, table, computed)
-    history = None
     transient = case.transient
     if transient is not None and transient.forces is not None:
         history = found.attempt(partial(check_forces, transient.forces))
-    if history is not None and transient is not None and "contacts" not in left_out:
-        lasting = transient.duration or float(history.time[-1])
-        found.faults += _forces_faults(case, history, lasting)
+        if history is not None and "contacts" not in left_out and case.structure is not None:
+            from impactfem.reduction.forces import history_faults
+
+            lasting = transient.duration or float(history.time[-1])
+            found.faults += history_faults(history, transient.forces, case, lasting)
     found.estimate = estimate(case, longest).of(stages)
     refused = list(too_much(case, found.estimate))
     found.faults += refused
@@ -156,14 +224,6 @@ def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
         found.attempt(lambda: find_base_plates(case, mesh))
         found.attempt(lambda: covered_points(case, mesh))
     return mesh
-
-
-def _forces_faults(case: Case, history: ForceHistory, lasting: float) -> list[Fault]:
-    from impactfem.reduction.forces import history_faults
-
-    if case.structure is None or case.transient is None or case.transient.forces is None:
-        return []
-    return history_faults(history, case.transient.forces, case, lasting)
 
 
 def _time_faults(case: Case, computed: float) -> list[Fault]:

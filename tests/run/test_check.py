@@ -1,0 +1,334 @@
+"""What `check` finds beyond the files of a case, in one round, and what it warns of."""
+
+import csv
+import json
+import logging
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from frame_case import floors_meet, neighbour, pump
+from impactfem import study
+from impactfem.case import load_case
+from impactfem.coupling.force_history import ForceHistory, write_forces_csv
+from impactfem.run import loop
+from impactfem.run.check import warn_of_gaps
+from impactfem.stages.pounding.stage import POUNDING
+from impactfem.stages.transient import stage as transient
+from impactfem.system.errors import InputError
+from impactfem.system.scalar import Scalar
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+TRANSIENT = """
+[contact_laws.floor]
+type = "hertz"
+stiffness = "1e9 N/m^1.5"
+[transient]
+time_step = "1 ms"
+maximum_frequency = "50 Hz"
+"""
+FORCES = """forces = "forces.csv"
+duration = "0.5 s"
+"""
+PROBE = """[[transient.probes]]
+name = "corner"
+point = ["0 m", "0 m", "%s"]
+"""
+
+
+@pytest.fixture
+def frame(tmp_path, edited):
+    """A case of the shipped frame with a mesh of its own, changed and with more text."""
+    for path in GEOMETRY.glob("frame*"):
+        shutil.copy(path, tmp_path)
+    case = tmp_path / "frame.toml"
+    edited(case, neighbour('axis = ["0 m", "5 m"]\n'))
+
+    def made(more="", *changes):
+        with case.open("a", encoding="utf-8") as stream:
+            stream.write(TRANSIENT + more)
+        return edited(case, *changes)
+
+    return made
+
+
+def forces(folder, pairs=("F.floor_1-G.floor_1", "F.floor_2-G.floor_2"), end=0.5):
+    t = 0.001 * np.arange(round(1000 * end) + 1)
+    force = np.zeros((t.size, len(pairs)))
+    write_forces_csv(folder / "forces.csv", ForceHistory(t, pairs, force))
+
+
+def faults(case, mesh=True):
+    with pytest.raises(InputError) as caught:
+        study.check(case, mesh=mesh)
+    return [str(fault).removeprefix(f"{case.parent}/") for fault in caught.value.faults]
+
+
+AT_ONCE = {
+    "devices[0].point = (3.0, 1.0, 4.5): device pump: its anchor at z = 4.5 m is on no floor": (
+        '"1 m", "4.5 m"]',
+        '"1 m", "3 m"]',
+    ),
+    "ensemble.structure_motions = 2: expected 0: each member has": ("_motions = 2", "_motions = 0"),
+    "pounding.time_step = 5.0: expected at most half of what is computed, 3 s": ('"5 s"', '"1 ms"'),
+    "baem_*": ("baem_*", "beam_*"),
+    "transient.probes[0]: the probe corner at (0.000, 0.000, 99.000) m is outside": ("99 m", "6 m"),
+    "spectra.dampings: unknown key": ("dampings", "damping"),
+}
+"""What the faults of a case say, and how each is mended."""
+
+
+def test_everything_at_once(frame, tmp_path, edited):
+    forces(tmp_path)
+    more = FORCES + PROBE % "99 m" + floors_meet("1 m") + pump('["3 m", "1 m", "4.5 m"]', "0.5 m")
+    case = frame(
+        more + "[ensemble]\nmotions = 4\nstructure_motions = 2\n",
+        ('groups = "beam_*"', 'groups = "baem_*"'),
+        ('[pounding]\ntime_step = "1 ms"', '[pounding]\ntime_step = "5 s"'),
+        ("[spectra]\ndamping = ", "[spectra]\ndampings = "),
+    )
+    left = dict(AT_ONCE)
+    while left:
+        found = faults(case)
+        for words in AT_ONCE:
+            assert (words in "\n".join(found)) == (words in left), (words, found)
+        _, change = left.popitem()
+        edited(case, change)
+    assert study.check(case, mesh=True).devices
+
+
+@pytest.mark.parametrize(
+    ("pairs", "end", "meet", "words"),
+    [
+        (("F.floor_1-G.floor_1", "F.floor_2-G.floor_2"), 0.5, True, ""),
+        (("F.floor_1-G.floor_1", "F.floor_9-G.floor_9"), 0.5, True, "did you mean 'F.floor_"),
+        (("F.floor_1-G.floor_1",), 0.5, True, "the forces of the pair F.floor_2-G.floor_2"),
+        (("F.floor_1-G.floor_1", "F.floor_2-G.floor_2"), 0.2, True, "forces up to 0.5 s, which"),
+        (("F.floor_1-G.floor_1",), 0.5, False, "the case has no contacts to say it"),
+    ],
+    ids=["good", "no pair", "a pair too few", "too short", "no contacts"],
+)
+@pytest.mark.parametrize("mesh", [False, True])
+def test_forces_of_a_table(frame, tmp_path, pairs, end, meet, words, mesh):
+    forces(tmp_path, pairs, end)
+    case = frame(FORCES + (floors_meet("1 m") if meet else ""))
+    if words:
+        assert words in "\n".join(faults(case, mesh))
+    else:
+        assert study.check(case, mesh=mesh).transient is not None
+
+
+def test_a_duration_that_no_record_lasts(frame, tmp_path):
+    """How long a record lasts is known once it is read."""
+    text = "time [s],acceleration [m/s2]\n" + "".join(f"{0.01 * k:g},{k % 7}\n" for k in range(201))
+    (tmp_path / "record.csv").write_text(text)
+    case = frame('duration = "3 s"\n')
+    whole = case.read_text()
+    start, end = whole.index("[[motions]]"), whole.index("[pounding]")
+    record = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "record.csv"\n'
+    case.write_text(whole[:start] + record + whole[end:])
+    (found,) = faults(case, mesh=False)
+    assert "transient.duration = 3.0: expected at most what is computed of the sticks, 2 s" in found
+
+
+@pytest.fixture
+def coarse(tmp_path):
+    """The paper's case on a coarse mesh, which the generator makes."""
+    for path in GEOMETRY.glob("npp_*.*"):
+        shutil.copy(path, tmp_path)
+    text = (tmp_path / "npp_pair.toml").read_text(encoding="utf-8")
+    (tmp_path / "npp_pair.toml").write_text(text.replace('size = "1.0 m" ', 'size = "3 m" '))
+    return tmp_path / "npp_pair.toml"
+
+
+def test_devices_on_a_generated_mesh(coarse):
+    text = coarse.read_text(encoding="utf-8")
+    start, end = text.index("[[devices]]"), text.index("[device_analysis]")
+    second = text[start:end].replace('"pump"', '"second"')
+    small = second.replace('"second"', '"small"').replace('"0.5 m"', '"1 mm"')
+    small = small.replace('"23.1 m", "12.0 m"', '"20.2 m", "9.1 m"')
+    coarse.write_text(text[:end] + second + small + text[end:], encoding="utf-8")
+    wide = text.replace('radius = "0.5 m"', 'radius = "3 m"')
+    found = faults(coarse)
+    assert all(one.startswith("npp_pair.toml: ") for one in found), found
+    assert any("devices[2].point" in one and "too coarse for the radius" in one for one in found)
+    twice = wide.replace("[device_analysis]", second + "[device_analysis]")
+    coarse.write_text(twice.replace('radius = "0.5 m"', 'radius = "3 m"'), encoding="utf-8")
+    (found,) = faults(coarse)
+    assert "devices[1].radius" in found and "tie the same nodes of floor 8" in found
+    coarse.write_text(wide, encoding="utf-8")
+    assert study.check(coarse, mesh=True).devices
+
+
+PAIRS = "floor = [1, 2, 3]"
+LISTED = tuple(
+    (f'building = "{name}", {PAIRS}', f'building = "{name}", floor = [1, 2]')
+    for name in ("west", "east")
+)
+
+
+def warned(caplog, path, *, mesh=True, level=logging.WARNING):
+    caplog.clear()
+    with caplog.at_level(logging.INFO, "impactfem"):
+        study.check(path, mesh=mesh)
+    return [r.getMessage() for r in caplog.records if r.levelno == level]
+
+
+def test_check_warns(new_case, tmp_path, caplog):
+    path = new_case(tmp_path, *LISTED)
+    (line,) = warned(caplog, path)
+    assert line.startswith(f"warning: {path}: contacts: floors that face each other and are in no ")
+    assert "pair: west.floor_3 and east.floor_3 (20 mm apart at 10.5 m); list them" in line
+    assert warned(caplog, new_case(tmp_path, name="whole")) == []
+
+
+def test_check_says_what_it_cannot_tell(new_case, tmp_path, caplog):
+    whole = (tmp_path / "bare").with_suffix(".toml")
+    path = new_case(tmp_path, name="bare")
+    text = path.read_text(encoding="utf-8")
+    first, last = text.index("[[contacts]]"), text.index("# A floor that meets a wall")
+    path.write_text(text[:first] + text[last:], encoding="utf-8")
+    (line,) = warned(caplog, whole, level=logging.INFO)
+    assert "without the plan of west and east: length and width of [[buildings]] give it" in line
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_a_run_reports_an_overlap(new_case, tmp_path):
+    path = new_case(tmp_path, *LISTED)
+    result = study.run(path, out=tmp_path / "run", stage="pounding", bar=False)
+    (text,) = (text for good, text in result.checks["pounding"] if "facing" in text and not good)
+    with (tmp_path / "run/tables/facing_floors.csv").open(encoding="utf-8") as file:
+        (row,) = csv.DictReader(file)
+    assert (row["floor"], row["faces"]) == ("west.floor_3", "east.floor_3")
+    assert float(row["distance at rest [mm]"]) == pytest.approx(20.0)
+    nearest = float(row["smallest distance [mm]"])
+    assert nearest < 0.0
+    assert row["overlap"] == "yes"
+    assert f"west.floor_3 and east.floor_3 overlap by {-nearest:.4g} mm at" in text
+    values = {scalar.name: scalar.value for scalar in result.scalars}
+    assert values["pounding.facing_distance_min"] == pytest.approx(1e-3 * nearest)
+    checks = json.loads((tmp_path / "run/checks.json").read_text(encoding="utf-8"))
+    assert {"stage": "pounding", "good": False, "text": text} in checks
+
+
+def test_a_whole_case_says_nothing(finished):
+    checks = json.loads((finished.folder / "checks.json").read_text(encoding="utf-8"))
+    assert not [one for one in checks if "facing" in one["text"]]
+    assert not (finished.folder / "tables/facing_floors.csv").exists()
+
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+
+
+def test_check_tells_of_a_gap_that_is_another(new_case, tmp_path, caplog):
+    path = new_case(tmp_path, ('gap = "2 cm"', 'gap = "20 cm"'))
+    (line,) = warned(caplog, path)
+    assert "0.02 m apart along the normal" in line and "its gap is 0.2 m; the gap counts" in line
+    assert "so it is for 2 more" in line
+    # A run says it at the end of its stage, once.
+    assert warned(caplog, path, mesh=False) == []
+
+
+def test_check_is_quiet_where_they_agree(new_case, tmp_path, caplog):
+    assert warned(caplog, new_case(tmp_path)) == []
+
+
+def test_check_refuses_a_normal_from_b_to_a(new_case, tmp_path):
+    path = new_case(tmp_path, ("normal = [0, 1, 0]", "normal = [0, -1, 0]"))
+    with pytest.raises(InputError, match=r"are -0.02 m apart along it, and the gap is 0.02 m"):
+        study.check(path)
+
+
+@pytest.mark.parametrize("name", ["npp_pair", "two_frames", "frame"])
+def test_the_shipped_cases_have_the_gaps_of_their_plans(caplog, name):
+    assert warned(caplog, GEOMETRY / f"{name}.toml", mesh=False) == []
+    warn_of_gaps(load_case(GEOMETRY / f"{name}.toml"))
+    assert not [r for r in caplog.records if r.levelno == logging.WARNING]
+
+
+def test_it_is_one_of_the_checks_of_a_run(finished):
+    checks = json.loads((finished.folder / "checks.json").read_text(encoding="utf-8"))
+    (found,) = (one for one in checks if "axes and offsets" in one["text"])
+    assert found == {
+        "stage": "pounding",
+        "good": True,
+        "text": "contact: 3 gaps are those of axes and offsets",
+    }
+    case = load_case(finished.case)
+    assert (True, found["text"]) in POUNDING.checks(case, finished.folder)
+
+
+@pytest.mark.parametrize("forces", [None, Path("forces.csv")])
+def test_the_stick_is_checked_where_its_forces_are_taken(monkeypatch, forces):
+    own, stick = (True, "of the stage"), (False, "of the stick")
+    monkeypatch.setattr(transient, "transient_checks", lambda folder: [own])
+    monkeypatch.setattr(transient, "stick_against_model", lambda folder: [stick])
+    case = SimpleNamespace(transient=SimpleNamespace(forces=forces))
+    found = transient.TRANSIENT.checks(case, Path())
+    assert found == ([own, stick] if forces is None else [own])
+
+
+def test_seeds_by_their_keys():
+    assert loop._seeds(load_case(GEOMETRY / "npp_pair.toml")) == {
+        "motions[0].seed": 127,
+        "calibration.seed": 0,
+        "ensemble.first_seed": 0,
+    }
+
+
+def test_seeds_of_what_is_computed_alone(new_case, tmp_path):
+    """Without an ensemble and without a fit."""
+    assert loop._seeds(load_case(new_case(tmp_path))) == {"motions[0].seed": 1}
+
+
+LINE = "materials.concrete.young_modulus = '30 Pa': usual is concrete 20 to 45 GPa"
+
+
+def test_check_warns_of_a_value(new_case, tmp_path, caplog):
+    path = new_case(tmp_path, ('"30 GPa"', '"30 Pa"'))
+    (line,) = warned(caplog, path)
+    assert line.startswith(f"warning: {path}: {LINE}")
+    assert warned(caplog, path, mesh=False) == []
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_a_run_warns_once(new_case, tmp_path):
+    axis = 'axis = ["10 m", "18.02 m"]'
+    path = new_case(tmp_path, (axis, f'{axis}\nlength = "4 km"'))
+    study.run(path, out=tmp_path / "run", stage="pounding", bar=False)
+    text = (tmp_path / "run/run.log").read_text(encoding="utf-8")
+    assert text.count("buildings[1].length = '4 km': usual is 5 to 200 m") == 1
+
+
+def test_published_values_that_no_result_has(caplog):
+    def value(unit):
+        return SimpleNamespace(unit=unit)
+
+    published = {
+        "frs.floor_8.peak": value("m/s2"),
+        "frs.floor_8.pfa": value("m"),
+        "frs.flor_8.pfa": value("m/s2"),
+        "sticks.nobody": value("Hz"),
+        "calibration.epsilon.damped.printed": value("-"),
+    }
+    found = {
+        "frs.floor_8.peak": "m/s2",
+        "frs.floor_8.pfa": "m/s2",
+        "calibration.epsilon.damped": "-",
+    }
+    scalars = [Scalar(name, 1.0, unit) for name, unit in found.items()]
+    loop._warn_of_published(SimpleNamespace(published=published), scalars)
+    assert [r.getMessage() for r in caplog.records] == [
+        "warning: published value frs.floor_8.pfa: a unit of m, and the result has m/s2",
+        "warning: published value frs.flor_8.pfa: no result of this run; did you mean "
+        "'frs.floor_8.pfa'?",
+        "warning: published value sticks.nobody: no result of this run",
+    ]
+
+
+def test_a_whole_run_has_what_is_published(finished):
+    text = (finished.folder / "run.log").read_text(encoding="utf-8")
+    assert "published value" not in text
