@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from impactfem.run import loop
+from impactfem.run import check
 from impactfem.run.folder import locked
 from impactfem.stages.pounding import stage as sticks
 from impactfem.system.errors import SolutionError
@@ -105,7 +105,7 @@ class TestRun:
     @pytest.mark.usefixtures("interruptible")
     @pytest.mark.parametrize("number", SIGNALS)
     def test_a_signal_before_anything_is_written(self, program, finished, monkeypatch, number):
-        monkeypatch.setattr(loop, "checked", lambda *_, **__: os.kill(os.getpid(), number))
+        monkeypatch.setattr(check, "checked", lambda *_, **__: os.kill(os.getpid(), number))
         ended = program("check", finished.case)
         assert (ended.code, ended.err) == (128 + number, f"{SIGNALS[number]}\n")
 

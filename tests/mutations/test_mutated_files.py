@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from impactfem.run.finished import is_finished, memory_of, seconds_of
 
 from impactfem import cli, study
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.mesh_groups import assemble
 from impactfem.report.run_files import RunFiles
+from impactfem.stages.manifest import is_finished, read_manifest
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.files import read_archive, write_archive
 
@@ -152,8 +152,8 @@ def test_what_may_be_reused(finished, tmp_path, caplog):
 
     def reuse():
         if is_finished(run, "pounding", key):
-            assert all(isinstance(t, float) for t in seconds_of(run, "pounding").values())
-            memory_of(run, "pounding")
+            seconds = read_manifest(run, "pounding").seconds
+            assert all(isinstance(time, float) for time in seconds.values())
 
     for seed in range(MANIFESTS):
         damage(random.Random(seed), manifest, content)

@@ -10,7 +10,6 @@ from impactfem.building.read_mesh import read_mesh
 from impactfem.case import load_case
 from impactfem.run import estimate as module
 from impactfem.run.estimate import duration, estimate, nodes_of_file, too_much
-from impactfem.system import memory
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 # Largest memory of each stage [GB], of the README and, of two_frames, of its run's provenance.
@@ -114,20 +113,6 @@ def test_the_stages_that_are_asked_for(monkeypatch):
     found = estimate(fine, LONGEST)
     assert list(too_much(fine, found)) and not list(too_much(fine, found.of({"pounding"})))
     assert found.of(set()) == found
-
-
-def test_the_whole_memory_of_machine_and_job(monkeypatch, tmp_path):
-    (tmp_path / "meminfo").write_text("MemTotal: 1000 kB\nMemAvailable: 10 kB\n")
-    (tmp_path / "cgroup").write_text("0::/job\n")
-    (tmp_path / "groups" / "job").mkdir(parents=True)
-    monkeypatch.setattr(memory, "MACHINE", tmp_path / "meminfo")
-    monkeypatch.setattr(memory, "GROUP", tmp_path / "cgroup")
-    monkeypatch.setattr(memory, "GROUPS", tmp_path / "groups")
-    assert memory.total_memory() == 1024e3
-    (tmp_path / "groups" / "job" / "memory.max").write_text("500000\n")
-    assert memory.total_memory() == 500000.0
-    (tmp_path / "groups" / "job" / "memory.max").write_text("max\n")
-    assert memory.total_memory() == 1024e3
 
 
 def test_times_in_words():

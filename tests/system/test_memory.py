@@ -15,7 +15,7 @@ def machine(monkeypatch, tmp_path):
     """Set what the machine has left [byte] and the groups of the job: name, max, current, stat."""
 
     def make(available, *groups, own="/job/step"):
-        found = SimpleNamespace(available=available, total=9)
+        found = SimpleNamespace(available=available, total=2000)
         (tmp_path / "own").write_text(f"4:memory:/other\n0::{own}\n")
         for name, most, current, stat in groups:
             folder = tmp_path / "groups" / name
@@ -47,6 +47,12 @@ STAT = "anon 500\ninactive_file 30\nactive_file 20\nslab 7\n"
 def test_what_is_left(machine, groups, left):
     machine(1000, *groups)
     assert memory.available_memory() == left
+
+
+@pytest.mark.parametrize(("most", "total"), [(500, 500), ("max", 2000)])
+def test_the_whole_memory_of_machine_and_job(machine, most, total):
+    machine(10, ("job", most, 499, STAT))
+    assert memory.total_memory() == total
 
 
 def test_a_system_that_does_not_tell(monkeypatch, tmp_path):

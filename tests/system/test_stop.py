@@ -35,7 +35,7 @@ def wrapped(*_, **__):
 
 """
 IMPORTING = "sys.meta_path.insert(0, Importing())\n"
-IN_CHECK = "from impactfem.run import loop; loop.checked = {function}\n"
+IN_CHECK = "from impactfem.run import check; check.checked = {function}\n"
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from impactfem.run.summary import write_summary
 
 from impactfem.coupling.contact import hertz, jankowski
+from impactfem.run.loop import write_summary
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.pounding.store import write_motion, write_sticks
 from impactfem.sticks.calibration import Calibration, Parameters, Target
