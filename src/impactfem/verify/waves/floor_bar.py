@@ -15,14 +15,13 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from impactfem.building import geometry
-from impactfem.case import Case, load_case
+from impactfem.building.geometry import Beam, Column, Geometry, MeshSize
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.spectra import response_spectra
 from impactfem.stages.transient.physics import arrivals, crossing_time
-from impactfem.system.files import in_source_tree
-from impactfem.verify.row import Row
+from impactfem.verify.row import Row, Rows
 from impactfem.verify.waves.bar import Bar, EdgeWall
+from impactfem.verify.waves.paper import paper_case, prepared_building
 
 if TYPE_CHECKING:
     from impactfem.building.floor_bar import FloorBar
@@ -46,10 +45,10 @@ LIGHT = Rayleigh(0.0, 2e-5)
 QUIET = 0.01
 """Time before the pulse [s]."""
 DISPLACED, WALL_STEP, WALL_WINDOW = -0.02, 0.1e-3, 0.75
-SOLVER = "the bar by a solver of its own (verify/bar.py)"
+SOLVER = "the bar by a solver of its own (verify/waves/bar.py)"
 
 PAPER = "paper's floor 8 as a bar"
-CASE, FLOOR, END = "geometry/npp_pair.toml", 8, 5.6
+FLOOR, END = 8, 5.6
 """The main impact is at 5.1 s."""
 HIGHEST = 450.0
 FAIR = {"facades lumped": (75.0, HIGHEST), "facades that bend": (40.0, 200.0)}
@@ -58,7 +57,7 @@ and lumped facades do not move as they do near their own frequency."""
 POINTS = ("impact edge", "centre", "far edge")
 
 
-def generated_floor() -> list[Row]:
+def floor_as_a_bar() -> list[Row]:
     """A strip of a slab, 250 t in all, on six soft columns, under a pulse and before a wall.
 
     Before the wall, and in the sums by hand, two beams lie along it; under the pulse none, as the
@@ -76,12 +75,12 @@ def generated_floor() -> list[Row]:
 
     parts, bare = _strip(beams=True), _strip(beams=False)
     bar = floor_bar(parts, 1, 1)
-    return [
-        *_by_hand(bar),
-        *_solver_rows(),
-        *_pulse_rows(bare, floor_bar(bare, 1, 1)),
-        *_wall_rows(parts, bar),
-    ]
+    rows = Rows(NAME)
+    _by_hand(rows, bar)
+    _solver_rows(rows)
+    _pulse_rows(rows, bare, floor_bar(bare, 1, 1))
+    _wall_rows(rows, parts, bar)
+    return rows
 
 
 def _strip(*, beams: bool) -> BuildingParts:
@@ -91,7 +90,8 @@ def _strip(*, beams: bool) -> BuildingParts:
     from impactfem.building.read_mesh import read_mesh
     from impactfem.building.section import Material, Materials
 
-    built = geometry.Geometry(
+    lines = (("west", 1.2), ("east", 3.6))
+    built = Geometry(
         length=WIDTH,
         width=LENGTH,
         levels=(0.0, 5.0),
@@ -99,18 +99,16 @@ def _strip(*, beams: bool) -> BuildingParts:
         walls=(),
         bays=(),
         beams=tuple(
-            geometry.Beam(name, (1,), (x, 0.0), (x, LENGTH), 0.3, 0.5)
-            for name, x in (("west", 1.2), ("east", 3.6))
-            if beams
+            Beam(name, (1,), (x, 0.0), (x, LENGTH), 0.3, 0.5) for name, x in lines if beams
         ),
         columns=tuple(
-            geometry.Column(f"{name}{k}", (1,), (x, y), 0.2, 0.2)
-            for name, x in (("west", 1.2), ("east", 3.6))
+            Column(f"{name}{k}", (1,), (x, y), 0.2, 0.2)
+            for name, x in lines
             for k, y in enumerate((2.4, 7.8, 13.2))
         ),
         acroterion=None,
         impact_edge="y+",
-        size=geometry.MeshSize(floor=SIZE, storey=SIZE, beam=SIZE, column=SIZE),
+        size=MeshSize(floor=SIZE, storey=SIZE, beam=SIZE, column=SIZE),
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "strip.msh"
@@ -123,18 +121,16 @@ def _strip(*, beams: bool) -> BuildingParts:
     return BuildingParts(mesh, sections, materials, masses.on_triangles)
 
 
-def _by_hand(bar: FloorBar) -> list[Row]:
+def _by_hand(rows: Rows, bar: FloorBar) -> None:
     columns = 6 * RHO * 0.04 * 2.5
     stiffness = YOUNG * (WIDTH * SLAB + 2 * 0.3 * 0.5)
     speed = math.sqrt(stiffness * LENGTH / (MASS - columns))
-    hand = "by hand: slab and beams, 250 t less half of the columns"
-    return [
-        Row(NAME, "EA' of the mesh", stiffness, bar.stiffness, "N", 1e-9, hand),
-        Row(NAME, "√(EA'/m') of the mesh", speed, bar.speed, "m/s", 1e-9, hand),
-    ]
+    rows.source = "by hand: slab and beams, 250 t less half of the columns"
+    rows.add("EA' of the mesh", stiffness, bar.stiffness, "N", 1e-9)
+    rows.add("√(EA'/m') of the mesh", speed, bar.speed, "m/s", 1e-9)
 
 
-def _solver_rows() -> list[Row]:
+def _solver_rows(rows: Rows) -> None:
     """The bar's solver: an end mass against its equation, the wall against d'Alembert."""
     EA, m, end = 6e11, 2.6e6, 0.2e6
     c = math.sqrt(EA * LENGTH / m)
@@ -145,40 +141,20 @@ def _solver_rows() -> list[Row]:
         return (1.0 - (kL * mu) ** 2) * math.sin(kL) + 2.0 * kL * mu * math.cos(kL)
 
     kL = float(scipy.optimize.brentq(ends, 1.5, math.pi))
+    exact = kL * c / (2.0 * math.pi * LENGTH)
     loaded = Bar(LENGTH, EA, m, (end, end)).frequencies(2)[1]
     impulse, lasts = Bar(LENGTH, EA, m, damping=LIGHT).against_wall(0.1, 2e-5)
-    return [
-        Row(
-            NAME,
-            "the bar's solver: first frequency with masses at both ends",
-            kL * c / (2.0 * math.pi * LENGTH),
-            float(loaded),
-            "Hz",
-            1e-3,
-            "closed form: (1 − (kLμ)²) sin kL + 2 kLμ cos kL = 0",
-        ),
-        Row(
-            NAME,
-            "the bar's solver: impulse on a wall over 2 m v, hardly damped",
-            1.0,
-            impulse / (2.0 * m * 0.1),
-            "-",
-            0.03,
-            "d'Alembert: the wall turns the bar round",
-        ),
-        Row(
-            NAME,
-            "the bar's solver: time at the wall, hardly damped",
-            2.0 * LENGTH / c,
-            lasts,
-            "s",
-            0.02,
-            "d'Alembert: 2L/c",
-        ),
-    ]
+    quantity = "the bar's solver: first frequency with masses at both ends"
+    source = "closed form: (1 − (kLμ)²) sin kL + 2 kLμ cos kL = 0"
+    rows.add(quantity, exact, loaded, "Hz", 1e-3, source)
+    quantity = "the bar's solver: impulse on a wall over 2 m v, hardly damped"
+    source = "d'Alembert: the wall turns the bar round"
+    rows.add(quantity, 1.0, impulse / (2.0 * m * 0.1), "-", 0.03, source)
+    quantity = "the bar's solver: time at the wall, hardly damped"
+    rows.add(quantity, 2.0 * LENGTH / c, lasts, "s", 0.02, "d'Alembert: 2L/c")
 
 
-def _pulse_rows(parts: BuildingParts, bar: FloorBar) -> list[Row]:
+def _pulse_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
     """Accelerations at both edges and the centre, spectra, and the crossing by the peak."""
     from impactfem.reduction.loads import EdgeForce, Loads
 
@@ -202,42 +178,17 @@ def _pulse_rows(parts: BuildingParts, bar: FloorBar) -> list[Row]:
     distance, floor = _line_in_3d(parts, 1, loads, RAYLEIGH, 1.0)
     made = Bar(LENGTH, bar.stiffness, total, bar.end_mass, RAYLEIGH)
     own = _at(made, made.pushed(force, STEP, 20), distance)
-    scale = np.abs(own).max()
-    rows = [
-        Row(
-            NAME,
-            f"largest difference of the acceleration over its peak, {place}",
-            0.0,
-            float(np.abs(floor[k] - own[k]).max() / scale),
-            "-",
-            0.02,
-            SOLVER,
-            absolute=True,
-        )
-        for k, place in ((0, "edge that is hit"), (4, "centre"), (8, "far edge"))
-    ]
+    rows.source = SOLVER
+    for k, place in ((0, "edge that is hit"), (4, "centre"), (8, "far edge")):
+        away = np.abs(floor[k] - own[k]).max() / np.abs(own).max()
+        quantity = f"largest difference of the acceleration over its peak, {place}"
+        rows.add(quantity, 0.0, away, "-", 0.02)
+    ours, theirs = (crossing_time(distance, peaks(one)) or math.nan for one in (own, floor))
+    rows.add("crossing by the slope of the peak", ours, theirs, "s", 0.02)
     light = peaks(_line_in_3d(parts, 1, loads, LIGHT, 1.0)[1])
-    return [
-        *rows,
-        Row(
-            NAME,
-            "crossing by the slope of the peak",
-            crossing_time(distance, peaks(own)) or math.nan,
-            crossing_time(distance, peaks(floor)) or math.nan,
-            "s",
-            0.02,
-            SOLVER,
-        ),
-        Row(
-            NAME,
-            "from the peak at the edge that is hit to that at the far edge, hardly damped",
-            bar.crossing,
-            float(light[-1] - light[0]),
-            "s",
-            0.05,
-            "by hand: L/√(EA'/m')",
-        ),
-    ]
+    quantity = "from the peak at the edge that is hit to that at the far edge, hardly damped"
+    source = "by hand: L/√(EA'/m')"
+    rows.add(quantity, bar.crossing, light[-1] - light[0], "s", 0.05, source)
 
 
 def _line_in_3d(
@@ -286,42 +237,28 @@ def _at(bar: Bar, values: Array, distance: Array) -> Array:
     return np.array([[np.interp(d, bar.position, row) for row in values] for d in distance])
 
 
-def _wall_rows(parts: BuildingParts, bar: FloorBar) -> list[Row]:
+def _wall_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
     from impactfem.stages.calibrate.experiment import WallExperiment
 
     experiment = WallExperiment((1,), 1, DISPLACED, 0.0, WALL_WINDOW, WALL_STEP)
-    rows = []
     for label, damping, allowed in (("hardly damped", LIGHT, 0.07), ("damped", RAYLEIGH, 0.02)):
-        [impact] = _impacts(parts, experiment, [damping], 1.0, np.array([MASS]))
+        impact = _impact(parts, experiment, damping, np.array([MASS]))
         total = bar.slab_mass + bar.standing_mass
         made = Bar(LENGTH, bar.stiffness, total, bar.end_mass, damping)
-        impulse, lasts = made.against_wall(impact.approach, WALL_STEP / 4.0)
-        known = SOLVER if label == "damped" else "d'Alembert: the wall turns the bar round, in 2L/c"
-        epsilon = impulse / (made.mass * impact.approach) - 1.0
-        if label != "damped":
+        if label == "damped":
+            rows.source = SOLVER
+            impulse, lasts = made.against_wall(impact.approach, WALL_STEP / 4.0)
+            epsilon = impulse / (made.mass * impact.approach) - 1.0
+        else:
+            rows.source = "d'Alembert: the wall turns the bar round, in 2L/c"
             epsilon, lasts = 1.0, 2.0 * LENGTH * math.sqrt(made.mass / (bar.stiffness * LENGTH))
-        rows += [
-            Row(
-                NAME,
-                f"restitution at the wall, {label}",
-                epsilon,
-                impact.epsilon,
-                "-",
-                allowed,
-                known,
-            ),
-            Row(NAME, f"time at the wall, {label}", lasts, impact.duration, "s", allowed, known),
-        ]
-    return rows
+        rows.add(f"restitution at the wall, {label}", epsilon, impact.epsilon, "-", allowed)
+        rows.add(f"time at the wall, {label}", lasts, impact.duration, "s", allowed)
 
 
-def _impacts(
-    parts: BuildingParts,
-    experiment: WallExperiment,
-    dampings: list[Rayleigh],
-    storey_factor: float,
-    mass: Array,
-) -> list[WallImpact]:
+def _impact(
+    parts: BuildingParts, experiment: WallExperiment, damping: Rayleigh, mass: Array
+) -> WallImpact:
     """The first impact of the highest floor that may hit, by the stage's reduced model."""
     from mpi4py import MPI
 
@@ -338,26 +275,22 @@ def _impacts(
 
     floors, mesh = experiment.floors, parts.mesh
     model = assemble_building(MPI.COMM_SELF, parts)
-    K = model.take_stiffness(storey_factor)
+    K = model.take_stiffness(1.0)
     reduced = reduced_wall_model(
         model,
         K,
         wall_patterns(model, mesh, floors, experiment.displaced_floor, experiment.pull),
         wall_probes(mesh, floors),
-        damping=dampings[0],
+        damping=damping,
         maximum_frequency=MAXIMUM_FREQUENCY,
         tolerance=TOLERANCE,
         largest=LARGEST,
     )
-    return [
-        floor_impacts(
-            run_reduced(reduced, experiment, mass, damping).history, floors[-1]
-        ).first_complete()
-        for damping in dampings
-    ]
+    history = run_reduced(reduced, experiment, mass, damping).history
+    return floor_impacts(history, floors[-1]).first_complete()
 
 
-def paper_floor(case_file: Path | None = None) -> list[Row]:
+def paper_floor_as_a_bar(case_file: Path | None = None) -> list[Row]:
     """Floor 8 of the paper's case, of its default mesh, under the forces of its own run.
 
     The bar has EA' and the masses of the mesh; only the force on floor 8 acts on it, while ground
@@ -382,32 +315,23 @@ def paper_floor(case_file: Path | None = None) -> list[Row]:
         SolutionError: A basis does not reach its tolerance.
     """
     from impactfem.building.floor_bar import floor_bar
-    from impactfem.verify.waves.paper_transient import _prepared
 
-    case = _until(load_case(in_source_tree(CASE) if case_file is None else case_file), END)
+    case = paper_case(case_file, END)
     with tempfile.TemporaryDirectory() as folder:
-        prepared = _prepared(case, Path(folder), END)
+        prepared = prepared_building(case, Path(folder), END)
     parts, loads = prepared.parts, prepared.loads
     damping = prepared.damping
     bar = floor_bar(parts, FLOOR, 1)
     distance, floor = _line_in_3d(parts, FLOOR, loads, damping, prepared.storey_factor)
     force = loads.force[:, [edge.floor for edge in loads.edges].index(FLOOR)]
     lumped, bending = _paper_bars(bar, parts, damping, prepared.storey_factor)
-    rows = []
+    rows = Rows(PAPER)
     for kind, made in zip(FAIR, (lumped, bending), strict=True):
         own = _at(made, made.pushed(force, loads.time_step, 20), distance)
-        rows += _spectrum_rows(kind, own, floor, loads.time_step)
+        _spectrum_rows(rows, kind, own, floor, loads.time_step)
         if kind == "facades that bend":
-            rows += _crossing_rows(bar, own, floor, distance, loads, force)
+            _crossing_rows(rows, bar, own, floor, loads, force)
     return rows
-
-
-def _until(case: Case, end: float) -> Case:
-    if case.transient is None:
-        raise ValueError(f"{case.path} has no transient part")
-    return case.model_copy(
-        update={"transient": case.transient.model_copy(update={"duration": end})}
-    )
 
 
 def _paper_bars(
@@ -437,7 +361,7 @@ def _paper_bars(
     return lumped, Bar(bar.length, bar.stiffness, spread, upstand, damping, wall)
 
 
-def _spectrum_rows(kind: str, own: Array, floor: Array, step: float) -> list[Row]:
+def _spectrum_rows(rows: Rows, kind: str, own: Array, floor: Array, step: float) -> None:
     lowest, highest = FAIR[kind]
     frequency = np.geomspace(10.0, HIGHEST, 200)
     chosen = [0, len(own) // 2, len(own) - 1]
@@ -447,59 +371,39 @@ def _spectrum_rows(kind: str, own: Array, floor: Array, step: float) -> list[Row
         ).psa[0]
         for one in (own, floor)
     )
-    rows = []
     known = (frequency >= lowest) & (frequency <= highest)
     for k, point in enumerate(POINTS):
+        rows.where = f"{point}, {kind}"
         ratio = mine[k, known] / theirs[k, known]
         worst = int(np.argmax(np.abs(ratio - 1.0)))
         # The slab restrains the facade at its edge, neither hinge nor clamp: no row there.
         if (kind, k) != ("facades that bend", 0):
-            rows.append(
-                Row(
-                    PAPER,
-                    f"spectrum over that in 3D where it is farthest off, {lowest:g} to "
-                    f"{highest:g} Hz, {point}, {kind}",
-                    1.0,
-                    float(ratio[worst]),
-                    "-",
-                    0.1,
-                    f"the building in 3D; at {frequency[known][worst]:.0f} Hz",
-                )
-            )
+            band = f"{lowest:g} to {highest:g} Hz"
+            quantity = f"spectrum over that in 3D where it is farthest off, {band}"
+            source = f"the building in 3D; at {frequency[known][worst]:.0f} Hz"
+            rows.add(quantity, 1.0, ratio[worst], "-", 0.1, source)
         if kind == "facades that bend":
-            rows.append(
-                Row(
-                    PAPER,
-                    f"peak of the spectrum, {point}, {kind}",
-                    float(theirs[k, known].max()),
-                    float(mine[k, known].max()),
-                    "m/s2",
-                    0.1,
-                    "the building in 3D",
-                )
-            )
-    return rows
+            peaks = theirs[k, known].max(), mine[k, known].max()
+            rows.add("peak of the spectrum", *peaks, "m/s2", 0.1, "the building in 3D")
+    rows.where = ""
 
 
 def _crossing_rows(
-    bar: FloorBar, own: Array, floor: Array, distance: Array, loads: Loads, force: Array
-) -> list[Row]:
+    rows: Rows,
+    bar: FloorBar,
+    own: Array,
+    floor: Array,
+    loads: Loads,
+    force: Array,
+) -> None:
     from impactfem.stages.transient.compute import main_impact
 
     impact = main_impact(loads)
     if impact is None:
-        return [Row(PAPER, "impacts in the window", 1.0, 0.0, "-", 0.0, "at least one")]
+        rows.add("impacts in the window", 1.0, 0.0, "-", 0.0, "at least one")
+        return
     time = loads.time_step * np.arange(len(force))
     mine, theirs = (arrivals(time, one, 1.0, impact, bar.crossing).peak for one in (own, floor))
-    source = "the building in 3D"
-    return [
-        Row(
-            PAPER,
-            "from the peak at the impact edge to that at the far edge",
-            float(theirs[-1] - theirs[0]),
-            float(mine[-1] - mine[0]),
-            "s",
-            0.05,
-            source,
-        ),
-    ]
+    quantity = "from the peak at the impact edge to that at the far edge"
+    ways = theirs[-1] - theirs[0], mine[-1] - mine[0]
+    rows.add(quantity, *ways, "s", 0.05, "the building in 3D")

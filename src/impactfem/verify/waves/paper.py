@@ -1,0 +1,249 @@
+"""The reduced model of the paper's building against the full one, for three dampings."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.case import Case, load_case
+from impactfem.coupling.force_history import write_forces
+from impactfem.coupling.from_case import calibration_of
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.motion.from_case import ground_motions
+from impactfem.stages.pounding.pounded import pounded
+from impactfem.system.files import in_source_tree
+from impactfem.system.log import LOGGER
+from impactfem.verify.row import Row, Rows
+from impactfem.verify.waves import BALANCE
+
+if TYPE_CHECKING:
+    from impactfem.reduction.effectivity import Effectivity
+    from impactfem.stages.transient.prepared import Prepared
+
+Array = NDArray[np.float64]
+
+CASE = "geometry/npp_pair.toml"
+TABLE_8 = {
+    "under-damped": Rayleigh(0.838, 2.12e-4),
+    "damped": Rayleigh(0.838, 1.06e-3),
+    "over-damped": Rayleigh(0.559, 3.18e-3),
+}
+"""α [1/s] and β [s] of Table 8 of the paper; the first one, the lightest, makes the basis."""
+WINDOW = 6.5
+"""Time that is computed: the strong motion, 2 to 5 s, and the main impact at 5.1 s [s]."""
+HIGHEST, SPECTRUM_DAMPING = 450.0, 0.05
+WITHIN = 0.005
+"""Largest relative error of a spectrum."""
+QUIET = 0.01
+"""Peak acceleration, over the largest along the same axis, up to which a point is at rest along it:
+on the plane of symmetry nothing moves across it but for the mesh."""
+PLACES = {
+    "floor centres": "centre_.*",
+    "impact edges": "edge_.*",
+    "line across floor 8": "line_.*",
+    "corners of floor 8": "corner_.*",
+}
+"""Names of the probes, by place."""
+ENOUGH = 0.95
+"""Least share of the errors that the band tells to within a factor of ten."""
+LEAST_FREE = 100_000
+"""Free degrees of freedom that the mesh has at least."""
+SIZE = 2.0
+"""Size of the elements of the paper's building here [m]: it has 110,652 degrees of freedom."""
+
+
+def paper_reduced_against_full(
+    case_file: Path | None = None, window: float = WINDOW, least: int = LEAST_FREE
+) -> list[Row]:
+    """Floor spectra by both solvers, with Newmark at the same step; one basis serves all dampings.
+
+    The forces are those of the sticks of the case, the same for all dampings: what is compared is
+    how the 3D model answers to them. A full run of the paper's building and window takes some 8
+    minutes on a core; how long is said after the first steps.
+
+    Args:
+        case_file: The case; the shipped one of the paper, with elements of 2 m, when None.
+        window: Time that is computed [s].
+        least: Fewest free degrees of freedom of the mesh.
+
+    Raises:
+        ImpactfemError: The source tree with the shipped case is missing.
+        SolutionError: The basis does not reach its tolerance.
+    """
+    # Only here: the manual is read, and its other benchmarks run, without dolfinx.
+    from mpi4py import MPI
+
+    from impactfem.building.model import assemble_building
+    from impactfem.reduction.band import response_band
+    from impactfem.reduction.effectivity import LEAST, MOST, effectivity, together
+    from impactfem.reduction.reduced_basis import build_basis
+    from impactfem.reduction.response import modal_histories, node_response, node_spectra
+    from impactfem.stages.transient.full_run import run_full
+    from impactfem.stages.transient.prepared import transient_of
+
+    rows = Rows("paper's building, reduced model against the full one")
+    case = paper_case(case_file, window, SIZE if case_file is None else None)
+    transient = transient_of(case)
+    shown = case.spectra.model_copy(update={"damping": (SPECTRUM_DAMPING,)})
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        prepared = prepared_building(case, folder, window)
+        loads, probes = prepared.loads, prepared.probes
+        nodes = np.array([probe.node for probe in probes])
+        model = assemble_building(MPI.COMM_SELF, prepared.parts)
+        for quantity, fewest, found in (
+            ("free degrees of freedom", least, model.n_free),
+            ("floors that are hit in the window", 1, len(loads.edges)),
+        ):
+            quantity = f"{quantity}, at least {fewest} (yes = 1)"
+            rows.add(quantity, 1.0, found >= fewest, "-", 0.0, f"{found}")
+        K = model.take_stiffness(prepared.storey_factor)
+        patterns = loads.patterns(model, prepared.parts.mesh, transient.eccentricity)
+        start = time.perf_counter()
+        basis = build_basis(
+            model,
+            K,
+            patterns,
+            loads.names,
+            probes=nodes,
+            nodes=np.unique(nodes),
+            damping=next(iter(TABLE_8.values())),
+            maximum_frequency=max(transient.maximum_frequency, HIGHEST),
+            shift=transient.shift,
+            tolerance=transient.tolerance,
+            largest=transient.largest_basis,
+            larger=True,
+        )
+        LOGGER.info(
+            "paper's building: %d degrees of freedom, basis of %d vectors in %.0f s",
+            model.n_free,
+            len(basis.model.eigenvalue),
+            time.perf_counter() - start,
+        )
+        of_band: list[Effectivity] = []
+        for label, damping in TABLE_8.items():
+            run = run_full(
+                model,
+                K,
+                loads,
+                patterns,
+                damping,
+                nodes,
+                checkpoints=folder / label,
+                key=label,
+                every=len(loads.ground),
+                progress=_Clock(label),
+            )
+            history = modal_histories(basis, loads, damping, scheme="newmark")
+            reduced, full = node_response(basis, history, loads, nodes), run.response
+            spectra, truth = (node_spectra(response, shown) for response in (reduced, full))
+            known = truth.frequency <= HIGHEST
+            psa, exact = (
+                s.psa[0].reshape(len(probes), 3, -1)[..., known] for s in (spectra, truth)
+            )
+            largest = np.abs(full.acceleration).max(axis=0)
+            moved = largest > QUIET * largest.max(axis=0)
+            errors = spectrum_errors(psa, exact, moved)
+            for place, pattern in PLACES.items():
+                here = [k for k, p in enumerate(probes) if re.fullmatch(pattern, p.name)]
+                worst = errors[here].max() if here else np.inf
+                quantity = (
+                    f"largest error of a floor spectrum up to {HIGHEST:g} Hz, {place}, {label}"
+                )
+                source = (
+                    f"the full model with the same step; {len(here)} points,"
+                    f" {int(moved[here].sum())} of {3 * len(here)} spectra, the others of"
+                    " directions at rest"
+                )
+                rows.add(quantity, 0.0, worst, "-", WITHIN, source)
+            band = response_band(
+                basis, loads, damping, nodes, reduced, spectra.psa, shown, scheme="newmark"
+            )
+            widths, psa, exact = (v[0][:, known] for v in (band.psa, spectra.psa, truth.psa))
+            of_band.append(effectivity(widths, psa, exact, truth.frequency[known]))
+            for spectrum, frequency, ratio in of_band[-1].misses:
+                LOGGER.info(
+                    "paper's building, %s: the error band is %.2f times the error at %s along %s,"
+                    " %.0f Hz",
+                    label,
+                    ratio,
+                    probes[spectrum // 3].name,
+                    "xyz"[spectrum % 3],
+                    frequency,
+                )
+            quantity = f"residual of the energy identity over the largest energy, {label}, full"
+            rows.add(quantity, 0.0, run.energy.residual, "-", 1e-9, BALANCE)
+    every = together(of_band)
+    quantity = f"share of errors of which the band is {LEAST:g} to {MOST:g} times, all dampings"
+    source = (
+        f"the full model; {len(every.ratio)} maxima within thirds of octaves,"
+        f" {len(every.misses)} of them larger than the band"
+    )
+    rows.add(quantity, 1.0, every.good, "-", 1.0 - ENOUGH, source, absolute=True)
+    return rows
+
+
+def paper_case(case_file: Path | None, window: float, size: float | None = None) -> Case:
+    """The paper's case, or another one, for a window [s], with elements of another size [m]."""
+    case = load_case(in_source_tree(CASE) if case_file is None else case_file)
+    if case.transient is None or case.structure is None:
+        raise ValueError(f"{case.path} has no transient part or no structure")
+    transient = case.transient.model_copy(update={"duration": window})
+    structure = case.structure
+    if size is not None:
+        mesh = structure.mesh.model_copy(update={"size": size})
+        structure = structure.model_copy(update={"mesh": mesh})
+    return case.model_copy(update={"transient": transient, "structure": structure})
+
+
+def prepared_building(case: Case, folder: Path, window: float) -> Prepared:
+    """Mesh, and the forces of the sticks, as the stages would make them."""
+    from impactfem.building.from_case import geometry_of
+    from impactfem.building.generate import generate
+    from impactfem.stages.transient.prepared import prepare
+
+    structure = case.structure
+    if structure is None:
+        raise ValueError(f"{case.path} has no structure")
+    mesh, forces = folder / "building.msh", folder / "forces.nc"
+    generate(geometry_of(case), mesh, source=str(case.path))
+    response = pounded(case, calibration_of(case), ground_motions(case.motions), window)
+    write_forces(forces, response, case.content_hash())
+    return prepare(case, mesh, forces, structure.storey_stiffness_factor, "")
+
+
+def spectrum_errors(spectra: Array, truth: Array, moved: NDArray[np.bool_]) -> Array:
+    """Largest relative error of each spectrum, of those that count, and 0 of the others.
+
+    Args:
+        spectra: Shape (n_points, 3, n_frequencies).
+        truth: Same shape.
+        moved: Whether a direction at a point counts, shape (n_points, 3).
+
+    Returns:
+        Shape (n_points, 3).
+    """
+    apart = np.abs(spectra[moved] / truth[moved] - 1.0).max(axis=-1)
+    errors = np.zeros(moved.shape)
+    errors[moved] = apart
+    return errors
+
+
+class _Clock:
+    """Says once how long a run will take; called with the part that is done."""
+
+    def __init__(self, label: str) -> None:
+        self.label, self.start, self.said = label, time.perf_counter(), False
+
+    def __call__(self, part: float) -> None:
+        passed = time.perf_counter() - self.start
+        if not self.said:
+            text = "paper's building, %s: about %.1f minutes for the full run"
+            LOGGER.info(text, self.label, passed / part / 60.0)
+        self.said = True

@@ -1,0 +1,76 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.reduction import band
+from impactfem.verify.waves import MovingModel, ReducedMotion, frame
+
+
+def test_the_loads_are_small_before_their_pulses():
+    loads = frame._amplitudes(frame.STEP, frame.END, frame.PULSE, (0.01, 0.1))
+    assert loads[0].tolist() == [0.0, 0.0, 0.0]
+    assert np.abs(loads[:, :2]).max(axis=0).tolist() == [1e6, 0.5e6]
+    assert np.abs(loads[-1, :2]).max() < 1e-9
+
+
+def test_the_weights_are_those_of_the_loads():
+    shipped = frame.shipped_frame()
+    assert np.allclose(shipped.weights.sum(axis=1), 1.0)
+    at_probes = shipped.moving.loads[shipped.moving.probes]
+    assert np.allclose(at_probes[:, :2], -shipped.weights.T)
+
+
+def test_another_mean_is_not_reciprocal(monkeypatch, failed):
+    right = frame.shipped_frame
+
+    def uneven():
+        made = right()
+        return replace(made, weights=made.weights * np.linspace(0.8, 1.2, made.weights.shape[1]))
+
+    monkeypatch.setattr(frame, "shipped_frame", uneven)
+    found = failed(frame.reciprocity())
+    assert "acceleration of edge 2 by a pulse on edge 1 from the reverse, full" in found
+    assert "acceleration of edge 2 by a pulse on edge 1 from the reverse, reduced" in found
+
+
+def test_a_response_that_is_not_linear_is_seen(monkeypatch, failed):
+    right = MovingModel.full
+
+    def stiffening(self, loads, *others):
+        history = right(self, loads, *others)
+        motion = {k: v * (1.0 - 1e-7 * np.abs(v / v.max())) for k, v in history.motion.items()}
+        return replace(history, motion=motion)
+
+    monkeypatch.setattr(MovingModel, "full", stiffening)
+    found = failed(frame.superposition())
+    assert found == {
+        f"{name} under all loads from the sum over each, full"
+        for name in ("displacement", "acceleration")
+    }
+
+
+def test_band_is_one_to_ten_times_the_error(failed):
+    rows = frame.error_band()
+    assert failed(rows) == set()
+    assert 0.95 <= rows[0].computed < 1.0
+
+
+@pytest.mark.parametrize("factor", [0.25, 20.0])
+def test_too_narrow_or_too_wide_a_band(factor, monkeypatch, failed):
+    monkeypatch.setitem(band.SAFETY, band.LARGER, factor * band.SAFETY[band.LARGER])
+    (quantity,) = failed(frame.error_band())
+    assert quantity.startswith("share of")
+
+
+def test_reduced_model_of_another_damping(monkeypatch, failed):
+    """An error that is in all reduced models is not told by their differences."""
+    right = ReducedMotion.motion
+
+    def wrong(self, amplitudes, time_step, damping, scheme):
+        other = Rayleigh(damping.alpha, 1.02 * damping.beta)
+        return right(self, amplitudes, time_step, other, scheme)
+
+    monkeypatch.setattr(ReducedMotion, "motion", wrong)
+    assert any(quantity.startswith("share of") for quantity in failed(frame.error_band()))

@@ -1,0 +1,96 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.verify.shells import STEEL
+from impactfem.verify.waves import MovingModel, in_time, peak
+from impactfem.verify.waves.in_time import LENGTH
+
+
+def test_one_term_of_the_series_is_the_published_solution():
+    time = 1e-3 * np.arange(401)
+    at, highest = peak(time, in_time.series(time, 1))
+    assert highest == pytest.approx(3.523e-3, abs=1.1e-6)
+    assert at == pytest.approx(0.210, abs=0.5e-3)
+    assert in_time.series(np.inf, 1) == pytest.approx(1.817e-3, abs=0.5e-6)
+
+
+def test_all_terms_are_the_plate_of_the_books():
+    """Timoshenko: 0.00406 q a⁴/D under a uniform load."""
+    D = STEEL.E * in_time.THICKNESS**3 / (12.0 * (1.0 - STEEL.nu**2))
+    found = in_time.series(np.inf) * D / (in_time.PRESSURE * LENGTH**4)
+    assert found == pytest.approx(0.0040624, abs=1e-7)
+    assert in_time.series(np.array([200.0]))[0] == pytest.approx(in_time.series(np.inf))
+    assert in_time.series(np.array([0.0]))[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_wrong_modulus_is_seen(altered, failed):
+    altered(in_time, E=1.01)
+    assert {f"peak, {s}" for s in ("full", "reduced, newmark", "reduced, exact")} <= failed(
+        in_time.nafems_13t()
+    )
+
+
+def test_a_wrong_damping_is_seen(monkeypatch, failed):
+    """In the model alone: the static deflection stays."""
+    series = in_time.series
+    right = {count: series(1e-3 * np.arange(401), count) for count in (1, 60)}
+    monkeypatch.setattr(in_time, "RAYLEIGH", Rayleigh(alpha=0.45, beta=1.339e-3))
+    monkeypatch.setattr(in_time, "series", lambda t, n=60: right[n] if np.ndim(t) else series(t, n))
+    found = failed(in_time.nafems_13t())
+    assert {"peak, full", "peak, part in the first mode, full"} <= found
+    assert "static" not in found
+
+
+def test_the_loads_are_the_same_at_all_steps():
+    coarse, fine = (in_time._loads(n) for n in (1, 8))
+    assert np.array_equal(fine[::8], coarse)
+    assert fine[4::8] == pytest.approx(0.5 * (coarse[1:] + coarse[:-1]), abs=1e-12)
+    assert coarse.max(axis=0) == pytest.approx([1.0, 1.0])
+
+
+def test_another_damping_is_no_second_order(monkeypatch, failed):
+    right = MovingModel.full
+
+    def wrong(self, loads, step, damping, start=None):
+        return right(self, loads, step, Rayleigh(1.001 * damping.alpha, damping.beta), start)
+
+    monkeypatch.setattr(MovingModel, "full", wrong)
+    found = failed(in_time.newmark_order_3d())
+    assert "fitted order of the full model's displacement in the step" in found
+    assert "displacement, reduced model from the full one, both by Newmark" in found
+
+
+def test_a_load_between_the_samples_is_seen(monkeypatch, failed):
+    right = in_time._loads
+
+    def smooth(parts):
+        loads = right(parts)
+        loads[1::2] *= 1.0 + 1e-6 * (parts > 1)
+        return loads
+
+    monkeypatch.setattr(in_time, "_loads", smooth)
+    assert "velocity, exact integration from itself at an eighth of the step" in failed(
+        in_time.newmark_order_3d()
+    )
+
+
+def test_a_lost_energy_is_seen(monkeypatch, failed):
+    right = MovingModel.full
+
+    def wrong(*arguments):
+        history = right(*arguments)
+        damped = history.energy.damped * (1.0 - 1e-7)
+        return replace(history, energy=replace(history.energy, damped=damped))
+
+    monkeypatch.setattr(MovingModel, "full", wrong)
+    assert len(failed(in_time.energy_identity_3d())) == 2
+
+
+def test_an_undamped_strip_is_seen(monkeypatch, failed):
+    monkeypatch.setattr(in_time, "STRIP_RAYLEIGH", Rayleigh())
+    assert failed(in_time.energy_identity_3d()) == {
+        "damped part of the energy at the end, at least a tenth"
+    }

@@ -1,0 +1,97 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import cumulative_trapezoid
+
+from impactfem.building.shell_model import UX, UY
+from impactfem.verify.waves import MovingModel, slab
+
+
+def test_speeds_by_hand():
+    """E = 33 GPa, ν = 0.2, ρ = 2500 kg/m3: the paper has 2345 m/s and 6.7 ms."""
+    assert slab.SHEAR.speed == pytest.approx(2345.0, abs=0.5)
+    assert slab.PLATE.speed == pytest.approx(3708.0, abs=0.5)
+    assert pytest.approx(15.6) == slab.SECOND - slab.FIRST
+    assert 15.6 / slab.SHEAR.speed == pytest.approx(6.7e-3, abs=0.05e-3)
+    assert (slab.SHEAR.restrained, slab.PLATE.restrained) == (UX, UY)
+
+
+@pytest.mark.parametrize("delay", [40.0, 55.3, 61.75])
+def test_delay_of_a_pulse(delay):
+    time = np.arange(200.0)
+    first, second = (np.exp(-(((time - t) / 12.0) ** 2)) for t in (50.0, 50.0 + delay))
+    assert slab._lag(first, 0.7 * second) == pytest.approx(delay, abs=2e-3)
+
+
+def test_a_wrong_modulus_is_seen(altered, failed):
+    altered(slab, E=1.01)
+    assert "speed, standing plate wave, 8 elements a wavelength" in failed(slab.wave_speed_order())
+
+
+def test_a_strip_with_free_long_edges_carries_other_waves(monkeypatch):
+    """Stretched as a bar, √(E/ρ), 2 % slower; and bent instead of sheared."""
+    monkeypatch.setattr(slab.Wave, "restrained", property(lambda self: 5))
+    delay, _ = slab._pulse(slab.PLATE)
+    speed = (slab.SECOND - slab.FIRST) / delay
+    assert speed == pytest.approx(np.sqrt(33e9 / 2500.0), rel=0.005)
+    assert abs(speed / slab.PLATE.speed - 1.0) > 0.015
+
+
+def test_the_crossings_are_not_each_others():
+    """A row that compared the plate wave with the paper's 6.7 ms would fail."""
+    rows = {row.quantity: row for row in slab.slab_pulses()}
+    normal = rows["time to cross 15.6 m, edge-normal pulse"]
+    in_plane = rows["time to cross 15.6 m, in-plane shear pulse"]
+    assert in_plane.reference == 6.7e-3 and "paper's crossing" in in_plane.source
+    assert normal.computed < 0.65 * in_plane.reference
+
+
+def test_the_displacement_is_the_integral_of_the_velocity():
+    time = 1e-5 * np.arange(2000)
+    velocity = cumulative_trapezoid(slab._half_sine(time), time, initial=0.0)
+    assert slab._integral(time) == pytest.approx(velocity, abs=1e-8)
+
+
+def test_a_wave_crosses_more_than_once_in_a_pulse():
+    """Waves meet: the edges' velocities are more than a sequence of single pulses."""
+    assert 1.0 < slab.HALF_SINE / (slab.STRIP / slab.PLATE.speed) < 2.0
+
+
+def test_a_wrong_speed_is_seen(altered, failed):
+    altered(slab, E=1.02)
+    found = failed(slab.slab_strip_impact())
+    assert "largest difference of the velocity over its peak, far edge, full" in found
+    assert "largest difference of the displacement over its peak, far edge, reduced" in found
+
+
+def test_a_held_far_edge_reflects_otherwise(monkeypatch, failed):
+    """A spring on the far edge, so stiff that it hardly moves."""
+    right = MovingModel.__init__
+
+    def stiff(self, model, loads, probes):
+        K = model.K.tolil()
+        K[probes[1], probes[1]] += 1e12
+        right(self, replace(model, K=K.tocsr()), loads, probes)
+
+    monkeypatch.setattr(MovingModel, "__init__", stiff)
+    found = failed(slab.slab_strip_impact())
+    assert "first peak of the velocity, far edge over the wave's, full" in found
+    assert "displacement of the far edge at the end, reduced" in found
+
+
+def test_numbers_of_the_bar_by_hand():
+    """Siconos's example: 5188.745 m/s, 1270.83 N and 0.385450 ms make 0.489840 N s."""
+    c = np.sqrt(210e9 / 7800.0)
+    assert c == pytest.approx(5188.745, abs=5e-4)
+    assert 7800.0 * c * 3.14e-4 * 0.1 == pytest.approx(1270.83, abs=5e-3)
+    assert 2.0 / c == pytest.approx(0.385450e-3, abs=5e-10)
+    impulse = 1270.83 * 0.385450e-3
+    assert impulse == pytest.approx(0.489840, abs=5e-6)
+
+
+def test_a_bar_that_is_too_stiff_leaves_the_wall(altered, failed):
+    altered(slab, E=1.05)
+    found = failed(slab.bar_against_wall())
+    assert "largest distance of that end from the wall over v₀ 2L/c" in found
+    assert "impulse" not in found
