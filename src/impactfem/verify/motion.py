@@ -113,3 +113,6 @@ def decree_ordinates() -> list[Row]:
         found = spectrum.pseudo_acceleration(1.0 / period)
         rows.add(quantity, ordinate, found, "m/s2", 1e-12, source)
     return rows
+
+
+BENCHMARKS = (record_formats, eurocode_ordinates, decree_ordinates)

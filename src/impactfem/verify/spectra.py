@@ -246,3 +246,14 @@ def sdld25() -> list[Row]:
         quantity = f"absolute acceleration of P{k + 1}, SRSS"
         rows.add(quantity, published, absolute[k], "m/s2", 5e-8, SDLD25_SOURCE)
     return rows
+
+
+BENCHMARKS = (
+    oscillator_sdll06,
+    oscillator_exact,
+    rg_1_122,
+    spectrum_sdll06,
+    broadening,
+    peak_reduction,
+    sdld25,
+)

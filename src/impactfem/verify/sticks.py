@@ -193,3 +193,6 @@ def energy_identity() -> list[Row]:
     source = "the row above would be empty without"
     rows.add("impacts happened (at least one)", 1.0, response.force.any(), "-", 0.0, source)
     return rows
+
+
+BENCHMARKS = (newmark_order, energy_identity, half_sine_pulse, cantilever, paper_case)

@@ -253,3 +253,6 @@ def impacting_bar() -> list[Row]:
     rows.add("impulse", 2.0 * rho * S * L * v0, impulse, "N s", 5e-3)
     rows.add("speed of the mass centre after", v0, rebound, "m/s", 0.01)
     return rows
+
+
+BENCHMARKS = (shock_on_wall, kelvin_voigt, restitution, contact_energy, contact_laws, impacting_bar)

@@ -217,3 +217,6 @@ def _tower(name: str, heights: tuple[float, ...], points: tuple[tuple[int, float
         for k, height in enumerate(heights)
     ]
     return build_stick(name, floors, storey_points=points)
+
+
+BENCHMARKS = (eccentric_pair, storey_pair, three_buildings, missing_pair)

@@ -314,3 +314,6 @@ def _block(corners: Array, step: float) -> ModalMotion:
 
 def _modal(x: Array) -> Array:
     return np.asarray(np.sqrt([MASS, INERTIA]) * x, dtype=np.float64)
+
+
+BENCHMARKS = (unilateral_bar, unilateral_damped_bar, landing_block)

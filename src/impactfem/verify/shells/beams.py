@@ -329,3 +329,6 @@ def eccentric_beam() -> list[Row]:
     rows = Rows("eccentric beam under a slab", source)
     rows.add("tip deflection", exact, moved[tip, UZ], "m", 2e-3)
     return rows
+
+
+BENCHMARKS = (l_frame, t_beam, eccentric_beam, beam_cantilevers, beam_frequencies, beam_rigid_body)

@@ -354,3 +354,7 @@ def twisted_strip_fine() -> list[Row]:
 
 def _nearest(nodes: Array, point: tuple[float, float, float]) -> int:
     return int(np.argmin(np.linalg.norm(nodes - point, axis=1)))
+
+
+BENCHMARKS = (hyperbolic_paraboloid, twisted_strip, scordelis_lo, pinched_cylinder)
+HEAVY = (hyperbolic_paraboloid_fine, twisted_strip_fine, pinched_cylinder_fine)

@@ -217,3 +217,6 @@ def rigid_body_rows(rows: Rows, label: str, model: ShellModel) -> None:
     source = "rigid motions strain nothing"
     rows.add(f"largest energy over the norm of K, {label}", 0.0, energy, "-", 1e-15, source)
     rows.add(f"zero eigenvalues, {label}", 6.0, zeros, "-", 0.0, "a free body has six")
+
+
+BENCHMARKS = (shell_rigid_body, shell_patch)

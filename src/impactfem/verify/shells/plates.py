@@ -269,3 +269,14 @@ def nafems_fv32() -> list[Row]:
     for k, (reference, tolerance) in enumerate(zip(FV32, allowed, strict=True)):
         rows.add(f"frequency {k + 1}", reference, found[k], "Hz", tolerance)
     return rows
+
+
+BENCHMARKS = (
+    mindlin_plate,
+    clamped_plate,
+    plate_forces,
+    plate_bent_in_plane,
+    nafems_fv12,
+    nafems_fv32,
+)
+HEAVY = (mindlin_plate_fine,)

@@ -407,3 +407,7 @@ def _crossing_rows(
     quantity = "from the peak at the impact edge to that at the far edge"
     ways = theirs[-1] - theirs[0], mine[-1] - mine[0]
     rows.add(quantity, *ways, "s", 0.05, "the building in 3D")
+
+
+BENCHMARKS = (floor_as_a_bar,)
+HEAVY = (paper_floor_as_a_bar,)

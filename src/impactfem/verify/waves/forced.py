@@ -303,3 +303,6 @@ def _beam() -> tuple[MovingModel, MovingModel, Array]:
     waves[UZ::6] = model.M[UZ::6, UZ::6] @ wave / (CONCRETE.rho * DEPTH**2)
     probes = 6 * down + UZ
     return MovingModel(model, loads, probes), MovingModel(model, waves, probes), x
+
+
+BENCHMARKS = (modal_equation, strip_pulse, travelling_force)

@@ -200,3 +200,6 @@ def _amplitudes(step: float, end: float, pulse: float, starts: tuple[float, floa
         for size, start in zip((1e6, 0.5e6), starts, strict=True)
     ]
     return np.column_stack([*pulses, 2.0 * np.sin(2.0 * np.pi * 5.0 * time)])
+
+
+BENCHMARKS = (superposition, reciprocity, error_band)

@@ -199,3 +199,6 @@ def _loads(parts: int) -> Array:
         phase = np.clip((coarse - start) / length, 0.0, 1.0)
         pulses.append(np.interp(time, coarse, 0.5 - 0.5 * np.cos(2.0 * np.pi * phase)))
     return np.column_stack(pulses)
+
+
+BENCHMARKS = (nafems_13t, newmark_order_3d, energy_identity_3d)

@@ -247,3 +247,6 @@ class _Clock:
             text = "paper's building, %s: about %.1f minutes for the full run"
             LOGGER.info(text, self.label, passed / part / 60.0)
         self.said = True
+
+
+HEAVY = (paper_reduced_against_full,)

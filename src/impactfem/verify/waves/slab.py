@@ -266,3 +266,6 @@ def bar_against_wall() -> list[Row]:
     rows.add(quantity, 0.0, np.abs(way).max() / (v0 * contact), "-", 5e-3)
     rows.add("vibrating part of the energy afterwards", 0.0, vibrating, "-", 0.01)
     return rows
+
+
+BENCHMARKS = (slab_pulses, wave_speed_order, slab_strip_impact, bar_against_wall)

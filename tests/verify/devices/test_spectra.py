@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from impactfem.device.combination import combine_modes
-from impactfem.verify.devices import device_spectra as module
-from impactfem.verify.devices.device_spectra import close_pair
+from impactfem.verify.devices import spectra as module
+from impactfem.verify.devices.spectra import close_pair
 
 
 def test_a_wrong_coefficient_is_seen(monkeypatch, failed):
@@ -16,24 +16,24 @@ def test_a_wrong_coefficient_is_seen(monkeypatch, failed):
         return right(rule, f, np.full(xi.shape, xi.mean()))
 
     monkeypatch.setattr(module, "correlation", equal)
-    assert failed(module.correlation_coefficients()) == {
+    assert failed(module.cqc_coefficient()) == {
         "10 Hz at 5.00% and 12 Hz at 1.00%",
         "30.51 Hz at 1.99% and 82.9 Hz at 2.04%",
         "5 Hz at 2.00% and 5 Hz at 10.00%",
     }
 
 
-@pytest.mark.parametrize("benchmark", [module.sdld25, module.static_load])
+@pytest.mark.parametrize("benchmark", [module.device_sdld25, module.missing_mass])
 def test_a_lost_mode_is_seen(monkeypatch, failed, benchmark):
     right = module.spectrum_analysis
 
     def short(device, spectra, rules, q):
-        limit = 22.0 if benchmark is module.sdld25 else rules.maximum_frequency
+        limit = 22.0 if benchmark is module.device_sdld25 else rules.maximum_frequency
         return right(device, spectra, replace(rules, maximum_frequency=limit, **lost), q)
 
     lost = {}
     monkeypatch.setattr(module, "spectrum_analysis", short)
-    if benchmark is module.sdld25:
+    if benchmark is module.device_sdld25:
         # Missing mass at the zero-period acceleration is not the mode's own ordinate.
         assert failed(benchmark())
     else:
@@ -78,7 +78,7 @@ def test_a_tension_without_weight_or_about_the_rim_is_seen(monkeypatch, failed, 
 def test_other_rules_are_seen(monkeypatch, failed):
     right = module.combine_modes
     monkeypatch.setattr(module, "combine_modes", lambda R, f, xi, _, t: right(R, f, xi, "cqc", t))
-    assert len(failed(module.combination_rules())) == 5
+    assert len(failed(module.mode_combinations())) == 5
 
 
 def test_supports_in_step_are_not_independent(monkeypatch, failed):
@@ -102,7 +102,7 @@ def test_srss_fails_for_close_modes(monkeypatch, failed):
     monkeypatch.setattr(
         module, "combine_modes", lambda R, f, xi, _: combine_modes(R, f, xi, "srss")
     )
-    assert failed(module.noise_against_spectra()) == {
+    assert failed(module.device_under_noise()) == {
         "CQC of mean squares, two close modes, over direct integration"
     }
 
@@ -110,3 +110,31 @@ def test_srss_fails_for_close_modes(monkeypatch, failed):
 def test_the_pair_is_close():
     f = module.device_modes(close_pair()).frequency
     assert f[1] / f[0] < 1.11
+
+
+def test_supports_in_step_of_sdld30_are_not_independent(monkeypatch, failed):
+    right = module.Rules
+    monkeypatch.setattr(module, "Rules", lambda **rest: right(**rest, supports="algebraic"))
+    seen = failed(module.sdld30())
+    assert "reaction at NO4, inertia" in seen
+    assert not any("supports apart" in name for name in seen)
+
+
+def test_displacements_of_supports_are_not_lost(monkeypatch, failed):
+    monkeypatch.setattr(module, "SDLD30_SHIFTS", (0.04, 0.0))
+    seen = failed(module.sdld30())
+    assert {"reaction at NO1, supports apart", "displacement of NO3, both"} <= seen
+    assert not any(name.endswith("inertia") for name in seen)
+
+
+def test_a_phase_that_is_ignored_is_seen(monkeypatch, failed):
+    """Both supports in step: the second one's motion taken for the first one's."""
+    right = module.anchor_force
+
+    def in_step(device, a, dt, displacement):
+        scale = np.abs(displacement[7]).max() / np.abs(displacement[1]).max()
+        a[7], displacement[7] = scale * a[1], scale * displacement[1]
+        return right(device, a, dt, displacement=displacement)
+
+    monkeypatch.setattr(module, "anchor_force", in_step)
+    assert len(failed(module.harmonic_supports())) == 2

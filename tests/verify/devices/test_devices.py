@@ -1,0 +1,52 @@
+import pytest
+
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.verify import devices
+
+
+def test_another_mass_is_not_the_papers_device(monkeypatch, failed):
+    monkeypatch.setattr(devices, "MASS", 1490.0)
+    assert {
+        "frequency of mode 1, along x: 1500 kg on a beam of 45.9 kg",
+        "effective mass of mode 4, along y: 1500 kg on a beam of 45.9 kg",
+    } <= failed(devices.device_table_6())
+
+
+def test_another_radius_is_not_the_papers_device(monkeypatch, failed):
+    monkeypatch.setattr(devices, "RADIUS", 0.49)
+    assert any("beam" in name for name in failed(devices.device_table_6()))
+
+
+def test_the_rigid_bodys_modes_carry_its_mass():
+    first, second = devices.rigid_modes(1600.0, 300.0)
+    assert first[0] < second[0]
+    assert first[1] + second[1] == pytest.approx(1600.0, rel=1e-12)
+
+
+def test_another_rigid_body_is_seen(monkeypatch, failed):
+    right = devices.rigid_modes
+    monkeypatch.setattr(devices, "rigid_modes", lambda m, J: right(m, (1.0 + 1e-6) * J))
+    found = {name for name in failed(devices.device_table_6()) if "rigid body" in name}
+    assert len(found) == 8
+
+
+@pytest.mark.parametrize("benchmark", [devices.device_sdll06, devices.device_on_shaking_anchor])
+def test_a_wrong_step_is_seen(monkeypatch, failed, benchmark):
+    right = devices.anchor_force
+    monkeypatch.setattr(
+        devices, "anchor_force", lambda d, a, dt, **rest: right(d, a, 1.001 * dt, **rest)
+    )
+    assert len(failed(benchmark())) >= 3
+
+
+def test_drag_is_seen(monkeypatch, failed):
+    """Forces with mass-proportional damping left out of the modes."""
+    right = devices.PAPER_DAMPING
+    made = devices.paper_device(8.0e7)
+    light = Rayleigh(0.0, right.beta)
+    monkeypatch.setattr(devices, "PAPER_DAMPING", light)
+    changed = devices.paper_device(8.0e7)
+    monkeypatch.setattr(devices, "paper_device", lambda _: made)
+    force = devices.anchor_force
+    monkeypatch.setattr(devices, "anchor_force", lambda _, *a, **k: force(changed, *a, **k))
+    assert any("F_y" in name for name in failed(devices.device_on_shaking_anchor()))
