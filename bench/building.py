@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from bench.figure import Figure
-from impactfem.building.from_case import geometry_of
+from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.model import assemble_building
-from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.modes import modes

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from bench.building import CASE, load_forms
 from bench.figure import Figure
-from impactfem.building.from_case import geometry_of
+from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
-from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, load_case
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import calibration_of

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from impactfem.building.from_case import geometry_of, sections_of
 from impactfem.building.generate import generate
+from impactfem.building.geometry import storey_sections
 from impactfem.building.mesh_report import mesh_report
 from impactfem.building.read_mesh import read_mesh
-from impactfem.building.storey_section import storey_sections
 from impactfem.case import Case, FileMesh, load_case
 from impactfem.plot.table import Cell, Table
 from impactfem.system.errors import ImpactfemError

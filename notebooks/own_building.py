@@ -41,8 +41,7 @@ import numpy as np
 
 from impactfem import study
 from impactfem.building.generate import generate
-from impactfem.building.geometry import Beam, Column, Geometry, MeshSize, Wall
-from impactfem.building.storey_section import storey_sections
+from impactfem.building.geometry import Beam, Column, Geometry, MeshSize, Wall, storey_sections
 from impactfem.study import open_run
 from impactfem.system import log
 

@@ -14,28 +14,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from impactfem.building.generate import generate
-from impactfem.building.geometry import (
-    Acroterion,
-    Bay,
-    Beam,
-    Column,
-    Geometry,
-    MeshSize,
-    Wall,
-)
-from impactfem.building.mesh import BuildingMesh
-from impactfem.building.mesh_groups import assemble
+from impactfem.building.geometry import Acroterion, Bay, Beam, Column, Geometry, MeshSize, Wall
+from impactfem.building.mesh import BuildingMesh, Part
 from impactfem.building.model import BuildingModel, assemble_building
-from impactfem.building.part import Part
 from impactfem.building.parts import BuildingParts
-from impactfem.building.raw_mesh import RawMesh, read_raw
-from impactfem.building.section import (
-    BeamSection,
-    Material,
-    Materials,
-    Sections,
-    ShellSection,
-)
+from impactfem.building.read_mesh import RawMesh, assemble, read_raw
+from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.system.own_process import in_own_process
 
 Array = NDArray[np.float64]

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from impactfem.building.loads import edge_load
+from impactfem.building.floor import edge_load
+from impactfem.building.from_case import read_parts
 from impactfem.building.model import assemble_building
-from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.modes import modes

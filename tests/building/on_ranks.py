@@ -16,8 +16,8 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, vstack
 
+from impactfem.building.floor import edge_load
 from impactfem.building.links import RigidLink, linked
-from impactfem.building.loads import edge_load
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.dynamics.factorisation import Factorisation

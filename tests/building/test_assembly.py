@@ -3,8 +3,7 @@ import pytest
 from petsc4py import PETSc
 from scipy.sparse import random as random_sparse
 
-from impactfem.building.assembly import added, global_matrix, without, without_zeros
-from impactfem.building.share import Numbering
+from impactfem.building.assembly import Numbering, added, global_matrix, without, without_zeros
 
 NODES = np.array([3, 0, 2])
 PLACE = np.array([2, 0, 3, 1])  # of the nodes 0 to 3

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from impactfem.building.base_plate import find_base_plate, find_base_plates
+from impactfem.building.links import find_base_plate, find_base_plates
+from impactfem.building.mesh import rigid_body
 from impactfem.building.read_mesh import read_mesh
-from impactfem.building.rigid_body import rigid_body
 from impactfem.system.errors import InputError, SolutionError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impactfem.building.conformity import (
+from impactfem.building.mesh_checks import (
     lines_through_triangles,
     nodes_on_lines,
     nodes_on_triangles,

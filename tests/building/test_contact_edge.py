@@ -3,9 +3,8 @@ import itertools
 import numpy as np
 import pytest
 
-from impactfem.building.contact_edge import contact_edge
-from impactfem.building.loads import edge_load, floor_load
-from impactfem.building.part import Part
+from impactfem.building.floor import contact_edge, edge_load, floor_load
+from impactfem.building.mesh import Part
 
 Y = np.array([0.0, 1.0, 0.0])
 

@@ -11,11 +11,9 @@ import scipy.linalg
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from impactfem.building.damping_matrix import damping_matrix
-from impactfem.building.model import assemble_building
-from impactfem.building.part import Part
-from impactfem.building.part_damping import PartDamping
-from impactfem.building.parts import BuildingParts
+from impactfem.building.mesh import Part
+from impactfem.building.model import assemble_building, damping_matrix
+from impactfem.building.parts import BuildingParts, PartDamping
 from impactfem.building.section import BeamSection
 from impactfem.dynamics.damping import Rayleigh
 

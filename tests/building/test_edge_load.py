@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.building.loads import edge_load
-from impactfem.building.part import Part
+from impactfem.building.floor import edge_load
+from impactfem.building.mesh import Part
 
 THROUGH = (0.0, 1.0, 0.0)
 

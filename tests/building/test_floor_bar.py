@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from impactfem.building import geometry
-from impactfem.building.floor_bar import bar_axis, floor_bar
+from impactfem.building.floor import bar_axis, floor_bar
 from impactfem.building.generate import generate
-from impactfem.building.masses import floor_masses
-from impactfem.building.parts import BuildingParts
+from impactfem.building.parts import BuildingParts, floor_masses
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import Material, Materials
 

@@ -9,8 +9,8 @@ import pytest
 from impactfem.building.from_case import geometry_of, materials_of, part_faults, sections_of
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Beam, Column, MeshSize, Wall
+from impactfem.building.mesh import areas
 from impactfem.building.mesh_report import mesh_report
-from impactfem.building.quality import areas
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import load_case

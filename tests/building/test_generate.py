@@ -8,9 +8,8 @@ import pytest
 
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Beam, Column, Geometry, MeshSize, Wall
-from impactfem.building.mesh import sides
+from impactfem.building.mesh import areas, radius_ratio, sides
 from impactfem.building.mesh_checks import check_mesh
-from impactfem.building.quality import areas, radius_ratio
 from impactfem.building.read_mesh import read_mesh
 from impactfem.system.errors import ImpactfemError, InputError
 

@@ -1,7 +1,7 @@
 """The sections of what the generator builds."""
 
 from impactfem.building.geometry import MeshSize
-from impactfem.building.part import Part
+from impactfem.building.mesh import Part
 from impactfem.building.section import BeamSection, ShellSection
 
 

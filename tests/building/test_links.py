@@ -3,7 +3,7 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from impactfem.building.links import RigidLink, carried, linked
-from impactfem.building.part import Part
+from impactfem.building.mesh import Part
 from impactfem.building.section import BeamSection
 from impactfem.system.errors import SolutionError
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem._fenicsx import cell_nodes, node_coordinates
-from impactfem.building.local import local_cells
+from impactfem.building.assembly import local_cells
 from impactfem.system.errors import SolutionError
 
 

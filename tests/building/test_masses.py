@@ -3,8 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.building.masses import floor_masses, line_lengths, triangle_areas
-from impactfem.building.part import Part
+from impactfem.building.mesh import Part, line_lengths
+from impactfem.building.mesh import areas as triangle_areas
+from impactfem.building.parts import floor_masses
 from impactfem.building.section import Material
 from impactfem.system.errors import SolutionError
 

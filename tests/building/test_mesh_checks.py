@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.building.mesh import BuildingMesh
+from impactfem.building.mesh import BuildingMesh, Part
 from impactfem.building.mesh_checks import check_mesh
-from impactfem.building.part import Part
 from impactfem.system.errors import InputError
 
 PLACE = r"\(-?\d+\.\d{3}, -?\d+\.\d{3}, -?\d+\.\d{3}\) m"

@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.mesh_groups import assemble
-from impactfem.building.part import Part
-from impactfem.building.raw_mesh import Block, RawMesh
+from impactfem.building.mesh import Part
+from impactfem.building.read_mesh import Block, RawMesh, assemble
 from impactfem.system.errors import InputError
 
 FILE = Path("own.msh")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import eigsh, spsolve
 
-from impactfem.building.part import Part
+from impactfem.building.mesh import Part
 from impactfem.building.section import BeamSection, Material, Materials
 from impactfem.system.errors import SolutionError
 

@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from impactfem.building.share import number_nodes
+from impactfem.building.assembly import number_nodes
 from impactfem.system.errors import SolutionError
 
 TRIANGLES = np.array([[0, 1, 2, 3, 4, 5], [2, 1, 6, 4, 7, 8]])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from impactfem.building.part import Mark, Part, parse_group, usable_name
+from impactfem.building.mesh import Mark, Part, parse_group, usable_name
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,8 @@ from typing import Any
 
 import pytest
 
-from impactfem.building.from_case import part_faults
-from impactfem.building.part_damping import PartDamping, part_damping
-from impactfem.building.parts import BuildingParts
-from impactfem.building.read_parts import read_parts
+from impactfem.building.from_case import part_damping, part_faults, read_parts
+from impactfem.building.parts import BuildingParts, PartDamping
 from impactfem.case import Case, load_case
 from impactfem.case.part_damping import PartDamping as Entry
 from impactfem.dynamics.damping import Rayleigh

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.building.share import bisect
+from impactfem.building.assembly import bisect
 
 RNG = np.random.default_rng(7)
 

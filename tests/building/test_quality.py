@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impactfem.building.quality import areas, radius_ratio, side_lengths
+from impactfem.building.mesh import areas, radius_ratio, side_lengths
 
 # 3-4-5: inscribed circle 1, circumscribed 2.5. Legs 1, 1: (2 - √2)/2 and √2/2.
 TRIANGLES = [

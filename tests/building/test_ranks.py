@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import eigsh
 
-from impactfem.building.part import Part
+from impactfem.building.mesh import Part
 from impactfem.building.section import BeamSection
 
 SCRIPT = Path(__file__).with_name("on_ranks.py")

@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.building.mesh_groups import assemble
-from impactfem.building.raw_mesh import read_raw
-from impactfem.building.read_mesh import read_mesh
+from impactfem.building.read_mesh import assemble, read_mesh, read_raw
 from impactfem.system.errors import InputError
 from impactfem.system.own_process import in_own_process
 

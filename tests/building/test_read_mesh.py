@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from impactfem.building.mesh import sides
-from impactfem.building.quality import areas
+from impactfem.building.mesh import areas, sides
 from impactfem.building.read_mesh import read_mesh
 
 

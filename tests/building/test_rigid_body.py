@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from impactfem.building.rigid_body import rigid_body
+from impactfem.building.mesh import rigid_body
 
 
 def test_by_hand():

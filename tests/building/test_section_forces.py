@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impactfem.building.part import Part
+from impactfem.building.mesh import Part
 from impactfem.building.section_forces import facet_axes, section_forces
 from impactfem.system.errors import InputError
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from mpi4py import MPI
 
+from impactfem.building.assembly import shared_out
 from impactfem.building.model import assemble_building
 from impactfem.building.parts import BeamCells, BuildingParts
-from impactfem.building.share import shared_out
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from impactfem.building.part import Part
+from impactfem.building.mesh import Part
 from impactfem.building.section import ShellSection
 
 E, NU, RHO = 33e9, 0.2, 2500.0

@@ -5,19 +5,9 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from impactfem.building.read_mesh import read_groups
 from impactfem.building.section import BeamSection, Material
-from impactfem.building.shell_model import (
-    RX,
-    RY,
-    RZ,
-    UX,
-    UY,
-    UZ,
-    Beams,
-    Shells,
-    read_groups,
-    shell_model,
-)
+from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Beams, Shells, shell_model
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.system.errors import ImpactfemError, InputError

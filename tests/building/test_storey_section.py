@@ -4,8 +4,15 @@ from pathlib import Path
 import pytest
 
 from impactfem.building.from_case import geometry_of
-from impactfem.building.geometry import Bay, Column, Geometry, MeshSize, Wall
-from impactfem.building.storey_section import storey_section, storey_sections
+from impactfem.building.geometry import (
+    Bay,
+    Column,
+    Geometry,
+    MeshSize,
+    Wall,
+    storey_section,
+    storey_sections,
+)
 from impactfem.case import Case, load_case
 
 A, B, T = 10.0, 6.0, 0.4  # of the box: along x, along y, thickness [m]

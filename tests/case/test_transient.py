@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from impactfem.building.part import parse_group
+from impactfem.building.mesh import parse_group
 from impactfem.case import Probe, Transient, load_case, transient_files
 from impactfem.case.transient import step_fault
 from impactfem.system.errors import InputError

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import gmsh  # noqa: F401
 
-from impactfem.building.raw_mesh import read_raw
+from impactfem.building.read_mesh import read_raw
 from impactfem.system.errors import InputError
 
 for path in sorted(Path(sys.argv[1]).glob("*.msh")):

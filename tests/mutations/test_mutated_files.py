@@ -17,7 +17,7 @@ import pytest
 
 from impactfem import cli, study
 from impactfem.building.mesh_checks import check_mesh
-from impactfem.building.mesh_groups import assemble
+from impactfem.building.read_mesh import assemble
 from impactfem.report.run_files import RunFiles
 from impactfem.stages.manifest import is_finished, read_manifest
 from impactfem.system.errors import Fault, ImpactfemError, InputError

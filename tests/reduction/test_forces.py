@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.mesh import BuildingMesh, outward_normal
-from impactfem.building.part import Part
+from impactfem.building.mesh import BuildingMesh, Part, outward_normal
 from impactfem.case import Case, Contact, ContactPoint, load_case
 from impactfem.coupling.force_history import ForceHistory, read_forces, write_forces_csv
 from impactfem.coupling.pair_ends import PairEnds

@@ -11,7 +11,7 @@ import pytest
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
-from impactfem.building.loads import edge_load
+from impactfem.building.floor import edge_load
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import SAFETY
 from impactfem.reduction.transfer import transfer_functions

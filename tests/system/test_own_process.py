@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.building.raw_mesh import read_raw
+from impactfem.building.read_mesh import read_raw
 from impactfem.system.errors import ImpactfemError, InputError
 from impactfem.system.own_process import (
     OwnProcessError,

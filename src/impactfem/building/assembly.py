@@ -1,7 +1,13 @@
-"""From each rank's own matrix to one global matrix."""
+"""From each rank's share of the cells to one global matrix.
+
+A distributed mesh of dolfinx 0.6 to 0.9 tears apart where three panels meet at an edge, so each
+rank makes a mesh of its own cells only, and the numbers of the nodes come from the mesh file's
+quadratic cells.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,13 +15,198 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
-from impactfem.building.local import DOFS
-from impactfem.building.share import Numbering
+from impactfem._fenicsx import blocked_space, cell_nodes, local_mesh, node_coordinates
+from impactfem.building.mesh import DOFS
+from impactfem.building.parts import BuildingParts, Kind
+from impactfem.system.errors import SolutionError
 
-Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# The kinds of cells: vertices, and for each vertex of a triangle the place of the mid node of the
+# opposite edge in the mesh file's cell, whose mid nodes are those of the edges 01, 12 and 20.
+_SHAPES = {3: "interval", 6: "triangle"}
+_OPPOSITE = np.array([4, 5, 3])
 
 
-def global_matrix(local: Any | None, nodes: Index, numbering: Numbering) -> Any:
+@dataclass(frozen=True)
+class LocalCells:
+    """A rank's cells of one kind.
+
+    Args:
+        space: P2 space with six components on them.
+        cells: For each cell of the space's mesh its index in what was given, shape (n_cells,).
+        nodes: For each node of the space its global number, shape (n_nodes,).
+    """
+
+    space: Any
+    cells: Ints
+    nodes: Ints
+
+    @property
+    def mesh(self) -> Any:
+        """The mesh of the space."""
+        return self.space.mesh
+
+
+def local_cells(nodes: Array, cells: Ints) -> LocalCells:
+    """Make the mesh and the space of a rank's cells. Not collective.
+
+    Args:
+        nodes: Coordinates of all nodes, shape (n, 3) [m].
+        cells: Global nodes of this rank's cells: shape (m, 6) triangles, vertices and mid nodes
+            of the edges 01, 12, 20; or shape (m, 3) intervals, ends and mid node; m > 0.
+
+    Raises:
+        SolutionError: The nodes of dolfinx's space are not where the mesh file's are.
+    """
+    width = cells.shape[1]
+    corners = {6: 3, 3: 2}[width]
+    used, numbered = np.unique(cells[:, :corners], return_inverse=True)
+    made = local_mesh(numbered.reshape(-1, corners), nodes[used], _SHAPES[width])
+    space = blocked_space(made.mesh, DOFS, 2)
+    vertices = used[made.corners]
+    rows = cells[made.cells]
+    if width == 6:
+        # An edge of dolfinx's triangle is opposite to the vertex of its number.
+        place = np.argmax(vertices[:, :, None] == rows[:, None, :3], axis=2)
+        mids = np.take_along_axis(rows, _OPPOSITE[place], axis=1)
+    else:
+        mids = rows[:, 2:]
+    where = node_coordinates(space)
+    numbers = np.full(len(where), -1, dtype=np.int64)
+    numbers[cell_nodes(space)] = np.hstack([vertices, mids])
+    away = np.linalg.norm(where - nodes[numbers], axis=1)
+    if np.any(numbers < 0) or away.max() > 1e-6 * np.ptp(where, axis=0).max():
+        worst = int(np.argmax(away))
+        place = ", ".join(f"{x:g}" for x in nodes[numbers[worst]])
+        raise SolutionError(
+            f"node {numbers[worst]} at ({place}) m lies {away[worst]:.3g} m from its edge's "
+            "middle; expected straight edges with mid nodes in the middle"
+        )
+    return LocalCells(space, made.cells, numbers)
+
+
+def bisect(points: Array, weights: Array, parts: int) -> Ints:
+    """Divide points into compact parts of about equal weight by recursive coordinate bisection.
+
+    Args:
+        points: Coordinates, shape (n, 3) [m].
+        weights: Weight of each point, shape (n,).
+        parts: Number of parts; some are empty when there are fewer points.
+
+    Returns:
+        Part of each point, 0 to parts − 1, shape (n,). The same for the same input.
+    """
+    part = np.zeros(len(points), dtype=np.int64)
+
+    def divide(members: Ints, first: int, count: int) -> None:
+        if count == 1 or members.size == 0:
+            part[members] = first
+            return
+        lower = count // 2
+        # Across the longest extent, where the weights on either side go as the numbers of parts.
+        axis = int(np.argmax(np.ptp(points[members], axis=0)))
+        order = members[np.argsort(points[members, axis], kind="stable")]
+        cumulative = np.cumsum(weights[order])
+        # Middles of the steps, so that a single point falls on the side where most of it lies.
+        middle = cumulative - 0.5 * weights[order]
+        cut = int(np.searchsorted(middle, cumulative[-1] * lower / count))
+        divide(order[:cut], first, lower)
+        divide(order[cut:], first + lower, count - lower)
+
+    divide(np.arange(len(points)), 0, parts)
+    return part
+
+
+@dataclass(frozen=True)
+class Numbering:
+    """Order of all nodes in the global matrices, the same on all ranks.
+
+    Args:
+        comm: Communicator of the matrices.
+        place: Place of each node among the blocks of rows, shape (n_nodes,).
+        owned: Nodes of this rank's rows in their order, shape (n_owned,).
+    """
+
+    comm: Any
+    place: Ints
+    owned: Ints
+
+
+def number_nodes(comm: Any, n_nodes: int, cells: list[Ints], parts: list[Ints]) -> Numbering:
+    """Give each node to the lowest rank that has a cell with it.
+
+    Args:
+        comm: Communicator.
+        n_nodes: Number of nodes.
+        cells: Nodes of all cells, one array (m, k) for each kind.
+        parts: Rank of all cells, one array (m,) for each kind.
+
+    Raises:
+        SolutionError: A node belongs to no cell.
+    """
+    owner = np.full(n_nodes, comm.size, dtype=np.int64)
+    for nodes, ranks in zip(cells, parts, strict=True):
+        np.minimum.at(owner, nodes.ravel(), np.repeat(ranks, nodes.shape[1]))
+    if np.any(owner == comm.size):
+        alone = int(np.argmax(owner == comm.size))
+        raise SolutionError(f"node {alone} belongs to no shell and no beam")
+    order = np.argsort(owner, kind="stable")
+    place = np.empty(n_nodes, dtype=np.int64)
+    place[order] = np.arange(n_nodes)
+    first, last = np.searchsorted(owner[order], [comm.rank, comm.rank + 1])
+    return Numbering(comm, place, order[first:last])
+
+
+@dataclass(frozen=True)
+class Share:
+    """A rank's share of a building.
+
+    Args:
+        kinds: All cells by kind, the same on all ranks.
+        mine: Of each kind the cells of this rank.
+        numbering: Order of the rows.
+        base: Nodes that are clamped.
+    """
+
+    kinds: list[Kind]
+    mine: list[Ints]
+    numbering: Numbering
+    base: Ints
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Whether each row of this rank is free, clamped nodes included, shape (n_local,)."""
+        return np.repeat(np.isin(self.numbering.owned, self.base, invert=True), DOFS)
+
+    def free_rows(self, matrix: Any) -> Ints:
+        """This rank's free rows of a matrix of all nodes, as global numbers, ascending."""
+        first = int(matrix.getOwnershipRange()[0])
+        return first + np.flatnonzero(self.free)
+
+
+def shared_out(comm: Any, parts: BuildingParts) -> Share:
+    """Share out the cells of a building. Collective.
+
+    Args:
+        comm: Communicator.
+        parts: Mesh and sections, the same on all ranks.
+
+    Raises:
+        SolutionError: A node belongs to no cell.
+    """
+    mesh, kinds = parts.mesh, parts.kinds()
+    centres = np.vstack([mesh.nodes[kind.cells].mean(axis=1) for kind in kinds])
+    weights = np.concatenate([np.full(len(k.cells), float(k.cells.shape[1])) for k in kinds])
+    joint = bisect(centres, weights, comm.size)
+    ranks = np.split(joint, np.cumsum([len(kind.cells) for kind in kinds])[:-1])
+    numbering = number_nodes(comm, len(mesh.nodes), [kind.cells for kind in kinds], ranks)
+    mine = [np.flatnonzero(rank == comm.rank) for rank in ranks]
+    return Share(kinds, mine, numbering, mesh.base)
+
+
+def global_matrix(local: Any | None, nodes: Ints, numbering: Numbering) -> Any:
     """Add the ranks' matrices up to one. Collective.
 
     Args:
@@ -33,9 +224,9 @@ def global_matrix(local: Any | None, nodes: Index, numbering: Numbering) -> Any:
         local.assemble()
     blocks = numbering.place[nodes].astype(PETSc.IntType)
     mapping = PETSc.LGMap().create(blocks, bsize=DOFS, comm=comm)
-    own, every = DOFS * len(numbering.owned), DOFS * len(numbering.place)
+    rows = DOFS * len(numbering.owned), DOFS * len(numbering.place)
     joined = PETSc.Mat().create(comm)
-    joined.setSizes(((own, every), (own, every)), bsize=DOFS)
+    joined.setSizes((rows, rows), bsize=DOFS)
     joined.setType("is")
     joined.setLGMap(mapping, mapping)
     joined.setISLocalMat(local)
@@ -52,14 +243,10 @@ def without_zeros(local: Any) -> Any:
     matrix = csr_matrix((values, indices, indptr), shape=local.getSize())
     local.destroy()
     matrix.eliminate_zeros()
-    kept = PETSc.Mat().createAIJ(
-        matrix.shape,
-        bsize=DOFS,
-        csr=(matrix.indptr, matrix.indices, matrix.data),
-        comm=PETSc.COMM_SELF,
-    )
-    kept.assemble()
-    return kept
+    arrays = matrix.indptr, matrix.indices, matrix.data
+    smaller = PETSc.Mat().createAIJ(matrix.shape, bsize=DOFS, csr=arrays, comm=PETSc.COMM_SELF)
+    smaller.assemble()
+    return smaller
 
 
 def added(matrices: list[Any], numbering: Numbering) -> Any:
@@ -73,7 +260,7 @@ def added(matrices: list[Any], numbering: Numbering) -> Any:
     return total
 
 
-def without(matrix: Any, free: Index) -> Any:
+def without(matrix: Any, free: Ints) -> Any:
     """Rows and columns of the free degrees of freedom. Collective.
 
     Args:

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from impactfem.building.geometry import ACROTERION, SIDES, Geometry, Wall
-from impactfem.building.part import Mark, Part, usable_name
-from impactfem.building.raw_mesh import gmsh_session
+from impactfem.building.mesh import Mark, Part, usable_name
+from impactfem.building.read_mesh import gmsh_session
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.files import atomic
 from impactfem.system.own_process import in_own_process

@@ -6,9 +6,12 @@ The plan is 0 ≤ x ≤ length and 0 ≤ y ≤ width; floor k lies at `levels[k]
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from impactfem.building.part import Part
+from impactfem.building.mesh import Part
 from impactfem.building.section import BeamSection, Sections, ShellSection
 
 Plan = tuple[float, float]
@@ -199,3 +202,125 @@ class Geometry:
         shells = tuple(s for p in shell_parts if isinstance(s := known[p], ShellSection))
         beams = tuple(s for p in beam_parts if isinstance(s := known[p], BeamSection))
         return Sections(shells, beams)
+
+
+@dataclass(frozen=True)
+class StoreySection:
+    """Gross section of a storey, cut horizontally.
+
+    As in the shells, walls are as long as their mid-planes, and where two meet both count.
+    The geometry alone: parts of another material count with their whole area, as of one material.
+
+    Args:
+        cut: Height of the cut above the floor below [m].
+        A: Area of walls and columns [m²].
+        A_vy: Shear area along y: columns, and of each wall the part A sin²α, with α from x [m²].
+        A_vz: Shear area along x, so named in the paper's Appendix A: columns and A cos²α [m²].
+        I_x: Second moment of area for bending about x, about the centroid [m⁴].
+        I_y: Second moment of area for bending about y, about the centroid [m⁴].
+    """
+
+    cut: float
+    A: float
+    A_vy: float
+    A_vz: float
+    I_x: float
+    I_y: float
+
+
+@dataclass(frozen=True)
+class _Rectangle:
+    """A rectangle in plan: centre, length a along (c, s), and width b across."""
+
+    x: float
+    y: float
+    a: float
+    b: float
+    c: float
+    s: float
+
+    @property
+    def area(self) -> float:
+        return self.a * self.b
+
+    @property
+    def own_I_x(self) -> float:
+        """∫ y² dA about its own centre: A (a² s² + b² c²) / 12."""
+        return self.area * ((self.a * self.s) ** 2 + (self.b * self.c) ** 2) / 12.0
+
+    @property
+    def own_I_y(self) -> float:
+        """∫ x² dA about its own centre: A (a² c² + b² s²) / 12."""
+        return self.area * ((self.a * self.c) ** 2 + (self.b * self.s) ** 2) / 12.0
+
+
+def storey_sections(geometry: Geometry) -> dict[int, StoreySection]:
+    """The section of each storey that has walls or columns, by its number."""
+    sections = {storey: storey_section(geometry, storey) for storey in geometry.floors}
+    return {storey: section for storey, section in sections.items() if section is not None}
+
+
+def storey_section(geometry: Geometry, storey: int) -> StoreySection | None:
+    """The section of a storey at the lowest of the heights where its area is least.
+
+    Args:
+        geometry: The building.
+        storey: Number of the storey.
+
+    Returns:
+        The section, or None for a storey without walls and columns.
+    """
+    height = geometry.levels[storey] - geometry.levels[storey - 1]
+    walls = [wall for wall in geometry.walls if storey in wall.storeys]
+    columns = [column for column in geometry.columns if storey in column.storeys]
+    bays = [bay for bay in geometry.bays if bay.storey == storey]
+    edges = {0.0, height, *(bay.sill for bay in bays), *(bay.sill + bay.height for bay in bays)}
+    levels = sorted(z for z in edges if 0.0 <= z <= height)
+    cuts = [0.5 * (low + high) for low, high in itertools.pairwise(levels)]
+    sections = [_section(walls, columns, bays, cut) for cut in cuts]
+    found = [section for section in sections if section is not None]
+    # Rounding must not choose between cuts that are equal but for it.
+    return min(found, key=lambda section: (round(section.A, 9), section.cut), default=None)
+
+
+def _section(
+    walls: Iterable[Wall], columns: Iterable[Column], bays: Iterable[Bay], cut: float
+) -> StoreySection | None:
+    open_here = [bay for bay in bays if bay.sill < cut < bay.sill + bay.height]
+    posts = [
+        _Rectangle(*column.place, column.width_x, column.width_y, 1.0, 0.0) for column in columns
+    ]
+    panels = [
+        panel
+        for wall in walls
+        for panel in _panels(wall, [bay for bay in open_here if bay.wall == wall.name])
+    ]
+    pieces = [*panels, *posts]
+    A = math.fsum(piece.area for piece in pieces)
+    if A == 0.0:
+        return None
+    x_c = math.fsum(piece.area * piece.x for piece in pieces) / A
+    y_c = math.fsum(piece.area * piece.y for piece in pieces) / A
+    A_columns = math.fsum(post.area for post in posts)
+    return StoreySection(
+        cut=cut,
+        A=A,
+        A_vy=A_columns + math.fsum(panel.area * panel.s**2 for panel in panels),
+        A_vz=A_columns + math.fsum(panel.area * panel.c**2 for panel in panels),
+        I_x=math.fsum(piece.own_I_x + piece.area * (piece.y - y_c) ** 2 for piece in pieces),
+        I_y=math.fsum(piece.own_I_y + piece.area * (piece.x - x_c) ** 2 for piece in pieces),
+    )
+
+
+def _panels(wall: Wall, bays: Iterable[Bay]) -> Iterator[_Rectangle]:
+    """What stands of a wall between its bays."""
+    (x1, y1), (x2, y2) = wall.start, wall.end
+    L = math.dist(wall.start, wall.end)
+    c, s = (x2 - x1) / L, (y2 - y1) / L
+    begin = 0.0
+    openings = sorted((bay.centre - bay.width / 2.0, bay.centre + bay.width / 2.0) for bay in bays)
+    for left, right in [*openings, (L, L)]:
+        if left > begin:
+            middle = 0.5 * (begin + left)
+            yield _Rectangle(x1 + c * middle, y1 + s * middle, left - begin, wall.thickness, c, s)
+        begin = max(begin, right)

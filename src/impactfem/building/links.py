@@ -1,7 +1,8 @@
-"""Rigid links: nodes that follow another one, by a transformation of the matrices."""
+"""Rigid links: nodes that follow another one, and the base plates of devices."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,13 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from impactfem.building.local import DOFS
+from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body
 from impactfem.building.model import BuildingModel
-from impactfem.building.rigid_body import rigid_body
-from impactfem.system.errors import SolutionError
+from impactfem.case import Case
+from impactfem.system.errors import Fault, InputError, SolutionError
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+Ints = NDArray[np.int64]
+
+LEVEL = 0.05
+"""How far from a floor's level an anchor may be [m]."""
+INSIDE = 1e-6
+"""How far outside a triangle a point may be that is on its edge, of the triangle's heights."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +34,7 @@ class RigidLink:
     """
 
     master: int
-    followers: Index
+    followers: Ints
 
 
 def linked(
@@ -88,12 +94,12 @@ def _reduced(A: Any, T: Any) -> Any:
     """Tᵀ A T, a new matrix. Collective."""
     product = A.ptap(T)
     # PETSc keeps what it made on the way with the product, as large again.
-    found = product.copy()
+    reduced = product.copy()
     product.destroy()
-    return found
+    return reduced
 
 
-def _masters(model: BuildingModel, links: list[RigidLink]) -> Index:
+def _masters(model: BuildingModel, links: list[RigidLink]) -> Ints:
     """Master of each node, −1 where it follows none; the same on all ranks."""
     free = np.zeros(model.n_nodes, dtype=np.int64)
     for nodes in model.comm.allgather(model.nodes):
@@ -113,7 +119,7 @@ def _masters(model: BuildingModel, links: list[RigidLink]) -> Index:
     return master_of
 
 
-def _place(model: BuildingModel, kept: Index) -> Index:
+def _place(model: BuildingModel, kept: Ints) -> Ints:
     """Place of each kept node among the blocks of rows of the smaller matrices, else −1."""
     place = np.full(model.n_nodes, -1, dtype=np.int64)
     every = np.concatenate(model.comm.allgather(kept))
@@ -132,11 +138,156 @@ def carried(T: Any, forces: Array) -> Array:
         The same at its rows of the building with them, shape (n_kept, k).
     """
     y, x = T.createVecs()
-    found: Array = np.empty((y.getLocalSize(), forces.shape[1]))
+    on_masters: Array = np.empty((y.getLocalSize(), forces.shape[1]))
     for k, column in enumerate(forces.T):
         x.setArray(column)
         T.multTranspose(x, y)
-        found[:, k] = y.getArray()
+        on_masters[:, k] = y.getArray()
     x.destroy()
     y.destroy()
-    return found
+    return on_masters
+
+
+@dataclass(frozen=True, eq=False)
+class BasePlate:
+    """A rigid plate between nodes of a slab, with the anchor of a device in it.
+
+    Args:
+        name: Name of the device.
+        floor: Number of the floor.
+        point: The anchor, shape (3,) [m].
+        master: The node nearest to it.
+        followers: The other nodes within the radius, shape (n,).
+        offset: From the master to the anchor, shape (3,) [m].
+    """
+
+    name: str
+    floor: int
+    point: Array
+    master: int
+    followers: Ints
+    offset: Array
+
+    @property
+    def link(self) -> RigidLink:
+        """The rigid link of the nodes."""
+        return RigidLink(self.master, self.followers)
+
+    @property
+    def nodes(self) -> Ints:
+        """All of its nodes, shape (n + 1,)."""
+        return np.append(self.followers, self.master)
+
+    @property
+    def carried(self) -> Array:
+        """S of the anchor's motion by the master's: u + θ × offset and θ, shape (6, 6)."""
+        x, y, z = self.offset
+        S = np.eye(6)
+        S[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+        return S
+
+
+def find_base_plate(
+    mesh: BuildingMesh, name: str, point: tuple[float, float, float], radius: float
+) -> BasePlate:
+    """Find the nodes that a device is anchored to.
+
+    Args:
+        mesh: The mesh.
+        name: Name of the device.
+        point: Its anchor [m].
+        radius: Of the base plate [m].
+
+    Raises:
+        SolutionError: The anchor is on no floor, over a hole of it or beside its slab; or no node
+            of the floor is within the radius.
+    """
+    at = np.array(point, dtype=np.float64)
+    floor = min(mesh.elevations, key=lambda k: abs(mesh.elevations[k] - at[2]))
+    if abs(mesh.elevations[floor] - at[2]) > LEVEL:
+        raise SolutionError(
+            f"device {name}: its anchor at z = {at[2]:g} m is on no floor; the nearest one, floor "
+            f"{floor}, is at {mesh.elevations[floor]:g} m"
+        )
+    slab = mesh.triangles[mesh.triangles_of("floor", floor)]
+    flat = slab[np.ptp(mesh.nodes[slab[:, :3], 2], axis=1) < 1e-6]
+    nodes = np.unique(flat)
+    if not _on_slab(mesh.nodes[flat[:, :3], :2], at[:2]):
+        raise SolutionError(
+            f"device {name}: its anchor at ({at[0]:g}, {at[1]:g}) m stands over a hole of floor "
+            f"{floor}, or beside its slab; expected a point on the slab"
+        )
+    away = np.linalg.norm(mesh.nodes[nodes, :2] - at[:2], axis=1)
+    within = nodes[away <= radius * (1.0 + 1e-9)]
+    master = int(nodes[np.argmin(away)])
+    if not within.size:
+        x, y, z = mesh.nodes[master]
+        raise SolutionError(
+            f"device {name}: no node of floor {floor} is within {radius:g} m of its anchor at "
+            f"({at[0]:g}, {at[1]:g}) m; the nearest one, at ({x:.4g}, {y:.4g}, {z:.4g}) m, is "
+            f"{away.min():.3g} m away: the mesh is too coarse for the radius"
+        )
+    return BasePlate(
+        name=name,
+        floor=floor,
+        point=at,
+        master=master,
+        followers=np.asarray(within[within != master], dtype=np.int64),
+        offset=at - mesh.nodes[master],
+    )
+
+
+def _on_slab(corners: Array, at: Array) -> bool:
+    """Whether a point is in one of the triangles, corners of shape (n, 3, 2), or on their edges."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+
+    def turned(one: Array, other: Array) -> Array:
+        return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0], dtype=np.float64)
+
+    # Of each triangle, the parts that the point and two of the corners make.
+    area = turned(b - a, c - a)
+    parts = np.stack([turned(q - p, at - p) for p, q in ((a, b), (b, c), (c, a))]) / area
+    return bool(np.any(parts.min(axis=0) >= -INSIDE))
+
+
+def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
+    """Find the nodes of every anchor of every device, as above.
+
+    Args:
+        case: The case.
+        mesh: The mesh.
+
+    Raises:
+        InputError: Anchors are on no node of a floor, or two tie the same nodes; all of them.
+    """
+    faults: list[Fault] = []
+    base_plates: list[BasePlate] = []
+    for index, device in enumerate(case.devices):
+        for number, anchor in enumerate(device.anchors, 1):
+            key, name = f"devices[{index}]", device.name
+            if device.supports:
+                key, name = f"{key}.supports[{number - 1}]", f"{name}, support {number}"
+            try:
+                base_plate = find_base_plate(mesh, name, anchor.point, anchor.radius)
+            except SolutionError as error:
+                faults.append(Fault(case.path, f"{key}.point", anchor.point, str(error)))
+                continue
+            shared = _shared(base_plate, base_plates)
+            if shared is not None:
+                faults.append(Fault(case.path, f"{key}.radius", anchor.radius, shared))
+            base_plates.append(base_plate)
+    if faults:
+        raise InputError(faults)
+    return tuple(base_plates)
+
+
+def _shared(one: BasePlate, base_plates: Sequence[BasePlate]) -> str | None:
+    """What is wrong with a base plate that ties a node of another one, which cannot follow both."""
+    for other in base_plates:
+        if np.intersect1d(one.nodes, other.nodes).size:
+            apart = float(np.linalg.norm(one.point - other.point))
+            return (
+                f"the anchors of {other.name} and {one.name} are {apart:.3g} m apart and tie the "
+                f"same nodes of floor {one.floor}; expected smaller radii, or anchors further apart"
+            )
+    return None

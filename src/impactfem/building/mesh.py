@@ -1,40 +1,94 @@
-"""The mesh of a building as arrays: shells, beams, and the nodes that the study asks about."""
+"""The mesh of a building: parts by the names of their groups, nodes, cells and their shapes."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.part import Part
-
 Array = NDArray[np.float64]
-
-
 Ints = NDArray[np.int64]
+
+DOFS = 6
+"""Degrees of freedom of a node: ux, uy, uz, rx, ry, rz."""
+SHELLS = ("floor", "storey")
 FLAT = 1e-6
 """A slab is flat: the part of a triangle's height in its size that counts as none."""
 
+_NAME = re.compile(r"[a-z0-9]+(?:_[a-z0-9]+)*")
+_GROUP = re.compile(rf"(floor|storey|beam|column)_([1-9][0-9]*)(?:_({_NAME.pattern}))?")
+_MARK = re.compile(r"(edge|centre)_([1-9][0-9]*)")
+SCHEME = (
+    "floor_<k>[_<part>], storey_<k>[_<part>], beam_<k>[_<part>], column_<k>[_<part>], "
+    "edge_<k>, centre_<k> or base, with <k> from 1 and <part> of a-z, 0-9 and single _"
+)
 
-def outward_normal(mesh: BuildingMesh, floor: int) -> Array:
-    """The horizontal unit vector at right angles to the edge of a floor, out of the building.
+
+@dataclass(frozen=True, order=True)
+class Part:
+    """A set of shells or beams of one section: the physical group ``floor_8_acroterion``.
 
     Args:
-        mesh: The mesh.
-        floor: Number of the floor, which has an edge.
-
-    Returns:
-        The vector, shape (3,).
+        family: ``floor`` (slabs), ``storey`` (walls), ``beam`` or ``column``.
+        level: Number k of the floor, or of the storey below it; from 1 upwards.
+        name: What stands behind the number; empty when nothing does.
     """
-    edge = mesh.nodes[np.unique(mesh.edges[floor]), :2]
-    middle = 0.5 * (edge.min(axis=0) + edge.max(axis=0))
-    along = np.linalg.svd(edge - edge.mean(axis=0), full_matrices=False)[2][0]
-    # Rounded, so that an edge along an axis has a normal along the other one.
-    normal = np.round([along[1], -along[0], 0.0], 12)
-    slab = mesh.nodes[np.unique(mesh.triangles[mesh.triangles_of("floor", floor)]), :2]
-    side = 1.0 if normal[:2] @ (middle - slab.mean(axis=0)) > 0.0 else -1.0
-    return np.asarray(side * normal / np.linalg.norm(normal) + 0.0)
+
+    family: str
+    level: int
+    name: str = ""
+
+    @property
+    def group(self) -> str:
+        """Name of the physical group."""
+        start = f"{self.family}_{self.level}"
+        return f"{start}_{self.name}" if self.name else start
+
+    @property
+    def dimension(self) -> int:
+        """2 for shells, 1 for beams."""
+        return 2 if self.family in SHELLS else 1
+
+    @property
+    def scaled(self) -> bool:
+        """Whether the storey stiffness factor acts on it: walls and columns."""
+        return self.family in ("storey", "column")
+
+
+@dataclass(frozen=True, order=True)
+class Mark:
+    """A set of nodes that carries no stiffness: ``edge_8``, ``centre_8`` or ``base``.
+
+    Args:
+        kind: ``edge``, ``centre`` or ``base``.
+        level: Number of the floor; 0 for the base.
+    """
+
+    kind: str
+    level: int = 0
+
+    @property
+    def group(self) -> str:
+        """Name of the physical group."""
+        return self.kind if self.kind == "base" else f"{self.kind}_{self.level}"
+
+
+def parse_group(group: str) -> Part | Mark | None:
+    """What the name of a physical group says; None when it is none of the scheme's."""
+    if group == "base":
+        return Mark("base")
+    if match := _MARK.fullmatch(group):
+        return Mark(match[1], int(match[2]))
+    if match := _GROUP.fullmatch(group):
+        return Part(match[1], int(match[2]), match[3] or "")
+    return None
+
+
+def usable_name(name: str) -> bool:
+    """Whether a name can stand behind the number of a group."""
+    return _NAME.fullmatch(name) is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +143,7 @@ class BuildingMesh:
 
     def triangles_of(self, family: str, level: int | None = None) -> Ints:
         """Indices of the triangles of a family of parts, of one level or of all."""
-        return np.flatnonzero(_chosen(self.shell_parts, family, level)[self.triangle_part])
+        return _of(self.shell_parts, self.triangle_part, family, level)
 
     def slab(self, floor: int) -> Ints:
         """Indices of the flat triangles of a floor: its slab, without what stands upright on it."""
@@ -100,7 +154,27 @@ class BuildingMesh:
 
     def lines_of(self, family: str, level: int | None = None) -> Ints:
         """Indices of the lines of a family of parts, of one level or of all."""
-        return np.flatnonzero(_chosen(self.beam_parts, family, level)[self.line_part])
+        return _of(self.beam_parts, self.line_part, family, level)
+
+
+def outward_normal(mesh: BuildingMesh, floor: int) -> Array:
+    """The horizontal unit vector at right angles to the edge of a floor, out of the building.
+
+    Args:
+        mesh: The mesh.
+        floor: Number of the floor, which has an edge.
+
+    Returns:
+        The vector, shape (3,).
+    """
+    edge = mesh.nodes[np.unique(mesh.edges[floor]), :2]
+    middle = 0.5 * (edge.min(axis=0) + edge.max(axis=0))
+    along = np.linalg.svd(edge - edge.mean(axis=0), full_matrices=False)[2][0]
+    # Rounded, so that an edge along an axis has a normal along the other one.
+    normal = np.round([along[1], -along[0], 0.0], 12)
+    slab = mesh.nodes[np.unique(mesh.triangles[mesh.triangles_of("floor", floor)]), :2]
+    side = 1.0 if normal[:2] @ (middle - slab.mean(axis=0)) > 0.0 else -1.0
+    return np.asarray(side * normal / np.linalg.norm(normal) + 0.0)
 
 
 def sides(triangles: Ints) -> Ints:
@@ -112,11 +186,10 @@ def sides(triangles: Ints) -> Ints:
     Returns:
         Shape (3 m, 3): all sides 01, then all 12, then all 20.
     """
-    found: Ints = np.concatenate(
-        [triangles[:, [0, 1, 3]], triangles[:, [1, 2, 4]], triangles[:, [2, 0, 5]]]
-    )
-    found[:, :2].sort(axis=1)
-    return found
+    ends_middle = ([0, 1, 3], [1, 2, 4], [2, 0, 5])
+    every: Ints = np.concatenate([triangles[:, columns] for columns in ends_middle])
+    every[:, :2].sort(axis=1)
+    return every
 
 
 def place(point: Array) -> str:
@@ -124,7 +197,69 @@ def place(point: Array) -> str:
     return "({:.3f}, {:.3f}, {:.3f}) m".format(*(float(x) + 0.0 for x in point))
 
 
-def _chosen(parts: tuple[Part, ...], family: str, level: int | None) -> NDArray[np.bool_]:
-    return np.array(
-        [part.family == family and level in (None, part.level) for part in parts], dtype=bool
-    )
+def radius_ratio(nodes: Array, triangles: Ints) -> Array:
+    """Twice the radius of the inscribed circle over that of the circumscribed one.
+
+    q = 8 (s - a)(s - b)(s - c)/(a b c), with the sides a, b, c and s half their sum: 1 when they
+    are equal, 0 when the triangle has collapsed. gmsh calls it gamma.
+
+    Args:
+        nodes: Coordinates, shape (n, 3).
+        triangles: Vertices in the first three columns, shape (m, >= 3).
+
+    Returns:
+        Shape (m,).
+    """
+    a, b, c = side_lengths(nodes, triangles).T
+    s = 0.5 * (a + b + c)
+    product = a * b * c
+    with np.errstate(invalid="ignore", divide="ignore"):
+        q = 8.0 * (s - a) * (s - b) * (s - c) / product
+    return np.where(product > 0.0, np.clip(q, 0.0, 1.0), 0.0)
+
+
+def side_lengths(nodes: Array, triangles: Ints) -> Array:
+    """Lengths of the sides 01, 12 and 20, shape (m, 3)."""
+    vertices = nodes[triangles[:, :3]]
+    lengths: Array = np.linalg.norm(vertices - np.roll(vertices, -1, axis=1), axis=2)
+    return lengths
+
+
+def line_lengths(mesh: BuildingMesh) -> Array:
+    """Length of each line, shape (l,) [m]."""
+    ends = mesh.nodes[mesh.lines[:, :2]]
+    return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
+
+
+def areas(nodes: Array, triangles: Ints) -> Array:
+    """Areas, shape (m,)."""
+    p, q, r = np.moveaxis(nodes[triangles[:, :3]], 1, 0)
+    twice: Array = np.linalg.norm(np.cross(q - p, r - p), axis=1)
+    return 0.5 * twice
+
+
+def rigid_body(points: Array, origin: Array) -> Array:
+    """The six unit motions u = a + b × (x − x0), θ = b of points.
+
+    Args:
+        points: Coordinates x, shape (n, 3) [m].
+        origin: x0, shape (3,) [m].
+
+    Returns:
+        One column for each of ax, ay, az, bx, by, bz; rows (ux, uy, uz, rx, ry, rz) of each point;
+        shape (6 n, 6).
+    """
+    arm = points - origin
+    motions = np.zeros((len(points), 6, 6))
+    motions[:, np.arange(6), np.arange(6)] = 1.0
+    for axis in range(3):
+        b = np.zeros(3)
+        b[axis] = 1.0
+        motions[:, :3, 3 + axis] = np.cross(b, arm)
+    return motions.reshape(-1, 6)
+
+
+def _of(parts: tuple[Part, ...], part: NDArray[np.int32], family: str, level: int | None) -> Ints:
+    """Indices of the cells of a family of parts, of one level or of all."""
+    chosen = [p.family == family and level in (None, p.level) for p in parts]
+    return np.flatnonzero(np.array(chosen, dtype=bool)[part])

@@ -11,18 +11,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from impactfem.building.conformity import (
-    lines_through_triangles,
-    nodes_on_lines,
-    nodes_on_triangles,
-)
-from impactfem.building.mesh import BuildingMesh, place
-from impactfem.building.quality import radius_ratio
+from impactfem.building.mesh import BuildingMesh, place, radius_ratio, sides
 from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Names = NDArray[np.object_]
+
+_CHUNK = 5000  # cells at a time, so that few of their near nodes are in memory at once
 
 LARGEST = 2000.0
 """Extent that no building has [m]; one in millimetres has more."""
@@ -52,10 +48,10 @@ def check_mesh(mesh: BuildingMesh, file: Path | str) -> None:
             raise InputError(faults)
 
 
-Found = Iterator[tuple[str, str]]
+Faults = Iterator[tuple[str, str]]  # group and words
 
 
-def _extent(mesh: BuildingMesh) -> Found:
+def _extent(mesh: BuildingMesh) -> Faults:
     extent = np.ptp(mesh.nodes, axis=0)
     if extent.max() > LARGEST:
         size = " x ".join(f"{x:g}" for x in extent)
@@ -68,17 +64,17 @@ def _extent(mesh: BuildingMesh) -> Found:
         )
 
 
-def _cells(mesh: BuildingMesh) -> Found:
+def _cells(mesh: BuildingMesh) -> Faults:
     """Collapsed triangles and lines, and sides that are not straight."""
     triangles, lines = mesh.triangles, mesh.lines
     flat = np.flatnonzero(radius_ratio(mesh.nodes, triangles) < COLLAPSED)
     ends = mesh.nodes[lines[:, :2]]
     short = np.flatnonzero(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) < NEAR)
-    for what, own, cells, owner in (
+    for what, bad, cells, owner in (
         ("collapsed triangles", flat, triangles, _shell_groups(mesh)),
         ("lines without a length", short, lines, _beam_groups(mesh)),
     ):
-        for group, some in _by_group(own, owner):
+        for group, some in _by_group(bad, owner):
             where = place(mesh.nodes[cells[some[0]]].mean(axis=0))
             yield group, f"{len(some)} {what}, the first at {where}"
     tolerance = STRAIGHT * float(np.ptp(mesh.nodes, axis=0).max())
@@ -101,7 +97,7 @@ def _cells(mesh: BuildingMesh) -> Found:
             )
 
 
-def _duplicates(mesh: BuildingMesh) -> Found:
+def _duplicates(mesh: BuildingMesh) -> Faults:
     pairs = cKDTree(mesh.nodes).query_pairs(NEAR, output_type="ndarray").astype(np.int64)
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     groups = _node_groups(mesh)
@@ -130,7 +126,7 @@ def _duplicates(mesh: BuildingMesh) -> Found:
             yield group, f"{len(some)} cells share all vertices with another, the first at {where}"
 
 
-def _conforming(mesh: BuildingMesh) -> Found:
+def _conforming(mesh: BuildingMesh) -> Faults:
     shells, beams = _shell_groups(mesh), _beam_groups(mesh)
     owners = _node_groups(mesh)
     on_triangles = nodes_on_triangles(mesh.nodes, mesh.triangles, NEAR)
@@ -153,7 +149,7 @@ def _conforming(mesh: BuildingMesh) -> Found:
         )
 
 
-def _standing(mesh: BuildingMesh) -> Found:
+def _standing(mesh: BuildingMesh) -> Faults:
     """Parts of the mesh that no path of cells joins to the base: mechanisms."""
     n = len(mesh.nodes)
     cells = [*mesh.triangles.T[1:], *mesh.lines.T[1:]]
@@ -169,11 +165,11 @@ def _standing(mesh: BuildingMesh) -> Found:
             *shells[np.flatnonzero(piece[mesh.triangles[:, 0]] == loose)].tolist(),
             *beams[np.flatnonzero(piece[mesh.lines[:, 0]] == loose)].tolist(),
         }
-        own = np.flatnonzero(piece == loose)
+        nodes = np.flatnonzero(piece == loose)
         yield (
             ", ".join(sorted(names)),
-            f"{len(own)} nodes, one at {place(mesh.nodes[own[0]])}, are not connected to the base: "
-            "a mechanism",
+            f"{len(nodes)} nodes, one at {place(mesh.nodes[nodes[0]])}, are not connected to the "
+            "base: a mechanism",
         )
 
 
@@ -203,3 +199,117 @@ def _by_group(cells: Ints, owner: Names) -> Iterator[tuple[str, Ints]]:
         sets.setdefault(str(owner[cell]), []).append(int(cell))
     for group, some in sorted(sets.items()):
         yield group, np.array(some)
+
+
+def nodes_on_triangles(nodes: Array, triangles: Ints, near: float) -> Ints:
+    """Nodes that lie on a triangle, its sides included, without being one of its six.
+
+    A node is on a triangle when it is within `near` of its plane and its projection is within
+    `near` of its inside.
+
+    Args:
+        nodes: Coordinates, shape (n, 3) [m].
+        triangles: Six-node triangles that have an area, shape (m, 6).
+        near: What counts as touching [m].
+
+    Returns:
+        Pairs (triangle, node), shape (pairs, 2), by triangle.
+    """
+    vertices = nodes[triangles[:, :3]]
+    centre = vertices.mean(axis=1)
+    radius = np.linalg.norm(vertices - centre[:, None], axis=2).max(axis=1) + near
+    normal, inward = _frames(vertices)
+    pairs = [np.zeros((0, 2), dtype=np.int64)]
+    for t, n in _pairs(cKDTree(nodes), centre, radius):
+        foreign = ~np.any(triangles[t] == n[:, None], axis=1)
+        t, n = t[foreign], n[foreign]
+        from_first = nodes[n] - vertices[t, 0]
+        flat = np.abs(np.einsum("ij,ij->i", from_first, normal[t])) <= near
+        t, n = t[flat], n[flat]
+        heights = np.einsum("ijk,ijk->ij", nodes[n][:, None] - vertices[t], inward[t])
+        inside = np.all(heights >= -near, axis=1)
+        pairs.append(np.column_stack([t[inside], n[inside]]))
+    return np.concatenate(pairs)
+
+
+def nodes_on_lines(nodes: Array, lines: Ints, near: float) -> Ints:
+    """Nodes that lie on a line without being one of its three.
+
+    Args:
+        nodes: Coordinates, shape (n, 3) [m].
+        lines: Three-node lines, shape (l, 3).
+        near: What counts as touching [m].
+
+    Returns:
+        Pairs (line, node), shape (pairs, 2), by line.
+    """
+    start, end = nodes[lines[:, 0]], nodes[lines[:, 1]]
+    length = np.linalg.norm(end - start, axis=1)
+    tangent = (end - start) / length[:, None]
+    pairs = [np.zeros((0, 2), dtype=np.int64)]
+    for e, n in _pairs(cKDTree(nodes), 0.5 * (start + end), 0.5 * length + near):
+        foreign = ~np.any(lines[e] == n[:, None], axis=1)
+        e, n = e[foreign], n[foreign]
+        from_start = nodes[n] - start[e]
+        along = np.einsum("ij,ij->i", from_start, tangent[e])
+        away = np.linalg.norm(from_start - along[:, None] * tangent[e], axis=1)
+        on = (away <= near) & (along >= -near) & (along <= length[e] + near)
+        pairs.append(np.column_stack([e[on], n[on]]))
+    return np.concatenate(pairs)
+
+
+def lines_through_triangles(nodes: Array, triangles: Ints, lines: Ints, near: float) -> Ints:
+    """Lines, or sides of other triangles, that go through the inside of a triangle.
+
+    Args:
+        nodes: Coordinates, shape (n, 3) [m].
+        triangles: Six-node triangles that have an area, shape (m, 6).
+        lines: Three-node lines, shape (l, 3); the triangles' sides are added.
+        near: What counts as touching [m]: ends that are nearer to the plane do not go through.
+
+    Returns:
+        Pairs (triangle, middle node of the line), shape (pairs, 2).
+    """
+    every = np.unique(np.concatenate([sides(triangles), lines]), axis=0)
+    start, end = nodes[every[:, 0]], nodes[every[:, 1]]
+    middle, half = 0.5 * (start + end), 0.5 * np.linalg.norm(end - start, axis=1)
+    vertices = nodes[triangles[:, :3]]
+    centre = vertices.mean(axis=1)
+    radius = np.linalg.norm(vertices - centre[:, None], axis=2).max(axis=1)
+    normal, inward = _frames(vertices)
+    # Lines of about one length at a time: a few long ones would make all of them near to all.
+    size = np.ceil(np.log2(half)).astype(np.int64)
+    pairs = [np.zeros((0, 2), dtype=np.int64)]
+    for of_size in np.unique(size):
+        some = np.flatnonzero(size == of_size)
+        for t, e in _pairs(cKDTree(middle[some]), centre, radius + half[some].max()):
+            e = some[e]
+            d1 = np.einsum("ij,ij->i", start[e] - centre[t], normal[t])
+            d2 = np.einsum("ij,ij->i", end[e] - centre[t], normal[t])
+            across = (d1 * d2 < 0.0) & (np.minimum(np.abs(d1), np.abs(d2)) > near)
+            t, e, d1, d2 = t[across], e[across], d1[across], d2[across]
+            point = start[e] + (end[e] - start[e]) * (d1 / (d1 - d2))[:, None]
+            heights = np.einsum("ijk,ijk->ij", point[:, None] - vertices[t], inward[t])
+            inside = np.all(heights >= -near, axis=1)
+            pairs.append(np.column_stack([t[inside], every[e[inside], 2]]))
+    return np.concatenate(pairs)
+
+
+def _frames(vertices: Array) -> tuple[Array, Array]:
+    """Unit normal of each triangle, and for each vertex the direction inwards from its side."""
+    along = np.roll(vertices, -1, axis=1) - vertices
+    normal = np.asarray(np.cross(along[:, 0], along[:, 1]), dtype=np.float64)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    inward = np.asarray(np.cross(normal[:, None], along), dtype=np.float64)
+    inward /= np.linalg.norm(inward, axis=2)[:, :, None]
+    return normal, inward
+
+
+def _pairs(tree: cKDTree, centres: Array, radii: Array) -> Iterator[tuple[Ints, Ints]]:
+    """Each centre with each point of the tree inside its radius, some centres at a time."""
+    for first in range(0, len(centres), _CHUNK):
+        some = slice(first, first + _CHUNK)
+        lists = tree.query_ball_point(centres[some], radii[some], return_sorted=True)
+        counts = np.array([len(near) for near in lists], dtype=np.int64)
+        flat = np.fromiter((i for near in lists for i in near), dtype=np.int64)
+        yield first + np.repeat(np.arange(len(counts)), counts), flat

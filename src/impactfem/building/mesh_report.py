@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from impactfem.building.mesh import BuildingMesh, place, sides
+from impactfem.building.mesh import BuildingMesh, place, radius_ratio, side_lengths, sides
 from impactfem.building.mesh_checks import NEAR
-from impactfem.building.quality import radius_ratio, side_lengths
 from impactfem.building.section import Sections
 
 Array = NDArray[np.float64]

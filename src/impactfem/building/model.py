@@ -10,16 +10,23 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem._fenicsx import assembled, cellwise, compiled, constant
-from impactfem.building.assembly import added, global_matrix, without, without_zeros
+from impactfem.building.assembly import (
+    LocalCells,
+    added,
+    global_matrix,
+    local_cells,
+    shared_out,
+    without,
+    without_zeros,
+)
 from impactfem.building.beam import BeamFields, beam_mass, beam_stiffness
-from impactfem.building.local import DOFS, LocalCells, local_cells
-from impactfem.building.parts import BeamCells, BuildingParts, Kind, ShellCells
-from impactfem.building.rigid_body import rigid_body
-from impactfem.building.share import Share, shared_out
+from impactfem.building.mesh import DOFS, rigid_body
+from impactfem.building.parts import BeamCells, BuildingParts, Kind, PartDamping, ShellCells
 from impactfem.building.shell import ShellFields, shell_mass, shell_stiffness
+from impactfem.dynamics.damping import Rayleigh
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -42,7 +49,7 @@ class BuildingModel:
     """
 
     comm: Any
-    nodes: Index
+    nodes: Ints
     coordinates: Array
     fixed: Any
     storeys: Any
@@ -58,21 +65,20 @@ class BuildingModel:
 
     def stiffness(self, storey_factor: float = 1.0) -> Any:
         """K = K_fixed + factor K_storeys, a new PETSc AIJ matrix. Collective."""
-        K = self.fixed.copy()
-        different = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
-        K.axpy(storey_factor, self.storeys, structure=different)
-        K.setOption(PETSc.Mat.Option.SPD, True)
-        return K
+        return self._add_storeys(self.fixed.copy(), storey_factor)
 
     def take_stiffness(self, storey_factor: float) -> Any:
         """K, made from `fixed` and `storeys`, which are gone afterwards. Collective.
 
         For large models: their memory is a good part of what a factorisation needs.
         """
-        K = self.fixed
+        K = self._add_storeys(self.fixed, storey_factor)
+        self.storeys.destroy()
+        return K
+
+    def _add_storeys(self, K: Any, storey_factor: float) -> Any:
         different = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
         K.axpy(storey_factor, self.storeys, structure=different)
-        self.storeys.destroy()
         K.setOption(PETSc.Mat.Option.SPD, True)
         return K
 
@@ -95,14 +101,14 @@ class BuildingModel:
         every = np.concatenate(self.comm.allgather(self.nodes))
         return int(every[row // DOFS])
 
-    def global_rows(self, nodes: Index) -> Index:
+    def global_rows(self, nodes: Ints) -> Ints:
         """First global row of each given node, −1 where it is clamped, shape (n,). Collective."""
         every = np.concatenate(self.comm.allgather(self.nodes))
         place = np.full(self.n_nodes, -1, dtype=np.int64)
         place[every] = DOFS * np.arange(len(every))
         return place[np.asarray(nodes)]
 
-    def rows(self, nodes: Index) -> Index:
+    def rows(self, nodes: Ints) -> Ints:
         """First local row of each given node that is free and on this rank.
 
         Args:
@@ -114,12 +120,12 @@ class BuildingModel:
         """
         order = np.argsort(self.nodes)
         at = np.searchsorted(self.nodes, nodes, sorter=order)
-        found = np.full(len(nodes), -1, dtype=np.int64)
+        rows = np.full(len(nodes), -1, dtype=np.int64)
         inside = at < len(self.nodes)
         local = order[at[inside]]
         match = self.nodes[local] == np.asarray(nodes)[inside]
-        found[np.flatnonzero(inside)[match]] = DOFS * local[match]
-        return found
+        rows[np.flatnonzero(inside)[match]] = DOFS * local[match]
+        return rows
 
 
 def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
@@ -137,14 +143,31 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
     stiffness: dict[bool, list[Any]] = {False: [], True: []}
     masses: list[Any] = []
     for kind, mine in zip(share.kinds, share.mine, strict=True):
-        K, M, nodes = local_matrices(parts, kind, mine)
-        stiffness[kind.storey].append(global_matrix(K, nodes, numbering))
-        masses.append(global_matrix(M, nodes, numbering))
+        K, M, local_nodes = local_matrices(parts, kind, mine)
+        stiffness[kind.storey].append(global_matrix(K, local_nodes, numbering))
+        masses.append(global_matrix(M, local_nodes, numbering))
     fixed, storeys = (added(stiffness[storey], numbering) for storey in (False, True))
-    return _clamped(parts, share, fixed, storeys, added(masses, numbering))
+    mass = added(masses, numbering)
+    # Of the whole mass, clamped nodes included, what moves with the ground: M r.
+    owned = numbering.owned
+    r = rigid_body(parts.mesh.nodes[owned], np.zeros(3))
+    Mr = np.column_stack([_product(mass, column) for column in r.T])
+    free = share.free_rows(mass)
+    nodes = owned[share.free[::DOFS]]
+    return BuildingModel(
+        comm=comm,
+        nodes=nodes,
+        coordinates=parts.mesh.nodes[nodes],
+        fixed=without(fixed, free),
+        storeys=without(storeys, free),
+        mass=without(mass, free),
+        ground=Mr[share.free],
+        total=numbering.comm.allreduce(r.T @ Mr),
+        n_nodes=len(parts.mesh.nodes),
+    )
 
 
-def local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any, Any, Index]:
+def local_matrices(parts: BuildingParts, kind: Kind, mine: Ints) -> tuple[Any, Any, Ints]:
     """Stiffness and mass of a rank's cells of one kind. Not collective.
 
     Args:
@@ -175,7 +198,7 @@ def local_matrices(parts: BuildingParts, kind: Kind, mine: Index) -> tuple[Any, 
 
 
 def shell_fields(
-    parts: BuildingParts, kind: ShellCells, local: LocalCells, chosen: Index
+    parts: BuildingParts, kind: ShellCells, local: LocalCells, chosen: Ints
 ) -> ShellFields:
     """Section and material of some cells of a kind, as the forms need them.
 
@@ -195,7 +218,7 @@ def shell_fields(
     )
 
 
-def _beam_fields(kind: BeamCells, local: LocalCells, chosen: Index) -> BeamFields:
+def _beam_fields(kind: BeamCells, local: LocalCells, chosen: Ints) -> BeamFields:
     sections = [kind.sections[i] for i in kind.part[chosen]]
     values: dict[str, list[Any]] = {
         "area": [s.A for s in sections],
@@ -213,28 +236,49 @@ def _beam_fields(kind: BeamCells, local: LocalCells, chosen: Index) -> BeamField
     )
 
 
-def _clamped(
-    parts: BuildingParts, share: Share, fixed: Any, storeys: Any, mass: Any
-) -> BuildingModel:
-    """Take the clamped nodes out, and keep what of the mass moves with the ground."""
-    mesh, numbering = parts.mesh, share.numbering
-    owned = numbering.owned
-    r = rigid_body(mesh.nodes[owned], np.zeros(3))
-    Mr = np.column_stack([_product(mass, column) for column in r.T])
-    total = numbering.comm.allreduce(r.T @ Mr)
-    free = share.free_rows(mass)
-    kept = owned[share.free[::DOFS]]
-    return BuildingModel(
-        comm=numbering.comm,
-        nodes=kept,
-        coordinates=mesh.nodes[kept],
-        fixed=without(fixed, free),
-        storeys=without(storeys, free),
-        mass=without(mass, free),
-        ground=Mr[share.free],
-        total=total,
-        n_nodes=len(mesh.nodes),
-    )
+def damping_matrix(
+    comm: Any,
+    parts: BuildingParts,
+    dampings: PartDamping,
+    storey_factor: float,
+    whole: Rayleigh,
+) -> Any:
+    """The damping by part in addition to the Rayleigh damping of the building. Collective.
+
+    With the coefficients α_p, β_p of the parts p that have a damping, α, β of all others, and the
+    factor φ_p on the stiffness of walls and columns (1 on that of slabs and beams),
+
+        C = Σ_p (α_p M_p + β_p φ_p K_p) = α M + β K + C₊,
+        C₊ = Σ_p (α_p − α) M_p + (β_p − β) φ_p K_p                                         (1)
+
+    over the parts with a damping. M_p holds what of the added mass of a floor lies on the slab p.
+
+    Args:
+        comm: Communicator.
+        parts: The building, the same on all ranks.
+        dampings: Dampings of its parts.
+        storey_factor: φ, the factor on the stiffness of walls and columns.
+        whole: The damping of the building.
+
+    Returns:
+        C₊ of (1), PETSc AIJ matrix on the rows of `assemble_building`.
+    """
+    share = shared_out(comm, parts)
+    matrices = []
+    for kind, mine in zip(share.kinds, share.mine, strict=True):
+        by_part = dampings.shells if isinstance(kind, ShellCells) else dampings.beams
+        factor = storey_factor if kind.storey else 1.0
+        # All ranks make a matrix of each kind and damping, also those that have none of its cells.
+        for damping in dampings.distinct:
+            of_damping = np.array([d == damping for d in by_part], dtype=bool)
+            K, M, nodes = local_matrices(parts, kind, mine[of_damping[kind.part[mine]]])
+            if K is not None:
+                K.scale((damping.beta - whole.beta) * factor)
+                K.axpy(damping.alpha - whole.alpha, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+                M.destroy()
+            matrices.append(global_matrix(K, nodes, share.numbering))
+    C = added(matrices, share.numbering)
+    return without(C, share.free_rows(C))
 
 
 def _product(matrix: Any, values: Array) -> Array:

@@ -1,19 +1,38 @@
-"""What is assembled: the mesh with its sections, its materials and the added mass."""
+"""What is assembled: the mesh with sections, materials, dampings, and the masses of its floors."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.mesh import BuildingMesh
-from impactfem.building.part import Part
-from impactfem.building.part_damping import PartDamping
+from impactfem.building.mesh import BuildingMesh, Part, areas, line_lengths
 from impactfem.building.section import BeamSection, Material, Materials, Sections
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class PartDamping:
+    """Coefficients of the parts of a mesh; None where a part has the damping of the building.
+
+    Args:
+        shells: Of each of the mesh's `shell_parts`, in their order.
+        beams: Of each of the mesh's `beam_parts`, in their order.
+    """
+
+    shells: tuple[Rayleigh | None, ...]
+    beams: tuple[Rayleigh | None, ...]
+
+    @property
+    def distinct(self) -> list[Rayleigh]:
+        """The coefficients that occur, each once, ascending."""
+        return sorted({d for d in (*self.shells, *self.beams) if d is not None})
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +50,10 @@ class ShellCells:
 
     storey: bool
     material: Material
-    cells: Index
+    cells: Ints
     thickness: Array
     added_mass: Array
-    part: Index
+    part: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +70,9 @@ class BeamCells:
 
     storey: bool
     material: Material
-    cells: Index
+    cells: Ints
     sections: tuple[BeamSection, ...]
-    part: Index
+    part: Ints
 
 
 Kind = ShellCells | BeamCells
@@ -98,44 +117,138 @@ class BuildingParts:
 
     def kinds(self) -> list[Kind]:
         """The cells that are there: slabs, walls, beams and columns, of each material apart."""
-        mesh = self.mesh
-        thickness = self.thickness()
-        found: list[Kind] = []
-        for scaled in (False, True):
-            for material in dict.fromkeys(self.materials.shells):
-                chosen = _cells(
-                    mesh.shell_parts, self.materials.shells, mesh.triangle_part, scaled, material
-                )
-                if chosen.size:
-                    found.append(
-                        ShellCells(
-                            scaled,
-                            material,
-                            mesh.triangles[chosen],
-                            thickness[chosen],
-                            self.added_mass[chosen],
-                            mesh.triangle_part[chosen].astype(np.int64),
-                        )
-                    )
-        for scaled in (False, True):
-            for material in dict.fromkeys(self.materials.beams):
-                chosen = _cells(
-                    mesh.beam_parts, self.materials.beams, mesh.line_part, scaled, material
-                )
-                if chosen.size:
-                    part = mesh.line_part[chosen].astype(np.int64)
-                    lines = mesh.lines[chosen]
-                    found.append(BeamCells(scaled, material, lines, self.sections.beams, part))
-        return found
+        mesh, thickness = self.mesh, self.thickness()
+        kinds: list[Kind] = []
+        for scaled, material, cells in _kinds(
+            mesh.shell_parts, self.materials.shells, mesh.triangle_part
+        ):
+            triangles, part = mesh.triangles[cells], mesh.triangle_part[cells].astype(np.int64)
+            t, added = thickness[cells], self.added_mass[cells]
+            kinds.append(ShellCells(scaled, material, triangles, t, added, part))
+        for scaled, material, cells in _kinds(
+            mesh.beam_parts, self.materials.beams, mesh.line_part
+        ):
+            lines, part = mesh.lines[cells], mesh.line_part[cells].astype(np.int64)
+            kinds.append(BeamCells(scaled, material, lines, self.sections.beams, part))
+        return kinds
 
 
-def _cells(
+def _kinds(
+    parts: tuple[Part, ...], materials: tuple[Material, ...], part: NDArray[np.int32]
+) -> Iterator[tuple[bool, Material, Ints]]:
+    """The cells of each material that the storey factor acts on, or not, where there are some."""
+    for scaled in (False, True):
+        for material in dict.fromkeys(materials):
+            chosen = [
+                p.scaled == scaled and m == material for p, m in zip(parts, materials, strict=True)
+            ]
+            cells = np.flatnonzero(np.array(chosen, dtype=bool)[part])
+            if cells.size:
+                yield scaled, material, cells
+
+
+@dataclass(frozen=True, eq=False)
+class FloorMasses:
+    """How the mass of a building belongs to its floors.
+
+    A floor has its slab and beams, and of each wall and column the share by the lever rule: at
+    the height z between floors k − 1 and k, the part (z − z_{k−1}) / (z_k − z_{k−1}) goes to
+    floor k and the rest to floor k − 1. So half of a storey without bays goes to each.
+
+    Args:
+        parts: Mass of the parts by floor, shape (n_floors,) [kg].
+        added: Mass added on the slab of each floor, shape (n_floors,) [kg].
+        base: Mass that belongs to the base and does not move [kg].
+        on_triangles: Added mass on each triangle, shape (m,) [kg/m2].
+    """
+
+    parts: Array
+    added: Array
+    base: float
+    on_triangles: Array
+
+    @property
+    def floors(self) -> Array:
+        """Mass of each floor, shape (n_floors,) [kg]."""
+        return self.parts + self.added
+
+
+def floor_masses(
+    mesh: BuildingMesh, sections: Sections, materials: Materials, required: Array | None = None
+) -> FloorMasses:
+    """Masses of the floors; with given masses, what must be added evenly on the slabs.
+
+    Args:
+        mesh: The mesh; its floors are 1 to n_floors.
+        sections: Sections of its parts.
+        materials: Their materials.
+        required: Masses of the floors, bottom to top, shape (n_floors,) [kg]; None adds nothing.
+
+    Raises:
+        SolutionError: A floor's parts weigh more than is required, or it has no slab.
+    """
+    area = areas(mesh.nodes, mesh.triangles)
+    on_area = [m.rho * s.thickness for m, s in zip(materials.shells, sections.shells, strict=True)]
+    shells = area * np.array(on_area)[mesh.triangle_part]
+    shares = _shares(mesh, mesh.shell_parts, mesh.triangle_part, mesh.triangles[:, :3], shells)
+    if len(mesh.lines):
+        on_line = [m.rho * s.A for m, s in zip(materials.beams, sections.beams, strict=True)]
+        beams = line_lengths(mesh) * np.array(on_line)[mesh.line_part]
+        shares += _shares(mesh, mesh.beam_parts, mesh.line_part, mesh.lines[:, :2], beams)
+    parts = shares[1:]
+    on_triangles = np.zeros(len(area))
+    if required is None:
+        return FloorMasses(parts, np.zeros_like(parts), float(shares[0]), on_triangles)
+    added = np.asarray(required, dtype=np.float64) - parts
+    for k, missing in zip(mesh.floors, added, strict=True):
+        slab = mesh.slab(k)
+        if slab.size == 0:
+            raise SolutionError(f"floor {k} has no flat slab that could carry an added mass")
+        if missing < 0.0:
+            raise SolutionError(
+                f"floor {k} weighs {parts[k - 1] / 1e3:.1f} t by its parts alone, more than the "
+                f"{(parts[k - 1] + missing) / 1e3:.1f} t that the floors table gives it"
+            )
+        on_triangles[slab] = missing / area[slab].sum()
+    return FloorMasses(parts, added, float(shares[0]), on_triangles)
+
+
+def lever_rule(
+    mesh: BuildingMesh,
     parts: tuple[Part, ...],
-    materials: tuple[Material, ...],
     part: NDArray[np.int32],
-    scaled: bool,
-    material: Material,
-) -> Index:
-    """The cells of the parts of a material that the storey factor acts on, or not."""
-    own = [p.scaled == scaled and m == material for p, m in zip(parts, materials, strict=True)]
-    return np.flatnonzero(np.array(own, dtype=bool)[part])
+    corners: Ints,
+) -> tuple[Ints, Array]:
+    """The floor of each cell, and the share of its mass that belongs to it.
+
+    The rest of a wall or a column belongs to the floor below, or to the base.
+
+    Args:
+        mesh: The mesh.
+        parts: Parts that the cells are of.
+        part: Index into them of each cell, shape (m,).
+        corners: Vertices of the cells, shape (m, 2) or (m, 3).
+
+    Returns:
+        Numbers of floors and shares, each of shape (m,).
+    """
+    level = np.array([p.level for p in parts], dtype=np.int64)[part]
+    standing = np.array([p.scaled for p in parts], dtype=bool)[part]
+    elevation = np.array([mesh.nodes[mesh.base, 2].min(), *mesh.elevations.values()])
+    z = mesh.nodes[corners, 2].mean(axis=1)
+    below, above = elevation[level - 1], elevation[level]
+    return level, np.where(standing, np.clip((z - below) / (above - below), 0.0, 1.0), 1.0)
+
+
+def _shares(
+    mesh: BuildingMesh,
+    parts: tuple[Part, ...],
+    part: NDArray[np.int32],
+    corners: Ints,
+    mass: Array,
+) -> Array:
+    """Mass of cells by level: the base, then the floors."""
+    level, upper = lever_rule(mesh, parts, part, corners)
+    count = 1 + len(mesh.floors)
+    lower = np.bincount(level - 1, mass * (1.0 - upper), count)
+    return np.asarray(np.bincount(level, mass * upper, count) + lower)

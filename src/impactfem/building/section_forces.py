@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem._fenicsx import cell_nodes, cellwise, evaluator, function
-from impactfem.building.local import DOFS, LocalCells, local_cells
-from impactfem.building.mesh import BuildingMesh, place
+from impactfem.building.assembly import LocalCells, local_cells
+from impactfem.building.mesh import DOFS, BuildingMesh, place
 from impactfem.building.model import shell_fields
 from impactfem.building.parts import BuildingParts, ShellCells
 from impactfem.building.shell import section_force_vector

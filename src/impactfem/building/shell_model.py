@@ -16,28 +16,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
-from impactfem.building.mesh import BuildingMesh, place, sides
-from impactfem.building.part import Part
+from impactfem.building.mesh import BuildingMesh, Part, areas, place, sides
 from impactfem.building.parts import BuildingParts
-from impactfem.building.quality import areas
-from impactfem.building.raw_mesh import EXPECTED, Block, read_raw
-from impactfem.building.section import (
-    BeamSection,
-    Material,
-    Materials,
-    Sections,
-    ShellSection,
-)
+from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
-from impactfem.system.errors import Fault, ImpactfemError, InputError
-from impactfem.system.own_process import read_in_own_process
+from impactfem.system.errors import ImpactfemError
 
 if TYPE_CHECKING:
     from impactfem.building.section_forces import SectionForceField
@@ -80,56 +69,6 @@ class Beams:
     cells: Ints
     section: BeamSection
     material: Material
-
-
-@dataclass(frozen=True, eq=False)
-class Groups:
-    """A mesh file by the names of its physical groups.
-
-    Args:
-        points: Coordinates, shape (n, 3) [m].
-        cells: Points of the cells of each group, those of its highest dimension, shape
-            (m, points a cell): 1 for points, 2 or 3 for lines, 3 or 6 for triangles.
-        nodes: All points of each group, ascending.
-    """
-
-    points: Array
-    cells: dict[str, Ints]
-    nodes: dict[str, Ints]
-
-
-def read_groups(path: Path | str) -> Groups:
-    """Read a mesh of gmsh, of first or second order, whose physical groups have any names.
-
-    gmsh runs in a process of its own. Not collective.
-
-    Raises:
-        InputError: The file is no such mesh, or a group has cells of several shapes.
-    """
-    raw = read_in_own_process(read_raw, Path(path), EXPECTED)
-    found: dict[str, list[Block]] = {}
-    for block in raw.blocks:
-        for group in block.groups:
-            found.setdefault(group, []).append(block)
-    highest = {
-        group: [b for b in blocks if b.dimension == max(c.dimension for c in blocks)]
-        for group, blocks in found.items()
-    }
-    faults = [
-        Fault(path, group, ", ".join(sorted(kinds)), "expected one kind of cells in a group")
-        for group, blocks in highest.items()
-        if len(kinds := {block.kind for block in blocks}) > 1
-    ]
-    if faults:
-        raise InputError(faults)
-    return Groups(
-        points=raw.nodes,
-        cells={name: np.concatenate([b.nodes for b in blocks]) for name, blocks in highest.items()},
-        nodes={
-            name: np.unique(np.concatenate([block.nodes.ravel() for block in blocks]))
-            for name, blocks in found.items()
-        },
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
-from impactfem.building.loads import edge_load
+from impactfem.building.floor import edge_load
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.coupling.force_history import ForceHistory

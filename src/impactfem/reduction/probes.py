@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from impactfem.building.mesh import BuildingMesh, place
-from impactfem.building.part import Mark, Part, parse_group
-from impactfem.building.quality import side_lengths
+from impactfem.building.mesh import BuildingMesh, Mark, Part, parse_group, place, side_lengths
 from impactfem.case import Case
 from impactfem.case.probe import OUTSIDE
 from impactfem.case.probe import Probe as CaseProbe

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.building.local import DOFS
+from impactfem.building.mesh import DOFS
 from impactfem.building.model import BuildingModel
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import (

@@ -11,10 +11,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from impactfem.building.from_case import geometry_of, part_faults
+from impactfem.building.from_case import geometry_of, part_faults, read_parts
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.read_mesh import read_mesh
-from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors, facing_lines, unknown_lines
 from impactfem.case.generated_mesh import GeneratedMesh
@@ -218,7 +217,7 @@ def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
         at_rest = ForceHistory(np.array([0.0, 1.0]), (), np.zeros((2, 0)))
         found.attempt(lambda: with_floor_forces(case, mesh, at_rest, []))
     if case.devices:
-        from impactfem.building.base_plate import find_base_plates
+        from impactfem.building.links import find_base_plates
         from impactfem.stages.device.covered_points import covered_points
 
         found.attempt(lambda: find_base_plates(case, mesh))

@@ -11,15 +11,14 @@ import xarray as xr
 from mpi4py import MPI
 
 from impactfem import study
-from impactfem.building.assembly import DOFS
-from impactfem.building.bending import bending_modes
+from impactfem.building.from_case import read_parts
+from impactfem.building.mesh import DOFS
 from impactfem.building.model import assemble_building
-from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case
 from impactfem.dynamics.modes import modes
-from impactfem.stages.building.compute import run_building
+from impactfem.stages.building.compute import fit_storey_factor, run_building
 from impactfem.stages.building.store import read_building_mesh
-from impactfem.stages.building.storey_factor import fit_storey_factor
+from impactfem.stages.building.targets import bending_modes
 from impactfem.system.errors import InputError, SolutionError
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"

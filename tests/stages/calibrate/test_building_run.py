@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from impactfem.building.from_case import read_parts
 from impactfem.building.model import assemble_building
-from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh

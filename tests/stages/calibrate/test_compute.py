@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.read_parts import read_parts
+from impactfem.building.from_case import read_parts
 from impactfem.case import Case, DampingCase, load_case
 from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
 from impactfem.stages.calibrate import compute as stage

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.mesh import BuildingMesh
-from impactfem.building.part import Part
+from impactfem.building.mesh import BuildingMesh, Part
 from impactfem.building.read_mesh import read_mesh
 from impactfem.stages.calibrate.side import wall_side
 from impactfem.system.errors import InputError

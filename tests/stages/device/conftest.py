@@ -8,11 +8,10 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from scipy.sparse.linalg import splu
 
-from impactfem.building.base_plate import find_base_plate
-from impactfem.building.links import linked
-from impactfem.building.loads import edge_load
+from impactfem.building.floor import edge_load
+from impactfem.building.from_case import read_parts
+from impactfem.building.links import find_base_plate, linked
 from impactfem.building.model import assemble_building
-from impactfem.building.read_parts import read_parts
 from impactfem.case import load_case
 from impactfem.device.body import Body
 from impactfem.device.coupled import coupled

@@ -14,8 +14,8 @@ import xarray as xr
 from mpi4py import MPI
 
 from impactfem import study
-from impactfem.building.damping_matrix import damping_matrix
-from impactfem.building.part_damping import PartDamping
+from impactfem.building.model import damping_matrix
+from impactfem.building.parts import PartDamping
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.transient.full_run import FullRun, run_full
 from impactfem.system.errors import InputError

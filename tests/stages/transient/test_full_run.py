@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from impactfem.building.loads import edge_load
+from impactfem.building.floor import edge_load
 from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
 from impactfem.dynamics.energy import Energy
 from impactfem.stages.transient.full_run import FullRun, run_full

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from impactfem.building.part import Part
+from impactfem.building.mesh import Part
 from impactfem.reduction.response import modal_histories, node_response, node_spectra
 from impactfem.stages.transient.maps import (
     AT_ONCE,

@@ -14,7 +14,7 @@ from impactfem.verify.waves.bar import Bar, EdgeWall
 
 @pytest.fixture(scope="module")
 def strip():
-    from impactfem.building.floor_bar import floor_bar
+    from impactfem.building.floor import floor_bar
 
     parts = benchmark._strip(beams=False)
     return parts, floor_bar(parts, 1, 1)
@@ -29,7 +29,7 @@ def failed(write, *arguments):
 
 
 def test_rows_by_hand_and_of_the_solver(strip):
-    from impactfem.building.floor_bar import floor_bar
+    from impactfem.building.floor import floor_bar
 
     with_beams = floor_bar(benchmark._strip(beams=True), 1, 1)
     assert not failed(benchmark._by_hand, with_beams)

@@ -34,7 +34,7 @@ def _masses(store: xr.Dataset) -> Check:
     off = abs((floors + base) / total - 1.0)
     line = (
         f"building: {floors / 1e3:.0f} t on the floors and {base / 1e3:.0f} t at the base; "
-        f"the mass matrix differs by {off:.1e}, {MASS:g} asked"
+        f"the mass matrix differs by {off:.1e}, {MASS:g} allowed"
     )
     return off < MASS, line
 
@@ -45,7 +45,7 @@ def _modes(store: xr.Dataset) -> Check:
     line = (
         f"building: {frequency.size} modes from {frequency[0]:.3f} to {frequency[-1]:.3f} Hz, "
         f"none missed by the Sturm count, largest residual {worst:.1e}, "
-        f"{RESIDUAL:g} asked"
+        f"{RESIDUAL:g} allowed"
     )
     return worst < RESIDUAL, line
 
@@ -55,9 +55,9 @@ def _bending(store: xr.Dataset) -> list[Check]:
     chosen = store.sel(mode=store["bending_mode"].values)
     total = float(store["total_mass"].sel(direction=direction))
     share = chosen["effective_mass"].sel(direction=direction).values / total
-    found = ", ".join(
+    modes = ", ".join(
         f"{f:.3f} Hz ({100.0 * part:.1f} %)"
         for f, part in zip(chosen["frequency"].values, share, strict=True)
     )
-    line = f"building: modes bending along {direction}, with their part of the mass: {found}"
+    line = f"building: modes bending along {direction}, with their part of the mass: {modes}"
     return [(bool(np.size(share)), line if np.size(share) else f"{line}none")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import resource
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -10,22 +11,25 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.linalg
+import scipy.optimize
 from numpy.typing import NDArray
 
-from impactfem.building.from_case import geometry_of
+from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
-from impactfem.building.masses import FloorMasses
 from impactfem.building.mesh import place
 from impactfem.building.mesh_report import MeshReport
 from impactfem.building.model import BuildingModel, assemble_building
-from impactfem.building.parts import BuildingParts
-from impactfem.building.read_parts import read_parts
+from impactfem.building.parts import BuildingParts, FloorMasses
 from impactfem.case import Case
 from impactfem.case.file_mesh import FileMesh
 from impactfem.case.structure import Structure
+from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.dynamics.modes import Modes, modes
-from impactfem.stages.building.storey_factor import fit_storey_factor
+from impactfem.reduction.krylov import KrylovBasis
+from impactfem.reduction.reduced import reduced_model
+from impactfem.stages.building.targets import bending_modes
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER
 from impactfem.system.parallel import on_root
@@ -34,6 +38,13 @@ Array = NDArray[np.float64]
 Step = Callable[[str], AbstractContextManager[None]]
 
 MESH = "building.msh"
+MOST_ROUNDS = 8
+TOLERANCE = 1e-6
+"""Relative error of the frequency that is reached."""
+KRYLOV_STEPS, CHANGE_STEPS = 12, 4
+"""Vectors of the ground motion, and of the change of the bending mode, in the first space."""
+FARTHEST = 100.0
+"""Largest change of the factor in a round, to either side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +101,7 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
     """
     structure = _structure(case)
     with step("mesh"):
-        parts, masses, report = on_root(lambda: read_parts(case, _mesh_file(case, folder)))
+        parts, masses, report = on_root(lambda: _parts(case, folder))
         LOGGER.debug("\n%s", report)
         for text in report.warnings:
             LOGGER.warning("warning: mesh: %s", text)
@@ -99,11 +110,12 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
         _log_memory(comm, f"{model.n_free} free degrees of freedom, {comm.size} ranks")
     with step("modes"):
         try:
-            factor, found = _modes(model, structure)
+            factor, result = _modes(model, structure)
         except SingularMatrixError as error:
             raise _mechanism(parts, model, error) from error
         _log_memory(comm, f"{structure.modes} modes")
-    ground, total = model.about(_base_middle(parts))
+    base = parts.mesh.nodes[parts.mesh.base]
+    ground, total = model.about(0.5 * (base.min(axis=0) + base.max(axis=0)))
     return BuildingStudy(
         structure=structure,
         parts=parts,
@@ -111,48 +123,44 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
         report=report,
         factor=factor,
         n_free=model.n_free,
-        frequency=found.frequency,
-        shapes=_gathered(model, found.shapes),
-        participation=comm.allreduce(found.shapes.T @ ground),
+        frequency=result.frequency,
+        shapes=_gathered(model, result.shapes),
+        participation=comm.allreduce(result.shapes.T @ ground),
         total=np.diag(total).copy(),
-        residual=found.residual,
+        residual=result.residual,
     )
 
 
 def _modes(model: BuildingModel, structure: Structure) -> tuple[float, Modes]:
     """The storey factor, given or fitted, and the modes with it. Collective."""
-    factor, asked = structure.storey_stiffness_factor, structure.calibration
-    if asked is not None:
-        direction = "xy".index(asked.direction)
-        fitted = fit_storey_factor(model, asked.frequency, direction, factor, structure.modes)
+    factor, fit = structure.storey_stiffness_factor, structure.calibration
+    if fit is not None:
+        direction = "xy".index(fit.direction)
+        fitted = fit_storey_factor(model, fit.frequency, direction, factor, structure.modes)
         LOGGER.info(
             "building: storey factor %.4g gives %.4g Hz (%d modal analyses)",
             fitted.factor,
-            asked.frequency,
+            fit.frequency,
             fitted.rounds,
         )
         return fitted.factor, fitted.modes
     K = model.stiffness(factor)
-    found = modes(K, model.mass, structure.modes)
+    result = modes(K, model.mass, structure.modes)
     K.destroy()
-    return factor, found
+    return factor, result
 
 
 def _mechanism(parts: BuildingParts, model: BuildingModel, error: SingularMatrixError) -> Exception:
     """Say which part of a mechanism moves. Collective."""
     mesh = parts.mesh
     node = model.node_of(error.row)
-    groups = {mesh.shell_parts[k].group for k in mesh.triangle_part[_with(mesh.triangles, node)]}
-    groups |= {mesh.beam_parts[k].group for k in mesh.line_part[_with(mesh.lines, node)]}
+    shells = mesh.triangle_part[(mesh.triangles == node).any(axis=1)]
+    beams = mesh.line_part[(mesh.lines == node).any(axis=1)]
+    groups = {mesh.shell_parts[k].group for k in shells} | {mesh.beam_parts[k].group for k in beams}
     return SolutionError(
         f"the structure is a mechanism: its node at {place(mesh.nodes[node])} in "
         f"{', '.join(sorted(groups))} moves most without any force ({error})"
     )
-
-
-def _with(cells: NDArray[np.int64], node: int) -> NDArray[np.bool_]:
-    found: NDArray[np.bool_] = (cells == node).any(axis=1)
-    return found
 
 
 def _structure(case: Case) -> Structure:
@@ -167,23 +175,19 @@ def mesh_of_run(case: Case, folder: Path) -> Path:
     return mesh.file if isinstance(mesh, FileMesh) else folder / MESH
 
 
-def _mesh_file(case: Case, folder: Path) -> Path:
+def _parts(case: Case, folder: Path) -> tuple[BuildingParts, FloorMasses, MeshReport]:
+    """What is assembled, from the user's mesh or the one that is generated here."""
     path = mesh_of_run(case, folder)
     if path == folder / MESH:
         generate(geometry_of(case), path, source=str(case.path))
-    return path
-
-
-def _base_middle(parts: BuildingParts) -> Array:
-    base = parts.mesh.nodes[parts.mesh.base]
-    return np.asarray(0.5 * (base.min(axis=0) + base.max(axis=0)), dtype=np.float64)
+    return read_parts(case, path)
 
 
 def _gathered(model: BuildingModel, shapes: Array) -> NDArray[np.float32]:
     """Displacements of all nodes on rank 0, shape (n_modes, n_nodes, 3). Collective."""
     n_modes = shapes.shape[1]
-    own = shapes.reshape(len(model.nodes), 6, n_modes)[:, :3]
-    gathered = model.comm.gather((model.nodes, own.astype(np.float32)), root=0)
+    local = shapes.reshape(len(model.nodes), 6, n_modes)[:, :3]
+    gathered = model.comm.gather((model.nodes, local.astype(np.float32)), root=0)
     if gathered is None:
         return np.zeros((n_modes, 0, 3), dtype=np.float32)
     everywhere = np.zeros((n_modes, model.n_nodes, 3), dtype=np.float32)
@@ -196,3 +200,114 @@ def _log_memory(comm: Any, what: str) -> None:
     """Log the peak memory of all ranks together. Collective."""
     peak = comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
     LOGGER.info("building: %s, peak memory %.1f GB", what, peak / 1024.0**2)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedBuilding:
+    """A fitted factor, with the modes of the building that has it.
+
+    Args:
+        factor: The factor on the stiffness of walls and columns.
+        modes: Modes with it.
+        rounds: Number of modal analyses it took.
+    """
+
+    factor: float
+    modes: Modes
+    rounds: int
+
+
+def fit_storey_factor(
+    model: BuildingModel, frequency: float, direction: int, start: float, count: int
+) -> FittedBuilding:
+    """Find the factor f with which the first bending mode has a frequency. Collective.
+
+    A factor is found in a small space V, (Vᵀ K_fixed V + f Vᵀ K_storeys V) a = λ a: first in one
+    that costs little, of Krylov vectors of the ground motion and of how the bending mode φ changes
+    with f, the response to K_storeys φ; then, should the frequency of the modes that follow not be
+    near enough, in the space of these modes. Its error is of the second order in that of V.
+
+    Args:
+        model: The building.
+        frequency: Frequency to reach [Hz].
+        direction: 0 or 1, along x or y: the direction in which the mode moves.
+        start: First value of f.
+        count: Number of modes.
+
+    Raises:
+        SolutionError: There is no such mode among them, or no factor gives the frequency, as when
+            the slabs alone are too soft.
+    """
+    space = _ground_space(model, direction, start)
+    factor = _reduced_fit(model, space, frequency, direction, start)
+    for rounds in range(1, MOST_ROUNDS + 1):
+        K = model.stiffness(factor)
+        result = modes(K, model.mass, count)
+        K.destroy()
+        bending = _bending(model, result.shapes, direction)
+        if bending.size == 0:
+            raise SolutionError(
+                f"none of the {result.frequency.size} lowest modes bends along {'xy'[direction]}: "
+                f"they reach {result.frequency[-1]:.4g} Hz at the storey factor {factor:.4g}"
+            )
+        reached = float(result.frequency[bending[0]])
+        LOGGER.debug("storey factor %.6g: first bending mode at %.8g Hz", factor, reached)
+        if abs(reached / frequency - 1.0) < TOLERANCE:
+            return FittedBuilding(factor, result, rounds)
+        factor = _reduced_fit(model, result.shapes, frequency, direction, factor)
+    raise SolutionError(
+        f"no storey factor gives the first bending mode {frequency:g} Hz: after {MOST_ROUNDS} "
+        f"modal analyses it is {reached:.6g} Hz"
+    )
+
+
+def _bending(model: BuildingModel, shapes: Array, direction: int) -> NDArray[np.int64]:
+    """Numbers of the shapes Φ, Φᵀ M Φ = I, that bend along a direction, from the lowest."""
+    gamma = model.comm.allreduce(shapes.T @ model.ground[:, direction])
+    return bending_modes(gamma**2, float(model.total[direction, direction]))
+
+
+def _ground_space(model: BuildingModel, direction: int, factor: float) -> Array:
+    """Columns V, Vᵀ M V = I, with the bending mode at a factor and its change with the factor."""
+    K = model.stiffness(factor)
+    with KrylovBasis(K, model.mass, 0.0) as basis:
+        basis.add(model.ground[:, [direction]])
+        basis.grow(KRYLOV_STEPS)
+        shapes = basis.V @ reduced_model(basis).coordinates
+        bending = _bending(model, shapes, direction)
+        if bending.size:
+            basis.add(product(model.storeys, shapes[:, bending[:1]]))
+            basis.grow(CHANGE_STEPS)
+        V = np.array(basis.V)
+    K.destroy()
+    return V
+
+
+def _reduced_fit(
+    model: BuildingModel, V: Array, frequency: float, direction: int, factor: float
+) -> float:
+    """The factor that gives the frequency in the space of V, shape (n_local, k), Vᵀ M V = I."""
+    fixed, storeys = _projected(model.fixed, V), _projected(model.storeys, V)
+    gamma = model.comm.allreduce(V.T @ model.ground[:, direction])
+    total = float(model.total[direction, direction])
+    target = (2.0 * math.pi * frequency) ** 2
+
+    def excess(logarithm: float) -> float:
+        values, vectors = scipy.linalg.eigh(fixed + math.exp(logarithm) * storeys)
+        bending = bending_modes((vectors.T @ gamma) ** 2, total)
+        return float(np.log(values[bending[0] if bending.size else 0] / target))
+
+    # The frequency ascends with the factor: one root of its logarithm in the bracket.
+    here = math.log(factor)
+    low, high = here - math.log(FARTHEST), here + math.log(FARTHEST)
+    if not excess(low) < 0.0 < excess(high):
+        raise SolutionError(
+            f"no storey factor from {math.exp(low):.3g} to {math.exp(high):.3g} gives the first "
+            f"bending mode {frequency:g} Hz: the slabs and beams are too soft or too stiff for it"
+        )
+    return math.exp(float(scipy.optimize.brentq(excess, low, high, xtol=1e-12)))
+
+
+def _projected(matrix: Any, V: Array) -> Array:
+    reduced = inner(matrix, V, product(matrix, V))
+    return 0.5 * (reduced + reduced.T)

@@ -9,10 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.building.bending import bending_modes
-from impactfem.building.mesh import BuildingMesh
-from impactfem.building.part import Part, parse_group
+from impactfem.building.mesh import BuildingMesh, Part, parse_group
 from impactfem.stages.building.compute import BuildingStudy
+from impactfem.stages.building.targets import bending_modes
 from impactfem.stages.stores import Output, dataset
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
@@ -182,5 +181,5 @@ def read_building_mesh(path: Path) -> BuildingMesh:
 
 
 def _parts(names: Any) -> tuple[Part, ...]:
-    found = (parse_group(str(name)) for name in names.values)
-    return tuple(part for part in found if isinstance(part, Part))
+    parts = (parse_group(str(name)) for name in names.values)
+    return tuple(part for part in parts if isinstance(part, Part))

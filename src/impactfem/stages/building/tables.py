@@ -55,8 +55,8 @@ def _bending(store: xr.Dataset, published: Mapping[str, float]) -> Table:
     modes = store.sel(mode=store["bending_mode"], direction=direction)
     numbers = range(1, modes.sizes["bending"] + 1)
     for name in ("frequency", "effective_mass"):
-        theirs = [published.get(f"building.{name}.{number}", np.nan) for number in numbers]
-        modes[f"published_{name}"] = ("bending", theirs)
+        reference = [published.get(f"building.{name}.{number}", np.nan) for number in numbers]
+        modes[f"published_{name}"] = ("bending", reference)
         modes[f"{name}_difference"] = modes[name] / modes[f"published_{name}"] - 1.0
     return columns_of(
         modes.assign(number=("bending", list(numbers))),
@@ -98,10 +98,10 @@ def _modes(store: xr.Dataset) -> Table:
 
 
 def _floors(store: xr.Dataset, published: Mapping[str, float]) -> Table:
-    theirs = [published.get(f"building.floor_mass.{k}", np.nan) for k in store["floor"].values]
+    reference = [published.get(f"building.floor_mass.{k}", np.nan) for k in store["floor"].values]
     return columns_of(
         store.assign(
-            parts=store["floor_mass"] - store["floor_added_mass"], published=("floor", theirs)
+            parts=store["floor_mass"] - store["floor_added_mass"], published=("floor", reference)
         ),
         "building_floor_masses",
         "Masses of the floors of the 3D building: of its parts, added, and together",

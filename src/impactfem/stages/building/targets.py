@@ -1,14 +1,36 @@
-"""Targets of the sticks from the bending modes of the 3D model (paper, section 3.1)."""
+"""Bending modes of the 3D model, and the targets of sticks that they give (paper, section 3.1)."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from impactfem.building.bending import bending_modes
+import numpy as np
+from numpy.typing import NDArray
+
 from impactfem.case import Case
 from impactfem.case.targets import Target
 from impactfem.stages.stores import open_store
 from impactfem.system.errors import SolutionError
+
+LEAST_SHARE = 0.01
+"""Share of the total mass that a bending mode moves at least. Modes of single slabs, of which a
+building has about ten in each hertz, move less."""
+
+
+def bending_modes(
+    effective_mass: NDArray[np.float64], total: float, least_share: float = LEAST_SHARE
+) -> NDArray[np.int64]:
+    """Indices of the bending modes along a direction, in ascending frequency.
+
+    A bending mode about e_x moves most of its mass along y. Where a slab's mode of nearly the same
+    frequency shares the motion, both are returned if both move enough.
+
+    Args:
+        effective_mass: Effective masses of the modes along the direction, shape (n_modes,) [kg].
+        total: Mass of the building [kg].
+        least_share: Smallest share of the mass of a bending mode.
+    """
+    return np.flatnonzero(effective_mass >= least_share * total)
 
 
 def from_structure(case: Case) -> bool:
@@ -42,17 +64,12 @@ def with_structure_targets(case: Case, folder: Path) -> Case:
             raise SolutionError(
                 f"mode {target.mode} of {target.building} is a target, and the {len(frequency)} "
                 f"modes of the 3D model hold {len(modes)} that bend along {direction}; "
-                "ask for more in structure.modes"
+                "request more in structure.modes"
             )
         mode = modes[target.mode - 1]
-        return target.model_copy(
-            update={
-                "frequency": float(frequency[mode]),
-                "effective_mass": float(masses[mode]),
-            }
-        )
+        measures = {"frequency": float(frequency[mode]), "effective_mass": float(masses[mode])}
+        return target.model_copy(update=measures)
 
     targets = tuple(measured(target) for target in calibration.targets)
-    return case.model_copy(
-        update={"calibration": calibration.model_copy(update={"targets": targets})}
-    )
+    fitted = calibration.model_copy(update={"targets": targets})
+    return case.model_copy(update={"calibration": fitted})

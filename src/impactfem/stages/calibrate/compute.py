@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.contact_edge import contact_edge
+from impactfem.building.floor import contact_edge
+from impactfem.building.from_case import read_parts
 from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
-from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.calibrated import CALIBRATED
 from impactfem.case.damping_cases import OWN

@@ -22,10 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from impactfem.building.floor import NodalLoad, floor_load
 from impactfem.building.links import carried
-from impactfem.building.loads import NodalLoad, floor_load
-from impactfem.building.local import DOFS
-from impactfem.building.mesh import BuildingMesh
+from impactfem.building.mesh import DOFS, BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.case.wall_impact import Pull
 from impactfem.dynamics.columns import product, wrapped

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from impactfem.building.local import DOFS
+from impactfem.building.mesh import DOFS
 from impactfem.building.model import assemble_building
 from impactfem.case import Case
 from impactfem.device.interface import MountedDevice

@@ -9,11 +9,9 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.building.base_plate import BasePlate
-from impactfem.building.local import DOFS
-from impactfem.building.mesh import BuildingMesh
+from impactfem.building.links import BasePlate
+from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body
 from impactfem.building.model import BuildingModel
-from impactfem.building.rigid_body import rigid_body
 from impactfem.case import Case
 from impactfem.case.device_support import chosen
 from impactfem.reduction.probes import checked_probes

@@ -23,10 +23,8 @@ import scipy.sparse
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from impactfem.building.base_plate import BasePlate
-from impactfem.building.links import carried, linked
-from impactfem.building.local import DOFS
-from impactfem.building.mesh import BuildingMesh
+from impactfem.building.links import BasePlate, carried, linked
+from impactfem.building.mesh import DOFS, BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.device.interface import Interface, MountedDevice, interface_of
 from impactfem.dynamics.damping import Rayleigh

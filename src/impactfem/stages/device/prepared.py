@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from impactfem.building.base_plate import BasePlate, find_base_plates
+from impactfem.building.from_case import read_parts
+from impactfem.building.links import BasePlate, find_base_plates
 from impactfem.building.parts import BuildingParts
-from impactfem.building.read_parts import read_parts
 from impactfem.case import Case, DeviceAnalysis
 from impactfem.coupling.force_history import ForceHistory, read_forces
 from impactfem.device.device import Device

@@ -11,11 +11,9 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.building.base_plate import BasePlate
-from impactfem.building.links import carried, linked
-from impactfem.building.loads import edge_load
-from impactfem.building.local import DOFS
-from impactfem.building.mesh import BuildingMesh, outward_normal
+from impactfem.building.floor import edge_load
+from impactfem.building.links import BasePlate, carried, linked
+from impactfem.building.mesh import DOFS, BuildingMesh, outward_normal
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import SHIFT
 from impactfem.case.wall_impact import Pull

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.damping_matrix import damping_matrix
-from impactfem.building.model import BuildingModel, assemble_building
+from impactfem.building.model import BuildingModel, assemble_building, damping_matrix
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.case.transient import Transient

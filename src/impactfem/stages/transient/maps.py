@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.local import DOFS
-from impactfem.building.mesh import BuildingMesh
+from impactfem.building.mesh import DOFS, BuildingMesh
 from impactfem.building.parts import BuildingParts
 from impactfem.building.section_forces import section_forces
 from impactfem.case import Spectra

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from impactfem.building.from_case import read_parts
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.parts import BuildingParts
-from impactfem.building.read_parts import read_parts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
 from impactfem.coupling.force_history import ForceHistory, read_forces

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.floor_bar import bar_axis, floor_bar
+from impactfem.building.floor import bar_axis, floor_bar
 from impactfem.stages.transient.compute import TransientStudy
 from impactfem.system.scalar import Scalar
 

@@ -9,7 +9,7 @@ import scipy.linalg
 import scipy.sparse.linalg
 from numpy.typing import NDArray
 
-from impactfem.building.rigid_body import rigid_body
+from impactfem.building.mesh import rigid_body
 from impactfem.building.section import BeamSection
 from impactfem.building.shell_model import Beams, ShellModel, Shells, shell_model
 from impactfem.verify.row import Row, Rows

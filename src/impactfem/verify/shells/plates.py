@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.quality import areas
-from impactfem.building.raw_mesh import gmsh_session
+from impactfem.building.mesh import areas
+from impactfem.building.read_mesh import gmsh_session
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, ShellModel, Shells, shell_model
 from impactfem.system.own_process import in_own_process
 from impactfem.verify.row import Row, Rows

@@ -2,7 +2,7 @@
 
 Dense matrices of linear bar elements with M, K and C = α M + β K; NumPy and SciPy alone, none of
 the program's elements, bases or contact solvers. What the bar is and where its data come from:
-`impactfem.building.floor_bar`.
+`impactfem.building.floor`.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from impactfem.verify.waves.bar import Bar, EdgeWall
 from impactfem.verify.waves.paper import paper_case, prepared_building
 
 if TYPE_CHECKING:
-    from impactfem.building.floor_bar import FloorBar
+    from impactfem.building.floor import FloorBar
     from impactfem.building.parts import BuildingParts
     from impactfem.reduction.loads import Loads
     from impactfem.stages.calibrate.experiment import WallExperiment
@@ -71,7 +71,7 @@ def floor_as_a_bar() -> list[Row]:
     By hand a wave takes L/c, c = √(EA'/m'), from edge to edge; the peak of a damped one is ahead
     of that, and near the far edge it is one with its reflection.
     """
-    from impactfem.building.floor_bar import floor_bar
+    from impactfem.building.floor import floor_bar
 
     parts, bare = _strip(beams=True), _strip(beams=False)
     bar = floor_bar(parts, 1, 1)
@@ -85,8 +85,7 @@ def floor_as_a_bar() -> list[Row]:
 
 def _strip(*, beams: bool) -> BuildingParts:
     from impactfem.building.generate import generate
-    from impactfem.building.masses import floor_masses
-    from impactfem.building.parts import BuildingParts
+    from impactfem.building.parts import BuildingParts, floor_masses
     from impactfem.building.read_mesh import read_mesh
     from impactfem.building.section import Material, Materials
 
@@ -314,7 +313,7 @@ def paper_floor_as_a_bar(case_file: Path | None = None) -> list[Row]:
         ImpactfemError: The source tree with the shipped case is missing.
         SolutionError: A basis does not reach its tolerance.
     """
-    from impactfem.building.floor_bar import floor_bar
+    from impactfem.building.floor import floor_bar
 
     case = paper_case(case_file, END)
     with tempfile.TemporaryDirectory() as folder:
@@ -345,7 +344,7 @@ def _paper_bars(
     # Of both facades of the storey below: volume over height and length of the slab.
     storey = mesh.triangles_of("storey", FLOOR)
     y = mesh.nodes[mesh.triangles[storey, :3], 1]
-    from impactfem.building.quality import areas
+    from impactfem.building.mesh import areas
 
     in_edge = storey[np.ptp(y, axis=1) + np.abs(y[:, 0] - y.min()) < 1e-6]
     area = areas(mesh.nodes, mesh.triangles)[in_edge]

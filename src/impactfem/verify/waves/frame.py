@@ -158,9 +158,9 @@ def shipped_frame() -> Frame:
     # Only here: the manual is read, and its other benchmarks run, without dolfinx.
     from mpi4py import MPI
 
-    from impactfem.building.loads import edge_load
+    from impactfem.building.floor import edge_load
+    from impactfem.building.from_case import read_parts
     from impactfem.building.model import assemble_building
-    from impactfem.building.read_parts import read_parts
 
     case = load_case(in_source_tree("geometry/frame.toml"))
     parts = read_parts(case, in_source_tree("geometry/frame.msh"))[0]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from impactfem.building.bending import LEAST_SHARE, bending_modes
+from impactfem.stages.building.targets import LEAST_SHARE, bending_modes
 
 
 def test_modes_that_move_the_mass():

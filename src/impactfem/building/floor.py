@@ -1,0 +1,294 @@
+"""A floor: loads on its edge and its slab, contact along its edge, and the floor as a bar."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+
+from impactfem.building.mesh import DOFS, BuildingMesh, areas, line_lengths
+from impactfem.building.parts import BuildingParts, lever_rule
+
+if TYPE_CHECKING:
+    from impactfem.building.model import BuildingModel
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+IN_EDGE = 1e-6
+"""How far from an edge a cell may be that stands in it, over the length of the bar."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodalLoad:
+    """Parallel forces on nodes with the resultant 1 N.
+
+    Args:
+        nodes: The nodes, shape (n,).
+        forces: Force on each of them for the unit resultant, shape (n,) [N/N].
+    """
+
+    nodes: Ints
+    forces: Array
+
+    def vector(self, model: BuildingModel, direction: tuple[float, float, float]) -> Array:
+        """The load at this rank's rows, shape (n_local,).
+
+        Args:
+            model: The building.
+            direction: Direction of the resultant, a unit vector.
+        """
+        load = np.zeros(DOFS * len(model.nodes))
+        rows = model.rows(self.nodes)
+        here = rows >= 0
+        for axis, part in enumerate(direction):
+            load[rows[here] + axis] = part * self.forces[here]
+        return load
+
+
+def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> NodalLoad:
+    """Consistent nodal forces of a line load with the resultant 1 N on the edge of a floor.
+
+    With the middle s0 of an edge of the length L, the line load is
+    q(s) = (1 + 12 e (s − s0) / L²) / L: uniform, or linear with its resultant at the distance e
+    from the middle. Its nodal forces on quadratic edges are ∫ N q ds.
+
+    Args:
+        mesh: The mesh.
+        floor: Number of the floor.
+        eccentricity: e, from the middle of the edge along its longer axis [m].
+
+    Raises:
+        KeyError: The floor has no edge.
+    """
+    lines = mesh.edges[floor]
+    ends = mesh.nodes[lines[:, :2]]
+    axis = int(np.argmax(np.ptp(ends.reshape(-1, 3), axis=0)))
+    s = ends[:, :, axis]
+    length = np.ptp(s)
+    middle = 0.5 * (s.min() + s.max())
+    q = (1.0 + 12.0 * eccentricity * (s - middle) / length**2) / length
+    # ∫ N q ds over a quadratic edge with q linear from q0 to q1: h (q0, q1, 2 (q0 + q1)) / 6.
+    h = np.abs(s[:, 1] - s[:, 0])
+    forces = np.zeros(len(mesh.nodes))
+    np.add.at(forces, lines[:, 0], h * q[:, 0] / 6.0)
+    np.add.at(forces, lines[:, 1], h * q[:, 1] / 6.0)
+    np.add.at(forces, lines[:, 2], h * q.sum(axis=1) / 3.0)
+    nodes = np.unique(lines)
+    return NodalLoad(nodes, forces[nodes])
+
+
+def floor_load(mesh: BuildingMesh, floor: int) -> NodalLoad:
+    """Consistent nodal forces of an even load with the resultant 1 N over the slab of a floor.
+
+    On six-node triangles ∫ N dA is zero at the vertices and a third of the area at each middle of
+    a side.
+
+    Args:
+        mesh: The mesh.
+        floor: Number of the floor; what stands upright on its slab takes no load.
+
+    Raises:
+        KeyError: The floor has no slab.
+    """
+    flat = mesh.triangles[mesh.slab(floor)]
+    if not len(flat):
+        raise KeyError(f"floor {floor} has no slab")
+    area = areas(mesh.nodes, flat)
+    forces = np.zeros(len(mesh.nodes))
+    np.add.at(forces, flat[:, 3:], area[:, None] / 3.0)
+    nodes = np.unique(flat[:, 3:])
+    return NodalLoad(nodes, forces[nodes] / area.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class ContactEdge:
+    """Contact along an edge with a pressure that is straight between its vertices.
+
+    With the hat function N_i of vertex i along the edge, w_i = ∫ N_i ds and the displacement u_n
+    towards the wall, constraint i is
+
+        g_i = ∫ N_i u_n ds / w_i ≤ gap,
+
+    a weighted mean over the sides next to the vertex. Its force P_i is the resultant of the line
+    load P_i N_i / w_i; the resultant of the edge is Σ P_i. On quadratic sides nodal forces would
+    alternate between vertices and middles; these do not.
+
+    Args:
+        floor: Number of the floor.
+        position: Distance of each vertex from the first end of the edge, ascending, shape (m,) [m].
+        weight: w_i, shape (m,) [m].
+        nodes: Nodes of the edge, ascending, shape (n,).
+        means: Share of each node in each constraint, shape (n, m), sparse; columns add up to 1.
+    """
+
+    floor: int
+    position: Array
+    weight: Array
+    nodes: Ints
+    means: scipy.sparse.csr_matrix
+
+    def columns(self, model: BuildingModel, normal: Array) -> scipy.sparse.csr_matrix:
+        """G at this rank's rows, with g = Gᵀ u, shape (n_local, m).
+
+        Args:
+            model: The building.
+            normal: Unit vector towards the wall, shape (3,).
+        """
+        rows = model.rows(self.nodes)
+        here = np.flatnonzero(rows >= 0)
+        shape = (DOFS * len(model.nodes), len(self.nodes))
+        spread = scipy.sparse.csr_matrix(shape)
+        for axis in range(3):
+            entries = (np.full(len(here), normal[axis]), (rows[here] + axis, here))
+            spread = spread + scipy.sparse.csr_matrix(entries, shape=shape)
+        return scipy.sparse.csr_matrix(spread @ self.means)
+
+
+def contact_edge(mesh: BuildingMesh, floor: int) -> ContactEdge:
+    """Contact along the edge of a floor.
+
+    Args:
+        mesh: The mesh.
+        floor: Number of the floor.
+
+    Raises:
+        KeyError: The floor has no edge.
+    """
+    lines = mesh.edges[floor]
+    ends = mesh.nodes[lines[:, :2]]
+    axis = int(np.argmax(np.ptp(ends.reshape(-1, 3), axis=0)))
+    h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    vertices = np.unique(lines[:, :2])
+    vertices = vertices[np.argsort(mesh.nodes[vertices, axis])]
+    position = np.linalg.norm(mesh.nodes[vertices] - mesh.nodes[vertices[0]], axis=1)
+    nodes = np.unique(lines)
+    column = np.zeros(len(mesh.nodes), dtype=np.int64)
+    column[vertices] = np.arange(len(vertices), dtype=np.int64)
+    row = np.zeros(len(mesh.nodes), dtype=np.int64)
+    row[nodes] = np.arange(len(nodes), dtype=np.int64)
+    # With the hat λ_i of an end of a quadratic side: ∫ λ_i (N_i, N_j, N_mid) ds = h (1, 0, 2) / 6.
+    first, second, middle = lines.T
+    weight = np.zeros(len(vertices))
+    entries = []
+    for end in (first, second):
+        np.add.at(weight, column[end], h / 2.0)
+        entries.append((h / 6.0, row[end], column[end]))
+        entries.append((h / 3.0, row[middle], column[end]))
+    values, rows, columns = (np.concatenate(parts) for parts in zip(*entries, strict=True))
+    shares = scipy.sparse.csr_matrix(
+        (values / weight[columns], (rows, columns)), shape=(len(nodes), len(vertices))
+    )
+    return ContactEdge(floor, position, weight, nodes, shares)
+
+
+@dataclass(frozen=True)
+class FloorBar:
+    """A floor as a bar across the building: what a wave between its edges meets, by hand.
+
+    A load normal to an edge, even along it, stretches and presses a wide slab across itself and
+    hardly along itself. Across the building the floor is then a bar of the length L, the distance
+    of its edges, with
+
+        EA' = (1/L) (∫ E t/(1 − ν²) dA + Σ E A_b cos⁴φ ℓ_b),    m' = (1/L) Σ m,    c = √(EA'/m'),
+
+    where dA is the slab's area, A_b, ℓ_b and φ the section, the length and the angle to the bar of
+    its beams, and m the masses of slab and beams and what is added on the slab. Half a storey of
+    the walls and columns next to the floor moves with it, too: what stands in the edges themselves
+    is a mass at an end of the bar, the rest is spread along it. Eccentricity of the beams, upstands
+    and the bending of slab and walls are not in the bar.
+
+    Args:
+        length: L [m].
+        stiffness: EA' [N].
+        slab_mass: Of slab, beams and what is added on the slab [kg].
+        standing_mass: Of what stands on the floor and below it by the lever rule, outside of the
+            bar's ends [kg].
+        end_mass: Of what stands in the edges at the lower and the upper end [kg].
+    """
+
+    length: float
+    stiffness: float
+    slab_mass: float
+    standing_mass: float
+    end_mass: tuple[float, float]
+
+    @property
+    def speed(self) -> float:
+        """Speed c = √(EA'/m') of the slab with its beams and what is added on it [m/s]."""
+        return math.sqrt(self.stiffness * self.length / self.slab_mass)
+
+    @property
+    def crossing(self) -> float:
+        """L/c [s]."""
+        return self.length / self.speed
+
+
+def floor_bar(parts: BuildingParts, floor: int, axis: int) -> FloorBar:
+    """The bar of a floor.
+
+    Args:
+        parts: The building.
+        floor: Number of the floor.
+        axis: 0 for a bar along x, 1 for one along y.
+
+    Raises:
+        KeyError: The floor has no slab.
+    """
+    mesh, shells_of, beams_of = parts.mesh, parts.materials.shells, parts.materials.beams
+    slab = mesh.slab(floor)
+    if not len(slab):
+        raise KeyError(f"floor {floor} has no slab")
+    along = mesh.nodes[mesh.triangles[slab, :3], axis]
+    ends = float(along.min()), float(along.max())
+    L = ends[1] - ends[0]
+    dA, t = areas(mesh.nodes, mesh.triangles), parts.thickness()
+    rho = np.array([m.rho for m in shells_of])[mesh.triangle_part]
+    shells = rho * t * dA  # without the added mass, which lies on slabs alone
+    plane = np.array([m.E / (1.0 - m.nu**2) for m in shells_of])[mesh.triangle_part]
+    EA = float((plane * t * dA)[slab].sum()) / L
+    in_slab = float((shells + parts.added_mass * dA)[slab].sum())
+    beams = mesh.lines_of("beam", floor)
+    A, ell, rods = np.zeros(0), np.zeros(0), np.zeros(0)
+    if len(mesh.lines):
+        A = np.array([section.A for section in parts.sections.beams])[mesh.line_part]
+        E = np.array([m.E for m in beams_of])[mesh.line_part]
+        ell = line_lengths(mesh)
+        rods = np.array([m.rho for m in beams_of])[mesh.line_part] * A * ell
+        tangent = mesh.nodes[mesh.lines[beams, 1], axis] - mesh.nodes[mesh.lines[beams, 0], axis]
+        EA += float(((E * A)[beams] * (tangent / ell[beams]) ** 4 * ell[beams]).sum()) / L
+        in_slab += float(rods[beams].sum())
+    upright = np.ones(len(shells), dtype=bool)
+    upright[slab] = False
+    columns = np.ones(len(rods), dtype=bool)
+    columns[beams] = False
+    standing, at_ends = 0.0, np.zeros(2)
+    for cells, part, of, mass, chosen in (
+        (mesh.triangles[:, :3], mesh.triangle_part, mesh.shell_parts, shells, upright),
+        (mesh.lines[:, :2], mesh.line_part, mesh.beam_parts, rods, columns),
+    ):
+        if not len(cells):
+            continue
+        level, upper = lever_rule(mesh, of, part, cells)
+        # Half a storey below goes with the floor, and half of the one that stands on it.
+        share = mass * (upper * (level == floor) + (1.0 - upper) * (level == floor + 1)) * chosen
+        for end, place in enumerate(ends):
+            here = np.abs(mesh.nodes[cells, axis] - place).max(axis=1) < IN_EDGE * L
+            at_ends[end] += share[here].sum()
+            share[here] = 0.0
+        standing += float(share.sum())
+    return FloorBar(L, EA, in_slab, standing, (float(at_ends[0]), float(at_ends[1])))
+
+
+def bar_axis(mesh: BuildingMesh, floor: int) -> int:
+    """The axis across the edge of a floor: 0 for x, 1 for y.
+
+    Raises:
+        KeyError: The floor has no edge.
+    """
+    spread: Array = np.ptp(mesh.nodes[np.unique(mesh.edges[floor]), :2], axis=0)
+    return 1 - int(np.argmax(spread))
