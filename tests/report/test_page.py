@@ -11,7 +11,9 @@ from typer.testing import CliRunner
 
 from impactfem import study
 from impactfem.cli import app
-from impactfem.report.page import _tiles, number, quantity, write_report
+from impactfem.report import overview
+from impactfem.report.overview import number, quantity
+from impactfem.report.page import write_report
 from impactfem.stages.manifest import file_digest
 from impactfem.system.errors import ImpactfemError, InputError
 
@@ -226,7 +228,8 @@ def tiles(value=1.759e6, stiffness="calibrated"):
     ]
     laws = {"floor": {"stiffness": stiffness, "restitution": 0.6}, "edge": {"stiffness": 1e10}}
     values = {entry["name"]: entry["value"] for entry in summary}
-    return _tiles(SimpleNamespace(summary=summary, values=values, case={"contact_laws": laws}))
+    run = SimpleNamespace(summary=summary, values=values, case={"contact_laws": laws})
+    return overview.tiles(run)
 
 
 @pytest.mark.parametrize(("value", "text"), [(1.759e6, "1.759 MN"), (634.2, "634.2 N")])
@@ -250,7 +253,7 @@ def test_the_tile_of_a_device_is_along_the_shown_direction():
         f"device.f{axis}.detailed.impact": v for axis, v in zip("yxz", (3e3, 1.0, 9e3), strict=True)
     }
     run = SimpleNamespace(summary=[], values=forces, case={"contact_laws": {}})
-    assert _tiles(run) == [("3 kN", "force on the first device's anchor")]
+    assert overview.tiles(run) == [("3 kN", "force on the first device's anchor")]
 
 
 def beside_a_paper(run):

@@ -9,14 +9,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pint
 import xarray as xr
 
+from impactfem.report.assumptions import wall_is_used
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.device.verdict import LOADS, anchors, rigid_words, shortfall
 from impactfem.stages.device.view import DeviceView
 from impactfem.stages.transient.view import XYZ, TransientView
 
+UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
+PREFIXED = {"N": "newton", "N s": "newton * second", "Pa": "pascal", "s": "second", "m": "metre"}
 FLOORS = 3
 """So many floors are shown where not all that are hit are."""
 
@@ -304,3 +308,59 @@ def _series(values: dict[str, Any], pattern: str) -> dict[int, float]:
 
 def _number(value: float, digits: int) -> str:
     return f"{value:.{digits}g}" if np.isfinite(value) else "not known"
+
+
+def tiles(run: RunFiles) -> list[tuple[str, str]]:
+    """The few numbers that a run is remembered by."""
+    values = run.values
+    found = []
+    for entry in run.summary:
+        if entry["name"] == "pounding.main_impact_force" and entry["value"] is not None:
+            where = entry["note"].replace("-", " and ").replace("_", " ")
+            force = quantity(entry["value"], entry["unit"], digits=4)
+            found.append((force, f"largest impact force of the sticks, {where}"))
+    if "pounding.impacts" in values:
+        found.append((f"{values['pounding.impacts']:.0f}", "impacts"))
+    if "pounding.required_separation" in values:
+        gap = 100.0 * values["pounding.required_separation"]
+        text = "gap that would prevent contact under this motion"
+        band = [values.get(f"ensemble.p{q}.pounding.required_separation") for q in ("05", "95")]
+        if (low := band[0]) is not None and (high := band[1]) is not None:
+            count = values["ensemble.members"]
+            text += f"; {100.0 * low:.3g} to {100.0 * high:.3g} cm under 5 to 95 % of {count:.0f}"
+        found.append((f"{gap:.3g} cm", text))
+    edges = {n: v for n, v in values.items() if re.fullmatch(r"transient\.pfa\.edge_\d+\.max", n)}
+    if edges:
+        name = max(edges, key=lambda n: edges[n])
+        floor = name.removesuffix(".max").rpartition("_")[2]
+        where = f"largest acceleration along an impact edge, floor {floor}"
+        found.append((f"{edges[name]:.3g} m/s²", where))
+    if "calibration.epsilon" in values:
+        used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
+        text = f"restitution ε of the 3D model at a rigid wall{used}"
+        found.append((f"{values['calibration.epsilon']:.3g}", text))
+    # The first of them is that along the shown direction.
+    names = [name for name in values if re.fullmatch(r"device\.f[xyz]\.detailed\.impact", name)]
+    if names:
+        found.append((f"{1e-3 * values[names[0]]:.4g} kN", "force on the first device's anchor"))
+    return found
+
+
+def number(value: float | None) -> str:
+    """A value with five digits; a dash for none."""
+    if value is None:
+        return "–"
+    if value != 0.0 and not 1e-3 <= abs(value) < 1e6:
+        digits = f"{value:.4g}"
+        return digits if math.isfinite(value) else "–"
+    return f"{value:.5g}"
+
+
+def quantity(value: float | None, unit: str, *, digits: int = 5) -> str:
+    """A value with its unit, with a prefix where the unit takes one, and so many digits."""
+    if value is None or unit == "-":
+        return number(value)
+    if unit in PREFIXED and value != 0.0:
+        compact = UNITS.Quantity(value, PREFIXED[unit]).to_compact()
+        return f"{compact.magnitude:.{digits}g} {compact.units:~D}".replace(" * ", " ")
+    return f"{number(value)} {unit}"

@@ -5,19 +5,16 @@ from __future__ import annotations
 import base64
 import csv
 import html
-import math
-import re
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import pint
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from impactfem.report.assumptions import assumptions, wall_is_used
+from impactfem.report.assumptions import assumptions
 from impactfem.report.beside import (
     ABSENT,
     DIFFERS,
@@ -32,7 +29,7 @@ from impactfem.report.beside import (
     farthest,
     places,
 )
-from impactfem.report.overview import facts
+from impactfem.report.overview import facts, number, quantity, tiles
 from impactfem.report.plots import Plot, plots_of
 from impactfem.report.run_files import COMPARISON, RunFiles
 from impactfem.system.errors import Fault, ImpactfemError, InputError
@@ -54,8 +51,6 @@ STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
 FARTHEST = 8
 """So many results that differ stand on the first page."""
 GOVERNING = ("plot_structure_spectra", "plot_stick_spectra")
-UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
-PREFIXED = {"N": "newton", "N s": "newton * second", "Pa": "pascal", "s": "second", "m": "metre"}
 KEY_WORDS = ("energy", "steps", "points in a cycle", "band", "Sturm", "mass matrix")
 """What the checks of the first page speak of."""
 
@@ -149,7 +144,7 @@ def _render(run: RunFiles, titles: Mapping[str, tuple[str, str]]) -> str:
         css=Markup((templates / "report.css").read_text(encoding="utf-8")),
         plotly=Markup(get_plotlyjs()),
         provenance=run.provenance,
-        tiles=_tiles(run),
+        tiles=tiles(run),
         drawing=data_address(drawing) if drawing.is_file() else "",
         facts=facts(run),
         governing=next((plots[name] for name in GOVERNING if name in plots), None),
@@ -272,42 +267,6 @@ def _standing(place: Place) -> str:
     return f"{near} of {len(results)} reproduced" if place.status == DIFFERS and results else ""
 
 
-def _tiles(run: RunFiles) -> list[tuple[str, str]]:
-    """The few numbers that a run is remembered by."""
-    values = run.values
-    tiles = []
-    for entry in run.summary:
-        if entry["name"] == "pounding.main_impact_force" and entry["value"] is not None:
-            where = entry["note"].replace("-", " and ").replace("_", " ")
-            force = quantity(entry["value"], entry["unit"], digits=4)
-            tiles.append((force, f"largest impact force of the sticks, {where}"))
-    if "pounding.impacts" in values:
-        tiles.append((f"{values['pounding.impacts']:.0f}", "impacts"))
-    if "pounding.required_separation" in values:
-        gap = 100.0 * values["pounding.required_separation"]
-        text = "gap that would prevent contact under this motion"
-        band = [values.get(f"ensemble.p{q}.pounding.required_separation") for q in ("05", "95")]
-        if (low := band[0]) is not None and (high := band[1]) is not None:
-            count = values["ensemble.members"]
-            text += f"; {100.0 * low:.3g} to {100.0 * high:.3g} cm under 5 to 95 % of {count:.0f}"
-        tiles.append((f"{gap:.3g} cm", text))
-    edges = {n: v for n, v in values.items() if re.fullmatch(r"transient\.pfa\.edge_\d+\.max", n)}
-    if edges:
-        name = max(edges, key=lambda n: edges[n])
-        floor = name.removesuffix(".max").rpartition("_")[2]
-        where = f"largest acceleration along an impact edge, floor {floor}"
-        tiles.append((f"{edges[name]:.3g} m/s²", where))
-    if "calibration.epsilon" in values:
-        used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
-        text = f"restitution ε of the 3D model at a rigid wall{used}"
-        tiles.append((f"{values['calibration.epsilon']:.3g}", text))
-    # The first of them is that along the shown direction.
-    names = [name for name in values if re.fullmatch(r"device\.f[xyz]\.detailed\.impact", name)]
-    if names:
-        tiles.append((f"{1e-3 * values[names[0]]:.4g} kN", "force on the first device's anchor"))
-    return tiles
-
-
 def _times(run: RunFiles) -> list[tuple[str, str, str, str]]:
     rows = []
     memory = run.provenance["peak_memory"]
@@ -317,23 +276,3 @@ def _times(run: RunFiles) -> list[tuple[str, str, str, str]]:
         text = "not known" if peak is None else f"{peak / 1e9:.2f}"
         rows.append((stage, f"{sum(own):.1f}", text, str(inputs)[:16]))
     return rows
-
-
-def number(value: float | None) -> str:
-    """A value with five digits; a dash for none."""
-    if value is None:
-        return "–"
-    if value != 0.0 and not 1e-3 <= abs(value) < 1e6:
-        digits = f"{value:.4g}"
-        return digits if math.isfinite(value) else "–"
-    return f"{value:.5g}"
-
-
-def quantity(value: float | None, unit: str, *, digits: int = 5) -> str:
-    """A value with its unit, with a prefix where the unit takes one, and so many digits."""
-    if value is None or unit == "-":
-        return number(value)
-    if unit in PREFIXED and value != 0.0:
-        compact = UNITS.Quantity(value, PREFIXED[unit]).to_compact()
-        return f"{compact.magnitude:.{digits}g} {compact.units:~D}".replace(" * ", " ")
-    return f"{number(value)} {unit}"

@@ -12,7 +12,6 @@ from typing import Any
 import xarray as xr
 from pydantic import ValidationError
 
-from impactfem.report.run_figures import OVERVIEW
 from impactfem.stages.manifest import Manifest, changed_file, manifest_file, read_manifest
 from impactfem.stages.provenance import Provenance
 from impactfem.stages.stores import open_store
@@ -21,6 +20,8 @@ from impactfem.system.log import LOGGER
 
 COMPARISON = "comparison"
 """What `impactfem compare` writes is listed as if it were a stage, which no run has."""
+FLOWCHART, SCENE = "figure_04_flowchart.png", "building_scene.html"
+"""Figures of the run as a whole."""
 CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.json", "checks.json"
 
 
@@ -118,7 +119,7 @@ class RunFiles:
         listed = self._manifest(stage).every
         wanted = [name for name in listed if Path(name).parent.name == part]
         whole = part == "figures" and stage == self.stages[0]
-        overview = [f"{part}/{name}" for name in OVERVIEW if whole]
+        overview = [f"{part}/{name}" for name in (FLOWCHART, SCENE) if whole]
         return [
             *(self.folder / name for name in overview if self.has(name)),
             *sorted(self.folder / name for name in wanted),

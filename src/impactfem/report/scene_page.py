@@ -31,6 +31,7 @@ from impactfem.plot.scene import (
     surface,
 )
 from impactfem.plot.style import BLUE, GREEN, RED
+from impactfem.report.run_files import SCENE
 from impactfem.stages.device.pictures import device_size, standing
 from impactfem.stages.device.view import DeviceView
 from impactfem.stages.stores import open_store
@@ -40,7 +41,6 @@ from impactfem.system.own_process import in_own_process
 
 Array = NDArray[np.float64]
 
-PAGE = "building_scene.html"
 WALL, OPACITY = "#8fb4d9", 0.25
 STEPS = 12
 """Colours of the scale between which it is straight."""
@@ -116,10 +116,10 @@ def draw(folder: Path) -> list[Path]:
                 _devices(scene, notes, building, DeviceView(store))
         scene.view_vector(impact_view(building), viewup=(0.0, 0.0, 1.0))
         scene.reset_camera()
-    with atomic(target / PAGE) as temporary:
+    with atomic(target / SCENE) as temporary:
         temporary.write_text(_page(scene, notes), encoding="utf-8")
     scene.close()
-    return [target / PAGE]
+    return [target / SCENE]
 
 
 def _slabs(scene: Any, notes: Notes, building: xr.Dataset, folder: Path) -> None:

@@ -243,6 +243,7 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
         case=case.path.name,
         case_hash=case.content_hash(),
         inputs={one.name: one.key(case) for one in stages},
+        needs={one.name: [needed.name for needed in one.needs(case)] for one in stages},
         seeds=_seeds(case),
         started=started,
         reused=result.reused,

@@ -14,9 +14,10 @@ from impactfem.report.comparison_views import (
     comparison_table,
     directions_table,
 )
+from impactfem.report.flowchart import flowchart_figure
 from impactfem.report.page import write_report
-from impactfem.report.run_figures import overview_pictures
-from impactfem.report.run_files import COMPARISON, RunFiles
+from impactfem.report.run_files import COMPARISON, FLOWCHART, SCENE, RunFiles
+from impactfem.report.scene_page import write_scene
 from impactfem.run.folder import locked
 from impactfem.run.stages import REPORT, STAGES
 from impactfem.stages.manifest import mark_finished
@@ -64,7 +65,11 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
     LOGGER.info("stage %s: starts", REPORT)
     with Steps(STEPS, f"stage {REPORT}", bar=bar) as steps:
         with steps.step("overview"):
-            overview_pictures(folder)
+            # Those of a run before would go with other results.
+            for name in (FLOWCHART, SCENE):
+                (folder / "figures" / name).unlink(missing_ok=True)
+            flowchart_figure(folder, STAGES)
+            write_scene(folder)
         with steps.step("page"):
             page = write_report(folder, {s.name: (s.title, s.about) for s in STAGES})
     LOGGER.info("stage %s: %s, %.1f MB", REPORT, page, page.stat().st_size / 1e6)

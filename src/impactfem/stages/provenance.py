@@ -41,6 +41,7 @@ class Provenance(BaseModel):
         case: Name of the case file.
         case_hash: Hash of the case and all files that it names.
         inputs: Hash of the inputs of each stage, in the order of the stages.
+        needs: Names of the stages that each stage needs directly.
         seeds: Seeds of motions, calibration and ensemble by their keys in the case.
         started: When the run began.
         reused: Names of the stages that had finished before.
@@ -60,6 +61,7 @@ class Provenance(BaseModel):
     case: str
     case_hash: str
     inputs: dict[str, str]
+    needs: dict[str, list[str]] = {}
     seeds: dict[str, int]
     started: str
     reused: list[str]

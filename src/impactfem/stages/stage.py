@@ -30,6 +30,8 @@ class Stage:
         name: Its name on the command line, and of its folder in `impactfem.stages`.
         title: Its heading in the report.
         about: What it does, in a sentence of the report.
+        headlines: Lines of the flowchart, ``{name}`` for a result; one that is not there leaves its
+            line out.
         steps: Its steps and their share of its time; `DRAWING` is the last one.
         sections: Sections of the case file that it depends on, in addition to those of its needs.
         computed_by: Modules of its folder that compute it and write its stores.
@@ -51,6 +53,7 @@ class Stage:
     name: str
     title: str
     about: str
+    headlines: tuple[str, ...]
     steps: Mapping[str, float]
     sections: tuple[str, ...]
     computed_by: tuple[str, ...]

@@ -62,6 +62,11 @@ CALIBRATE = Stage(
     title="Impact on a rigid wall",
     about="Restitution and contact stiffness from an impact of the 3D model, and the stick beside "
     "it.",
+    headlines=(
+        "ε = {calibration.epsilon}",
+        "K_Ceq = {calibration.K_Ceq}",
+        "impact of {calibration.impact_duration}",
+    ),
     steps={
         "inputs": 2.0,
         "matrices": 5.0,

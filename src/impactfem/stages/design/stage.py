@@ -120,6 +120,10 @@ DESIGN = Stage(
     name="design",
     title="Design spectra",
     about="Spectra enveloped over each floor and broadened.",
+    headlines=(
+        "floor spectra up to {design.frs.floor_*.peak}",
+        "{ensemble3d.members} motions in the 3D model",
+    ),
     steps={
         "inputs": 4.0,
         "sticks": 5.0,

@@ -88,6 +88,11 @@ DEVICE = Stage(
     name="device",
     title="Devices",
     about="Forces on the anchors in the 3D model and by response spectrum analysis.",
+    headlines=(
+        "3D model: {device.f*.detailed.impact} with impacts,",
+        "{device.f*.detailed.no_impact} without",
+        "spectrum analysis: {device.f*.rsa.impact}",
+    ),
     steps={
         "inputs": 4.0,
         "matrices": 5.0,

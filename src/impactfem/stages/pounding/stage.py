@@ -61,6 +61,12 @@ POUNDING = Stage(
     name="pounding",
     title="Pounding of the sticks",
     about="Ground motion, sticks, impact forces, floor spectra.",
+    headlines=(
+        "ground {motion.pga}, its spectrum {motion.sa_max}",
+        "{pounding.impacts} impacts, the largest {pounding.main_impact_force}",
+        "at {pounding.main_impact_time} for {pounding.main_impact_duration}",
+        "floor spectra up to {frs.floor_*.peak}",
+    ),
     steps={**STEPS, "stores": 2.0, DRAWING: 4.0},
     sections=(
         "materials",

@@ -126,6 +126,11 @@ TRANSIENT = Stage(
     name="transient",
     title="The 3D model in time",
     about="The impacts and the ground motion on the 3D model: floor spectra, waves, transfer.",
+    headlines=(
+        "reduced basis of {transient.basis_vectors} vectors",
+        "mass centres {transient.pfa.floor_*}, edges {transient.pfa.edge_*.max}",
+        "floor spectra up to {transient.frs.floor_*.peak}",
+    ),
     steps={
         "inputs": 2.0,
         "matrices": 5.0,
