@@ -69,10 +69,9 @@ highest = float(transient.attrs["maximum_frequency"])  # Hz, up to which the red
 damping = float(transient.damping[0])
 
 
-def numbered(family):
-    """Probes of a family in the order of their numbers."""
-    names = [str(name) for name in transient.probe.values if str(name).startswith(f"{family}_")]
-    return sorted(names, key=lambda name: int(name.split("_")[1]))
+def of_kind(kind):
+    """Names of the probes of a kind: by floor, and of the line from the impact edge."""
+    return transient.probe.values[transient.probe_kind == kind].tolist()
 
 
 # %% [markdown]
@@ -127,7 +126,7 @@ def spectra(probes, labels, title, from_top=False):
 # for.
 
 # %%
-line = numbered("line")
+line = of_kind("line")
 shown = [line[k] for k in np.unique(np.linspace(0, len(line) - 1, 5).round().astype(int))]
 start = transient.probe_position.sel(probe=line[0])
 distance = {
@@ -149,8 +148,8 @@ for name in shown:
 # and more of its waves have these frequencies.
 
 # %%
-edges = numbered("edge")
-labels = [f"floor {name.split('_')[1]}" for name in edges]
+edges = of_kind("edge")
+labels = [f"floor {floor}" for floor in transient.probe_floor.sel(probe=edges).values]
 figure = spectra(edges, labels, "Figure 19: impact edges of the floors", from_top=True)
 show(figure, "figure_19.png")
 

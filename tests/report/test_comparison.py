@@ -23,7 +23,6 @@ from impactfem.report.comparison_views import (
     directions_table,
 )
 from impactfem.spectra.frequency_list import interpolate_frequency
-from impactfem.stages.transient.view import TransientView
 from impactfem.system.errors import InputError
 
 MESH = ("node_position", "triangle_node", "centre")
@@ -49,7 +48,7 @@ def whole(folder: Path) -> xr.Dataset:
 
 
 def side(run: xr.Dataset, name: str) -> Side:
-    return Side(TransientView(run), run, f"{name}.toml", Path(f"runs/{name}"))
+    return Side(run, run, f"{name}.toml", Path(f"runs/{name}"))
 
 
 def compared(one: xr.Dataset, other: xr.Dataset, highest: float = 100.0) -> Comparison:

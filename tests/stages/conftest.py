@@ -148,8 +148,6 @@ def _sticks(asked: Wanted) -> xr.Dataset:
     psa = 20.0 * np.exp(-(np.log(frequency / 20.0) ** 2)) + 0.1
     return xr.Dataset(
         {
-            "station_building": ("station", ["one"] * stations),
-            "station_floor": ("station", np.array(asked.floors)),
             "displacement": (("time", "station", "component"), 0.01 * wave),
             "acceleration": (("time", "station", "component"), 2.0 * wave),
             "psa": (
@@ -159,7 +157,9 @@ def _sticks(asked: Wanted) -> xr.Dataset:
         },
         coords={
             "time": time,
-            "component": [f"u{asked.direction}"],
+            "station_building": ("station", np.array(["one"] * stations, dtype=object)),
+            "station_floor": ("station", np.array(asked.floors)),
+            "component": [asked.direction],
             "direction": [asked.direction],
             "damping": list(asked.dampings),
             "frequency": frequency,
@@ -174,11 +174,10 @@ def pulse(time: np.ndarray) -> np.ndarray:
 
 
 def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
-    names, nodes = _probes(asked, slab)
+    names, nodes, kinds, floors = _probes(asked, slab)
     c = XYZ.index(asked.direction)
     time = STEP * np.arange(STEPS)
-    building = _building(asked, slab)["node_position"].values
-    position = building[nodes]
+    position = _building(asked, slab)["node_position"].values[list(nodes)]
     distance = position[:, c].max() - position[:, c]
     ground = np.sin(2.0 * np.pi * 2.0 * time)
     displacement = np.zeros((STEPS, len(nodes), 3))
@@ -198,6 +197,12 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
     for k in range(len(asked.loads)):
         force[:, k] = 1e7 * (k + 1) * pulse(time - START)
     edges = np.array([f"floor {k}" for k in asked.loads], dtype=object)
+    labels = {
+        "edge": ("edge", edges),
+        "edge_floor": ("edge", np.array(asked.loads, dtype=int)),
+        "probe_kind": ("probe", np.array(kinds, dtype=object)),
+        "probe_floor": ("probe", np.array(floors)),
+    }
     fields = {
         "time": ("time", time),
         "displacement": (("time", "probe", "component"), displacement),
@@ -215,7 +220,6 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
         "pfa_band": (("probe", "component"), np.zeros((len(nodes), 3))),
         "pfa_interpolated": (("probe", "component"), np.abs(acceleration).max(axis=0)),
         "ground_acceleration": (("time", "component"), np.zeros((STEPS, 3))),
-        "edge": ("edge", edges, {}),
         "edge_force": (("time", "edge"), force),
     }
     if asked.solver != "full":
@@ -225,9 +229,13 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
         value = 1e-6 * (1.0 + np.log(tf / 0.5))[:, None, None, None] * np.ones(shape)
         fields |= {
             "transfer_frequency": ("transfer_frequency", tf),
-            "transfer_load": ("transfer_load", edges.copy()),
             "transfer_re": (dims, value),
             "transfer_im": (dims, np.zeros(shape)),
+            "transfer_bound": (dims, np.full(shape, np.inf)),
+        }
+        labels |= {
+            "transfer_load": ("transfer_load", edges.copy()),
+            "transfer_load_floor": ("transfer_load", np.array(asked.loads, dtype=int)),
         }
     scalars = [
         Scalar("transient.wave_speed", SPEED / 1.6, "m/s"),
@@ -240,12 +248,15 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
         coords={
             "probe": ("probe", np.array(names, dtype=object)),
             "component": XYZ,
+            "xyz": XYZ,
             "damping": list(asked.dampings),
             "frequency": frequency,
+            **labels,
         },
         attrs={
             "building": "one",
             "shown_direction": asked.direction,
+            "wave_floor": max(asked.floors),
             "solver": asked.solver,
             "maximum_frequency": 450.0,
             "main_impact": [START, START + LASTS] if asked.loads else [],
@@ -254,21 +265,21 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
     return with_scalars(store, scalars)
 
 
-def _probes(asked: Wanted, slab: Slab) -> tuple[list[str], list[int]]:
-    n = len(slab.plan)
-    edge = slab.line[0]
-    names, nodes = [], []
-    for k, floor in enumerate(asked.floors):
-        names.append(f"centre_{floor}")
-        nodes.append(slab.centre + n * k)
-    for k, floor in enumerate(asked.floors):
-        names.append(f"edge_{floor}")
-        nodes.append(edge + n * k)
-    last = n * (len(asked.floors) - 1)
-    for k, node in enumerate(slab.line, start=1):
-        names.append(f"line_{k}")
-        nodes.append(node + last)
-    return [*names, "corner"], [*nodes, last]
+def _probes(asked: Wanted, slab: Slab) -> tuple[tuple, tuple, tuple, tuple]:
+    """Names, nodes, kinds and floors."""
+    n, last = len(slab.plan), len(asked.floors) - 1
+    numbered = list(enumerate(asked.floors))
+    probes = [
+        *((f"centre_{floor}", slab.centre + n * k, "centre", floor) for k, floor in numbered),
+        *((f"edge_{floor}", slab.line[0] + n * k, "edge", floor) for k, floor in numbered),
+        *(
+            (f"line_{k}", node + n * last, "line", asked.floors[-1])
+            for k, node in enumerate(slab.line, start=1)
+        ),
+        ("corner", n * last, "point", 0),
+    ]
+    names, nodes, kinds, floors = zip(*probes, strict=True)
+    return names, nodes, kinds, floors
 
 
 def _maps(asked: Wanted, slab: Slab) -> xr.Dataset:

@@ -28,12 +28,16 @@ class Probe:
     Args:
         name: Its name.
         node: The node.
-        distance: From where it was asked for to the node [m].
+        distance: From where it was requested to the node [m].
+        kind: "centre" of a floor, middle of its impact "edge", on the "line" across it, or "point".
+        floor: Number of that floor; 0 for a point.
     """
 
     name: str
     node: int
     distance: float = 0.0
+    kind: str = "point"
+    floor: int = 0
 
 
 def case_probes(
@@ -142,8 +146,10 @@ def standard_probes(mesh: BuildingMesh, across: int | None = None) -> list[Probe
         mesh: The mesh.
         across: Number of the floor with the line; the top floor when None.
     """
-    probes = [Probe(f"centre_{k}", mesh.centres[k]) for k in mesh.floors]
-    probes += [Probe(f"edge_{k}", _middle_of_edge(mesh, k)) for k in sorted(mesh.edges)]
+    probes = [Probe(f"centre_{k}", mesh.centres[k], 0.0, "centre", k) for k in mesh.floors]
+    probes += [
+        Probe(f"edge_{k}", _middle_of_edge(mesh, k), 0.0, "edge", k) for k in sorted(mesh.edges)
+    ]
     return [*probes, *_line(mesh, mesh.floors[-1] if across is None else across)]
 
 
@@ -171,5 +177,5 @@ def _line(mesh: BuildingMesh, floor: int) -> list[Probe]:
         point = start.copy()
         point[across] += share * (far - start[across])
         distance, found = tree.query(point)
-        probes.append(Probe(f"line_{number}", int(nodes[found]), float(distance)))
+        probes.append(Probe(f"line_{number}", int(nodes[found]), float(distance), "line", floor))
     return probes

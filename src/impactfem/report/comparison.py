@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.spectra.frequency_list import SAME, interpolate_frequency, merged_frequencies
-from impactfem.stages.transient.view import QUIET, TransientView
+from impactfem.stages.transient.selection import QUIET
 from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
@@ -28,16 +28,26 @@ class Side:
     """One of the two runs.
 
     Args:
-        view: Its `transient.nc`.
+        response: Its `transient.nc`.
         building: Its `building.nc`.
         case_file: Name of its case file.
         folder: Its folder, as the user wrote it.
     """
 
-    view: TransientView
+    response: xr.Dataset
     building: xr.Dataset
     case_file: str
     folder: Path
+
+    @property
+    def frequency(self) -> Array:
+        """Frequencies of its spectra, shape (n_f,) [Hz]."""
+        return np.asarray(self.response["frequency"].values, dtype=np.float64)
+
+    @property
+    def probes(self) -> list[str]:
+        """Names of its points."""
+        return [str(name) for name in self.response["probe"].values]
 
     @property
     def element(self) -> float:
@@ -172,18 +182,15 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
     _refuse_other_building(one, other)
     both = (one, other)
     apart_most = max(side.element for side in both)
-    shared = [name for name in one.view.names if name in other.view.names]
-    places = [np.array([side.view.names.index(n) for n in shared], dtype=int) for side in both]
-    positions = (side.view.position[at] for side, at in zip(both, places, strict=True))
-    distance = np.linalg.norm(np.subtract(*positions), axis=1)
+    shared = [name for name in one.probes if name in other.probes]
+    here, there = (side.response["probe_position"].sel(probe=shared).values for side in both)
+    distance = np.linalg.norm(here - there, axis=1)
     near = distance <= apart_most
     dampings = [d for d in _damping(one) if np.isclose(d, _damping(other)).any()]
     # The widest gap depends on the damping; without one in common the fault below says so.
-    frequency = common_frequencies(
-        one.view.frequency, other.view.frequency, dampings[0] if dampings else 0.0
-    )
+    frequency = common_frequencies(one.frequency, other.frequency, dampings[0] if dampings else 0.0)
     count = int(np.sum(frequency <= highest * (1.0 + SAME)))
-    least = min(LEAST, *(int(np.sum(s.view.frequency <= highest * (1.0 + SAME))) for s in both))
+    least = min(LEAST, *(int(np.sum(s.frequency <= highest * (1.0 + SAME))) for s in both))
     faults = []
     if not near.any():
         told = "none of its names" if not shared else f"all are {distance.min():.3g} m away or more"
@@ -203,14 +210,13 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
         faults.append(Fault(other.folder, "frequency", None, expected))
     if faults:
         raise InputError(faults)
-    damping, places = dampings[0], [at[near] for at in places]
-    psa = [_psa(side, damping, at, frequency) for side, at in zip(both, places, strict=True)]
-    peak = [s.view.store["pfa"].values[at] for s, at in zip(both, places, strict=True)]
+    damping, kept = dampings[0], [name for name, keep in zip(shared, near, strict=True) if keep]
+    psa = [_psa(side, damping, kept, frequency) for side in both]
+    peak = [side.response["pfa"].sel(probe=kept).values for side in both]
     counts = np.logical_and(*(p > QUIET * p.max(axis=0) for p in peak))
     if not counts.any():
         expected = f"expected a point that moves in {one.folder}, too"
         raise InputError([Fault(other.folder, "pfa", None, expected)])
-    kept = [name for name, keep in zip(shared, near, strict=True) if keep]
     axes = ("probe", "component")
     return xr.Dataset(
         {
@@ -221,7 +227,7 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
         },
         coords={
             "probe": kept,
-            "component": [str(name) for name in one.view.store["component"].values],
+            "component": [str(name) for name in one.response["component"].values],
             "frequency": ("frequency", frequency, {"units": "Hz"}),
         },
         attrs={
@@ -287,7 +293,7 @@ def _resonance_low(
 ) -> float:
     """Of the widest gap that was interpolated, up to the highest frequency."""
     known = frequency[frequency <= highest * (1.0 + SAME)]
-    gaps = [_gap(side.view.frequency, known).max() for side in (one, other)]
+    gaps = [_gap(side.frequency, known).max() for side in (one, other)]
     return resonance_low(float(max(gaps)), damping)
 
 
@@ -303,7 +309,7 @@ def _refuse_other_building(one: Side, other: Side) -> None:
 
 def _named(side: Side, against: Side, kind: str, highest: float) -> dict[str, object]:
     """What tells a run from the other, as attributes of the store."""
-    store, f = side.view.store, side.view.frequency
+    store, f = side.response, side.frequency
     return {
         f"{kind}inputs": str(store.attrs["inputs"]),
         f"{kind}title": str(store.attrs["title"]),
@@ -314,21 +320,21 @@ def _named(side: Side, against: Side, kind: str, highest: float) -> dict[str, ob
         f"{kind}shape": side.shape,
         f"{kind}element": side.element,
         f"{kind}frequencies": int(np.sum(f <= highest * (1.0 + SAME))),
-        f"{kind}points": len(side.view.names),
-        f"{kind}alone": ", ".join(n for n in side.view.names if n not in against.view.names),
+        f"{kind}points": len(side.probes),
+        f"{kind}alone": ", ".join(name for name in side.probes if name not in against.probes),
     }
 
 
 def _damping(side: Side) -> Array:
-    return np.asarray(side.view.store["damping"].values, dtype=np.float64)
+    return np.asarray(side.response["damping"].values, dtype=np.float64)
 
 
 def _percent(dampings: Array) -> str:
     return ", ".join(f"{100.0 * d:g} %" for d in dampings)
 
 
-def _psa(side: Side, damping: float, probes: NDArray[np.int_], frequency: Array) -> Array:
+def _psa(side: Side, damping: float, probes: list[str], frequency: Array) -> Array:
     """Of the points along all axes, shape (n_probes, 3, n_f) [m/s2]."""
-    row = int(np.abs(_damping(side) - damping).argmin())
-    values = np.asarray(side.view.store["psa"].values[row][probes], dtype=np.float64)
-    return interpolate_frequency(side.view.frequency, values, frequency)
+    psa = side.response["psa"].sel(damping=damping, method="nearest").sel(probe=probes)
+    values = psa.transpose("probe", "component", "frequency").values
+    return interpolate_frequency(side.frequency, values, frequency)

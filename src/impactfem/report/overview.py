@@ -17,7 +17,7 @@ from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.device.verdict import LOADS, anchors, rigid_words, shortfall
 from impactfem.stages.device.view import DeviceView
-from impactfem.stages.transient.view import XYZ, TransientView
+from impactfem.stages.transient.selection import floors_of, known, shown
 
 UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
 PREFIXED = {"N": "newton", "N s": "newton * second", "Pa": "pascal", "s": "second", "m": "metre"}
@@ -128,70 +128,64 @@ def _impacts(run: RunFiles) -> Facts:
 def _stick_spectra(run: RunFiles) -> Facts:
     with run.store("pounding.nc") as store:
         building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
-        column = list(store["direction"].values).index(direction)
-        chosen = np.flatnonzero(store["station_building"].values == building)[::-1]
-        frequency, damping = store["frequency"].values, float(store["damping"].values[0])
+        spectra = store.sel(direction=direction).isel(damping=0)
+        floors = spectra.isel(station=(spectra["station_building"] == building).values)
         forces = _series(run.values, r"pounding\.peak_force\.floor_(\d+)")
         hit = {number for number, force in forces.items() if force > 0.0}
-        rows = []
-        for k in chosen:
-            if hit and int(store["station_floor"].values[k]) not in hit:
+        damping, rows = store["damping"].values[0], []
+        for k in reversed(range(floors.sizes["station"])):
+            one = floors.isel(station=k)
+            number = one["station_floor"].item()
+            if hit and number not in hit:
                 continue
-            psa, free = store["psa"].values[0, k, column], store["psa_free"].values[0, k, column]
             rows.append(
                 [
-                    str(int(store["station_floor"].values[k])),
-                    f"{psa.max():.1f}",
-                    f"{frequency[psa.argmax()]:.1f}",
-                    f"{store['pfa'].values[k, column]:.1f}",
-                    f"{free.max():.1f}",
-                    f"{store['pfa_free'].values[k, column]:.1f}",
+                    str(number),
+                    f"{one['psa'].max().item():.1f}",
+                    f"{one['psa'].idxmax('frequency').item():.1f}",
+                    f"{one['pfa'].item():.1f}",
+                    f"{one['psa_free'].max().item():.1f}",
+                    f"{one['pfa_free'].item():.1f}",
                 ]
             )
     head = ["floor", "peak [m/s²]", "at [Hz]", "PFA [m/s²]", "peak, no contact [m/s²]"]
     head.append("PFA, no contact [m/s²]")
     title = f"Floor spectra of the stick of {building} along {direction}, {100 * damping:g} %"
-    return Facts(title, head, rows, _others(rows, chosen.size))
+    return Facts(title, head, rows, _others(rows, floors.sizes["station"]))
 
 
 def _structure_spectra(run: RunFiles) -> Facts:
     with run.store("transient.nc") as store:
-        view = TransientView(store)
-        column, known = XYZ.index(view.direction), view.known
-        order = ("damping", "probe", "component", "frequency")
-        psa = store["psa"].transpose(*order).values[0, :, column][:, known]
-        pfa = store["pfa"].transpose("probe", "component").values[:, column]
-        band = (
-            store["psa_band"].transpose(*order).values[0, :, column][:, known]
-            if "psa_band" in store
-            else None
-        )
-        frequency, rows = view.frequency[known], []
-        hit = [n for n, k in view.loads.items() if np.abs(view.force[:, k]).max() > 0.0]
-        for number, probe in reversed(view.centres.items()):
-            if hit and number not in hit:
+        response = known(shown(store))
+        force = response["edge_force"]
+        hit = force["edge_floor"].values[(abs(force) > 0.0).any("time").values]
+        places = {"centre": "mass centre", "edge": "impact edge"}
+        floors = floors_of(response, "centre")[::-1]
+        rows = []
+        for floor in floors:
+            if hit.size and floor not in hit:
                 continue
-            places = [("mass centre", probe)]
-            if number in view.edges:
-                places.append(("impact edge", view.edges[number]))
-            for place, p in places:
-                at = int(psa[p].argmax())
+            for probe in response["psa"].isel(probe=(response["probe_floor"] == floor).values):
+                kind = probe["probe_kind"].item()
+                if kind not in places:
+                    continue
+                at = response.sel(probe=probe["probe"]).isel(probe.argmax(...))
                 rows.append(
                     [
-                        str(number),
-                        place,
-                        f"{psa[p, at]:.1f}",
-                        "not known" if band is None else f"± {band[p, at]:.2g}",
-                        f"{frequency[at]:.1f}",
-                        f"{pfa[p]:.1f}",
+                        str(floor),
+                        places[kind],
+                        f"{at['psa'].item():.1f}",
+                        f"± {at['psa_band'].item():.2g}",
+                        f"{at['frequency'].item():.1f}",
+                        f"{at['pfa'].item():.1f}",
                     ]
                 )
         title = (
-            f"Floor spectra of the 3D model of {view.building} along {view.direction}, "
-            f"{100 * view.damping:g} %"
+            f"Floor spectra of the 3D model of {store.attrs['building']} along "
+            f"{response['component'].item()}, {100 * response['damping'].item():g} %"
         )
     head = ["floor", "place", "peak [m/s²]", "error band [m/s²]", "at [Hz]", "PFA [m/s²]"]
-    return Facts(title, head, rows, _others({row[0] for row in rows}, len(view.centres)))
+    return Facts(title, head, rows, _others({row[0] for row in rows}, len(floors)))
 
 
 def _devices(run: RunFiles) -> Facts:
@@ -212,8 +206,9 @@ def _devices(run: RunFiles) -> Facts:
             if (pulled := anchors(view, d)) is not None:
                 notes.append(f"{device}, net tension at the anchor: {pulled}.")
         direction = view.direction
-    head = ["device", "load", "analysis", *(f"F{a} [kN]" for a in XYZ)]
-    head += [*(f"M{a} [kN m]" for a in XYZ), f"difference of F{direction} [%]", "net tension [kN]"]
+    head = ["device", "load", "analysis", *(f"F{a} [kN]" for a in "xyz")]
+    head += [f"M{a} [kN m]" for a in "xyz"]
+    head += [f"difference of F{direction} [%]", "net tension [kN]"]
     note = (
         "Largest values, the weight not in them. Difference: from the 3D model, over it; positive "
         "where response spectrum analysis (RSA) gives too little. Net tension, less the weight: n "

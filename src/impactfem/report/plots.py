@@ -15,7 +15,7 @@ from impactfem.spectra.statistics import STATISTICS
 from impactfem.stages.design.products import design_products_of
 from impactfem.stages.device.verdict import LOADS
 from impactfem.stages.device.view import WITH, WITHOUT, DeviceView
-from impactfem.stages.transient.view import XYZ, TransientView
+from impactfem.stages.transient.selection import known, of_kind, shown, wave_floor
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def plots_of(run: RunFiles, stage: str) -> list[Plot]:
 def _motion(run: RunFiles) -> Plot:
     with run.store("pounding.nc") as store:
         direction, time = str(store.attrs["shown_direction"]), store["time"].values
-        ground = store["ground"].transpose("time", "axis").values[:, XYZ.index(direction)]
+        ground = store["ground"].sel(axis=direction).values
     plot = go.Figure()
     t, a = thinned(time, ground)
     plot.add_scatter(x=t, y=a, line_color=COLOURS[0], name="ground", line_width=1)
@@ -75,12 +75,13 @@ def _motion(run: RunFiles) -> Plot:
 def _stick_spectra(run: RunFiles) -> Plot:
     with run.store("pounding.nc") as store:
         building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
-        column = list(store["direction"].values).index(direction)
-        chosen = np.flatnonzero(store["station_building"].values == building)
-        floors = store["station_floor"].values[chosen]
-        frequency, damping = store["frequency"].values, float(store["damping"].values[0])
-        psa = store["psa"].values[0, chosen, column]
-        free = store["psa_free"].values[0, chosen, column]
+        spectra = store.sel(direction=direction).isel(damping=0)
+        chosen = spectra.isel(station=(spectra["station_building"] == building).values)
+        floors = chosen["station_floor"].values
+        frequency, damping = store["frequency"].values, chosen["damping"].item()
+        psa, free = (
+            chosen[name].transpose("station", "frequency").values for name in ("psa", "psa_free")
+        )
     plot = go.Figure()
     top = len(floors) - 1
     for k in range(top, -1, -1):
@@ -116,10 +117,10 @@ def _impact_forces(run: RunFiles) -> Plot | None:
 def _ensemble(run: RunFiles) -> Plot:
     with run.store("ensemble.nc") as store:
         building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
-        column = list(store["direction"].values).index(direction)
         percentile = [float(q) for q in store["percentile"].values]
         frequency, floors = store["frequency"].values, store["station_floor"].values
-        bands = store["psa_percentile"].values[:, 0, :, column]
+        psa = store["psa_percentile"].sel(direction=direction).isel(damping=0)
+        bands = psa.transpose("percentile", "station", "frequency").values
         count = store.sizes["motion"]
     plot = go.Figure()
     top = int(np.argmax(floors))
@@ -141,32 +142,26 @@ def _ensemble(run: RunFiles) -> Plot:
 
 def _structure_spectra(run: RunFiles) -> Plot:
     with run.store("transient.nc") as store:
-        view = TransientView(store)
-        column = XYZ.index(view.direction)
-        psa, known = store["psa"], view.known
-        order = ("damping", "probe", "component", "frequency")
-        values = psa.transpose(*order).values[0, :, column][:, known]
-        band = (
-            store["psa_band"].transpose(*order).values[0, :, column][:, known]
-            if "psa_band" in store
-            else None
-        )
-        top = view.top
-        shown = [(f"floor {n}, mass centre", p) for n, p in reversed(view.centres.items())]
-        shown += [(f"floor {n}, impact edge", p) for n, p in reversed(view.edges.items())]
-        named = {p for _, p in shown}
-        own = [(view.names[p], p) for p in range(len(view.names)) if p not in named]
-        shown += [(name.replace("_", " "), p) for name, p in own if p not in view.line]
-        frequency, damping = view.frequency[known], view.damping
-        building, direction = view.building, view.direction
+        response = known(shown(store)).load()
+    building, direction = response.attrs["building"], response["component"].item()
+    frequency, top = response["frequency"].values, wave_floor(response)
+    kinds = (("centre", "mass centre"), ("edge", "impact edge"))
+    curves = [
+        (f"floor {probe['probe_floor'].item()}, {place}", probe)
+        for kind, place in kinds
+        for probe in of_kind(response, kind)["psa"][::-1]
+    ]
+    others = of_kind(response, "point")["psa"]
+    curves += [(probe["probe"].item().replace("_", " "), probe) for probe in others]
     plot = go.Figure()
-    for number, (name, probe) in enumerate(shown):
+    for number, (name, psa) in enumerate(curves):
         at_first = name in (f"floor {top}, mass centre", f"floor {top}, impact edge")
         visible = True if at_first else "legendonly"
         line = _line(number)
-        plot.add_scatter(x=frequency, y=values[probe], name=name, line=line, visible=visible)
-        if band is not None and at_first:
-            low, high = values[probe] - band[probe], values[probe] + band[probe]
+        plot.add_scatter(x=frequency, y=psa.values, name=name, line=line, visible=visible)
+        if at_first:
+            band = response["psa_band"].sel(probe=psa["probe"])
+            low, high = (psa - band).values, (psa + band).values
             plot.add_scatter(
                 x=np.concatenate([frequency, frequency[::-1]]),
                 y=np.concatenate([high, np.maximum(low[::-1], 1e-9)]),
@@ -179,30 +174,25 @@ def _structure_spectra(run: RunFiles) -> Plot:
             )
     caption = (
         f"Floor response spectra of the 3D model of {building} along {direction}, "
-        f"{100 * damping:g} % damping"
-        + (", with the error band of the reduced basis" if band is not None else "")
-        + ". Further points: click in the legend."
+        f"{100 * response['damping'].item():g} % damping, with the error band of the reduced "
+        "basis. Further points: click in the legend."
     )
     return _spectrum("plot_structure_spectra", caption, plot)
 
 
 def _across(run: RunFiles) -> Plot | None:
     with run.store("transient.nc") as store:
-        view = TransientView(store)
-        if len(view.line) < 2:
-            return None
-        column, known = XYZ.index(view.direction), view.known
-        psa = store["psa"].transpose("damping", "probe", "component", "frequency")
-        values = psa.values[0, view.line, column][:, known]
-        frequency, distance, top = view.frequency[known], view.distance, view.top
-        direction, damping = view.direction, view.damping
+        line = of_kind(known(shown(store)), "line").load()
+    if line.sizes["probe"] < 2:
+        return None
     plot = go.Figure()
-    for number, (d, spectrum) in enumerate(zip(distance, values, strict=True)):
-        name = f"d = {d:.3g} m"
-        plot.add_scatter(x=frequency, y=spectrum, name=name, line=_line(number))
+    for number, psa in enumerate(line["psa"]):
+        name = f"d = {psa['distance'].item():.3g} m"
+        plot.add_scatter(x=line["frequency"].values, y=psa.values, name=name, line=_line(number))
     caption = (
-        f"Floor response spectra across floor {top} of the 3D model along {direction}, "
-        f"{100 * damping:g} % damping, by the distance d from the impact edge."
+        f"Floor response spectra across floor {wave_floor(line)} of the 3D model along "
+        f"{line['component'].item()}, {100 * line['damping'].item():g} % damping, by the distance "
+        "d from the impact edge."
     )
     return _spectrum("plot_across", caption, plot)
 

@@ -35,7 +35,6 @@ from impactfem.report.run_files import SCENE
 from impactfem.stages.device.pictures import device_size, standing
 from impactfem.stages.device.view import DeviceView
 from impactfem.stages.stores import open_store
-from impactfem.stages.transient.view import TransientView
 from impactfem.system.files import atomic
 from impactfem.system.own_process import in_own_process
 
@@ -160,9 +159,9 @@ def _peaks(folder: Path, nodes: int) -> tuple[str, Array] | None:
         open_store(folder / "transient_maps.nc") as maps,
         open_store(folder / "transient.nc") as store,
     ):
-        direction = TransientView(store).direction
+        direction = str(store.attrs["shown_direction"])
         peak = np.full(nodes, np.nan)
-        peak[maps["node_number"].values] = maps["pfa"].values[:, "xyz".index(direction)]
+        peak[maps["node_number"].values] = maps["pfa"].sel(component=direction).values
     return direction, peak
 
 

@@ -22,7 +22,6 @@ from impactfem.run.folder import locked
 from impactfem.run.stages import REPORT, STAGES
 from impactfem.stages.manifest import mark_finished
 from impactfem.stages.stores import open_stores
-from impactfem.stages.transient.view import TransientView
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import write_netcdf
 from impactfem.system.log import LOGGER, Steps
@@ -111,7 +110,7 @@ def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table
         with open_stores(folder) as opened, open_stores(other) as opened_other:
             one, another = (
                 Side(
-                    view=TransientView(stores(TRANSIENT)),
+                    response=stores(TRANSIENT),
                     building=stores("building.nc"),
                     case_file=str(run.provenance["case"]),
                     folder=run.folder,

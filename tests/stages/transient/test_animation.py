@@ -11,7 +11,7 @@ from imageio_ffmpeg import get_ffmpeg_exe
 from matplotlib.tri import Triangulation
 
 from impactfem.stages.transient.animation import LASTS, Sampler, _frames, wave_animation
-from impactfem.stages.transient.view import TransientView
+from impactfem.stages.transient.selection import shown
 from impactfem.system.errors import ImpactfemError
 
 
@@ -56,12 +56,12 @@ def test_frames_say_when(transient_folder, monkeypatch):
 
         title = animation._title
 
-        def kept(view, time):
-            said.append(title(view, time))
+        def kept(response, time):
+            said.append(title(response, time))
             return said[-1]
 
         monkeypatch.setattr(animation, "_title", kept)
-        frames = _frames(TransientView(store), maps.isel(frame=[0, 16]))
+        frames = _frames(shown(store), maps.isel(frame=[0, 16]))
         first, second = next(frames), next(frames)
     assert first.dtype == np.uint8 and first.shape[2] == 3 and (first != second).any()
     assert said[-2].endswith("floor 3: t = 0.4900 s, 10.0 ms before the impact began; force 0.0 MN")

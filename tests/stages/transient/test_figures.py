@@ -7,8 +7,8 @@ from PIL import Image
 
 from impactfem.plot import style
 from impactfem.stages.transient import figures as transient_figures
+from impactfem.stages.transient.selection import at_floor, shown
 from impactfem.stages.transient.spectrum_figures import centre_spectrum
-from impactfem.stages.transient.view import TransientView
 from impactfem.system.errors import ImpactfemError
 
 PROBES = [
@@ -71,7 +71,7 @@ def test_with_pictures(transient_folder, monkeypatch):
     folder = transient_folder(loads=(), maps=False)
     pictures = [folder / "figures" / "figure_14_probes.png"]
     monkeypatch.setattr(transient_figures, "transient_pictures", lambda _: pictures)
-    monkeypatch.setattr(transient_figures, "_of_probes", lambda view, sticks: {})
+    monkeypatch.setattr(transient_figures, "_of_probes", lambda response, sticks: {})
     assert transient_figures.transient_figures(folder) == pictures
 
 
@@ -99,9 +99,9 @@ def test_the_band_is_drawn(transient_folder, monkeypatch):
             xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
             xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
         ):
-            view = TransientView(store)
-            centre_spectrum(folder / "one.png", view, sticks)
-            return view.psa(view.centres[3])
+            response = shown(store)
+            centre_spectrum(folder / "one.png", response, sticks)
+            return at_floor(response, "centre", 3)["psa"].values
 
     psa = draw_one()
     # Two half widths of 2 % each.

@@ -51,6 +51,11 @@ def test_every_number_has_a_unit(store: xr.Dataset, maps: xr.Dataset) -> None:
 def test_dimensions(store: xr.Dataset, maps: xr.Dataset) -> None:
     probes = ["centre_1", "centre_2", "edge_1", "edge_2", *(f"line_{k}" for k in range(1, 10))]
     assert store.probe.values.tolist() == probes
+    kinds = [*["centre"] * 2, *["edge"] * 2, *["line"] * 9]
+    assert store.probe_kind.values.tolist() == kinds
+    assert store.probe_floor.values.tolist() == [1, 2, 1, 2, *[store.attrs["wave_floor"]] * 9]
+    assert store.edge.values.tolist() == [f"floor {k}" for k in store.edge_floor.values]
+    assert store.transfer_load_floor.values.tolist() == store.edge_floor.values.tolist()
     assert store.component.values.tolist() == ["x", "y", "z"]
     assert store.psa.dims == store.psa_band.dims == ("damping", "probe", "component", "frequency")
     assert store.acceleration.dims == ("time", "probe", "component")

@@ -10,7 +10,7 @@ from matplotlib.colors import rgb_to_hsv
 from impactfem.plot import style
 from impactfem.plot.floor_field import SIGNED, signed_limits
 from impactfem.stages.transient import wave_figures as transient_waves
-from impactfem.stages.transient.view import TransientView
+from impactfem.stages.transient.selection import forces_note, shown
 
 NOTE = (
     " Before the main impact the samples of its force alternate about zero (figure 11), and move "
@@ -46,7 +46,7 @@ def drawn(transient_folder, monkeypatch):
             xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
             xr.open_dataset(folder / "transient_maps.nc", engine="h5netcdf") as fields,
         ):
-            stores = (TransientView(store), fields) if maps else (TransientView(store),)
+            stores = (shown(store), fields) if maps else (shown(store),)
             getattr(transient_waves, name)(folder / "one.png", *stores)
         return asked, captions[0]
 
@@ -97,7 +97,7 @@ def test_speeds_beside_the_arrivals(drawn, monkeypatch):
 def test_without_an_impact_there_is_nothing_to_say(transient_folder):
     path = transient_folder(loads=(), maps=False) / "transient.nc"
     with xr.open_dataset(path, engine="h5netcdf") as store:
-        assert TransientView(store).forces_note == ""
+        assert forces_note(store) == ""
 
 
 def test_colours_of_a_sign():

@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 from impactfem.plot.floor_field import SIGNED, TopFloor, colour_bar, plan_axes, signed_limits
 from impactfem.plot.style import BLUE, SETTINGS
 from impactfem.stages.stores import open_stores
-from impactfem.stages.transient.view import TransientView
+from impactfem.stages.transient.selection import (
+    line_ends,
+    main_impact,
+    of_kind,
+    shown,
+    wave_floor,
+)
 from impactfem.stages.transient.wave_figures import mark_edge
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic
@@ -53,13 +59,13 @@ def wave_animation(folder: Path) -> list[Path]:
     if not (folder / "transient_maps.nc").is_file():
         return []
     with open_stores(folder) as opened:
-        view, maps = TransientView(opened("transient.nc")), opened("transient_maps.nc")
-        if not maps.sizes.get("frame", 0) or len(view.line) < 2:
+        response, maps = shown(opened("transient.nc")), opened("transient_maps.nc")
+        if not maps.sizes.get("frame", 0) or of_kind(response, "line").sizes["probe"] < 2:
             return []
         target = folder / "figures"
         target.mkdir(exist_ok=True)
-        path = target / f"wave_floor_{view.top}.mp4"
-        _encode(path, _frames(view, maps), maps.sizes["frame"] / LASTS)
+        path = target / f"wave_floor_{wave_floor(response)}.mp4"
+        _encode(path, _frames(response, maps), maps.sizes["frame"] / LASTS)
     return [path]
 
 
@@ -90,13 +96,13 @@ class Sampler:
         return np.where(self._outside, np.nan, found)
 
 
-def _frames(view: TransientView, maps: xr.Dataset) -> Iterator[Frame]:
+def _frames(response: xr.Dataset, maps: xr.Dataset) -> Iterator[Frame]:
     """The pictures of the film in their order, shape (height, width, 3)."""
     floor = TopFloor(maps)
     mesh = floor.split()
     times = np.asarray(maps["frame"].values, dtype=np.float64)
-    component = "xyz".index(view.direction)
-    values = np.asarray(maps["frame_acceleration"].values[..., component], dtype=np.float64)
+    direction = response["component"].item()
+    values = maps["frame_acceleration"].sel(component=direction).values.astype(np.float64)
     limits = float(values.min()), float(values.max())
     colours = signed_limits(*limits)
     low, high = floor.position[:, :2].min(axis=0), floor.position[:, :2].max(axis=0)
@@ -104,7 +110,7 @@ def _frames(view: TransientView, maps: xr.Dataset) -> Iterator[Frame]:
     # In the middle of each pixel, so that the edges of the floor are inside.
     x, y = (low[k] + (np.arange(count[k]) + 0.5) / count[k] * floor.size[k] for k in (0, 1))
     in_plan = Sampler(mesh, np.stack(np.meshgrid(x, y), axis=-1))
-    first, last = (view.position[view.line[k], :2] for k in (0, -1))
+    first, last = line_ends(response)
     # The ends a hair inside, where rounding leaves them in a triangle.
     share = np.clip(np.linspace(0.0, 1.0, LINE_POINTS), 1e-6, 1.0 - 1e-6)
     on_line = Sampler(mesh, first + share[:, None] * (last - first))
@@ -113,7 +119,7 @@ def _frames(view: TransientView, maps: xr.Dataset) -> Iterator[Frame]:
         canvas: Any = FigureCanvasAgg(drawn)
         shape = (2, 1) if floor.wide else (1, 2)
         plan, line = np.ravel(drawn.subplots(*shape))
-        label = f"acceleration $\\ddot u_{view.direction}$ [m/s²]"
+        label = f"acceleration $\\ddot u_{direction}$ [m/s²]"
         image = plan.imshow(
             in_plan(values[0]),
             extent=(low[0], high[0], low[1], high[1]),
@@ -124,7 +130,7 @@ def _frames(view: TransientView, maps: xr.Dataset) -> Iterator[Frame]:
             animated=True,
         )
         plan_axes(plan, floor)
-        mark_edge(plan, view, floor)
+        mark_edge(plan, response, floor)
         colour_bar(drawn, image, plan, label)
         length = float(np.linalg.norm(last - first))
         (curve,) = line.plot(share * length, on_line(values[0]), color=BLUE, animated=True)
@@ -134,13 +140,13 @@ def _frames(view: TransientView, maps: xr.Dataset) -> Iterator[Frame]:
         line.set_ylim(limits[0] - room, limits[1] + room)
         line.set_xlabel("distance d from the impact edge [m]")
         line.set_ylabel(label)
-        title = plan.set_title(_title(view, times[0]), loc="left", fontsize=10.0, animated=True)
+        title = plan.set_title(_title(response, times[0]), loc="left", fontsize=10.0, animated=True)
         canvas.draw()
         background = canvas.copy_from_bbox(drawn.bbox)
         for time, one in zip(times, values, strict=True):
             image.set_data(in_plan(one))
             curve.set_ydata(on_line(one))
-            title.set_text(_title(view, time))
+            title.set_text(_title(response, time))
             canvas.restore_region(background)
             for panel, artist in ((plan, image), (plan, title), (line, curve)):
                 panel.draw_artist(artist)
@@ -150,15 +156,17 @@ def _frames(view: TransientView, maps: xr.Dataset) -> Iterator[Frame]:
             yield np.ascontiguousarray(pixels[: even[0], : even[1], :3])
 
 
-def _title(view: TransientView, time: float) -> str:
+def _title(response: xr.Dataset, time: float) -> str:
     """What is seen, the time, and the force at that time."""
-    text = f"Building {view.building}, floor {view.top}: t = {time:.4f} s"
-    if view.main_impact is not None:
-        since = 1e3 * (time - view.main_impact[0])
+    floor, impact = wave_floor(response), main_impact(response)
+    text = f"Building {response.attrs['building']}, floor {floor}: t = {time:.4f} s"
+    if impact is not None:
+        since = 1e3 * (time - impact[0])
         text += f", {abs(since):.1f} ms {'after' if since >= 0.0 else 'before'} the impact began"
-    if view.top in view.loads:
-        k = int(np.argmin(np.abs(view.time - time)))
-        force = 1e-6 * float(view.force[k, view.loads[view.top]])
+    here = (response["edge_floor"] == floor).values
+    if here.any():
+        force = response["edge_force"].isel(edge=here).sel(time=time, method="nearest")
+        force = 1e-6 * force.item()
         text += f"; force {force:.1f} MN".replace("-", "−")
     return text
 

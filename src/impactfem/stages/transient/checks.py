@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 
 from impactfem.stages.check import Check, end_check, log_checks
 from impactfem.stages.stores import open_store
-from impactfem.stages.transient.view import XYZ, TransientView
+from impactfem.stages.transient.selection import between, ends, known, time_step
+from impactfem.system.scalar import values_of
 
 APART = 0.2
 """Largest relative difference of the two frequencies.
@@ -70,15 +70,13 @@ def stick_against_model(folder: Path) -> list[Check]:
 
 def _of_model(building: xr.Dataset, direction: str) -> float:
     # The most mass, not the lowest: a mode that twists may be lower, and moves some mass, too.
-    mass = building["effective_mass"].sel(direction=direction).values
-    return float(building["frequency"].values[np.argmax(mass)])
+    mass = building["effective_mass"].sel(direction=direction)
+    return float(building["frequency"].isel(mode=mass.argmax("mode")))
 
 
 def _of_stick(sticks: xr.Dataset, name: str, direction: str) -> float:
-    row = list(sticks["building"].values).index(name)
-    along = list(sticks["mode_direction"].values).index(direction)
-    mass = sticks["mode_effective_mass"].values[row, along]
-    return float(sticks["mode_frequency"].values[row, np.nanargmax(mass)])
+    stick = sticks.sel(building=name, mode_direction=direction)
+    return float(stick["mode_frequency"].isel(mode=stick["mode_effective_mass"].argmax("mode")))
 
 
 def log_samples(step: float, highest: float) -> None:
@@ -98,10 +96,10 @@ def transient_checks(folder: Path) -> list[Check]:
         folder: The run's folder, with `transient.nc`.
     """
     with open_store(folder / "transient.nc") as store:
-        view = TransientView(store)
-        last = float(view.frequency[view.known][-1])
-        ended = end_check("transient", view.names, XYZ, view.ends, last)
-        return [_read_samples(view), ended, *_numbers(view.values)]
+        last = float(known(store)["frequency"][-1])
+        names = [str(name) for name in store["probe"].values]
+        ended = end_check("transient", names, "xyz", ends(store).values, last)
+        return [_read_samples(store), ended, *_numbers(values_of(store))]
 
 
 def _samples(step: float, highest: float) -> Check:
@@ -115,27 +113,28 @@ def _samples(step: float, highest: float) -> Check:
     return met, text if met else f"{text}, which there are up to {1.0 / (POINTS * step):.4g} Hz"
 
 
-def _read_samples(view: TransientView) -> Check:
+def _read_samples(store: xr.Dataset) -> Check:
     """The samples of the response, and where too few, what is read from them."""
-    met, text = _samples(view.time_step, view.maximum_frequency)
+    step = time_step(store)
+    met, text = _samples(step, float(store.attrs["maximum_frequency"]))
     if met:
         return met, text
     # The samples that the spectra had in a cycle, over those of the histories.
-    finer = round(
-        view.values["transient.points_per_cycle"] * view.time_step * float(view.frequency.max())
-    )
-    if finer <= 1 or not np.isfinite(view.between).any():
+    points = values_of(store)["transient.points_per_cycle"]
+    finer = round(points * step * float(store["frequency"].max()))
+    over = between(store)
+    if finer <= 1 or not over.notnull().any():
         lost = 100.0 * (1.0 - math.cos(math.pi / POINTS))
         return met, (
             f"{text}; above, peak accelerations may be more than {lost:.2g} % low between the "
             "samples"
         )
-    k, c = np.unravel_index(int(np.nanargmax(view.between)), view.between.shape)
-    low = 100.0 * (1.0 - 1.0 / view.between[k, c])
+    largest = over.isel(over.argmax(...))
+    low = 100.0 * (1.0 - 1.0 / float(largest))
     return met, (
         f"{text}; peak accelerations are up to {low:.2g} % low between the samples "
-        f"({view.names[k]}, {XYZ[c]}), and the spectra at the probes are those of histories made "
-        f"{finer} times finer by band-limited interpolation"
+        f"({largest['probe'].item()}, {largest['component'].item()}), and the spectra at the "
+        f"probes are those of histories made {finer} times finer by band-limited interpolation"
     )
 
 

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import xarray as xr
 
 from impactfem.case.transient import Transient
 from impactfem.stages.stores import open_stores
-from impactfem.stages.transient import frequency_figures as transient_frequencies
-from impactfem.stages.transient import history_figures as transient_histories
-from impactfem.stages.transient import map_figures as transient_maps
-from impactfem.stages.transient import spectrum_figures as transient_spectra
-from impactfem.stages.transient import wave_figures as transient_waves
 from impactfem.stages.transient.animation import wave_animation
+from impactfem.stages.transient.frequency_figures import edge_figure, force_figure, transfer_figure
+from impactfem.stages.transient.history_figures import across_figure, centre_figure, forces_figure
+from impactfem.stages.transient.map_figures import map_file, peak_map, spectrum_map, spectrum_maps
 from impactfem.stages.transient.pictures import transient_pictures
-from impactfem.stages.transient.view import TransientView
+from impactfem.stages.transient.selection import main_impact, of_kind, shown
+from impactfem.stages.transient.spectrum_figures import (
+    across_spectra,
+    centre_spectrum,
+    edge_spectra,
+)
+from impactfem.stages.transient.wave_figures import membrane_figure, snapshots_figure, wave_map
 
 FIELDS: tuple[str, ...] = Transient.model_fields["fields"].default
 FIELD_FREQUENCIES: tuple[float, ...] = Transient.model_fields["field_frequencies"].default
@@ -48,12 +53,12 @@ def transient_figures(
     target = folder / "figures"
     target.mkdir(exist_ok=True)
     with open_stores(folder) as opened:
-        view = TransientView(opened("transient.nc"))
-        makers = _of_probes(view, opened("pounding.nc"))
+        response = shown(opened("transient.nc"))
+        makers = _of_probes(response, opened("pounding.nc"))
         if (folder / "transient_maps.nc").is_file():
             maps = opened("transient_maps.nc")
-            makers |= _of_waves(view, maps)
-            makers |= _of_floors(view, maps, fields, field_frequencies)
+            makers |= _of_waves(response, maps)
+            makers |= _of_floors(response, maps, fields, field_frequencies)
         drawn = []
         for name, draw in makers.items():
             draw(target / name)
@@ -61,64 +66,48 @@ def transient_figures(
     return sorted([*drawn, *transient_pictures(folder), *wave_animation(folder)])
 
 
-def _of_probes(view: TransientView, sticks: xr.Dataset) -> Makers:
+def _of_probes(response: xr.Dataset, sticks: xr.Dataset) -> Makers:
     """Figures of histories, spectra and transfer functions at the probes."""
-    makers: Makers = {
-        "figure_12_centre.png": lambda path: transient_histories.centre_figure(path, view, sticks),
-        "figure_13_centre_spectrum.png": lambda path: transient_spectra.centre_spectrum(
-            path, view, sticks
+    hit = main_impact(response) is not None
+    line, edges = (of_kind(response, kind).sizes["probe"] for kind in ("line", "edge"))
+    of_run: dict[str, tuple[Callable[..., None], bool]] = {
+        "figure_11_impact_forces.png": (forces_figure, hit and response.sizes["edge"] > 0),
+        "figure_15_across_spectra.png": (across_spectra, line > 0),
+        "figure_16_across.png": (across_figure, line > 0),
+        "figure_17_map.png": (wave_map, hit and line > 1),
+        "figure_19_edge_spectra.png": (edge_spectra, edges > 0),
+        "figure_20_edge.png": (edge_figure, edges > 0),
+        "figure_21_force_spectra.png": (force_figure, hit and response.sizes["edge"] > 0),
+        "figure_22_transfer.png": (
+            transfer_figure,
+            response.sizes.get("transfer_load", 0) > 0 and line + edges > 0,
         ),
     }
-    if view.loads and view.main_impact is not None:
-        makers["figure_11_impact_forces.png"] = lambda path: transient_histories.forces_figure(
-            path, view
-        )
-        makers["figure_21_force_spectra.png"] = lambda path: transient_frequencies.force_figure(
-            path, view
-        )
-    if view.line:
-        makers["figure_15_across_spectra.png"] = lambda path: transient_spectra.across_spectra(
-            path, view
-        )
-        makers["figure_16_across.png"] = lambda path: transient_histories.across_figure(path, view)
-    if len(view.line) > 1 and view.main_impact is not None:
-        makers["figure_17_map.png"] = lambda path: transient_waves.wave_map(path, view)
-    if view.edges:
-        makers["figure_19_edge_spectra.png"] = lambda path: transient_spectra.edge_spectra(
-            path, view
-        )
-        makers["figure_20_edge.png"] = lambda path: transient_frequencies.edge_figure(path, view)
-    if view.transfer_loads and (view.edges or view.line):
-        makers["figure_22_transfer.png"] = lambda path: transient_frequencies.transfer_figure(
-            path, view
-        )
-    return makers
+    return {
+        "figure_12_centre.png": partial(centre_figure, response=response, sticks=sticks),
+        "figure_13_centre_spectrum.png": partial(centre_spectrum, response=response, sticks=sticks),
+        **{name: partial(f, response=response) for name, (f, can) in of_run.items() if can},
+    }
 
 
-def _of_waves(view: TransientView, maps: xr.Dataset) -> Makers:
+def _of_waves(response: xr.Dataset, maps: xr.Dataset) -> Makers:
     """Figures of the top floor at the snapshots."""
-    if not maps.sizes["snapshot"] or len(view.line) < 2:
+    if not maps.sizes["snapshot"] or of_kind(response, "line").sizes["probe"] < 2:
         return {}
     return {
-        "figure_17_snapshots.png": lambda path: transient_waves.snapshots_figure(path, view, maps),
-        "figure_18_membrane.png": lambda path: transient_waves.membrane_figure(path, view, maps),
+        "figure_17_snapshots.png": partial(snapshots_figure, response=response, maps=maps),
+        "figure_18_membrane.png": partial(membrane_figure, response=response, maps=maps),
     }
 
 
 def _of_floors(
-    view: TransientView, maps: xr.Dataset, fields: Sequence[str], frequencies: Sequence[float]
+    response: xr.Dataset, maps: xr.Dataset, fields: Sequence[str], frequencies: Sequence[float]
 ) -> Makers:
     """Maps of the top floor."""
     makers: Makers = {}
     if "pfa" in fields:
-        makers["building_map_pfa.png"] = lambda path: transient_maps.peak_map(path, view, maps)
+        makers["building_map_pfa.png"] = partial(peak_map, response=response, maps=maps)
     if "psa" in fields:
-        for f in transient_maps.spectrum_maps(frequencies, maps):
-            makers[transient_maps.map_file(f)] = _spectrum_maker(view, maps, f)
+        for f in spectrum_maps(frequencies, maps):
+            makers[map_file(f)] = partial(spectrum_map, response=response, maps=maps, frequency=f)
     return makers
-
-
-def _spectrum_maker(
-    view: TransientView, maps: xr.Dataset, frequency: float
-) -> Callable[[Path], None]:
-    return lambda path: transient_maps.spectrum_map(path, view, maps, frequency)

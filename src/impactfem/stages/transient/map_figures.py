@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from impactfem.plot.floor_field import COLOURS, TopFloor, colour_bar, plan_axes, plan_layout
 from impactfem.plot.style import RED, figure, letter
 from impactfem.spectra import sampling_loss
-from impactfem.stages.transient.view import TransientView
+from impactfem.stages.transient.selection import at_floor, floors_of, wave_floor
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,8 @@ def spectrum_at(maps: xr.Dataset, direction: str, frequency: float) -> Array | N
         return None
     high = int(np.clip(np.searchsorted(f, frequency), 1, len(f) - 1)) if len(f) > 1 else 0
     low = max(high - 1, 0)
-    both = maps["psa"][:, "xyz".index(direction), [low, high]].values.astype(np.float64)
+    psa = maps["psa"].sel(component=direction).isel(frequency=[low, high])
+    both = psa.transpose("node", "frequency").values.astype(np.float64)
     if low == high:
         return np.asarray(both[:, 0])
     share = math.log(frequency / f[low]) / math.log(f[high] / f[low])
@@ -50,35 +51,35 @@ def map_file(frequency: float) -> str:
     return f"building_map_psa_{number}hz.png"
 
 
-def peak_map(path: Path, view: TransientView, maps: xr.Dataset) -> None:
+def peak_map(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None:
     """Peak acceleration over the top floor."""
-    values = maps["pfa"].values[:, "xyz".index(view.direction)]
+    values = maps["pfa"].sel(component=response["component"]).values
     caption = (
-        f"Peak absolute acceleration along $e_{view.direction}$ of floor {view.top} (a), and over "
-        f"that of its mass centre (b). {_mark_note(view)}"
+        f"Peak absolute acceleration along {_where(response)} (a), and over that of its mass "
+        f"centre (b). {_mark_note(response)}"
     )
-    _draw(path, view, maps, values, "peak acceleration [m/s²]", caption)
+    _draw(path, response, maps, values, "peak acceleration [m/s²]", caption)
 
 
-def spectrum_map(path: Path, view: TransientView, maps: xr.Dataset, frequency: float) -> None:
+def spectrum_map(path: Path, response: xr.Dataset, maps: xr.Dataset, frequency: float) -> None:
     """Pseudo-acceleration at a frequency over the top floor.
 
     Raises:
         ValueError: The frequency is outside of those that were computed.
     """
-    values = spectrum_at(maps, view.direction, frequency)
+    values = spectrum_at(maps, response["component"].item(), frequency)
     if values is None:
         raise ValueError(f"no spectra at {frequency:g} Hz")
     points = float(maps.attrs["points_per_cycle"]) * maps["frequency"].values[-1] / frequency
     loss = float(sampling_loss(points))
     caption = (
         f"Pseudo-acceleration at {frequency:g} Hz ({100 * float(maps.attrs['damping']):g} % "
-        f"damping) along $e_{view.direction}$ of floor {view.top} (a), and over that of its mass "
-        f"centre (b). {_mark_note(view)} {points:.3g} samples in a cycle: "
+        f"damping) along {_where(response)} (a), and over that of its mass centre (b). "
+        f"{_mark_note(response)} {points:.3g} samples in a cycle: "
         f"up to {100.0 * loss:.2g} % of a peak may be missing."
     )
     label = f"PSa at {frequency:g} Hz [m/s²]"
-    _draw(path, view, maps, values, label, caption)
+    _draw(path, response, maps, values, label, caption)
 
 
 def spectrum_maps(frequencies: Sequence[float], maps: xr.Dataset) -> list[float]:
@@ -93,11 +94,11 @@ def at_node(maps: xr.Dataset, node: int) -> int:
 
 
 def _draw(
-    path: Path, view: TransientView, maps: xr.Dataset, values: Array, label: str, caption: str
+    path: Path, response: xr.Dataset, maps: xr.Dataset, values: Array, label: str, caption: str
 ) -> None:
     floor = TopFloor(maps)
     on_floor = values[np.searchsorted(maps["node_number"].values, floor.vertex_number)]
-    centre = _at_centre(view, maps, values)
+    centre = _at_centre(response, maps, values)
     # Where nothing moves along this direction all is as at the mass centre.
     ratio: Array = np.ones_like(on_floor)
     if centre > 0.0:
@@ -115,7 +116,7 @@ def _draw(
         for panel, (one, name) in zip(axes, both, strict=True):
             colours = panel.tripcolor(mesh, one, shading="gouraud", cmap=COLOURS)
             colour_bar(drawn, colours, panel, name)
-            _marks(panel, view)
+            _marks(panel, response)
         if _crosses(ratio):
             line = axes[1].tricontour(mesh, ratio, levels=[1.0], colors="white", linewidths=1.0)
             line.set(path_effects=[withStroke(linewidth=2.2, foreground="black")])
@@ -124,25 +125,31 @@ def _draw(
         letter(axes)
 
 
-def _at_centre(view: TransientView, maps: xr.Dataset, values: Array) -> float:
+def _at_centre(response: xr.Dataset, maps: xr.Dataset, values: Array) -> float:
     """The value at the mass centre of the top floor."""
-    node = int(view.store["probe_node"].values[view.centres[view.top]])
-    return float(values[at_node(maps, node)])
+    centre = at_floor(response, "centre", wave_floor(response))
+    return float(values[at_node(maps, centre["probe_node"].item())])
 
 
 def _crosses(ratio: Array) -> bool:
     return bool(ratio.min() < 1.0 < ratio.max())
 
 
-def _marks(panel: Axes, view: TransientView) -> None:
-    x, y, _ = view.position[view.centres[view.top]]
+def _marks(panel: Axes, response: xr.Dataset) -> None:
+    top = wave_floor(response)
+    x, y, _ = at_floor(response, "centre", top)["probe_position"].values
     edge = [withStroke(linewidth=3.2, foreground="black")]
     panel.plot(x, y, "+", color="white", ms=9, mew=1.6, path_effects=edge)
-    if view.top in view.edges:
-        x, y, _ = view.position[view.edges[view.top]]
+    if top in floors_of(response, "edge"):
+        x, y, _ = at_floor(response, "edge", top)["probe_position"].values
         panel.plot(x, y, "o", color=RED, ms=6, clip_on=False, zorder=5)
 
 
-def _mark_note(view: TransientView) -> str:
-    dot = "; dot: middle of the impact edge" if view.top in view.edges else ""
+def _where(response: xr.Dataset) -> str:
+    return f"$e_{response['component'].item()}$ of floor {wave_floor(response)}"
+
+
+def _mark_note(response: xr.Dataset) -> str:
+    hit = wave_floor(response) in floors_of(response, "edge")
+    dot = "; dot: middle of the impact edge" if hit else ""
     return f"Cross: mass centre, whose value the white line has{dot}."

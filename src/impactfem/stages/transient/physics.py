@@ -15,8 +15,20 @@ from numpy.typing import NDArray
 
 from impactfem.spectra.sampling import upsample
 from impactfem.stages.transient.power import force_spectra
-from impactfem.stages.transient.view import TransientView, stick_psa, stick_station
-from impactfem.system.scalar import Scalar
+from impactfem.stages.transient.selection import (
+    at_floor,
+    floors_of,
+    inward,
+    known,
+    main_impact,
+    of_kind,
+    of_sticks,
+    shown,
+    time_step,
+    transfer,
+    wave_floor,
+)
+from impactfem.system.scalar import Scalar, values_of
 
 Array = NDArray[np.float64]
 
@@ -187,13 +199,14 @@ def crossing_time(distance: Array, arrival: Array) -> float | None:
     return slope * float(distance[-1] - distance[0]) if slope > 0.0 else None
 
 
-def line_arrivals(view: TransientView) -> Arrivals | None:
+def line_arrivals(response: xr.Dataset) -> Arrivals | None:
     """Arrivals of the main impact's wave along the line; None where there is no such wave."""
-    if view.main_impact is None or view.inward == 0.0:
+    impact, sense = main_impact(response), inward(response)
+    if impact is None or sense == 0.0:
         return None
-    histories = np.array([view.acceleration(probe) for probe in view.line])
-    crossing = view.values.get("transient.loaded_wave_crossing")
-    return arrivals(view.time, histories, view.inward, view.main_impact, crossing)
+    histories = of_kind(response, "line")["acceleration"].transpose("probe", "time").values
+    crossing = values_of(response).get("transient.loaded_wave_crossing")
+    return arrivals(response["time"].values, histories, sense, impact, crossing)
 
 
 def force_ratio(upper: Array, lower: Array, time_step: float) -> float | None:
@@ -212,55 +225,57 @@ def force_ratio(upper: Array, lower: Array, time_step: float) -> float | None:
     return float(content[0] / content[1]) if content[1] > 0.0 else None
 
 
-def physics_scalars(view: TransientView, sticks: xr.Dataset) -> list[Scalar]:
+def physics_scalars(store: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
     """All numbers that the stores have, by the names of `summary.json`.
 
     Args:
-        view: The store `transient.nc`.
+        store: The store `transient.nc`.
         sticks: The store `pounding.nc`.
     """
+    response = shown(store)
     return [
-        *_against_sticks(view, sticks),
-        *_along_line(view),
-        *_edges(view),
-        *_transfer(view),
-        *_impacts(view),
-        *_wave(view),
+        *_against_sticks(response, sticks),
+        *_along_line(response),
+        *_edges(response),
+        *_transfer(response),
+        *_impacts(response),
+        *_wave(response),
     ]
 
 
-def _against_sticks(view: TransientView, sticks: xr.Dataset) -> list[Scalar]:
-    top = view.top
-    station = stick_station(sticks, view.building, top)
-    other = stick_psa(sticks, station, view.direction) if station is not None else None
+def _against_sticks(response: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
+    other = of_sticks(sticks, "psa", response)
     if other is None:
         return []
-    frequency = sticks["frequency"].values
-    known = frequency <= view.maximum_frequency * (1.0 + 1e-9)
-    ours, theirs = view.psa(view.centres[top])[view.known], other[known]
-    k, s = int(np.argmax(ours)), int(np.argmax(theirs))
-    ratio = float(view.frequency[view.known][k] / frequency[known][s])
+    highest = float(response.attrs["maximum_frequency"]) * (1.0 + 1e-9)
+    top = wave_floor(response)
+    ours = at_floor(known(response), "centre", top)["psa"]
+    theirs = other.isel(frequency=(other["frequency"] <= highest).values)
+    peak, stick_peak = ours.isel(ours.argmax(...)), theirs.isel(theirs.argmax(...))
+    ratio = float(peak["frequency"]) / float(stick_peak["frequency"])
     name = f"transient.frs.floor_{top}"
     note = "mass centre, 3D model over sticks"
     return [
-        Scalar(f"{name}.peak_over_sticks", float(ours[k] / theirs[s]), "-", note),
+        Scalar(f"{name}.peak_over_sticks", float(peak) / float(stick_peak), "-", note),
         Scalar(f"{name}.peak_frequency_over_sticks", ratio, "-", note),
     ]
 
 
-def _along_line(view: TransientView) -> list[Scalar]:
-    if len(view.line) < 3:
+def _along_line(response: xr.Dataset) -> list[Scalar]:
+    line = of_kind(known(response), "line")
+    if line.sizes["probe"] < 3:
         return []
-    frequency = view.frequency[view.known]
-    psa = np.array([view.psa(probe) for probe in view.line])[:, view.known]
-    sd = np.array([view.sd(probe) for probe in view.line])[:, view.known]
-    sd_floor = np.array([view.sd(probe) for probe in _on_top_floor(view)])[:, view.known]
-    middle = 0.5 * view.distance[-1]
-    slack = 1e-6 * view.distance[-1]
-    near = psa[view.distance < middle - slack].max(axis=0)
-    far = psa[view.distance > middle + slack].max(axis=0)
-    pfa = np.array([view.pfa(probe) for probe in view.line])
-    top = view.top
+    z = response["probe_position"].sel(xyz="z")
+    level = z.values[(response["probe_kind"] == "line").values][0]
+    on_floor = known(response).isel(probe=(abs(z - level) < 1e-6 * max(1.0, abs(level))).values)
+    frequency, distance, pfa = (line[n].values for n in ("frequency", "distance", "pfa"))
+    psa, sd, sd_floor = (
+        one.transpose("probe", "frequency").values for one in (line.psa, line.sd, on_floor.sd)
+    )
+    middle, slack = 0.5 * distance[-1], 1e-6 * distance[-1]
+    near = psa[distance < middle - slack].max(axis=0)
+    far = psa[distance > middle + slack].max(axis=0)
+    top = wave_floor(response)
     return [
         Scalar(
             "transient.frs.far_highest_below",
@@ -301,22 +316,15 @@ def _along_line(view: TransientView) -> list[Scalar]:
     ]
 
 
-def _on_top_floor(view: TransientView) -> list[int]:
-    """All probes at the level of the line."""
-    z = view.position[:, 2]
-    level = z[view.line[0]]
-    return [int(k) for k in np.flatnonzero(np.abs(z - level) < 1e-6 * max(1.0, abs(level)))]
-
-
-def _edges(view: TransientView) -> list[Scalar]:
+def _edges(response: xr.Dataset) -> list[Scalar]:
     """Where the floor below the one with the line is above it, at the impact edges."""
-    floors = [floor for floor in view.edges if floor <= view.top]
+    floors = [f for f in floors_of(response, "edge") if f <= wave_floor(response)]
     if len(floors) < 2:
         return []
     lower, upper = floors[-2:]
-    frequency = view.frequency[view.known]
-    below, above = (view.psa(view.edges[floor])[view.known] for floor in (lower, upper))
-    ends = longest_above(below, above, frequency)
+    good = known(response)
+    below, above = (at_floor(good, "edge", floor)["psa"].values for floor in (lower, upper))
+    ends = longest_above(below, above, good["frequency"].values)
     name = f"transient.frs.floor_{lower}_above_floor_{upper}"
     note = "impact edges, ends of the widest interval"
     low, high = ends if ends is not None else (None, None)
@@ -326,72 +334,73 @@ def _edges(view: TransientView) -> list[Scalar]:
     ]
 
 
-def _transfer(view: TransientView) -> list[Scalar]:
+def _transfer(response: xr.Dataset) -> list[Scalar]:
+    if "transfer_load" not in response.dims:
+        return []
     scalars = []
-    if view.transfer_loads:
-        known = view.transfer_frequency <= view.maximum_frequency * (1.0 + 1e-9)
-        content = known & (view.transfer_frequency <= IMPACT_CONTENT)
-    for floor in view.transfer_loads:
-        if floor not in view.edges:
+    frequency = response["transfer_frequency"].values
+    good = frequency <= float(response.attrs["maximum_frequency"]) * (1.0 + 1e-9)
+    content = good & (frequency <= IMPACT_CONTENT)
+    for floor in response["transfer_load_floor"].values.tolist():
+        if floor not in floors_of(response, "edge"):
             continue
-        values = view.transfer(floor, view.edges[floor])
-        k = int(np.argmax(np.where(known, values, 0.0)))
+        values = transfer(at_floor(response, "edge", floor), floor).values
+        k = int(np.argmax(np.where(good, values, 0.0)))
         name = f"transient.transfer.floor_{floor}"
         note = "largest acceleration over force at the edge that the force acts on"
+        largest = float(np.where(content, values, 0.0).max())
+        upto = f"{IMPACT_CONTENT:g}"
         scalars += [
             Scalar(name, float(values[k]), "1/kg", note),
-            Scalar(f"{name}_frequency", float(view.transfer_frequency[k]), "Hz", note),
-            Scalar(
-                f"{name}_to_{IMPACT_CONTENT:g}hz",
-                float(np.where(content, values, 0.0).max()),
-                "1/kg",
-                f"{note}, up to {IMPACT_CONTENT:g} Hz",
-            ),
+            Scalar(f"{name}_frequency", float(frequency[k]), "Hz", note),
+            Scalar(f"{name}_to_{upto}hz", largest, "1/kg", f"{note}, up to {upto} Hz"),
         ]
     return scalars
 
 
-def _impacts(view: TransientView) -> list[Scalar]:
-    if len(view.loads) < 2:
+def _impacts(response: xr.Dataset) -> list[Scalar]:
+    if response.sizes["edge"] < 2:
         return []
-    lower, upper = list(view.loads)[-2:]
+    loads = response.isel(edge=[-2, -1])
+    (lower, upper), force = loads["edge_floor"].values, loads["edge_force"]
     note = f"main impacts, floor {upper} over floor {lower}, mean up to {IMPACT_CONTENT:g} Hz"
-    ratio = force_ratio(
-        view.force[:, view.loads[upper]], view.force[:, view.loads[lower]], view.time_step
-    )
+    ratio = force_ratio(force.isel(edge=1).values, force.isel(edge=0).values, time_step(response))
     return [Scalar("transient.psd_ratio", ratio, "-", note)]
 
 
-def _wave(view: TransientView) -> list[Scalar]:
-    found = line_arrivals(view)
+def _wave(response: xr.Dataset) -> list[Scalar]:
+    found = line_arrivals(response)
     if found is None:
         return []
     scalars = []
+    distance = of_kind(response, "line")["distance"].values
     for name, arrival, what in (
         ("", found.peak, "the peak"),
         ("_half", found.half, f"{100 * HALF:g} % of the peak"),
     ):
-        crossing = crossing_time(view.distance, arrival)
-        speed = None if crossing is None else float(view.distance[-1]) / crossing
+        crossing = crossing_time(distance, arrival)
+        speed = None if crossing is None else float(distance[-1]) / crossing
         note = f"main impact, slope of the arrival of {what} along the line"
         scalars += [
             Scalar(f"transient.wave_crossing{name}", crossing, "s", note),
             Scalar(f"transient.measured_wave_speed{name}", speed, "m/s", note),
         ]
-    return [*scalars, *_edge_instants(view, found)]
+    return [*scalars, *_edge_instants(response, found)]
 
 
-def _edge_instants(view: TransientView, found: Arrivals) -> list[Scalar]:
+def _edge_instants(response: xr.Dataset, found: Arrivals) -> list[Scalar]:
     """What happens at both ends of the line after the peak at the impact edge."""
     first, last = found.peak[[0, -1]]
     across = float(last - first) if last > first else None
-    turned = None
-    if math.isfinite(first) and view.main_impact is not None:
-        start, end = view.main_impact
-        shown = (view.time > first) & (view.time <= end + max(end - start, view.time_step))
-        pushed = view.inward * view.acceleration(view.line[0])[shown]
+    turned, impact = None, main_impact(response)
+    if math.isfinite(first) and impact is not None:
+        start, end = impact
+        time = response["time"].values
+        after = (time > first) & (time <= end + max(end - start, time_step(response)))
+        at_edge = of_kind(response, "line")["acceleration"].isel(probe=0).values
+        pushed = inward(response) * at_edge[after]
         if pushed.min(initial=0.0) < 0.0:
-            turned = float(view.time[shown][np.argmin(pushed)] - first)
+            turned = float(time[after][np.argmin(pushed)] - first)
     return [
         Scalar(
             "transient.wave_far_edge",

@@ -33,7 +33,7 @@ from impactfem.plot.scene import (
 from impactfem.plot.style import RED, figure
 from impactfem.stages.stores import open_store
 from impactfem.stages.transient.map_figures import at_node
-from impactfem.stages.transient.view import TransientView
+from impactfem.stages.transient.selection import of_kind, shown
 from impactfem.system.own_process import in_own_process
 
 Array = NDArray[np.float64]
@@ -48,7 +48,7 @@ KINDS = {
     "edge": ("impact edges", "#d55e00"),
     "line": ("line across", "#0072b2"),
     "centre": ("mass centres", "#009e73"),
-    "": ("points of the case", "#cc79a7"),
+    "point": ("points of the case", "#cc79a7"),
 }
 """Label and colour of each family of probes; told apart with any colour vision."""
 MOST_LABELS = 30
@@ -90,71 +90,68 @@ def draw(folder: Path) -> list[Path]:
         open_store(folder / "building.nc") as building,
         open_store(folder / "transient.nc") as store,
     ):
-        view = TransientView(store)
-        files = [_probes(target / PROBES, building, view)]
+        response = shown(store)
+        files = [_probes(target / PROBES, building, response)]
         if (folder / "transient_maps.nc").is_file():
             with open_store(folder / "transient_maps.nc") as maps:
-                files += _floors(target, building, view, maps)
+                files += _floors(target, building, response, maps)
     return files
 
 
-def _probes(path: Path, building: xr.Dataset, view: TransientView) -> Path:
+def _probes(path: Path, building: xr.Dataset, response: xr.Dataset) -> Path:
     """The points where the response is looked at, seen from the side of the impact."""
     scene = plotter()
     add_ghost(scene, building)
     size = float(np.ptp(building["node_position"].values, axis=0).max())
     legend = []
     for kind, (label, colour) in KINDS.items():
-        chosen = [k for k, name in enumerate(view.names) if _kind(view, k, name) == kind]
-        if not chosen:
+        chosen = of_kind(response, kind)
+        if not chosen.sizes["probe"]:
             continue
         radius = size * (0.011 if kind == "edge" else 0.009)
-        scene.add_mesh(balls(view.position[chosen], radius), color=colour, **SHADING)
+        scene.add_mesh(balls(chosen["probe_position"].values, radius), color=colour, **SHADING)
         legend.append((label, colour, "ball"))
     picture = render(scene, building["node_position"].values, impact_view(building))
-    named = [k for k, name in enumerate(view.names) if _kind(view, k, name) in ("edge", "")]
-    named += [view.line[-1]] if view.line else []
+    named = [of_kind(response, kind) for kind in ("edge", "point")]
+    named.append(of_kind(response, "line").isel(probe=slice(-1, None)))
+    labelled = xr.concat([one["probe_position"] for one in named], "probe")
     caption = (
-        f"Figure 14: Points of building {view.building} where the response in 3D is looked at: "
-        f"{len(view.names)} nodes of the mesh nearest to them."
+        f"Figure 14: Points of building {response.attrs['building']} where the response in 3D is "
+        f"looked at: {response.sizes['probe']} nodes of the mesh nearest to them."
     )
     with figure(path, (1, 1), (6.5, 4.9), caption) as (drawn, axes):
         show(axes[0], picture)
-        if len(named) <= MOST_LABELS:
-            for k in named:
-                note(axes[0], picture, view.position[k], view.names[k])
+        if len(labelled) <= MOST_LABELS:
+            for position in labelled:
+                note(axes[0], picture, position.values, position["probe"].item())
         drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
     return path
 
 
-def _kind(view: TransientView, index: int, name: str) -> str:
-    families = {"centre": view.centres.values(), "edge": view.edges.values(), "line": view.line}
-    return next((kind for kind, known in families.items() if index in known), "")
-
-
 def _floors(
-    target: Path, building: xr.Dataset, view: TransientView, maps: xr.Dataset
+    target: Path, building: xr.Dataset, response: xr.Dataset, maps: xr.Dataset
 ) -> list[Path]:
     """All floors, drawn farther apart than they are, with peak acceleration and amplification."""
-    c = "xyz".index(view.direction)
-    pfa = maps["pfa"].values[:, c]
+    d = response["component"].item()
+    pfa = maps["pfa"].sel(component=d).values
     ratio = np.full_like(pfa, np.nan)
     grids: Grids = {}
-    for floor, probe in view.centres.items():
+    for node in of_kind(response, "centre")["probe_node"]:
+        floor = node["probe_floor"].item()
         grid, places = _floor_grid(building, maps, floor)
         if not len(places):
             continue
         grids[floor] = grid, places
-        centre = float(pfa[at_node(maps, int(view.store["probe_node"].values[probe]))])
+        centre = float(pfa[at_node(maps, node.item())])
         if centre > 0.0:
             ratio[places] = pfa[places] / centre
     if not grids:
         return []
     kinds = (
-        (PEAKS, pfa, f"peak acceleration along $e_{view.direction}$ [m/s²]"),
+        (PEAKS, pfa, f"peak acceleration along $e_{d}$ [m/s²]"),
         (AMPLIFICATION, ratio, "peak acceleration over that of the mass centre [-]"),
     )
-    what = f"Peak absolute acceleration along $e_{view.direction}$ of building {view.building}"
+    what = f"Peak absolute acceleration along $e_{d}$ of building {response.attrs['building']}"
     captions = (
         f"{what}, over its floors.",
         f"{what}, over its floors, each over that of the floor's mass centre.",

@@ -63,24 +63,19 @@ def _highest(study: TransientStudy) -> float:
 
 def _floors(study: TransientStudy) -> list[Scalar]:
     """Floor response spectra at the mass centres."""
-    c = shown_direction(study)
+    c, frequency = shown_direction(study), study.spectra.frequency
     scalars = []
     for index, probe in enumerate(study.probes):
-        if not probe.name.startswith("centre_"):
+        if probe.kind != "centre":
             continue
-        floor = probe.name.removeprefix("centre_")
-        psa = study.psa[0, index, c]
-        largest = int(np.argmax(psa))
+        psa, floor = study.psa[0, index, c], f"floor_{probe.floor}"
         displacement = float(np.abs(study.response.displacement[:, index, c]).max())
+        at = float(frequency[psa.argmax()])
         scalars += [
-            Scalar(f"transient.frs.floor_{floor}.peak", float(psa[largest]), "m/s2"),
-            Scalar(
-                f"transient.frs.floor_{floor}.peak_frequency",
-                float(study.spectra.frequency[largest]),
-                "Hz",
-            ),
-            Scalar(f"transient.pfa.floor_{floor}", float(study.pfa[index, c]), "m/s2"),
-            Scalar(f"transient.displacement.floor_{floor}", displacement, "m"),
+            Scalar(f"transient.frs.{floor}.peak", float(psa.max()), "m/s2"),
+            Scalar(f"transient.frs.{floor}.peak_frequency", at, "Hz"),
+            Scalar(f"transient.pfa.{floor}", float(study.pfa[index, c]), "m/s2"),
+            Scalar(f"transient.displacement.{floor}", displacement, "m"),
         ]
     return scalars
 
@@ -90,12 +85,12 @@ def _edges(study: TransientStudy) -> list[Scalar]:
     c = shown_direction(study)
     scalars = []
     for probe, pfa in zip(study.probes, study.pfa[:, c], strict=True):
-        if not probe.name.startswith("edge_"):
+        if probe.kind != "edge":
             continue
-        name = f"transient.pfa.{probe.name}"
+        name = f"transient.pfa.edge_{probe.floor}"
         scalars.append(Scalar(name, float(pfa), "m/s2", "middle of the impact edge"))
         if study.maps is not None:
-            edge = np.unique(study.parts.mesh.edges[int(probe.name.removeprefix("edge_"))])
+            edge = np.unique(study.parts.mesh.edges[probe.floor])
             along = study.maps.pfa[np.isin(study.maps.nodes, edge), c]
             scalars += [
                 Scalar(f"{name}.mean", float(along.mean()), "m/s2", "vertices of the impact edge"),

@@ -16,7 +16,6 @@ from impactfem.stages.transient.checks import log_samples, stick_against_model, 
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
 from impactfem.stages.transient.tables import transient_tables
-from impactfem.stages.transient.view import TransientView
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
 from impactfem.system.scalar import Scalar
@@ -119,7 +118,7 @@ def _physics(folder: Path) -> list[Scalar]:
         open_store(folder / "transient.nc") as store,
         open_store(folder / "pounding.nc") as sticks,
     ):
-        return physics_scalars(TransientView(store), sticks)
+        return physics_scalars(store, sticks)
 
 
 TRANSIENT = Stage(

@@ -1,13 +1,6 @@
 """The stores of the stage: `transient.nc`, and `transient_maps.nc` with the fields.
 
-`transient.nc` has the dimensions `time`, `probe`, `component` (x, y, z), `damping`, `frequency`,
-`load`, `edge` (loads on edges) and `transfer_frequency`. Displacements are relative to the ground,
-accelerations absolute. `psa_band` and `pfa_band` are half widths of the error band; their `note`
-says what tells it and its safety factor.
-
-`transient_maps.nc` has `node` (vertices of the floors), `wave_node` (nodes of the floor with the
-line), `wave_triangle`, `snapshot`, and `frame` (times of the animation). All values are SI; each
-variable carries its unit.
+Displacements are relative to the ground, accelerations absolute.
 """
 
 from __future__ import annotations
@@ -16,18 +9,72 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from impactfem.reduction.band import SAFETY
 from impactfem.reduction.transfer import transfer_functions
+from impactfem.stages.stores import Output, dataset
 from impactfem.stages.transient.compute import TransientStudy, by_probe
 from impactfem.stages.transient.maps import FloorMaps
 from impactfem.stages.transient.scalars import transient_scalars
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import with_scalars
 
-Variables = dict[str, tuple[Any, ...]]
-COMPONENTS = ["x", "y", "z"]
+AXES = ["x", "y", "z"]
+_HISTORY = "time probe component"
+_SPECTRUM = "damping probe component frequency"
+_TRANSFER = "transfer_frequency transfer_load probe component"
+OUTPUTS = {
+    "time": Output("time", "s"),
+    "component": Output("component"),
+    "xyz": Output("xyz"),
+    "probe": Output("probe"),
+    "probe_kind": Output("probe", "", "centre, edge, line or point", label=True),
+    "probe_floor": Output("probe", "", "number of its floor; 0 for a point", label=True),
+    "probe_position": Output("probe xyz", "m"),
+    "probe_node": Output("probe", "", "number in building.nc"),
+    "probe_distance": Output("probe", "m", "from where it was requested"),
+    "displacement": Output(_HISTORY, "m", "relative to the ground"),
+    "acceleration": Output(_HISTORY, "m/s2", "absolute"),
+    "frequency": Output("frequency", "Hz", "of the oscillators"),
+    "damping": Output("damping", "-", "of the oscillators"),
+    "psa": Output(_SPECTRUM, "m/s2", "pseudo-acceleration"),
+    "psa_band": Output(_SPECTRUM, "m/s2", "half width of its error band"),
+    "sd": Output(_SPECTRUM, "m", "spectral displacement"),
+    "pfa": Output("probe component", "m/s2", "peak acceleration at the samples"),
+    "pfa_band": Output("probe component", "m/s2", "half width of its error band"),
+    "pfa_interpolated": Output(
+        "probe component", "m/s2", "peak acceleration of the histories as the oscillators saw them"
+    ),
+    "ground_acceleration": Output("time component", "m/s2"),
+    "edge": Output("edge", "", "load on an edge"),
+    "edge_floor": Output("edge", label=True),
+    "edge_force": Output("time edge", "N", "positive in compression"),
+    "transfer_frequency": Output("transfer_frequency", "Hz"),
+    "transfer_load": Output("transfer_load", "", "load on an edge"),
+    "transfer_load_floor": Output("transfer_load", label=True),
+    "transfer_re": Output(_TRANSFER, "1/kg", "acceleration over force"),
+    "transfer_im": Output(_TRANSFER, "1/kg", "acceleration over force"),
+    "transfer_bound": Output(_TRANSFER, "1/kg", "rigorous bound on the modulus of the error"),
+}
+_WAVE = "wave_node component"
+MAP_OUTPUTS = {
+    "component": Output("component"),
+    "xyz": Output("xyz"),
+    "node_number": Output("node", "", "number in building.nc", label=True),
+    "node_position": Output("node xyz", "m", "vertices of the floors"),
+    "frequency": Output("frequency", "Hz"),
+    "pfa": Output("node component", "m/s2", "peak acceleration"),
+    "psa": Output("node component frequency", "m/s2", "pseudo-acceleration"),
+    "sampling_loss": Output("frequency", "-", "bound of what psa lacks of a peak between samples"),
+    "wave_node_number": Output("wave_node", "", "number in building.nc", label=True),
+    "wave_node_position": Output("wave_node xyz", "m", "nodes of the floor with the line"),
+    "wave_triangle_node": Output("wave_triangle triangle_corner", "", "places in wave_node"),
+    "snapshot": Output("snapshot", "s"),
+    "wave_displacement": Output(f"snapshot {_WAVE}", "m", "relative to the ground"),
+    "wave_acceleration": Output(f"snapshot {_WAVE}", "m/s2", "absolute"),
+    "membrane_force": Output("snapshot wave_triangle", "N/m", "normal force along y"),
+    "frame": Output("frame", "s", "times of the film"),
+    "frame_acceleration": Output(f"frame {_WAVE}", "m/s2", "absolute"),
+}
 
 
 def write_transient(path: Path, study: TransientStudy, key: str) -> None:
@@ -41,154 +88,101 @@ def write_transient(path: Path, study: TransientStudy, key: str) -> None:
     Raises:
         ImpactfemError: The file cannot be written.
     """
-    main = study.main_impact
-    transient = study.case.transient
-    dataset = xr.Dataset(
-        {**_histories(study), **_spectra(study), **_loads(study), **_transfer(study)},
-        coords={
-            "probe": ("probe", np.array([p.name for p in study.probes], dtype=object)),
-            "component": COMPONENTS,
-            "damping": ("damping", study.spectra.damping, {"units": "1"}),
-            "frequency": ("frequency", study.spectra.frequency, {"units": "Hz"}),
-        },
-        attrs={
-            "title": study.case.title,
-            "inputs": key,
-            "case_hash": study.case.content_hash(),
-            "building": study.case.structure.building if study.case.structure else "",
-            "shown_direction": study.case.shown_direction,
-            "solver": transient.solver if transient else "",
-            "maximum_frequency": transient.maximum_frequency if transient else 0.0,
-            "basis_vectors": len(study.basis.model.eigenvalue) if study.basis else 0,
-            "main_impact": list(main) if main else [],
-        },
-    )
-    write_netcdf(path, with_scalars(dataset, transient_scalars(study)))
-
-
-def write_maps(path: Path, study: TransientStudy, maps: FloorMaps, key: str) -> None:
-    """Write `transient_maps.nc`; arguments as `write_transient`."""
-    mesh = study.parts.mesh
-    wave = ("snapshot", "wave_node", "component")
-    xyz = ("node", "xyz")
-    edges = mesh.triangles[maps.wave_triangles][:, :6]
-    dataset = xr.Dataset(
-        {
-            "node_number": ("node", maps.nodes, {"note": "number in building.nc"}),
-            "node_position": (xyz, mesh.nodes[maps.nodes], {"units": "m"}),
-            "pfa": (("node", "component"), maps.pfa, {"units": "m/s2"}),
-            "psa": (("node", "component", "frequency"), maps.psa, {"units": "m/s2"}),
-            "wave_node_number": ("wave_node", maps.wave_nodes, {}),
-            "wave_node_position": (
-                ("wave_node", "xyz"),
-                mesh.nodes[maps.wave_nodes],
-                {"units": "m"},
-            ),
-            "wave_triangle_node": (
-                ("wave_triangle", "triangle_corner"),
-                np.searchsorted(maps.wave_nodes, edges),
-                {"note": "indices of wave_node"},
-            ),
-            "wave_displacement": (wave, maps.wave_displacement, {"units": "m"}),
-            "wave_acceleration": (wave, maps.wave_acceleration, {"units": "m/s2"}),
-            "frame_acceleration": (
-                ("frame", "wave_node", "component"),
-                maps.frame_acceleration,
-                {"units": "m/s2"},
-            ),
-            "sampling_loss": (
-                "frequency",
-                maps.sampling_loss,
-                {"units": "1", "note": "bound of what psa lacks of a peak between samples"},
-            ),
-            "membrane_force": (
-                ("snapshot", "wave_triangle"),
-                maps.membrane_force,
-                {"units": "N/m", "note": "normal force along y"},
-            ),
-        },
-        coords={
-            "component": COMPONENTS,
-            "frequency": ("frequency", maps.frequency, {"units": "Hz"}),
-            "snapshot": ("snapshot", maps.wave_times, {"units": "s"}),
-            "frame": ("frame", maps.frame_times, {"units": "s"}),
-        },
-        attrs={
-            "title": study.case.title,
-            "inputs": key,
-            "damping": maps.damping,
-            "points_per_cycle": maps.points_per_cycle,
-        },
-    )
-    write_netcdf(path, dataset)
-
-
-def _histories(study: TransientStudy) -> Variables:
-    response = study.response
-    dims = ("time", "probe", "component")
-    time = response.time_step * np.arange(len(response.acceleration))
-    positions = study.parts.mesh.nodes[[probe.node for probe in study.probes]]
-    return {
-        "time": ("time", time, {"units": "s"}),
-        "displacement": (dims, response.displacement, {"units": "m"}),
-        "acceleration": (dims, response.acceleration, {"units": "m/s2"}),
-        "probe_position": (("probe", "xyz"), positions, {"units": "m"}),
-        "probe_node": ("probe", np.array([probe.node for probe in study.probes]), {}),
-        "probe_distance": (
-            "probe",
-            np.array([probe.distance for probe in study.probes]),
-            {"units": "m", "note": "from where it was asked for"},
-        ),
+    main, transient = study.main_impact, study.case.transient
+    probes, response, loads, spectra = study.probes, study.response, study.loads, study.spectra
+    values = {
+        "time": response.time_step * np.arange(len(response.acceleration)),
+        "component": AXES,
+        "xyz": AXES,
+        "probe": [probe.name for probe in probes],
+        "probe_kind": [probe.kind for probe in probes],
+        "probe_floor": [probe.floor for probe in probes],
+        "probe_position": study.parts.mesh.nodes[[probe.node for probe in probes]],
+        "probe_node": [probe.node for probe in probes],
+        "probe_distance": [probe.distance for probe in probes],
+        "displacement": response.displacement,
+        "acceleration": response.acceleration,
+        "frequency": spectra.frequency,
+        "damping": spectra.damping,
+        "psa": study.psa,
+        "psa_band": study.band,
+        "sd": by_probe(spectra.sd, len(probes)),
+        "pfa": study.pfa,
+        "pfa_band": study.pfa_band,
+        "pfa_interpolated": spectra.zpa_interpolated.reshape(study.pfa.shape),
+        "ground_acceleration": loads.ground,
+        "edge": [edge.name for edge in loads.edges],
+        "edge_floor": np.array([edge.floor for edge in loads.edges], dtype=int),
+        "edge_force": loads.force,
+        **_transfer(study),
     }
-
-
-def _spectra(study: TransientStudy) -> Variables:
-    dims = ("damping", "probe", "component", "frequency")
-    sd = by_probe(study.spectra.sd, len(study.probes))
-    told = {"units": "m/s2"}
-    if study.basis is not None and study.case.transient is not None:
-        kind = study.case.transient.band
-        told["note"] = f"by {kind} bases, safety factor {SAFETY[kind]:g}"
-    return {
-        "psa": (dims, study.psa, {"units": "m/s2"}),
-        "psa_band": (dims, study.band, told),
-        "sd": (dims, sd, {"units": "m"}),
-        "pfa": (("probe", "component"), study.pfa, {"units": "m/s2"}),
-        "pfa_band": (("probe", "component"), study.pfa_band, told),
-        "pfa_interpolated": (
-            ("probe", "component"),
-            study.spectra.zpa_interpolated.reshape(study.pfa.shape),
-            {"units": "m/s2", "note": "of the histories as the oscillators saw them"},
-        ),
+    notes = {}
+    if study.basis is not None and transient is not None:
+        note = f"by {transient.band} bases, safety factor {SAFETY[transient.band]:g}"
+        notes = {"psa_band": note, "pfa_band": note}
+    attributes = {
+        "title": study.case.title,
+        "inputs": key,
+        "case_hash": study.case.content_hash(),
+        "building": study.case.structure.building if study.case.structure else "",
+        "shown_direction": study.case.shown_direction,
+        "wave_floor": study.case.wave_floor,
+        "solver": transient.solver if transient else "",
+        "maximum_frequency": transient.maximum_frequency if transient else 0.0,
+        "basis_vectors": len(study.basis.model.eigenvalue) if study.basis else 0,
+        "main_impact": list(main) if main else [],
     }
+    scalars = transient_scalars(study)
+    store = dataset(OUTPUTS, values, attributes=attributes, scalars=scalars, notes=notes)
+    write_netcdf(path, store)
 
 
-def _loads(study: TransientStudy) -> Variables:
-    loads = study.loads
-    names = np.array([edge.name for edge in loads.edges], dtype=object)
-    return {
-        "ground_acceleration": (("time", "component"), loads.ground, {"units": "m/s2"}),
-        "edge": ("edge", names, {}),
-        "edge_force": (("time", "edge"), loads.force, {"units": "N"}),
-    }
-
-
-def _transfer(study: TransientStudy) -> Variables:
+def _transfer(study: TransientStudy) -> dict[str, Any]:
     """Acceleration over the force on each edge, straight from the reduced model."""
     if study.basis is None or study.case.structure is None:
         return {}
     damping = study.case.building(study.case.structure.building).damping.rayleigh
     nodes = np.array([probe.node for probe in study.probes])
     found = transfer_functions(study.basis, nodes, damping, float(study.spectra.frequency[-1]))
-    dims = ("transfer_frequency", "transfer_load", "probe", "component")
     return {
-        "transfer_frequency": ("transfer_frequency", found.frequency, {"units": "Hz"}),
-        "transfer_load": ("transfer_load", np.array(found.loads, dtype=object), {}),
-        "transfer_re": (dims, found.value.real, {"units": "1/kg"}),
-        "transfer_im": (dims, found.value.imag, {"units": "1/kg"}),
-        "transfer_bound": (
-            dims,
-            found.bound,
-            {"units": "1/kg", "note": "rigorous bound on the modulus of the error"},
-        ),
+        "transfer_frequency": found.frequency,
+        "transfer_load": found.loads,
+        # A basis keeps the names of its loads alone, "floor 8".
+        "transfer_load_floor": np.array([name.split()[-1] for name in found.loads], dtype=int),
+        "transfer_re": found.value.real,
+        "transfer_im": found.value.imag,
+        "transfer_bound": found.bound,
     }
+
+
+def write_maps(path: Path, study: TransientStudy, maps: FloorMaps, key: str) -> None:
+    """Write `transient_maps.nc`; arguments as `write_transient`."""
+    mesh = study.parts.mesh
+    values = {
+        "component": AXES,
+        "xyz": AXES,
+        "node_number": maps.nodes,
+        "node_position": mesh.nodes[maps.nodes],
+        "frequency": maps.frequency,
+        "pfa": maps.pfa,
+        "psa": maps.psa,
+        "sampling_loss": maps.sampling_loss,
+        "wave_node_number": maps.wave_nodes,
+        "wave_node_position": mesh.nodes[maps.wave_nodes],
+        "wave_triangle_node": np.searchsorted(
+            maps.wave_nodes, mesh.triangles[maps.wave_triangles][:, :6]
+        ),
+        "snapshot": maps.wave_times,
+        "wave_displacement": maps.wave_displacement,
+        "wave_acceleration": maps.wave_acceleration,
+        "membrane_force": maps.membrane_force,
+        "frame": maps.frame_times,
+        "frame_acceleration": maps.frame_acceleration,
+    }
+    attributes = {
+        "title": study.case.title,
+        "inputs": key,
+        "damping": maps.damping,
+        "points_per_cycle": maps.points_per_cycle,
+    }
+    write_netcdf(path, dataset(MAP_OUTPUTS, values, attributes=attributes))

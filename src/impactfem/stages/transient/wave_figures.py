@@ -22,7 +22,15 @@ from impactfem.plot.floor_field import (
 )
 from impactfem.plot.style import BLUE, GREEN, HANDLE, ORANGE, RED, figure, letter
 from impactfem.stages.transient.physics import HALF, line_arrivals
-from impactfem.stages.transient.view import TransientView
+from impactfem.stages.transient.selection import (
+    forces_note,
+    line_ends,
+    main_impact,
+    of_kind,
+    time_step,
+    wave_floor,
+)
+from impactfem.system.scalar import values_of
 
 Array = NDArray[np.float64]
 
@@ -38,12 +46,11 @@ LINES = 8
 """Lines of equal values in a picture, about."""
 
 
-def snapshots_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
+def snapshots_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None:
     """Figure 17: acceleration of the top floor at some times, and along the line across it."""
     floor = TopFloor(maps)
-    c = "xyz".index(view.direction)
-    times = maps["snapshot"].values
-    values = maps["wave_acceleration"].values[..., c]
+    d, times = response["component"].item(), maps["snapshot"].values
+    values = maps["wave_acceleration"].sel(component=d).values
     shapes = [floor.deformation(u) for u in maps["wave_displacement"].values]
     largest = max(float(np.linalg.norm(shape, axis=1).max()) for shape in shapes)
     factor = round_factor(largest, DEFORMED * float(floor.size.min()))
@@ -53,11 +60,11 @@ def snapshots_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
     levels = _levels(ends, apart)
     letters = _letters(times)
     caption = (
-        f"Figure 17: Acceleration along $e_{view.direction}$ of floor {view.top} at "
+        f"Figure 17: Acceleration along $e_{d}$ of floor {wave_floor(response)} at "
         f"{letters}, and along the line across it over the distance d from the impact edge "
         f"({chr(97 + len(times))}). Lines every {apart:g} m/s², the thick one 0, dashed below; "
         f"deformation in plan amplified by {factor:g}, without the motion of the floor as a rigid "
-        f"body; the impact edge is marked.{view.forces_note}"
+        f"body; the impact edge is marked.{forces_note(response)}"
     )
     panels, size = _layout(floor, len(times) + 1)
     with figure(path, panels, size, caption) as (drawn, axes):
@@ -79,12 +86,12 @@ def snapshots_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
                 linewidths=[1.1 if level == 0.0 else 0.5 for level in levels],
                 linestyles=["dashed" if level < 0.0 else "solid" for level in levels],
             )
-            mark_edge(panel, view, floor)
+            mark_edge(panel, response, floor)
             panel.set_title(f"t = {time:.4g} s", fontsize=9.0)
             plan_axes(panel, floor)
-        label = f"$\\ddot u_{view.direction}$ [m/s²]"
+        label = f"$\\ddot u_{d}$ [m/s²]"
         colour_bar(drawn, mappable, axes[: len(times)], f"acceleration {label}")
-        _over_distance(axes[len(times)], view, floor, times, values)
+        _over_distance(axes[len(times)], response, floor, times, values)
         axes[len(times)].set_ylabel(f"acceleration {label}")
         for spare in axes[len(times) + 1 :]:
             spare.set_axis_off()
@@ -92,9 +99,9 @@ def snapshots_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
 
 
 def _over_distance(
-    panel: Axes, view: TransientView, floor: TopFloor, times: Array, values: Array
+    panel: Axes, response: xr.Dataset, floor: TopFloor, times: Array, values: Array
 ) -> None:
-    first, last = (view.position[view.line[k], :2] for k in (0, -1))
+    first, last = line_ends(response)
     share = np.linspace(0.0, 1.0, LINE_POINTS)
     points = first + share[:, None] * (last - first)
     for number, (time, one) in enumerate(zip(times, values, strict=True)):
@@ -113,25 +120,27 @@ def _over_distance(
     panel.legend(loc="upper center", ncols=3 if floor.wide else 1)
 
 
-def wave_map(path: Path, view: TransientView) -> None:
+def wave_map(path: Path, response: xr.Dataset) -> None:
     """The acceleration over distance and time, with the wave's arrivals and its speeds by hand.
 
     The thick lines pass through the middle of the peaks, so that slopes can be compared.
     """
-    if view.main_impact is None:
+    impact = main_impact(response)
+    if impact is None:
         raise ValueError("there is no impact to look at")
-    start, end = view.main_impact
-    lasts = max(end - start, view.time_step)
-    shown = (view.time >= start - BEFORE * lasts) & (view.time <= end + AFTER * lasts)
-    time = 1e3 * (view.time[shown] - start)
-    values = np.array([view.acceleration(probe)[shown] for probe in view.line])
+    start, end = impact
+    lasts = max(end - start, time_step(response))
+    line = of_kind(response, "line").sel(time=slice(start - BEFORE * lasts, end + AFTER * lasts))
+    d, distance = response["component"].item(), line["distance"].values
+    time = 1e3 * (line["time"].values - start)
+    values = line["acceleration"].transpose("probe", "time").values
     caption = (
-        f"Figure 17 (e): acceleration along $e_{view.direction}$ of floor {view.top} over the "
+        f"Figure 17 (e): acceleration along $e_{d}$ of floor {wave_floor(response)} over the "
         f"distance d from the impact edge and the time since the first sample of the main impact's "
         f"force, at {start:.4g} s. White: zero, with the thin line. Dots: peak of the wave; "
         f"circles: {100 * HALF:g} % of it. Lines: speed of the slab with beams and added mass "
         "(solid), shear waves of the material by equation 8 (dashed), the bare plate (dotted)."
-        f"{view.forces_note}"
+        f"{forces_note(response)}"
     )
     limits = signed_limits(float(values.min()), float(values.max()))
     halo = [withStroke(linewidth=3.0, foreground="white")]
@@ -139,7 +148,7 @@ def wave_map(path: Path, view: TransientView) -> None:
         panel = axes[0]
         mappable = panel.pcolormesh(
             time,
-            view.distance,
+            distance,
             values,
             shading="gouraud",
             cmap=SIGNED,
@@ -147,14 +156,14 @@ def wave_map(path: Path, view: TransientView) -> None:
             vmax=limits[1],
         )
         if float(values.min()) < 0.0 < float(values.max()):
-            panel.contour(time, view.distance, values, [0.0], colors="black", linewidths=0.5)
-        arrival = line_arrivals(view)
+            panel.contour(time, distance, values, [0.0], colors="black", linewidths=0.5)
+        arrival = line_arrivals(response)
         first, middle = 0.0, 0.0
         if arrival is not None and np.isfinite(arrival.peak).any():
             for times, face in ((arrival.half, "white"), (arrival.peak, "black")):
                 panel.plot(
                     1e3 * (times - start),
-                    view.distance,
+                    distance,
                     "o",
                     color=face,
                     mec="white" if face == "black" else "black",
@@ -164,18 +173,18 @@ def wave_map(path: Path, view: TransientView) -> None:
                 )
             known = np.isfinite(arrival.peak)
             first = 1e3 * (arrival.peak[known].mean() - start)
-            middle = view.distance[known].mean()
+            middle = distance[known].mean()
         speeds = (
             ("transient.loaded_wave_speed", "slab with its masses", "-"),
             ("transient.wave_speed", "shear waves", "--"),
             ("transient.plate_wave_speed", "bare plate", ":"),
         )
         for name, kind, dashes in speeds:
-            c = view.values.get(name)
+            c = values_of(response).get(name)
             if c is not None:
                 panel.plot(
-                    first + 1e3 * (np.array([0.0, view.distance[-1]]) - middle) / c,
-                    [0.0, view.distance[-1]],
+                    first + 1e3 * (np.array([0.0, distance[-1]]) - middle) / c,
+                    [0.0, distance[-1]],
                     color="black",
                     ls=dashes,
                     lw=1.6,
@@ -183,17 +192,17 @@ def wave_map(path: Path, view: TransientView) -> None:
                     label=f"{kind}, {c:.0f} m/s",
                 )
         panel.set_xlim(time[0], time[-1])
-        panel.set_ylim(0.0, view.distance[-1])
+        panel.set_ylim(0.0, distance[-1])
         panel.set_xlabel("time since the first sample of the main impact [ms]")
         panel.set_ylabel("distance d from the impact edge [m]")
         panel.grid(False)
         if panel.get_legend_handles_labels()[0]:
             panel.legend(loc="upper right", handlelength=HANDLE)
-        label = f"acceleration $\\ddot u_{view.direction}$ [m/s²]"
+        label = f"acceleration $\\ddot u_{d}$ [m/s²]"
         colour_bar(drawn, mappable, panel, label)
 
 
-def membrane_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
+def membrane_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None:
     """Figure 18: the normal force in the slab of the top floor at some times."""
     floor = TopFloor(maps)
     times = maps["snapshot"].values
@@ -201,8 +210,8 @@ def membrane_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
     # A few elements at corners and columns would take the colours for themselves.
     limits = signed_limits(*(float(np.quantile(force, share)) for share in (CUT, 1.0 - CUT)))
     caption = (
-        f"Figure 18: Normal force $F_y$ in the slab of floor {view.top} along $e_y$ for each metre "
-        f"across it, positive in tension, at {_letters(times)}. All values: "
+        f"Figure 18: Normal force $F_y$ in the slab of floor {wave_floor(response)} along $e_y$ "
+        f"for each metre across it, positive in tension, at {_letters(times)}. All values: "
         f"{_signed(force.min())} to {_signed(force.max())} MN/m."
     )
     panels, size = _layout(floor, len(times))
@@ -216,7 +225,7 @@ def membrane_figure(path: Path, view: TransientView, maps: xr.Dataset) -> None:
                 vmin=limits[0],
                 vmax=limits[1],
             )
-            mark_edge(panel, view, floor)
+            mark_edge(panel, response, floor)
             panel.set_title(f"t = {time:.4g} s", fontsize=9.0)
             plan_axes(panel, floor)
         colour_bar(drawn, mappable, axes[: len(times)], "normal force $F_y$ [MN/m]")
@@ -253,11 +262,11 @@ def _layout(floor: TopFloor, panels: int) -> tuple[tuple[int, int], tuple[float,
     return (across, rows), (width * rows + 1.0, 4.2 * across)
 
 
-def mark_edge(panel: Axes, view: TransientView, floor: TopFloor) -> None:
+def mark_edge(panel: Axes, response: xr.Dataset, floor: TopFloor) -> None:
     """A thick line outside the edge that faces the other building."""
-    if len(view.line) < 2:
+    if of_kind(response, "line").sizes["probe"] < 2:
         return
-    first, last = (view.position[view.line[k], :2] for k in (0, -1))
+    first, last = line_ends(response)
     across = int(np.argmax(np.abs(last - first)))
     low, high = floor.position[:, :2].min(axis=0), floor.position[:, :2].max(axis=0)
     out = first[across] - math.copysign(

@@ -1,0 +1,178 @@
+"""What figures, tables and checks select from `transient.nc` and `pounding.nc`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+QUIET = 0.01
+"""Peak acceleration over the largest one along the same axis up to which a point is at rest."""
+
+
+def shown(store: xr.Dataset) -> xr.Dataset:
+    """The store along the direction that is shown, at the first damping of its spectra.
+
+    Loads are in the order of their floors. The probes of the line have their `distance` d from the
+    impact edge [m], the others nan; `ends` is that of the direction.
+    """
+    response = store.sel(component=str(store.attrs["shown_direction"])).isel(damping=0)
+    for loads in ("edge_floor", "transfer_load_floor"):
+        if loads in response.coords:
+            response = response.sortby(loads)
+    position = store["probe_position"].transpose("probe", "xyz").values
+    on_line = (store["probe_kind"] == "line").values
+    distance = np.full(len(position), np.nan)
+    if on_line.any():
+        distance[on_line] = np.linalg.norm(position[on_line] - position[on_line][0], axis=1)
+    response = response.assign_coords(distance=("probe", distance, {"units": "m"}))
+    return response.assign(ends=ends(store).sel(component=response["component"]))
+
+
+def of_kind(store: xr.Dataset, kind: str) -> xr.Dataset:
+    """The probes of a kind: "centre" and "edge" by floor, "line" from the impact edge.
+
+    Args:
+        store: The store, or what `shown` gives of it.
+        kind: As the label `probe_kind` has it.
+    """
+    return store.isel(probe=(store["probe_kind"] == kind).values)
+
+
+def at_floor(store: xr.Dataset, kind: str, floor: int) -> xr.Dataset:
+    """The mass centre of a floor ("centre"), or the middle of its impact edge ("edge").
+
+    Raises:
+        IndexError: There is no such probe.
+    """
+    probes = of_kind(store, kind)
+    return probes.isel(probe=(probes["probe_floor"] == floor).values).isel(probe=0)
+
+
+def floors_of(store: xr.Dataset, kind: str) -> list[int]:
+    """Numbers of the floors with a probe of a kind, from the lowest."""
+    return [int(floor) for floor in of_kind(store, kind)["probe_floor"].values]
+
+
+def wave_floor(store: xr.Dataset) -> int:
+    """Number of the floor with the line: the highest that may be struck."""
+    return int(store.attrs["wave_floor"])
+
+
+def known(store: xr.Dataset) -> xr.Dataset:
+    """The store at the frequencies of the spectra for which the 3D model is meant."""
+    highest = float(store.attrs["maximum_frequency"])
+    return store.sel(frequency=slice(None, highest * (1.0 + 1e-9)))
+
+
+def time_step(store: xr.Dataset) -> float:
+    """Δt [s]."""
+    return float(store["time"][1] - store["time"][0])
+
+
+def main_impact(store: xr.Dataset) -> tuple[float, float] | None:
+    """Start and end of the impact with the largest force [s]; None without an impact."""
+    both = np.atleast_1d(store.attrs["main_impact"])
+    return (float(both[0]), float(both[1])) if both.size == 2 else None
+
+
+def inward(response: xr.Dataset) -> float:
+    """1 or −1: the sense of the shown direction from the impact edge; 0 when it is across."""
+    position = of_kind(response, "line")["probe_position"].transpose("probe", "xyz").values
+    if len(position) < 2:
+        return 0.0
+    along = position[-1] - position[0]
+    part = along["xyz".index(response["component"].item())] / np.linalg.norm(along)
+    return math.copysign(1.0, part) if abs(part) > 0.5 else 0.0
+
+
+def line_ends(response: xr.Dataset) -> Array:
+    """Both ends of the line across a floor in plan, from the impact edge, shape (2, 2) [m]."""
+    ends = of_kind(response, "line")["probe_position"].isel(probe=[0, -1])
+    return ends.sel(xyz=["x", "y"]).transpose("probe", "xyz").values
+
+
+def shown_line(response: xr.Dataset) -> xr.Dataset:
+    """Every other probe of the line, its ends among them: as many as curves can be told apart."""
+    line = of_kind(response, "line")
+    last = line.sizes["probe"] - 1
+    return line.isel(probe=np.unique(np.rint(np.linspace(0.0, last, min(5, last + 1))).astype(int)))
+
+
+def sd_band(response: xr.Dataset) -> xr.DataArray:
+    """Half width of the error band of `sd`: PSa = ω² Sd [m]."""
+    return response["psa_band"] / (2.0 * math.pi * response["frequency"]) ** 2
+
+
+def between(store: xr.Dataset) -> xr.DataArray:
+    """Peak acceleration between the samples, of the histories as the oscillators saw them.
+
+    Over that at the samples, by probe and component [-]; nan where a point is at rest.
+    """
+    return _moving(store, store["pfa_interpolated"], store["pfa"])
+
+
+def ends(store: xr.Dataset) -> xr.DataArray:
+    """PSa at the highest known frequency, over the peak acceleration that it tends to.
+
+    By probe and component [-]; nan where a point is at rest, as in `between`.
+    """
+    last = known(store)["psa"].isel(damping=0, frequency=-1)
+    return _moving(store, last, store["pfa_interpolated"])
+
+
+def _moving(store: xr.Dataset, values: xr.DataArray, over: xr.DataArray) -> xr.DataArray:
+    moves = store["pfa"] > QUIET * store["pfa"].max("probe")
+    return (values / over.where(moves)).transpose("probe", "component")
+
+
+def transfer(response: xr.Dataset, floor: int) -> xr.DataArray:
+    """|acceleration / force| over the load on a floor, by frequency and probe [1/kg]."""
+    load = _load(response, floor)
+    size: xr.DataArray = xr.apply_ufunc(np.hypot, load["transfer_re"], load["transfer_im"])
+    return size
+
+
+def transfer_bound(response: xr.Dataset, floor: int) -> xr.DataArray:
+    """Rigorous bound on the error of `transfer` [1/kg]."""
+    return _load(response, floor)["transfer_bound"]
+
+
+def _load(response: xr.Dataset, floor: int) -> xr.Dataset:
+    here = (response["transfer_load_floor"] == floor).values
+    return response.isel(transfer_load=here).isel(transfer_load=0)
+
+
+def forces_note(store: xr.Dataset) -> str:
+    """Why a floor moves before it is hit, as the end of a caption; "" without an impact."""
+    if main_impact(store) is None:
+        return ""
+    return (
+        " Before the main impact the samples of its force alternate about zero (figure 11), and "
+        "move the floor."
+    )
+
+
+def of_sticks(sticks: xr.Dataset, name: str, response: xr.Dataset) -> xr.DataArray | None:
+    """A history or spectrum of the sticks at the floor with the line, along the shown direction.
+
+    Args:
+        sticks: The store `pounding.nc`.
+        name: The variable; of spectra the first damping is taken.
+        response: What `shown` gives of `transient.nc`.
+
+    Returns:
+        None where the sticks have no such floor, or do not move along the direction.
+    """
+    axis = "direction" if "direction" in sticks[name].dims else "component"
+    direction = response["component"].item()
+    here = sticks["station_building"] == response.attrs["building"]
+    here &= sticks["station_floor"] == wave_floor(response)
+    if direction not in sticks[axis].values or not here.any():
+        return None
+    chosen = sticks[name].sel({axis: direction}).isel(station=here.values).isel(station=0)
+    return chosen.isel(damping=0, missing_dims="ignore")
