@@ -1,61 +1,60 @@
-"""Speed of the 3D building: mesh, matrices, factorisation and modes of the paper-size mesh."""
+"""Speed of the 3D building: the paper-size mesh, and the wall experiment."""
 
 from __future__ import annotations
 
 import resource
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bench.figure import Figure
+from bench.figures import Figure, timed
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.model import assemble_building
 from impactfem.case import load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.modes import modes
+from impactfem.stages.calibrate.building_model import reduced_wall_model, wall_patterns
+from impactfem.stages.calibrate.building_run import run_reduced
+from impactfem.stages.calibrate.compute import (
+    LARGEST,
+    MAXIMUM_FREQUENCY,
+    TOLERANCE,
+    prepare,
+    wall_probes,
+)
+from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.system.files import in_source_tree
 from impactfem.system.parallel import communicator
 
-CASE = "geometry/npp_pair_fine.toml"
 MODES = 20
+STEPS = 10
+"""Steps of the wall experiment in full order that are timed, without and with impulses."""
 
 
-def building_figures() -> list[Figure]:
+def building_figures(case_file: str = "geometry/npp_pair_fine.toml") -> list[Figure]:
     """Measure the paper-size mesh; with OMP_NUM_THREADS=1 on one core.
 
     Raises:
         ImpactfemError: The source tree with the shipped cases is missing.
     """
-    case = load_case(in_source_tree(CASE))
+    case = load_case(in_source_tree(case_file))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "building.msh"
-        start = time.perf_counter()
-        generate(geometry_of(case), path, source=str(case.path))
-        generated = time.perf_counter() - start
-        parts, _, report = read_parts(case, path)
-        read = time.perf_counter() - start - generated
+        _, generated = timed(lambda: generate(geometry_of(case), path, source=str(case.path)))
+        (parts, _, report), read = timed(lambda: read_parts(case, path))
     load_forms()
-    start = time.perf_counter()
-    model = assemble_building(communicator(), parts)
-    assembled = time.perf_counter() - start
+    model, assembled = timed(lambda: assemble_building(communicator(), parts))
     elements = report.shells + report.beams
     K = model.take_stiffness(case.structure.storey_stiffness_factor if case.structure else 1.0)
-    start = time.perf_counter()
-    factorisation = Factorisation(K)
-    factored = time.perf_counter() - start
+    factorisation, factored = timed(lambda: Factorisation(K))
     b, x = K.createVecs()
     b.setArray(np.ones(b.getLocalSize()))
-    start = time.perf_counter()
-    factorisation.solve(b, x)
-    solved = time.perf_counter() - start
+    _, solved = timed(lambda: factorisation.solve(b, x))
     factorisation.destroy()
-    start = time.perf_counter()
-    modes(K, model.mass, MODES)
-    modal = time.perf_counter() - start
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
+    _, modal = timed(lambda: modes(K, model.mass, MODES))
     return [
         Figure("paper-size mesh, shell and beam elements", elements, "-", 113_000, at_most=False),
         Figure("paper-size mesh, degrees of freedom", 6.0 * report.nodes, "-"),
@@ -67,7 +66,7 @@ def building_figures() -> list[Figure]:
         Figure("one solve", solved, "s"),
         Figure(f"first {MODES} modes", modal, "s", 240.0),
         Figure(f"first {MODES} modes, time an element", 1e3 * modal / elements, "ms"),
-        Figure("peak memory", peak, "GB", 12.0),
+        Figure("peak memory", peak_memory(), "GB", 12.0),
     ]
 
 
@@ -76,3 +75,84 @@ def load_forms() -> None:
     case = load_case(in_source_tree("geometry/frame.toml"))
     parts, _, _ = read_parts(case, in_source_tree("geometry/frame.msh"))
     assemble_building(communicator(), parts)
+
+
+def peak_memory() -> float:
+    """Most memory of all ranks together so far [GB]."""
+    here = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
+    return float(communicator().allreduce(here))
+
+
+def wall_figures(case_file: str = "geometry/npp_pair.toml") -> list[Figure]:
+    """The wall experiment on the default mesh of the paper's case, reduced and in full order.
+
+    Raises:
+        ImpactfemError: The source tree with the shipped cases is missing.
+    """
+    case = load_case(in_source_tree(case_file))
+    if case.structure is None:
+        raise ValueError(f"{case.path} has no structure")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "building.msh"
+        generate(geometry_of(case), path, source=str(case.path))
+        prepared = prepare(case, path, case.structure.storey_stiffness_factor)
+    load_forms()
+    experiment, mesh = prepared.experiment, prepared.parts.mesh
+    floors, damping = experiment.floors, next(iter(prepared.dampings.values()))
+    model, assembled = timed(lambda: assemble_building(communicator(), prepared.parts))
+    K = model.take_stiffness(prepared.storey_factor)
+    patterns = wall_patterns(model, mesh, floors, experiment.displaced_floor, experiment.pull)
+    reduced, built = timed(
+        lambda: reduced_wall_model(
+            model,
+            K,
+            patterns,
+            wall_probes(mesh, floors),
+            damping=damping,
+            maximum_frequency=MAXIMUM_FREQUENCY,
+            tolerance=TOLERANCE,
+            largest=LARGEST,
+        )
+    )
+    run_reduced(reduced, experiment, prepared.mass, damping)  # compiles
+    _, run = timed(lambda: run_reduced(reduced, experiment, prepared.mass, damping))
+    u = np.ascontiguousarray(patterns.held(K)[0])
+
+    def start() -> FullMotion:
+        G, h = patterns.contact, experiment.time_step
+        motion = FullMotion(K, model.mass, G, h, damping=damping, probes=patterns.seen)
+        motion.delassus()
+        motion.start(u, None)
+        return motion
+
+    motion, factored = timed(start)
+    nothing, impulse = np.zeros(0), np.full(motion.constraints, 1.0)
+
+    def step(impulse: NDArray[np.float64] | None = None) -> None:
+        motion.free(nothing)
+        if impulse is not None:
+            motion.push(impulse)
+        motion.advance()
+
+    both = [(timed(step)[1], timed(lambda: step(impulse))[1]) for _ in range(STEPS)]
+    motion.destroy()
+    free, pushed = np.median(both, axis=0)
+    steps = experiment.n_t - 1
+    # Impacts last 3 % of the window.
+    full = factored + steps * (0.97 * free + 0.03 * pushed)
+    name = "wall, full order: static start, factorisation and Delassus operator"
+    without, with_it = full / run, full / (built + run)
+    return [
+        Figure("wall, free degrees of freedom", float(model.n_free), "-"),
+        Figure("wall, contact constraints", float(patterns.contact.shape[1]), "-"),
+        Figure("wall, matrices", assembled, "s"),
+        Figure("wall, vectors of the reduced model", float(len(reduced.eigenvalue)), "-"),
+        Figure("wall, reduced model", built, "s"),
+        Figure(f"wall, {steps} steps of the reduced model", run, "s"),
+        Figure(name, factored, "s"),
+        Figure("wall, full order: one step", free, "s"),
+        Figure("wall, full order: one step with impulses", pushed, "s"),
+        Figure(f"wall, full order: {steps} steps", full, "s"),
+        Figure("wall, full over reduced, basis excluded", without, "-", 30.0, at_most=False),
+        Figure("wall, full over reduced, basis included", with_it, "-", 10.0, at_most=False),
+    ]

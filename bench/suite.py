@@ -4,49 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
 
-from bench.figure import Figure
-from bench.spectra import spectrum_figures
-from bench.sticks import stick_figures
+from bench.figures import Figure
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import write_json
 from impactfem.system.log import Steps
 from impactfem.system.parallel import one_blas_thread
 
 
-def _building() -> list[Figure]:
-    # dolfinx is loaded only when it is needed.
-    from bench.building import building_figures
+def _later(module: str, function: str, **options: bool) -> Callable[[], list[Figure]]:
+    """A group whose module, and dolfinx with it, is loaded when it is measured."""
 
-    return building_figures()
+    def measured() -> list[Figure]:
+        figures: list[Figure] = getattr(import_module(f"bench.{module}"), function)(**options)
+        return figures
 
-
-def _transient() -> list[Figure]:
-    from bench.transient import transient_figures
-
-    return transient_figures()
-
-
-def _dampings() -> list[Figure]:
-    from bench.transient import transient_figures
-
-    return transient_figures(every_damping=True)
-
-
-def _wall() -> list[Figure]:
-    from bench.wall import wall_figures
-
-    return wall_figures()
+    return measured
 
 
 GROUPS: dict[str, Callable[[], list[Figure]]] = {
-    "sticks": stick_figures,
-    "spectra": spectrum_figures,
-    "building": _building,
-    "transient": _transient,
-    "dampings": _dampings,
-    "wall": _wall,
+    "sticks": _later("kernels", "stick_figures"),
+    "spectra": _later("kernels", "spectrum_figures"),
+    "building": _later("building", "building_figures"),
+    "transient": _later("transient", "transient_figures"),
+    "dampings": _later("transient", "transient_figures", every_damping=True),
+    "basis": _later("transient", "basis_figures"),
+    "wall": _later("building", "wall_figures"),
 }
 QUICK = ("sticks", "spectra")
 """Groups that run when none is named: those that take seconds."""

@@ -1,131 +1,188 @@
-"""Speed of the 3D stage in time on the paper-size mesh: full Newmark against the reduced model."""
+"""Speed of the 3D stage in time: full Newmark, the reduced model, and what its basis takes."""
 
 from __future__ import annotations
 
-import resource
 import tempfile
-import time
-from dataclasses import dataclass
+from contextlib import ExitStack
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.building import CASE, load_forms
-from bench.figure import Figure
-from impactfem.building.from_case import geometry_of, read_parts
-from impactfem.building.generate import generate
-from impactfem.building.model import assemble_building
-from impactfem.building.parts import BuildingParts
+from bench.building import load_forms, peak_memory
+from bench.figures import Figure, Watch, best_time, timed
+from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.case import Case, load_case
-from impactfem.coupling.force_history import ForceHistory
-from impactfem.coupling.from_case import calibration_of
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions
+from impactfem.reduction import krylov, orthonormal
 from impactfem.reduction.band import response_band
-from impactfem.reduction.loads import Loads
-from impactfem.reduction.probes import case_probes
+from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
 from impactfem.reduction.response import modal_histories, node_response, node_spectra
 from impactfem.spectra import response_spectra
-from impactfem.stages.pounding.pounded import pounded
 from impactfem.stages.transient.maps import floor_maps, looked_at
-from impactfem.stages.transient.prepared import case_loads, lightest_damping, transient_of
+from impactfem.stages.transient.prepared import Prepared, lightest_damping, transient_of
 from impactfem.system.files import in_source_tree
-from impactfem.system.parallel import communicator, threads
+from impactfem.system.parallel import all_blas_threads, communicator, threads
+from impactfem.verify.waves.paper import prepared_building
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
+PAPER_SIZE, DEFAULT = "geometry/npp_pair_fine.toml", "geometry/npp_pair.toml"
 STEPS = 12
 """Steps of the full model that are timed, interleaved with bare solves."""
 AMONG = 100.0
-"""Where the loss between the samples of the maps is told [Hz]."""
+"""Where the loss between the samples of the maps is reported [Hz]."""
 SAMPLE = 256
 """Vertices whose spectra are made with 20 points a cycle."""
 FULL_STEPS = 10_001
 """Computed times of the paper's 3D run (section 4.1)."""
+PEAK = 2000
+"""Rows of the square matrices whose product shows the peak of BLAS."""
 
 
-@dataclass(frozen=True)
-class _Full:
-    """Times of the full model [s]."""
-
-    factorisation: float
-    step: float
-    solve: float
-
-    @property
-    def loop(self) -> float:
-        return self.factorisation + self.step * FULL_STEPS
-
-
-@dataclass(frozen=True)
-class _Reduced:
-    """Times of the reduced model [s].
-
-    Args:
-        vectors: Of the reduced model.
-        basis: From the matrices until its tolerance is met.
-        around: The norms of the rigorous bound, and the vectors of the larger models that tell the
-            error band; the rows of the nodes that are looked at are gathered then, too.
-        response: History of all modes and spectra at the points.
-        band: The error band of these spectra.
-    """
-
-    vectors: int
-    basis: float
-    around: float
-    response: float
-    band: float
-
-
-@dataclass(frozen=True)
-class _Maps:
-    """Times of the spectra of every floor vertex [s], and how many there are."""
-
-    vertices: int
-    frequencies: int
-    time: float
-    finer: float
-    loss: float
-
-
-def transient_figures(every_damping: bool = False) -> list[Figure]:
-    """Measure; the forces are those of the sticks of the paper's case.
+def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) -> list[Figure]:
+    """Measure; the forces are those of the sticks of the case.
 
     Args:
         every_damping: Make the reduced basis for the lightest of the case's damping cases, so that
             it serves them all, not for the building's own damping.
+        case_file: The case, from the root of the source tree.
 
     Raises:
         ImpactfemError: The source tree with the shipped cases is missing.
     """
-    case = load_case(in_source_tree(CASE))
-    transient, structure = case.transient, case.structure
-    if transient is None or structure is None:
-        raise ValueError(f"{CASE} has no transient part")
-    parts = _parts(case)
-    loads = _loads(case, parts)
-    damping = case.building(structure.building).damping.rayleigh
+    case, prepared, model, K, patterns = _assembled(case_file)
+    loads, damping = prepared.loads, prepared.damping
+    full = _full_figures(model, K, prepared, patterns)
+    loop = full[-1].value
+    ended: list[float] = []
+    start = perf_counter()
+    basis = _basis(case, prepared, model, K, patterns, every_damping, ended)
+    whole, built = perf_counter() - start, ended[-1] - start
+    nodes = np.array([probe.node for probe in prepared.probes])
+
+    def respond() -> Any:
+        history = modal_histories(basis, loads, damping)
+        response = node_response(basis, history, loads, nodes)
+        return history, response, node_spectra(response, case.spectra)
+
+    (history, response, spectra), responded = timed(respond)
+    _, banded = timed(
+        lambda: response_band(basis, loads, damping, nodes, response, spectra.psa, case.spectra)
+    )
+    named, target = ("for every damping case, ", 25.0) if every_damping else ("", 40.0)
+    reduced, first = f"reduced model, {named}", built + responded
+    # The norms of the bound and the larger models of the band are made around the basis.
+    certain = whole + responded + banded
+    again = "a further motion, gap or damping, error band included"
+    return [
+        *full,
+        Figure(f"{reduced}vectors", float(len(basis.model.eigenvalue)), "-"),
+        Figure(f"{reduced}basis", built, "s"),
+        Figure(f"{reduced}basis to spectra at all points", first, "s"),
+        Figure(f"{reduced}full loop over it", loop / first, "-", target, at_most=False),
+        Figure(f"{reduced}with error band and bound", certain, "s"),
+        Figure(f"{reduced}full loop over that", loop / certain, "-"),
+        Figure(again, responded + banded, "s", 5.0),
+        *_map_figures(case, prepared, basis, history),
+        Figure("peak memory", peak_memory(), "GB", 16.0),
+    ]
+
+
+def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
+    """Factor, solves, orthogonalisation and products of the reduced basis that serves all dampings.
+
+    Operations are those that the algorithm needs, so that their rate over that of BLAS at its peak
+    says what a better implementation could gain at most: MUMPS's count of its factorisation; four
+    an entry of the factor and column for a solve; for the orthogonalisation of k columns against n
+    others of N rows, in two passes and among themselves, 4 N k (n₁ + n₂ + k) with the n₁ columns
+    that the first pass takes; two an entry of the matrix and column for a product.
+    """
+    case, prepared, model, K, patterns = _assembled(case_file)
+    watch = Watch()
+
+    def solving(factor: Factorisation, B: Any) -> float:
+        return 4.0 * factor.entries * float(B.shape[1])
+
+    def orthogonalising(basis: Orthonormal, X: Array, near: int = 0) -> float:
+        known = basis.count - X.shape[1]
+        return 4.0 * X.size * (max(known - near, 0) + known + X.shape[1])
+
+    def multiplying(A: Any, X: Array) -> float:
+        return 2.0 * float(A.getInfo()["nz_used"]) * X.shape[1]
+
+    watched: list[tuple[Any, str, str, Any]] = [
+        (Factorisation, "__init__", "factor", lambda factor, *_, **__: factor.operations),
+        (Factorisation, "solve_block", "solves", solving),
+        (Orthonormal, "append", "orthogonalisation", orthogonalising),
+        (orthonormal, "product", "products with M and K", multiplying),
+        (krylov, "product", "products with M and K", multiplying),
+    ]
+    with ExitStack() as stack:
+        for owner, name, label, operations in watched:
+            stack.enter_context(watch.on(owner, name, label, operations))
+        basis, whole = timed(lambda: _basis(case, prepared, model, K, patterns, True, []))
+    rng = np.random.default_rng(0)
+    A, B = rng.standard_normal((2, PEAK, PEAK))
+    with all_blas_threads():
+        peak = 2.0 * PEAK**3 / best_time(lambda: A @ B, 3)
+    figures = [
+        Figure("BLAS at its peak (dgemm), all threads", peak / 1e9, "Gflop/s"),
+        Figure("basis, free degrees of freedom", float(model.n_free), "-"),
+        Figure("basis, vectors", float(len(basis.model.eigenvalue)), "-"),
+        Figure("basis", whole, "s"),
+    ]
+    for label, seconds in watch.seconds.items():
+        operations = watch.operations[label]
+        figures += [
+            Figure(f"basis, {label}", seconds, "s"),
+            Figure(f"basis, {label}, share of the time", seconds / whole, "-"),
+            Figure(f"basis, {label}, operations", operations / 1e9, "Gflop"),
+            Figure(f"basis, {label}, with BLAS at its peak", operations / peak, "s"),
+            Figure(f"basis, {label}, rate over BLAS", operations / seconds / peak, "-"),
+        ]
+    rest = whole - sum(watch.seconds.values())
+    return [*figures, Figure("basis, all else, share of the time", rest / whole, "-")]
+
+
+def _assembled(case_file: str) -> tuple[Case, Prepared, BuildingModel, Any, Array]:
+    """Case, building with its loads, matrices and load patterns."""
+    case = load_case(in_source_tree(case_file))
+    transient = transient_of(case)
+    longest = max((m.accelerogram.duration for m in ground_motions(case.motions)), default=0.0)
+    with tempfile.TemporaryDirectory() as folder:
+        duration = transient.duration or case.pounding.duration or longest
+        prepared = prepared_building(case, Path(folder), duration)
     load_forms()
-    comm = communicator()
-    model = assemble_building(comm, parts)
-    n_free = model.n_free
-    K = model.take_stiffness(structure.storey_stiffness_factor)
-    patterns = loads.patterns(model, parts.mesh, transient.eccentricity)
-    full = _full_steps(model.mass, K, loads, patterns, damping)
-    nodes = np.array([probe.node for probe in case_probes(parts.mesh, transient.probes)])
-    clock = _Clock()
-    basis = build_basis(
+    model = assemble_building(communicator(), prepared.parts)
+    K = model.take_stiffness(prepared.storey_factor)
+    patterns = prepared.loads.patterns(model, prepared.parts.mesh, transient.eccentricity)
+    return case, prepared, model, K, patterns
+
+
+def _basis(
+    case: Case,
+    prepared: Prepared,
+    model: BuildingModel,
+    K: Any,
+    patterns: Array,
+    every_damping: bool,
+    ended: list[float],
+) -> ReducedBasis:
+    """The basis of the stage; appends the time at which its tolerance is met."""
+    transient, nodes = transient_of(case), np.array([probe.node for probe in prepared.probes])
+    return build_basis(
         model,
         K,
         patterns,
-        loads.names,
+        prepared.loads.names,
         probes=nodes,
-        nodes=looked_at(parts.mesh, nodes),
+        nodes=looked_at(prepared.parts.mesh, nodes),
         damping=lightest_damping(case, every_damping),
         maximum_frequency=transient.maximum_frequency,
         shift=transient.shift,
@@ -133,156 +190,66 @@ def transient_figures(every_damping: bool = False) -> list[Figure]:
         largest=transient.largest_basis,
         larger=True,
         spend=True,
-        progress=clock,
-    )
-    whole = clock.passed()
-    response, band = _responses(case, basis, loads, damping, nodes)
-    around = whole - clock.ended
-    reduced = _Reduced(len(basis.model.eigenvalue), clock.ended, around, response, band)
-    maps = _maps(case, parts, basis, loads, damping)
-    peak = comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1024.0**2
-    return [
-        *_full_figures(full, n_free),
-        *_reduced_figures(reduced, full, every_damping),
-        *_map_figures(maps),
-        Figure("peak memory", peak, "GB", 16.0),
-    ]
-
-
-def _full_figures(full: _Full, n_free: int) -> list[Figure]:
-    each = 1e6 * full.step / n_free
-    return [
-        Figure("3D in time, free degrees of freedom", float(n_free), "-"),
-        Figure("full Newmark, factorisation", full.factorisation, "s"),
-        Figure("full Newmark, one step", full.step, "s"),
-        Figure("one bare solve", full.solve, "s"),
-        Figure("step over bare solve", full.step / full.solve, "-", 1.3),
-        Figure("full Newmark, time a degree of freedom and step", each, "µs"),
-        Figure(f"full Newmark, {FULL_STEPS} steps", full.loop, "s"),
-    ]
-
-
-def _reduced_figures(reduced: _Reduced, full: _Full, every_damping: bool) -> list[Figure]:
-    named, target = ("for every damping case, ", 25.0) if every_damping else ("", 40.0)
-    spectra = reduced.basis + reduced.response
-    whole = spectra + reduced.around + reduced.band
-    again = reduced.response + reduced.band
-    return [
-        Figure(f"reduced model, {named}vectors", float(reduced.vectors), "-"),
-        Figure(f"reduced model, {named}basis", reduced.basis, "s"),
-        Figure(f"reduced model, {named}basis to spectra at all points", spectra, "s"),
-        Figure(f"reduced model, {named}full loop over it", full.loop / spectra, "-", target, False),
-        Figure(f"reduced model, {named}with error band and bound", whole, "s"),
-        Figure(f"reduced model, {named}full loop over that", full.loop / whole, "-"),
-        Figure("a further motion, gap or damping, error band included", again, "s", 5.0),
-    ]
-
-
-def _map_figures(maps: _Maps) -> list[Figure]:
-    return [
-        Figure("spectra of every floor vertex, vertices", float(maps.vertices), "-"),
-        Figure("spectra of every floor vertex, frequencies", float(maps.frequencies), "-"),
-        Figure("spectra of every floor vertex", maps.time, "s", 180.0),
-        Figure(f"bound of what a peak at {AMONG:g} Hz lacks there", maps.loss, "-"),
-        Figure("the same with 20 points a cycle, from a sample", maps.finer, "s"),
-    ]
-
-
-class _Clock:
-    """Seconds since it was made; remembers when the basis was said to be done."""
-
-    def __init__(self) -> None:
-        self.start = time.perf_counter()
-        self.ended = 0.0
-
-    def __call__(self, part: float) -> None:
-        if part >= 1.0:
-            self.ended = self.passed()
-
-    def passed(self) -> float:
-        return time.perf_counter() - self.start
-
-
-def _responses(
-    case: Case, basis: ReducedBasis, loads: Loads, damping: Rayleigh, nodes: Index
-) -> tuple[float, float]:
-    """Times of the response with its spectra, and of their error band [s]."""
-    clock = _Clock()
-    history = modal_histories(basis, loads, damping)
-    response = node_response(basis, history, loads, nodes)
-    spectra = node_spectra(response, case.spectra)
-    found = clock.passed()
-    response_band(basis, loads, damping, nodes, response, spectra.psa, case.spectra)
-    return found, clock.passed() - found
-
-
-def _maps(
-    case: Case,
-    parts: BuildingParts,
-    basis: ReducedBasis,
-    loads: Loads,
-    damping: Rayleigh,
-) -> _Maps:
-    history = modal_histories(basis, loads, damping)
-    clock = _Clock()
-    maps = floor_maps(parts, basis, history, loads, case.spectra, main_impact=None)
-    mapped = clock.passed()
-    sample = maps.nodes[:SAMPLE]
-    records = node_response(basis, history, loads, sample).acceleration
-    clock = _Clock()
-    response_spectra(
-        records.reshape(len(records), -1).T,
-        loads.time_step,
-        maps.frequency,
-        [maps.damping],
-        points_per_cycle=20.0,
-        threads=threads(),
-        absolute=False,
-    )
-    return _Maps(
-        vertices=len(maps.nodes),
-        frequencies=len(maps.frequency),
-        time=mapped,
-        finer=clock.passed() * len(maps.nodes) / len(sample),
-        loss=float(np.interp(AMONG, maps.frequency, maps.sampling_loss)),
+        progress=lambda part: ended.append(perf_counter()) if part >= 1.0 else None,
     )
 
 
-def _parts(case: Case) -> BuildingParts:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "building.msh"
-        generate(geometry_of(case), path, source=str(case.path))
-        return read_parts(case, path)[0]
-
-
-def _loads(case: Case, parts: BuildingParts) -> Loads:
-    """The loads of the case, from a run of its sticks."""
-    motions = ground_motions(case.motions)
-    longest = max(motion.accelerogram.duration for motion in motions)
-    duration = transient_of(case).duration or case.pounding.duration or longest
-    response = pounded(case, calibration_of(case), motions, duration)
-    history = ForceHistory.of_response(response)
-    return case_loads(case, parts.mesh, motions, history, case.path, duration)
-
-
-def _full_steps(M: Any, K: Any, loads: Loads, patterns: Array, damping: Rayleigh) -> _Full:
+def _full_figures(
+    model: BuildingModel, K: Any, prepared: Prepared, patterns: Array
+) -> list[Figure]:
+    """Steps of Newmark in full order from the first impact on, each with a bare solve."""
+    loads, damping = prepared.loads, prepared.damping
     amplitudes = loads.amplitudes
-    with Newmark(K, M, loads.time_step, patterns, damping=damping) as system:
-        start = time.perf_counter()
-        factor = system.factorise()
-        factored = time.perf_counter() - start
+    with Newmark(K, model.mass, loads.time_step, patterns, damping=damping) as system:
+        factor, factored = timed(system.factorise)
         state = system.start(0.0 * amplitudes[0])
-        begin = int(np.argmax(np.abs(loads.force).max(axis=1))) if loads.edges else 0
-        state.step = begin
-        right = M.createVecRight()
-        left = M.createVecRight()
+        state.step = int(np.argmax(np.abs(loads.force).max(axis=1))) if loads.edges else 0
+        right, left = model.mass.createVecRight(), model.mass.createVecRight()
         right.set(1.0)
-        steps, solves = [], []
+        times = []
         for _ in range(STEPS):
-            start = time.perf_counter()
-            system.march(state, amplitudes, last=state.step + 1)
-            steps.append(time.perf_counter() - start)
-            start = time.perf_counter()
-            factor.solve(right, left)
-            solves.append(time.perf_counter() - start)
-    return _Full(factored, float(np.median(steps)), float(np.median(solves)))
+            _, step = timed(lambda: system.march(state, amplitudes, last=state.step + 1))
+            times.append((step, timed(lambda: factor.solve(right, left))[1]))
+    step, solve = np.median(times, axis=0)
+    each = 1e6 * step / model.n_free
+    return [
+        Figure("3D in time, free degrees of freedom", float(model.n_free), "-"),
+        Figure("full Newmark, factorisation", factored, "s"),
+        Figure("full Newmark, one step", step, "s"),
+        Figure("one bare solve", solve, "s"),
+        Figure("step over bare solve", step / solve, "-", 1.3),
+        Figure("full Newmark, time a degree of freedom and step", each, "µs"),
+        Figure(f"full Newmark, {FULL_STEPS} steps", factored + step * FULL_STEPS, "s"),
+    ]
+
+
+def _map_figures(case: Case, prepared: Prepared, basis: ReducedBasis, history: Any) -> list[Figure]:
+    """Spectra of every floor vertex."""
+    loads = prepared.loads
+    maps, mapped = timed(
+        lambda: floor_maps(prepared.parts, basis, history, loads, case.spectra, main_impact=None)
+    )
+    records = node_response(basis, history, loads, maps.nodes[:SAMPLE]).acceleration
+    _, finer = timed(
+        lambda: response_spectra(
+            records.reshape(len(records), -1).T,
+            loads.time_step,
+            maps.frequency,
+            [maps.damping],
+            points_per_cycle=20.0,
+            threads=threads(),
+            absolute=False,
+        )
+    )
+    count = len(maps.nodes)
+    name, loss = (
+        "spectra of every floor vertex",
+        np.interp(AMONG, maps.frequency, maps.sampling_loss),
+    )
+    return [
+        Figure(f"{name}, vertices", float(count), "-"),
+        Figure(f"{name}, frequencies", float(len(maps.frequency)), "-"),
+        Figure(name, mapped, "s", 180.0),
+        Figure(f"bound of what a peak at {AMONG:g} Hz lacks there", float(loss), "-"),
+        Figure("the same with 20 points a cycle, from a sample", finer * count / SAMPLE, "s"),
+    ]

@@ -235,9 +235,10 @@ def bench(
         list[str] | None,
         typer.Argument(
             metavar="[GROUP]...",
-            help="sticks, spectra, and on the paper-size mesh, some minutes each: building, "
-            "transient, dampings (the same with a basis for every damping case), wall; the first "
-            "two when left out.",
+            help="sticks, spectra; on the default mesh basis (factor, solves, orthogonalisation, "
+            "beside BLAS at its peak) and wall; on the paper-size mesh, some minutes each, "
+            "building, transient, dampings (the same with a basis for every damping case). The "
+            "first two when left out.",
         ),
     ] = None,
     json_file: Annotated[
@@ -249,7 +250,7 @@ def bench(
 
     sys.path.insert(0, str(in_source_tree("bench/suite.py").parents[1]))
     from bench import suite
-    from bench.figure import as_table
+    from bench.figures import as_table
 
     _show(as_table(suite.measure(groups or (), json_file)))
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from bench import suite
-from bench.figure import Figure
+from bench.figures import Figure
 from impactfem.system import files
 from impactfem.verify import manual
 from impactfem.verify.row import Row

@@ -39,6 +39,7 @@ def test_solve(petsc, chain, shift):
         b, x = PETSc.Vec().createWithArray(B[:, 3].copy()), PETSc.Vec().createSeq(n)
         factor.solve(b, x)
         assert factor.entries >= 2 * n - 1
+        assert factor.operations >= 2 * n - 1
         assert factor.solve_block(np.empty((n, 0))).shape == (n, 0)
     assert columns == pytest.approx(np.linalg.solve(A, B), rel=1e-10, abs=1e-10)
     assert columns.flags.f_contiguous

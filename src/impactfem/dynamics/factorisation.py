@@ -179,6 +179,11 @@ class Factorisation(Held):
         count = float(self._F.getMumpsInfog(29))
         return count if count >= 0.0 else -1e6 * count
 
+    @property
+    def operations(self) -> float:
+        """Floating-point operations of the elimination, all ranks together."""
+        return float(self._F.getMumpsRinfog(3))
+
     def _dense(self, columns: Array) -> PETSc.Mat:
         size = (self._rows, (None, columns.shape[1]))
         return PETSc.Mat().createDense(size, array=columns, comm=self._comm)
