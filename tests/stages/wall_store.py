@@ -105,7 +105,6 @@ def calibrate_store(asked: WantedWall) -> xr.Dataset:
             "damped_energy": ("time", damped),
             "numerical_energy": ("time", numerical),
             "contact_work": ("time", contact),
-            "constraint_floor": ("constraint", np.repeat(floors, len(EDGE))),
             "constraint_position": ("constraint", np.tile(EDGE, len(floors))),
             "constraint_length": ("constraint", np.tile(length, len(floors))),
             "constraint_force": (
@@ -118,6 +117,7 @@ def calibrate_store(asked: WantedWall) -> xr.Dataset:
             "time": ("time", time),
             "step": ("step", time[near]),
             "floor": ("floor", np.array(floors)),
+            "constraint_floor": ("constraint", np.repeat(floors, len(EDGE))),
             "case": ("case", np.array(names, dtype=object)),
         },
         attrs={

@@ -146,6 +146,11 @@ def number_of(store: xr.Dataset, name: str, **labels: str) -> float:
     return value
 
 
+def time_step(store: xr.Dataset) -> float:
+    """Step of the histories of a store [s]."""
+    return float(store["time"][1] - store["time"][0])
+
+
 class StoreView:
     """A store of a stage of the 3D building.
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
+import xarray as xr
 
-from impactfem.stages.calibrate.view import WallView
+from impactfem.stages.calibrate.selection import MODEL, STICK, impacts_of
 from impactfem.stages.check import Check
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import open_store, time_step
+from impactfem.system.scalar import values_of
 
 COMPLEMENTARITY = 1e-9
 ENERGY = 1e-9
@@ -29,21 +30,20 @@ def wall_checks(folder: Path) -> list[Check]:
         folder: The run's folder, with `calibrate.nc`.
     """
     with open_store(folder / "calibrate.nc") as store:
-        view = WallView(store)
         return [
-            *_start(view),
-            *_found(view),
-            *_floors(view),
-            *_contact(view),
-            *_steps(view),
-            *_penetration(view),
+            *_start(store),
+            *_found(store),
+            *_floors(store),
+            *_contact(store),
+            *_steps(store),
+            *_penetration(store),
         ]
 
 
-def _start(view: WallView) -> list[Check]:
+def _start(store: xr.Dataset) -> list[Check]:
     """Whether the building starts from the state that was requested."""
-    pull, uneven = view.store.attrs["pull"], view.values["calibration.start_unevenness"]
-    floor, d = view.store.attrs["displaced_floor"], 1e3 * view.store.attrs["displacement_at_start"]
+    pull, uneven = store.attrs["pull"], values_of(store)["calibration.start_unevenness"]
+    floor, d = store.attrs["displaced_floor"], 1e3 * store.attrs["displacement_at_start"]
     text = f"calibrate: floor {floor} starts at {d:.4g} mm"
     if pull == "whole_floor":
         return [(uneven <= EVEN, f"{text}, all of its slab within {uneven:.1e} (limit {EVEN:g})")]
@@ -52,16 +52,17 @@ def _start(view: WallView) -> list[Check]:
     ]
 
 
-def _found(view: WallView) -> list[Check]:
-    values, first = view.values, view.first_impact
+def _found(store: xr.Dataset) -> list[Check]:
+    values, top = values_of(store), impacts_of(store, MODEL)[-1]
+    first = top.first_complete()
     later = 1e3 * values["calibration.stick_delay"]
     return [
         (
             None,
             f"calibrate: ε = {values['calibration.epsilon']:.3g}, "
             f"ξ_c = {values['calibration.xi_c']:.3g}, "
-            f"K_Ceq = {values['calibration.K_Ceq']:.3g} N/m from the impact of floor {view.top} at "
-            f"{first.start:.4g} s: {1e3 * first.duration:.3g} ms, "
+            f"K_Ceq = {values['calibration.K_Ceq']:.3g} N/m from the impact of floor {top.floor} "
+            f"at {first.start:.4g} s: {1e3 * first.duration:.3g} ms, "
             f"{1e-3 * first.largest_impulse:.4g} kN s, {first.approach:.3g} m/s before it",
         ),
         (
@@ -73,10 +74,10 @@ def _found(view: WallView) -> list[Check]:
     ]
 
 
-def _floors(view: WallView) -> list[Check]:
+def _floors(store: xr.Dataset) -> list[Check]:
     lines: list[Check] = []
-    for kind, impacts in (("3D model", view.model_impacts), ("stick", view.stick_impacts)):
-        for found in impacts:
+    for kind, which in (("3D model", MODEL), ("stick", STICK)):
+        for found in impacts_of(store, which):
             who = f"calibrate: floor {found.floor} of the {kind}"
             if not found.impacts:
                 near = 1e3 * found.closest
@@ -88,8 +89,8 @@ def _floors(view: WallView) -> list[Check]:
     return lines
 
 
-def _contact(view: WallView) -> list[Check]:
-    values = view.values
+def _contact(store: xr.Dataset) -> list[Check]:
+    values = values_of(store)
     residual = values["calibration.complementarity"]
     identity, gained = values["calibration.energy_residual"], values["calibration.energy_gained"]
     lines: list[Check] = [
@@ -117,16 +118,17 @@ def _contact(view: WallView) -> list[Check]:
     return lines
 
 
-def _steps(view: WallView) -> list[Check]:
-    duration = view.store["impact_duration"].values / view.time_step
-    k = int(np.argmin(duration))
-    which = f" with the damping {view.cases[k]}" if len(view.cases) > 1 else ""
+def _steps(store: xr.Dataset) -> list[Check]:
+    steps_of = store["impact_duration"] / time_step(store)
+    fewest = steps_of.isel(case=steps_of.argmin("case"))
+    which = f" with the damping {fewest['case'].item()}" if store.sizes["case"] > 1 else ""
+    stick = impacts_of(store, STICK)[-1]
     lines: list[Check] = []
     for steps, who in (
-        (float(duration[k]), f"floor {view.top} of the 3D model{which}"),
+        (float(fewest), f"floor {stick.floor} of the 3D model{which}"),
         (
-            view.stick_impacts[-1].first_complete().duration / view.time_step,
-            f"floor {view.top} of the stick",
+            stick.first_complete().duration / time_step(store),
+            f"floor {stick.floor} of the stick",
         ),
     ):
         text = f"calibrate: {steps:.3g} steps in the first impact of {who}, {STEPS:g} asked"
@@ -134,11 +136,12 @@ def _steps(view: WallView) -> list[Check]:
     return lines
 
 
-def _penetration(view: WallView) -> list[Check]:
-    if not view.gap > 0.0:
+def _penetration(store: xr.Dataset) -> list[Check]:
+    gap = float(store.attrs["gap"])
+    if not gap > 0.0:
         return []
-    into = view.values["calibration.penetration"] / view.gap
-    stick = max(0.0, *(-found.closest for found in view.stick_impacts)) / view.gap
+    into = values_of(store)["calibration.penetration"] / gap
+    stick = max(0.0, *(-found.closest for found in impacts_of(store, STICK))) / gap
     return [
         (
             into <= RIGID,

@@ -1,32 +1,56 @@
 """The store of the stage: `calibrate.nc`.
 
-Dimensions: `time` and `floor` (those that may hit); `case` (damping cases, the building's own
-first), `constraint` (along the edges of the floors, bottom to top) and `step` (the times of the
-first impact). Displacements and velocities are those of the mass centres, positive towards the
-wall; forces push the floors away from it. `force`, `displacement`, `velocity` and `opening`
-(distance of the wall from the nearest point) are of the 3D model, with `stick_` before the name of
-the stick.
+Displacements and velocities are those of the mass centres, positive towards the wall; forces push
+the floors away from it. What begins with `stick_` is of the stick, the rest of the 3D model.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 
-from impactfem.dynamics.energy import Energy
-from impactfem.stages.calibrate.compute import CalibrationStudy, DampedRun
+from impactfem.stages.calibrate.compute import CalibrationStudy
 from impactfem.stages.calibrate.history import WallHistory
 from impactfem.stages.calibrate.scalars import calibration_scalars
+from impactfem.stages.stores import Output, dataset
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import with_scalars
 
-Array = NDArray[np.float64]
-Variables = dict[str, tuple[Any, ...]]
+OUTPUTS = {
+    "time": Output("time", "s"),
+    "floor": Output("floor", "", "number of a floor that may hit"),
+    "floor_mass": Output("floor", "kg"),
+    "displacement": Output("time floor", "m"),
+    "velocity": Output("time floor", "m/s"),
+    "force": Output("time floor", "N"),
+    "opening": Output("time floor", "m", "distance of the wall from the nearest point"),
+    "stick_displacement": Output("time floor", "m"),
+    "stick_velocity": Output("time floor", "m/s"),
+    "stick_force": Output("time floor", "N"),
+    "stick_opening": Output("time floor", "m", "distance of the wall from the nearest point"),
+    "kinetic_energy": Output("time", "J"),
+    "elastic_energy": Output("time", "J"),
+    "damped_energy": Output("time", "J", "taken by damping so far"),
+    "numerical_energy": Output("time", "J", "taken by the time stepping so far"),
+    "contact_work": Output("time", "J", "done by the contact so far"),
+    "complementarity": Output("time", "-", "residual of the contact condition"),
+    "constraint_floor": Output("constraint", "", "number of its floor", label=True),
+    "constraint_position": Output("constraint", "m", "along the edge"),
+    "constraint_length": Output("constraint", "m", "that it stands for"),
+    "step": Output("step", "s", "times of the first impact"),
+    "constraint_force": Output("step constraint", "N"),
+    "case": Output("case", "", "damping, that of the building first"),
+    "mass_coefficient": Output("case", "1/s", "α of Rayleigh damping"),
+    "stiffness_coefficient": Output("case", "s", "β of Rayleigh damping"),
+    "epsilon": Output("case", "-", "restitution by equation 5"),
+    "xi_c": Output("case", "-", "damping ratio of the contact by equation 4"),
+    "K_Ceq": Output("case", "N/m", "stiffness of the contact by equation 6"),
+    "impact_time": Output("case", "s", "first impact of the top floor"),
+    "impact_duration": Output("case", "s", "of the same impact"),
+    "impulse": Output("case", "N s", "of the same impact, the largest on its way"),
+    "approach_velocity": Output("case", "m/s", "before the same impact"),
+}
 
 
 def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
@@ -40,40 +64,54 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
     Raises:
         ImpactfemError: The file cannot be written.
     """
-    experiment = study.prepared.experiment
-    contact = study.main.run.contact
+    prepared, cases = study.prepared, study.cases
+    experiment, contact = prepared.experiment, study.main.run.contact
     near = _near_first_impact(study)
-    dataset = xr.Dataset(
-        {
-            **_histories(study.main.run.history, ""),
-            **_histories(study.stick, "stick_"),
-            "floor_mass": ("floor", study.prepared.mass, {"units": "kg"}),
-            **_energies(contact.energy),
-            "complementarity": ("time", contact.residual, {"units": "1"}),
-            **_constraints(study, contact.force[near]),
-            **_damping_cases(study.cases),
-        },
-        coords={
-            "time": ("time", contact.time, {"units": "s"}),
-            "step": ("step", contact.time[near], {"units": "s"}),
-            "floor": ("floor", np.array(experiment.floors), {}),
-            "case": ("case", np.array([c.name for c in study.cases], dtype=object), {}),
-        },
-        attrs={
-            "title": study.case.title,
-            "inputs": key,
-            "case_hash": study.case.content_hash(),
-            "building": study.case.structure.building if study.case.structure else "",
-            "side": experiment.side,
-            "gap": experiment.gap,
-            "separation": study.prepared.separation,
-            "displaced_floor": experiment.displaced_floor,
-            "displacement_at_start": experiment.displacement,
-            "pull": experiment.pull,
-            "stick_contact_update": study.case.pounding.update,
-        },
-    )
-    write_netcdf(path, with_scalars(dataset, calibration_scalars(study)))
+    impacts = [case.impacts[-1].first_complete() for case in cases]
+    floors = np.array(experiment.floors)
+    values = {
+        "time": contact.time,
+        "floor": floors,
+        "floor_mass": prepared.mass,
+        **_histories(study.main.run.history, ""),
+        **_histories(study.stick, "stick_"),
+        "kinetic_energy": contact.energy.kinetic,
+        "elastic_energy": contact.energy.elastic,
+        "damped_energy": contact.energy.damped,
+        "numerical_energy": contact.energy.numerical,
+        "contact_work": contact.energy.contact,
+        "complementarity": contact.residual,
+        "constraint_floor": floors[study.model.floor_of],
+        "constraint_position": prepared.position,
+        "constraint_length": prepared.length,
+        "step": contact.time[near],
+        "constraint_force": contact.force[near],
+        "case": [case.name for case in cases],
+        "mass_coefficient": [case.damping.alpha for case in cases],
+        "stiffness_coefficient": [case.damping.beta for case in cases],
+        "epsilon": [case.penalty.epsilon for case in cases],
+        "xi_c": [case.penalty.xi_c for case in cases],
+        "K_Ceq": [case.penalty.K_Ceq for case in cases],
+        "impact_time": [impact.start for impact in impacts],
+        "impact_duration": [impact.duration for impact in impacts],
+        "impulse": [impact.largest_impulse for impact in impacts],
+        "approach_velocity": [impact.approach for impact in impacts],
+    }
+    attributes = {
+        "title": study.case.title,
+        "inputs": key,
+        "case_hash": study.case.content_hash(),
+        "building": study.case.structure.building if study.case.structure else "",
+        "side": experiment.side,
+        "gap": experiment.gap,
+        "separation": prepared.separation,
+        "displaced_floor": experiment.displaced_floor,
+        "displacement_at_start": experiment.displacement,
+        "pull": experiment.pull,
+        "stick_contact_update": study.case.pounding.update,
+    }
+    scalars = calibration_scalars(study)
+    write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
 
 
 def _near_first_impact(study: CalibrationStudy) -> slice:
@@ -85,56 +123,7 @@ def _near_first_impact(study: CalibrationStudy) -> slice:
     return slice(max(0, first.first - 5), first.last + 6)
 
 
-def _histories(history: WallHistory, prefix: str) -> Variables:
-    dims = ("time", "floor")
-    variables: Variables = {
-        f"{prefix}displacement": (dims, history.displacement, {"units": "m"}),
-        f"{prefix}velocity": (dims, history.velocity, {"units": "m/s"}),
-        f"{prefix}force": (dims, history.force, {"units": "N"}),
-    }
-    if history.opening is not None:
-        variables[f"{prefix}opening"] = (dims, history.opening, {"units": "m"})
-    return variables
-
-
-def _energies(energy: Energy) -> Variables:
-    return {
-        "kinetic_energy": ("time", energy.kinetic, {"units": "J"}),
-        "elastic_energy": ("time", energy.elastic, {"units": "J"}),
-        "damped_energy": ("time", energy.damped, {"units": "J"}),
-        "numerical_energy": ("time", energy.numerical, {"units": "J"}),
-        "contact_work": ("time", energy.contact, {"units": "J"}),
-    }
-
-
-def _constraints(study: CalibrationStudy, force: Array) -> Variables:
-    """The constraints, and their forces in the steps of the first impact."""
-    floors = np.array(study.prepared.experiment.floors)
-    return {
-        "constraint_floor": ("constraint", floors[study.model.floor_of]),
-        "constraint_position": (
-            "constraint",
-            study.prepared.position,
-            {"units": "m", "note": "along the edge"},
-        ),
-        "constraint_length": ("constraint", study.prepared.length, {"units": "m"}),
-        "constraint_force": (("step", "constraint"), force, {"units": "N"}),
-    }
-
-
-def _damping_cases(cases: Sequence[DampedRun]) -> Variables:
-    """Penalty parameters by damping case, and what they come from: the top floor's impact."""
-    parameters = np.array([[c.penalty.epsilon, c.penalty.xi_c, c.penalty.K_Ceq] for c in cases])
-    impacts = [c.impacts[-1].first_complete() for c in cases]
-    alpha, beta = np.array([[c.damping.alpha, c.damping.beta] for c in cases]).T
-    return {
-        "mass_coefficient": ("case", alpha, {"units": "1/s"}),
-        "stiffness_coefficient": ("case", beta, {"units": "s"}),
-        "epsilon": ("case", parameters[:, 0], {"units": "1"}),
-        "xi_c": ("case", parameters[:, 1], {"units": "1"}),
-        "K_Ceq": ("case", parameters[:, 2], {"units": "N/m"}),
-        "impact_time": ("case", np.array([i.start for i in impacts]), {"units": "s"}),
-        "impact_duration": ("case", np.array([i.duration for i in impacts]), {"units": "s"}),
-        "impulse": ("case", np.array([i.largest_impulse for i in impacts]), {"units": "N s"}),
-        "approach_velocity": ("case", np.array([i.approach for i in impacts]), {"units": "m/s"}),
-    }
+def _histories(history: WallHistory, prefix: str) -> dict[str, Any]:
+    names = ("displacement", "velocity", "force", "opening")
+    histories = {f"{prefix}{name}": getattr(history, name) for name in names}
+    return {name: values for name, values in histories.items() if values is not None}

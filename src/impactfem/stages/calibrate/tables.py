@@ -6,12 +6,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
-from impactfem.plot.table import Cell, Table, beside_published
+from impactfem.plot.table import Cell, Table, beside_published, columns_of, write_tables
 from impactfem.stages.calibrate.impact import FloorImpacts
-from impactfem.stages.calibrate.view import WallView
-from impactfem.stages.stores import open_store
-from impactfem.system.log import LOGGER
+from impactfem.stages.calibrate.selection import (
+    MODEL,
+    STICK,
+    damping_ratios,
+    half_wave,
+    impacts_of,
+)
+from impactfem.stages.stores import open_store, time_step
+from impactfem.system.scalar import scalars_of
 
 PRINTED = "printed"
 """End of the names of published restitutions in the order in which the paper prints them."""
@@ -31,23 +38,18 @@ def wall_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
         ImpactfemError: A file cannot be written.
     """
     with open_store(folder / "calibrate.nc") as store:
-        view = WallView(store)
-        tables = [_values(view, published), _impacts(view), _dampings(view, published)]
-    target = folder / "tables"
-    target.mkdir(exist_ok=True)
-    for table in tables:
-        LOGGER.debug("\n%s", table.as_text())
-    return [table.write_csv(target) for table in tables]
+        tables = [_values(store, published), _impacts(store), _dampings(store, published)]
+    return write_tables(folder, tables)
 
 
-def _values(view: WallView, published: Mapping[str, float]) -> Table:
+def _values(store: xr.Dataset, published: Mapping[str, float]) -> Table:
     """Figures 6 and 7 and table 5 of the paper: the stage's scalars, published ones first."""
-    shown = sorted(view.scalars, key=lambda scalar: scalar.name not in published)
-    title = f"Impact of building {view.building} on a rigid wall"
+    shown = sorted(scalars_of(store), key=lambda scalar: scalar.name not in published)
+    title = f"Impact of building {store.attrs['building']} on a rigid wall"
     return beside_published("wall_calibration", title, shown, published)
 
 
-def _impacts(view: WallView) -> Table:
+def _impacts(store: xr.Dataset) -> Table:
     """All impacts by floor; a floor without one has a row that says how near it came.
 
     The impulse is the largest on its way and that at the end, the peak that of the force; `over`
@@ -55,36 +57,24 @@ def _impacts(view: WallView) -> Table:
     """
     rows = [
         row
-        for kind, found in (("3D", view.model_impacts), ("stick", view.stick_impacts))
-        for floor in reversed(found)
-        for row in _of_floor(view, kind, floor)
+        for kind, which in (("3D", MODEL), ("stick", STICK))
+        for floor in reversed(impacts_of(store, which))
+        for row in _of_floor(time_step(store), kind, floor)
     ]
-    return Table(
-        "wall_impacts",
-        f"Impacts of the floors of building {view.building} on the rigid wall, 3D and stick; "
-        "epsilon by the largest impulse, negative where the impulse is below the momentum",
-        (
-            ("model", ""),
-            ("floor", ""),
-            ("impact", ""),
-            ("start", "s"),
-            ("duration", "ms"),
-            ("impulse", "kN s"),
-            ("at end", "kN s"),
-            ("peak", "MN"),
-            ("approach", "m/s"),
-            ("rebound", "m/s"),
-            ("epsilon", "-"),
-            ("pulses", ""),
-            ("steps", ""),
-            ("over", ""),
-            ("nearest", "mm"),
-        ),
-        tuple(rows),
+    columns = (
+        *(("model", ""), ("floor", ""), ("impact", ""), ("start", "s"), ("duration", "ms")),
+        *(("impulse", "kN s"), ("at end", "kN s"), ("peak", "MN"), ("approach", "m/s")),
+        *(("rebound", "m/s"), ("epsilon", "-"), ("pulses", ""), ("steps", ""), ("over", "")),
+        ("nearest", "mm"),
     )
+    title = (
+        f"Impacts of the floors of building {store.attrs['building']} on the rigid wall, 3D and "
+        "stick; epsilon by the largest impulse, negative where the impulse is below the momentum"
+    )
+    return Table("wall_impacts", title, columns, tuple(rows))
 
 
-def _of_floor(view: WallView, kind: str, found: FloorImpacts) -> list[tuple[Cell, ...]]:
+def _of_floor(step: float, kind: str, found: FloorImpacts) -> list[tuple[Cell, ...]]:
     closest = 1e3 * found.closest
     if not found.impacts:
         return [(kind, found.floor, 0, *[None] * 11, closest)]
@@ -102,7 +92,7 @@ def _of_floor(view: WallView, kind: str, found: FloorImpacts) -> list[tuple[Cell
             one.rebound,
             one.epsilon if np.isfinite(one.epsilon) else None,
             one.pulses,
-            one.duration / view.time_step,
+            one.duration / step,
             "yes" if one.complete else "no",
             closest,
         )
@@ -110,57 +100,44 @@ def _of_floor(view: WallView, kind: str, found: FloorImpacts) -> list[tuple[Cell
     ]
 
 
-def _dampings(view: WallView, published: Mapping[str, float]) -> Table:
+def _dampings(store: xr.Dataset, published: Mapping[str, float]) -> Table:
     """Table 8 of the paper, whose restitutions are printed in one order and described in the other.
 
     The text says that ε grows as damping falls; the printed row falls with it.
     """
-    store = view.store
-    frequency = view.half_wave
-    ratio = view.damping_ratios(frequency)
-    rows: list[tuple[Cell, ...]] = []
-    for k, case in enumerate(view.cases):
-        name = f"calibration.epsilon.{case}" if k else "calibration.epsilon"
-        described = published.get(name)
-        # The middle one is the building's own, and the same in both orders.
-        printed = published.get(f"{name}.{PRINTED}") if k else described
-        rows.append(
-            (
-                case,
-                float(store["mass_coefficient"].values[k]),
-                float(store["stiffness_coefficient"].values[k]),
-                100.0 * float(ratio[k]),
-                float(store["epsilon"].values[k]),
-                described,
-                printed,
-                float(store["xi_c"].values[k]),
-                float(store["K_Ceq"].values[k]),
-                float(store["impact_time"].values[k]),
-                1e3 * float(store["impact_duration"].values[k]),
-                1e-3 * float(store["impulse"].values[k]),
-                float(store["approach_velocity"].values[k]),
-            )
-        )
-    return Table(
-        "wall_damping",
-        f"First impact of floor {view.top} of building {view.building} on the rigid wall by the "
-        "Rayleigh damping of the building",
-        (
-            ("damping", ""),
-            ("alpha", "1/s"),
-            ("beta", "s"),
-            (f"xi at {frequency:.3g} Hz", "%"),
-            ("epsilon", "-"),
-            ("by the text", "-"),
-            ("as printed", "-"),
-            ("xi_c", "-"),
-            ("K_Ceq", "N/m"),
-            ("start", "s"),
-            ("duration", "ms"),
-            ("impulse", "kN s"),
-            ("approach", "m/s"),
+    frequency = half_wave(store)
+    others = [str(case) for case in store["case"].values[1:]]
+    described = [published.get("calibration.epsilon", np.nan)]
+    # The middle one is the building's own, and the same in both orders.
+    printed = [*described]
+    for case in others:
+        described.append(published.get(f"calibration.epsilon.{case}", np.nan))
+        printed.append(published.get(f"calibration.epsilon.{case}.{PRINTED}", np.nan))
+    top = int(store["floor"][-1])
+    return columns_of(
+        store.assign(
+            ratio=damping_ratios(store, frequency),
+            described=("case", described),
+            printed=("case", printed),
         ),
-        tuple(rows),
+        "wall_damping",
+        f"First impact of floor {top} of building {store.attrs['building']} on the rigid wall by "
+        "the Rayleigh damping of the building",
+        [
+            ("case", "damping", ""),
+            ("mass_coefficient", "alpha", "1/s"),
+            ("stiffness_coefficient", "beta", "s"),
+            ("ratio", f"xi at {frequency:.3g} Hz", "%"),
+            ("epsilon", "epsilon", "-"),
+            ("described", "by the text", "-"),
+            ("printed", "as printed", "-"),
+            ("xi_c", "xi_c", "-"),
+            ("K_Ceq", "K_Ceq", "N/m"),
+            ("impact_time", "start", "s"),
+            ("impact_duration", "duration", "ms"),
+            ("impulse", "impulse", "kN s"),
+            ("approach_velocity", "approach", "m/s"),
+        ],
     ).comparing(
         {"by the text", "as printed"},
         "; beside the published values in the order that the text describes and as printed",

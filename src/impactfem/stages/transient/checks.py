@@ -8,8 +8,8 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.stages.check import Check, end_check, log_checks
-from impactfem.stages.stores import open_store
-from impactfem.stages.transient.selection import between, ends, known, time_step
+from impactfem.stages.stores import open_store, time_step
+from impactfem.stages.transient.selection import between, ends, known
 from impactfem.system.scalar import values_of
 
 APART = 0.2

@@ -10,13 +10,13 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, RED, figure, floor_colours, letter, ordered_colours
+from impactfem.stages.stores import time_step
 from impactfem.stages.transient.power import force_spectra, power_spectrum
 from impactfem.stages.transient.selection import (
     at_floor,
     floors_of,
     of_kind,
     shown_line,
-    time_step,
     transfer,
     transfer_bound,
     wave_floor,

@@ -11,13 +11,13 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, RED, figure, floor_colours, letter, ordered_colours
+from impactfem.stages.stores import time_step
 from impactfem.stages.transient.selection import (
     at_floor,
     forces_note,
     main_impact,
     of_sticks,
     shown_line,
-    time_step,
     wave_floor,
 )
 

@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.spectra.sampling import upsample
+from impactfem.stages.stores import time_step
 from impactfem.stages.transient.power import force_spectra
 from impactfem.stages.transient.selection import (
     at_floor,
@@ -24,7 +25,6 @@ from impactfem.stages.transient.selection import (
     of_kind,
     of_sticks,
     shown,
-    time_step,
     transfer,
     wave_floor,
 )

@@ -69,11 +69,6 @@ def known(store: xr.Dataset) -> xr.Dataset:
     return store.sel(frequency=slice(None, highest * (1.0 + 1e-9)))
 
 
-def time_step(store: xr.Dataset) -> float:
-    """Δt [s]."""
-    return float(store["time"][1] - store["time"][0])
-
-
 def main_impact(store: xr.Dataset) -> tuple[float, float] | None:
     """Start and end of the impact with the largest force [s]; None without an impact."""
     both = np.atleast_1d(store.attrs["main_impact"])

@@ -10,10 +10,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.plot.table import Table, beside_published, columns_of, write_tables
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import open_store, time_step
 from impactfem.stages.transient.physics import physics_scalars
 from impactfem.stages.transient.power import force_spectra, power_spectrum
-from impactfem.stages.transient.selection import floors_of, known, of_kind, shown, time_step
+from impactfem.stages.transient.selection import (
+    floors_of,
+    known,
+    of_kind,
+    shown,
+)
 from impactfem.system.scalar import scalars_of
 
 Array = NDArray[np.float64]

@@ -21,13 +21,13 @@ from impactfem.plot.floor_field import (
     signed_limits,
 )
 from impactfem.plot.style import BLUE, GREEN, HANDLE, ORANGE, RED, figure, letter
+from impactfem.stages.stores import time_step
 from impactfem.stages.transient.physics import HALF, line_arrivals
 from impactfem.stages.transient.selection import (
     forces_note,
     line_ends,
     main_impact,
     of_kind,
-    time_step,
     wave_floor,
 )
 from impactfem.system.scalar import values_of
