@@ -27,7 +27,7 @@ PACKAGES = {
     "coupling": {"case", "dynamics", "sticks"},
     "building": {"_fenicsx", "case", "dynamics"},
     "reduction": {"building", "case", "coupling", "dynamics", "spectra"},
-    "device": {"case", "dynamics", "spectra", "sticks"},
+    "device": {"case", "coupling", "dynamics", "spectra", "sticks"},
     "plot": {"spectra"},
     "stages": {"case", "dynamics", "spectra"},
     "stages.building": {"building", "case", "dynamics", "plot", "reduction", "stages"},

@@ -163,7 +163,7 @@ def test_a_spring_between_two_bodies_and_a_mounted_mass(stick, shaken):
     M_y[:6, :6], M_y[6, 6], M_y[1, 6] = J, 1.0, np.sqrt(m)
     M_y[6, 1], M_y[1, 1] = np.sqrt(m), J[1, 1] + m
     C_y[6, 6], K_y[6, 6] = 2.0, 400.0
-    block = Mount((("b", "top"),), M_y, C_y, K_y, np.eye(7, 3))
+    block = Mount((("b", "top"),), 6, M_y, C_y, K_y, np.eye(7, 3))
     assembly = Assembly(bodies, springs=[Spring(("a", "top"), ("b", "top"), k, c)], mounts=[block])
     motion = by_assembly(assembly, shaken, substeps=1)
     n = stick.n

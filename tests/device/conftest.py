@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impactfem.device.beam import Beam
-from impactfem.device.body import Body
 from impactfem.device.device import Device
-from impactfem.device.on_springs import on_springs
-from impactfem.device.springs import BaseSprings
+from impactfem.device.models import on_springs
+from impactfem.device.parts import BaseSprings, Beam, RigidBody
 from impactfem.dynamics.damping import Rayleigh
+
+from ..sticks.conftest import floors, row, shake  # noqa: F401
 
 STIFFNESS = {"x": 1.4e8, "y": 1.2e8, "z": math.inf, "rx": 3.0e7, "ry": 2.5e7, "rz": math.inf}
 DAMPING = Rayleigh.through(0.02, 30.0, 80.0)
@@ -28,7 +28,7 @@ def pump() -> Callable[..., Device]:
         beam: Beam | None = None, damping: Any = DAMPING, mass: float = 1500.0, **stiffness: float
     ) -> Device:
         springs = BaseSprings.of_directions(**{**STIFFNESS, **stiffness})
-        body = Body.at_height(mass, 0.46, 220.0, 240.0, 190.0)
+        body = RigidBody.at_height(mass, 0.46, 220.0, 240.0, 190.0)
         return on_springs("pump", springs, body, damping, beam)
 
     return make

@@ -1,12 +1,20 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lsim
 
 from impactfem.device import anchor_force as module
-from impactfem.device.anchor_force import anchor_force
-from impactfem.device.beam import Beam
-from impactfem.device.coupled import coupled
-from impactfem.device.from_matrices import from_matrices
+from impactfem.device.anchor_force import (
+    anchor_force,
+    anchor_forces,
+    base_imbalance,
+    own_accelerations,
+    own_motions,
+)
+from impactfem.device.device import coupled
+from impactfem.device.models import from_matrices
+from impactfem.device.parts import COMPONENTS, Beam
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 STEP = 1e-3
@@ -125,3 +133,97 @@ def test_coupled_modes_are_refused(pump, shaking):
 
 def test_an_undamped_device_moves_too(pump, shaking):
     assert np.isfinite(anchor_force(pump(damping=0.0), shaking(), STEP).force).all()
+
+
+def test_forces_and_moments_have_each_their_own_scale(pump):
+    forces = np.array([[4e3], [5e3], [0.0], [20.0], [10.0], [0.0]])
+    assert base_imbalance(pump(), forces, forces) == 0.0
+    for row, worst in ((1, 2e-4), (3, 5e-2)):
+        wrong = forces.copy()
+        wrong[row] += 1.0
+        assert base_imbalance(pump(), forces, wrong) == pytest.approx(worst)
+
+
+def test_blocked_motions_are_not_compared(pump):
+    forces = np.full((6, 3), 100.0)
+    springs = forces.copy()
+    # Along z and about z the pump's base is blocked.
+    springs[[2, 5]] = 0.0
+    assert base_imbalance(pump(), forces, springs) == 0.0
+    assert base_imbalance(pump(z=1e9), forces, springs) == pytest.approx(1.0)
+    assert base_imbalance(pump(), forces[:, :0], springs[:, :0]) == 0.0
+
+
+def test_masses_on_the_anchor_press_without_a_spring():
+    """40 kg of 100 kg sit on the anchor; without its acceleration nothing can be compared."""
+    M, k = np.diag([40.0, 60.0]), 5e5
+    device = from_matrices("mast", M, k * np.array([[1.0, -1.0], [-1.0, 1.0]]), {0: 1}, 0.02)
+    inertia, springs, a = np.zeros((3, 6, 2))
+    a[1] = 2.0, 3.0
+    springs[1] = -200.0, -100.0
+    inertia[1] = springs[1] - 40.0 * a[1]
+    assert np.isnan(base_imbalance(device, inertia, springs))
+    assert base_imbalance(device, inertia, springs, a) < 1e-15
+    assert base_imbalance(device, inertia, springs, 0.5 * a) == pytest.approx(60.0 / 280.0)
+
+
+def test_a_base_with_everything_blocked_has_nothing_to_compare(pump):
+    device = pump(Beam(0.46, 8e7, 8e7), **dict.fromkeys(COMPONENTS, np.inf))
+    assert np.isnan(base_imbalance(device, np.ones((6, 2)), np.ones((6, 2))))
+
+
+TIME_STEP = 1e-3
+
+
+def test_forces_of_a_static_load_are_the_weight(pump):
+    for device in (pump(), pump(Beam(0.46, 8e7, 8e7, mass=45.9))):
+        found = anchor_forces(device)
+        assert found.names[:4] == ("force x", "force y", "force z", "moment x")
+        assert found.units[2:4] == ("N", "N m")
+        assert found.static(device) == pytest.approx(-device.J, rel=1e-9, abs=1e-8)
+
+
+def test_forces_are_those_of_the_integration(pump, shaking):
+    """Undamped, Q = c x + d ä is the force at every instant; damping adds what it carries."""
+    motion = shaking()
+    device = pump(damping=0.0)
+    q = anchor_forces(device)
+    run = anchor_force(device, motion, TIME_STEP)
+    found = q.own @ run.motion + q.acceleration @ motion
+    assert found == pytest.approx(run.force, abs=1e-9 * np.abs(run.force).max())
+    damped = anchor_force(pump(), motion, TIME_STEP)
+    off = q.own @ damped.motion + q.acceleration @ motion - damped.force
+    assert 1e-3 < np.abs(off).max() / np.abs(damped.force).max() < 0.2
+
+
+def test_displacements_of_the_base(pump, shaking):
+    device = pump()
+    q = own_motions(device)
+    assert q.names == tuple(f"displacement base {c}" for c in ("x", "y", "rx", "ry"))
+    assert q.units == ("m", "m", "rad", "rad")
+    run = anchor_force(device, shaking(), TIME_STEP)
+    assert np.array_equal(q.own @ run.motion, run.motion)
+    # A spring gives way by its force over its stiffness.
+    assert q.static(device)[1, 1] == pytest.approx(-1500.0 / 1.2e8)
+    with pytest.raises(ImpactfemError, match="no own motion whose name begins with 'top'"):
+        own_motions(device, "top")
+
+
+def test_absolute_accelerations_of_a_static_load_are_the_anchors(pump):
+    device = pump(z=1e9, rz=1e7)
+    q = own_accelerations(device)
+    assert q.static(device) == pytest.approx(device.r, abs=1e-9)
+    assert q.names[0] == "acceleration base x" and q.units[3] == "rad/s2"
+    one = own_accelerations(device, ["base rx"])
+    assert one.own == pytest.approx(q.own[[3]])
+    with pytest.raises(ImpactfemError, match="no own motion 'base w'"):
+        own_accelerations(device, ["base w"])
+
+
+def test_quantities_are_joined(pump):
+    device = pump()
+    both = own_motions(device) + anchor_forces(device)
+    assert len(both.names) == 10 == both.own.shape[0]
+    assert both.static(device)[4:] == pytest.approx(anchor_forces(device).static(device))
+    with pytest.raises(ImpactfemError, match="10 quantities need as many units and rows"):
+        replace(both, own=both.own[:9])

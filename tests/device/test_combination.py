@@ -1,9 +1,20 @@
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 import pytest
 
-from impactfem.device.combination import Combination, combine_modes, correlation
+from impactfem.device.combination import (
+    PLANES,
+    Combination,
+    Gupta,
+    LindleyYow,
+    combine_inputs,
+    combine_modes,
+    correlation,
+)
+from impactfem.device.parts import COMPONENTS
+from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.system.errors import ImpactfemError
 
 F = np.array([10.0, 10.8, 11.5, 40.0])
@@ -79,3 +90,76 @@ def test_bad_rules_are_refused():
             combine_modes(R, F, XI, "dsc", duration)
     with pytest.raises(ImpactfemError, match="CQC needs damped modes"):
         combine_modes(R, F, 0.0 * XI)
+
+
+INPUTS = np.array([[3.0, 1.0], [4.0, 2.0], [12.0, 2.0]])
+
+
+def test_rules_by_hand():
+    assert combine_inputs(INPUTS, "srss") == pytest.approx([13.0, 3.0])
+    assert combine_inputs(INPUTS, "abs") == pytest.approx([19.0, 5.0])
+    assert combine_inputs(INPUTS, "100-40-40") == pytest.approx([12.0 + 2.8, 2.0 + 1.2])
+    assert combine_inputs(INPUTS[::-1], "100-40-40") == pytest.approx([14.8, 3.2])
+
+
+def test_one_input_stays_as_it_is():
+    for rule in ("srss", "abs", "100-40-40"):
+        assert combine_inputs(INPUTS[:1], rule) == pytest.approx(INPUTS[0])
+
+
+def test_every_component_has_its_plane():
+    assert sorted(c for plane in PLANES for c in plane) == sorted(COMPONENTS)
+
+
+def test_an_unknown_rule_is_refused():
+    with pytest.raises(ImpactfemError, match="one of srss, abs, 100-40-40: got 'max'"):
+        combine_inputs(INPUTS, "max")
+
+
+SPECTRUM = AnchorSpectrum(
+    "y",
+    np.array([1.0, 4.0, 8.0, 33.0, 60.0]),
+    np.array([0.02, 0.05]),
+    np.array([[2.0, 16.0, 16.0, 4.0, 4.0], [1.0, 8.0, 8.0, 4.0, 4.0]]),
+    4.0,
+)
+RATIO = np.full(5, 0.02)
+FREQUENCY = np.array([1.0, 5.0, 12.0, 33.0, 50.0])
+S = SPECTRUM.at(FREQUENCY, RATIO)[0]
+
+
+def test_gupta_from_the_spectrum():
+    # Largest pseudo-velocity at 4 Hz: f1 = 16 / (16 / 4); rigid from 33 Hz on.
+    f1, f2 = Gupta().corners(SPECTRUM, 0.02)
+    assert (f1, f2) == pytest.approx((4.0, 70.0 / 3.0))
+    found = Gupta().fraction(SPECTRUM, FREQUENCY, RATIO, S)
+    assert found[[0, 3, 4]].tolist() == [0.0, 1.0, 1.0]
+    assert found[2] == pytest.approx(np.log(12.0 / 4.0) / np.log(70.0 / 12.0))
+    assert 0.0 < found[1] < found[2]
+
+
+def test_gupta_with_given_frequencies():
+    found = Gupta(10.0, 20.0).fraction(SPECTRUM, FREQUENCY, RATIO, S)
+    assert found == pytest.approx([0.0, 0.0, np.log(1.2) / np.log(2.0), 1.0, 1.0])
+    with pytest.raises(ImpactfemError, match="expected 0 < f1 < f2"):
+        Gupta(20.0, 10.0)
+    with pytest.raises(ImpactfemError, match="expected 0 < f1 < f2"):
+        Gupta(0.0, 10.0)
+    with pytest.raises(ImpactfemError, match="expected both frequencies to be given"):
+        Gupta(f1=40.0).corners(SPECTRUM, 0.02)
+    with pytest.raises(ImpactfemError, match="before it comes down"):
+        Gupta().corners(replace(SPECTRUM, zpa=1.0), 0.02)
+
+
+def test_lindley_and_yow():
+    found = LindleyYow().fraction(SPECTRUM, FREQUENCY, RATIO, S)
+    assert found[[3, 4]] == pytest.approx([1.0, 1.0])
+    assert found[2] == pytest.approx(4.0 / S[2])
+    assert found[1] == pytest.approx(0.25)
+    # Below the amplified range nothing is rigid, although S falls below ZPA.
+    assert found[0] == 0.0
+
+
+def test_a_spectrum_without_ordinates():
+    none = replace(SPECTRUM, psa=0.0 * SPECTRUM.psa, zpa=0.0)
+    assert np.isfinite(LindleyYow().fraction(none, FREQUENCY, RATIO, 0.0 * S)).all()

@@ -23,10 +23,9 @@ from impactfem.case.device_analysis import RigidPart
 from impactfem.case.device_matrices import DeviceMatrices
 from impactfem.case.device_support import DeviceSupport
 from impactfem.case.given_spectra import GivenSpectrum
+from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.from_case import checked_devices, device_of, rules_of
 from impactfem.device.modes import device_modes
-from impactfem.device.rigid_response import Gupta, LindleyYow
-from impactfem.device.rules import Rules
 from impactfem.system.errors import ImpactfemError, InputError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"

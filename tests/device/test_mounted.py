@@ -1,19 +1,20 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 import scipy.linalg
 from scipy.signal import lsim
 
+from impactfem.coupling.body import COMPONENTS, Port, reduced_body
+from impactfem.coupling.links import side_by_side
+from impactfem.coupling.pounding import simulate
 from impactfem.device import mounted as module
 from impactfem.device.anchor_force import anchor_force
-from impactfem.device.beam import Beam
-from impactfem.device.body import Body
-from impactfem.device.from_matrices import from_matrices
-from impactfem.device.interface import MountedDevice
-from impactfem.device.mounted import ModalStructure, mounted_response
-from impactfem.device.on_springs import on_springs
-from impactfem.device.springs import BaseSprings
+from impactfem.device.device import Device
+from impactfem.device.models import from_matrices, on_springs
+from impactfem.device.modes import device_modes
+from impactfem.device.mounted import MountedDevice, mounted_response
+from impactfem.device.parts import BaseSprings, Beam, RigidBody
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks.element import rigid_link
 from impactfem.system.errors import ImpactfemError, SolutionError
@@ -44,13 +45,17 @@ class Frame:
         self.omega2, self.shapes = scipy.linalg.eigh(self.K, self.M)
 
     @property
-    def modal(self):
+    def body(self):
+        ports = {str(k): place @ self.shapes for k, place in enumerate(self.places)}
+        return reduced_body("frame", self.omega2, Rayleigh(ALPHA, BETA), ports)
+
+    @property
+    def loads(self):
         patterns = np.column_stack([-self.M @ GROUND, self.impact])
-        return ModalStructure(self.omega2, self.shapes.T @ patterns, Rayleigh(ALPHA, BETA))
+        return self.shapes.T @ patterns
 
     def carrying(self, device, *places, name="device", drag=False):
-        rows = np.vstack([self.places[k] for k in places])
-        return MountedDevice(name, device, rows @ self.shapes, drag)
+        return MountedDevice(name, device, tuple(("frame", str(k)) for k in places), drag)
 
 
 @pytest.fixture
@@ -70,7 +75,9 @@ class Pump:
 
     def __init__(self, mass, scale=1.0):
         self.k = scale * np.array([2e7, 1.5e7, 9e7, 3e6, 2.5e6, 4e6])
-        self.body = Body.at_height(scale * mass, 0.46, scale * 60.0, scale * 70.0, scale * 50.0)
+        self.body = RigidBody.at_height(
+            scale * mass, 0.46, scale * 60.0, scale * 70.0, scale * 50.0
+        )
         self.law = Rayleigh.through(0.02, 10.0, 40.0)
         springs = BaseSprings(np.diag(self.k), np.zeros(6, dtype=bool))
         self.device = on_springs("pump", springs, self.body, self.law)
@@ -158,7 +165,8 @@ def apart(found, wanted):
 
 def coupled_run(frame, devices, substeps=1):
     ground, amplitudes = excitation()
-    return mounted_response(frame.modal, devices, amplitudes, ground, STEP, substeps=substeps)
+    loads = amplitudes @ frame.loads.T
+    return mounted_response([frame.body], devices, loads, ground, STEP, substeps=substeps)
 
 
 def test_three_heavy_devices_against_the_whole_model(frame):
@@ -201,21 +209,21 @@ def test_action_reaction_and_energy(frame, monkeypatch):
     assert found.energy.residual < 1e-12
     assert found.energy.input[-1] > 0.0 and found.energy.damped[-1] > 0.0
     assert all(0.0 <= one.imbalance < 1e-12 for one in found.devices)
-    right = module.march
+    right = module.respond
 
     def wrong(**changes):
-        def run(*arguments):
-            result = right(*arguments)
+        def run(*arguments, **options):
+            result = right(*arguments, **options)
             new = {name: change(getattr(result, name)) for name, change in changes.items()}
             return replace(result, **new)
 
         return run
 
-    monkeypatch.setattr(module, "march", wrong(force=lambda F: 1.00001 * F))
+    monkeypatch.setattr(module, "respond", wrong(reaction=lambda F: 1.00001 * F))
     with pytest.raises(SolutionError, match="device first: the force in its springs differs"):
         coupled_run(frame, devices)
     lost = wrong(energy=lambda energy: replace(energy, damped=0.99999 * energy.damped))
-    monkeypatch.setattr(module, "march", lost)
+    monkeypatch.setattr(module, "respond", lost)
     with pytest.raises(SolutionError, match=r"energies of the structure .* are out of balance by"):
         coupled_run(frame, devices)
 
@@ -235,7 +243,9 @@ def test_a_light_device_sees_the_motion_of_the_structure_alone(frame):
     drive = [
         np.column_stack([np.interp(fine, TIME, p) for p in of.T]) for of in (ground, amplitudes)
     ]
-    finely = mounted_response(frame.modal, [device], drive[1], drive[0], STEP / 16).devices[0]
+    finely = mounted_response(
+        [frame.body], [device], drive[1] @ frame.loads.T, drive[0], STEP / 16
+    ).devices[0]
     assert apart(finely.force[:, every], found.force) < 1e-12
     force = anchor_force(Pump(1500.0).device, finely.anchor_acceleration, STEP / 16).force[:, every]
     heavy = coupled_run(frame, [frame.carrying(Pump(1500.0).device, 0)], 16).devices[0]
@@ -301,39 +311,169 @@ def test_a_direction_without_mass_has_no_mass_centre(frame):
 
 
 def test_what_diverges_is_refused(frame):
-    structure = replace(frame.modal, eigenvalue=np.append(-8.1e5 * np.ones(1), frame.omega2[1:]))
+    body = replace(frame.body, eigenvalue=np.append(-8.1e5 * np.ones(1), frame.omega2[1:]))
     ground, amplitudes = excitation()
     device = frame.carrying(Pump(10.0).device, 0)
     with pytest.raises(SolutionError, match="with its devices is not finite"):
-        mounted_response(structure, [device], amplitudes, ground, STEP)
+        mounted_response([body], [device], amplitudes @ frame.loads.T, ground, STEP)
 
 
 def test_bad_requests_are_refused(frame):
     device = frame.carrying(Pump(1500.0).device, 0)
     ground, amplitudes = excitation()
 
-    def run(devices=(device,), p=amplitudes, g=ground, step=STEP, substeps=1):
-        return mounted_response(frame.modal, devices, p, g, step, substeps=substeps)
+    loads = amplitudes @ frame.loads.T
+
+    def run(devices=(device,), p=loads, g=ground, step=STEP, substeps=1):
+        return mounted_response([frame.body], devices, p, g, step, substeps=substeps)
 
     with pytest.raises(ImpactfemError, match=r"at least one mounted device.*got none"):
         run(devices=())
     with pytest.raises(ImpactfemError, match="a name of its own; got device, device"):
         run(devices=(device, device))
-    with pytest.raises(ImpactfemError, match=r"amplitudes .* needs shape \(samples, 4\)"):
-        run(p=amplitudes[:, :3])
+    with pytest.raises(ImpactfemError, match=r"the bodies: expected shape \(samples, 12\)"):
+        run(p=loads[:, :3])
     with pytest.raises(ImpactfemError, match="as many as the other loads"):
-        run(p=amplitudes[1:])
-    with pytest.raises(ImpactfemError, match=r"the ground acceleration needs shape \(samples, 3\)"):
+        run(p=loads[1:])
+    with pytest.raises(ImpactfemError, match=r"ground acceleration: expected shape \(samples, 3\)"):
         run(g=ground[:, :2])
-    with pytest.raises(ImpactfemError, match="ground acceleration holds a value that is not a fin"):
+    with pytest.raises(ImpactfemError, match="ground acceleration: a value is not a finite number"):
         run(g=np.where(np.arange(SAMPLES)[:, None] == 7, np.nan, ground))
     with pytest.raises(ImpactfemError, match=r"time step of 0\.0 s in 1 sub-steps"):
         run(step=0.0)
     with pytest.raises(ImpactfemError, match="in 0 sub-steps"):
         run(substeps=0)
-    with pytest.raises(ImpactfemError, match="have 11 columns, the structure has 12 modes"):
-        run(devices=(replace(device, shapes=device.shapes[:, 1:]),))
-    with pytest.raises(ImpactfemError, match="eigenvalues of shape"):
-        ModalStructure(frame.omega2, np.zeros((11, 4)), Rayleigh(ALPHA, BETA))
-    with pytest.raises(ImpactfemError, match="not a finite number"):
-        ModalStructure(frame.omega2, np.full((12, 4), np.nan), Rayleigh(ALPHA, BETA))
+    with pytest.raises(ImpactfemError, match="has 6 fixed components, the ports have 12"):
+        run(devices=(frame.carrying(device.device, 0, 1),))
+
+
+def altered(device, **changes):
+    given = {f.name: getattr(device, f.name) for f in fields(Device) if f.init}
+    return Device(**{**given, **changes})
+
+
+def test_devices_side_by_side(pump):
+    body = RigidBody.at_height(40.0, 0.2, 1.0, 2.0, 3.0)
+    devices = [
+        MountedDevice("a", pump()),
+        MountedDevice("b", body),
+        MountedDevice("c", pump(mass=90.0)),
+    ]
+    found = side_by_side([one.mount for one in devices])
+    n = len(pump().motions)
+    assert found.M.shape == (18 + 2 * n, 18 + 2 * n)
+    assert [list(own) for _, own in found.mounts] == [
+        list(range(18, 18 + n)),
+        [],
+        list(range(18 + n, 18 + 2 * n)),
+    ]
+    for one, (rows, own) in zip(devices, found.mounts, strict=True):
+        assert found.M[np.ix_(rows, rows)] == pytest.approx(one.mass)
+        assert found.M[np.ix_(own, own)] == pytest.approx(np.eye(len(own)), abs=1e-12)
+        others = np.setdiff1d(np.arange(len(found.M)), np.concatenate([rows, own]))
+        for matrix in (found.M, found.C, found.K):
+            assert not matrix[np.ix_(rows, others)].any() and not matrix[np.ix_(own, others)].any()
+    omega = np.sqrt(np.diag(found.K)[found.mounts[0][1]])
+    assert omega == pytest.approx(device_modes(pump()).omega)
+    assert devices[0].own @ devices[0].own.T == pytest.approx(np.linalg.inv(pump().M))
+    # Along a translation of the ground everything moves as one mass.
+    R = np.zeros((len(found.M), 3))
+    R[:18] = np.tile(np.eye(6, 3), (3, 1))
+    assert -found.push == pytest.approx(found.M @ R)
+    assert pytest.approx(np.diag(3 * [1500.0 + 40.0 + 90.0])) == R.T @ found.M @ R
+
+
+def test_drag_holds_the_whole_device(pump):
+    still, dragged = (MountedDevice("d", pump(), drag=drag).mount.C for drag in (False, True))
+    assert not still[:6].any()
+    assert dragged[:6, :6] == pytest.approx(pump().drag_coefficient() * pump().J)
+    with pytest.raises(ImpactfemError, match="it has no Rayleigh damping"):
+        MountedDevice("d", pump(damping=0.02), drag=True).mount  # noqa: B018
+    body = RigidBody.at_height(40.0, 0.2, 1.0, 2.0, 3.0)
+    with pytest.raises(ImpactfemError, match="device d: a rigid body has no Rayleigh damping"):
+        MountedDevice("d", body, drag=True).mount  # noqa: B018
+
+
+def test_motions_without_mass_are_left_out(pump):
+    device = pump(Beam(0.46, 8e7, 8e7))
+    found = MountedDevice("d", device).own
+    assert np.linalg.matrix_rank(device.M) == found.shape[1] < len(device.motions)
+    damped = np.zeros_like(device.M)
+    damped[-7, -7] = 1e4
+    with pytest.raises(ImpactfemError, match="device d: a damper acts on a motion without mass"):
+        MountedDevice("d", altered(device, dampers=damped)).mount  # noqa: B018
+    # On a motion with mass it may be.
+    heavy = pump(Beam(0.46, 8e7, 8e7, mass=45.9))
+    modal = MountedDevice("d", altered(heavy, dampers=damped)).mount.C[6:, 6:]
+    assert np.abs(modal - np.diag(np.diag(modal))).max() > 1.0
+
+
+def test_a_stiffness_between_anchors_must_leave_translations_free():
+    K = 1e6 * np.array([[1.0, -1.0, 0.0], [-1.0, 3.0, -2.0], [0.0, -2.0, 2.0]])
+    device = from_matrices("d", np.diag([0.0, 50.0, 0.0]), K, {0: 1, 2: 7}, 0.02, anchors=2)
+    assert MountedDevice("d", device).mount.K[1, 7] == pytest.approx(-2e6 / 3.0)
+    K[1, 1] += 1e5
+    held = from_matrices("d", np.diag([0.0, 50.0, 0.0]), K, {0: 1, 2: 7}, 0.02, anchors=2)
+    with pytest.raises(ImpactfemError, match="resists a translation of all of them"):
+        MountedDevice("d", held).mount  # noqa: B018
+
+
+def test_anchors_that_cannot_move_in_all_ways(pump):
+    """A heavy pump on rows of rank 3, against one matrix of everything."""
+    rng = np.random.default_rng(2)
+    eigenvalue = (2.0 * np.pi * np.geomspace(1.5, 4000.0, 20)) ** 2
+    rows = 0.02 * rng.standard_normal((6, 3)) @ rng.standard_normal((3, 20))
+    body = reduced_body("b", eigenvalue, Rayleigh(0.6, 2e-4), {"p": rows})
+    one = MountedDevice("pump", pump(z=8e8), (("b", "p"),), drag=True)
+    ground, loads = rng.standard_normal((60, 3)), rng.standard_normal((60, 20))
+    found = mounted_response([body], [one], loads, ground, STEP)
+    mount, n = one.mount, 20 + one.own.shape[1]
+    B = np.zeros((len(mount.M), n))
+    B[:6, :20], B[6:, 20:] = rows, np.eye(n - 20)
+    M, C, K = (B.T @ matrix @ B for matrix in (mount.M, mount.C, mount.K))
+    for whole, own in ((M, np.ones(20)), (C, 0.6 + 2e-4 * eigenvalue), (K, eigenvalue)):
+        whole[:20, :20] += np.diag(own)
+    f = np.hstack([loads, np.zeros((60, n - 20))]) - ground @ (B.T @ mount.M @ mount.ground).T
+    u, v = np.zeros((2, n))
+    a = np.linalg.solve(M, f[0])
+    S = M + 0.5 * STEP * C + 0.25 * STEP**2 * K
+    for load in f[1:]:
+        u, v = u + STEP * v + 0.25 * STEP**2 * a, v + 0.5 * STEP * a
+        a = np.linalg.solve(S, load - C @ v - K @ u)
+        u, v = u + 0.25 * STEP**2 * a, v + 0.5 * STEP * a
+    y, w, b = (B @ of for of in (u, v, a))
+    F = -(mount.M @ (b + mount.ground @ ground[-1]) + mount.C @ w + mount.K @ y)[:6]
+    scale = np.abs(found.devices[0].force).max()
+    assert np.abs(found.devices[0].force[:, -1] - F).max() < 1e-10 * scale
+    assert found.energy.residual < 1e-12
+    still = mounted_response([body], [one], 0.0 * loads, 0.0 * ground, STEP)
+    assert not still.devices[0].force.any() and still.energy.residual == 0.0
+
+
+def test_a_cabinet_on_the_floor_of_a_stick_that_pounds(row, shake):
+    """On the link, the floor and its own base at once; the cabinet is data, not code."""
+    system, dt = row(0.003), 2.5e-4
+    ground = shake(2000, dt)
+    stick = system.sticks[1]
+    (_, a), (basis, b) = system.modes
+    floor = stick.translation(1), np.eye(stick.n)[9:12]
+    R = stick.rigid_body()[6:12]
+    b = b.with_ports(roof=Port(np.vstack(floor) @ basis, R, COMPONENTS))
+    loads = ground @ system.assembly.ground.T
+    bare = simulate(system, ground, dt)
+
+    def on_roof(device):
+        one = MountedDevice("cabinet", device, ((stick.name, "roof"),))
+        return mounted_response(
+            [a, b], [one], loads, ground, dt, links=system.assembly.links, substeps=2
+        )
+
+    light, heavy = (on_roof(Pump(6e4, scale=s).device) for s in (1e-8, 1.0))
+    fine = np.repeat(ground, 2, axis=0)[1:]
+    fine[1::2] = 0.5 * (ground[:-1] + ground[1:])
+    fine[::2] = ground
+    same = simulate(system, fine, dt / 2).force[::2]
+    assert bare.force.any() and np.abs(light.link_force - same).max() < 1e-5 * same.max()
+    # A heavy one changes the impacts, and its spring force is its inertia force.
+    assert np.abs(heavy.link_force - same).max() > 0.05 * same.max()
+    assert heavy.devices[0].imbalance < 1e-9 and heavy.energy.residual < 1e-10

@@ -3,12 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.device.anchor_force import anchor_force
-from impactfem.device.beam import Beam
+from impactfem.device.anchor_force import anchor_force, anchor_forces, own_motions
+from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.modes import device_modes
-from impactfem.device.quantity import anchor_forces, own_motions
-from impactfem.device.rigid_response import Gupta, LindleyYow
-from impactfem.device.rules import Rules
+from impactfem.device.parts import Beam
 from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
 from impactfem.device.spectrum_analysis import spectrum_analysis
 from impactfem.system.errors import ImpactfemError
@@ -172,3 +170,46 @@ def test_only_what_moves_a_mode_must_reach_it(pump):
     assert spectrum_analysis(device, [short]).value("force y") > 0.0
     with pytest.raises(ImpactfemError, match="does not reach the mode at 400 Hz"):
         spectrum_analysis(device, [replace(short, component="z")])
+
+
+SPECTRUM = AnchorSpectrum(
+    "y", np.array([1.0, 20.0, 500.0]), np.array([0.0, 0.2]), np.array(2 * [[9.0, 9.0, 4.0]]), 4.0
+)
+
+
+@pytest.fixture
+def response(pump):
+    return spectrum_analysis(pump(), [SPECTRUM])
+
+
+def test_shares_add_up_to_one(response):
+    share = response.inputs[0].share
+    assert share[1].sum() == pytest.approx(1.0)
+    # Nothing acts along x under y but round-off.
+    assert response.value("force x") < 1e-9 * response.value("force y")
+
+
+def test_table_of_modes(response, pump):
+    columns, rows = response.mode_table("force y")
+    names = [name for name, _ in columns]
+    modes = device_modes(pump())
+    mine = np.flatnonzero(modes.effective_mass[1] > 1.0)
+    assert len(rows) == mine.size + 1 and all(len(row) == len(names) for row in rows)
+    assert dict(columns)["force y"] == "N"
+    for i, row in zip(mine, rows[:-1], strict=True):
+        cell = dict(zip(names, row, strict=True))
+        assert cell["mode"] == i + 1
+        assert cell["frequency"] == pytest.approx(modes.frequency[i])
+        assert cell["effective mass"] == pytest.approx(modes.effective_mass[1, i], abs=1e-6)
+        # Displacement beside acceleration.
+        wanted = cell["pseudo-acceleration"] / modes.omega[i] ** 2
+        assert cell["displacement"] == pytest.approx(wanted)
+    assert rows[-1][1] == "missing mass" and rows[-1][2] is None
+    assert sum(row[-1] for row in rows) == pytest.approx(1.0)
+
+
+def test_an_unknown_quantity_is_refused(response):
+    with pytest.raises(ImpactfemError, match="device pump: no quantity 'weight' was computed"):
+        response.value("weight")
+    with pytest.raises(ImpactfemError, match="there are force x"):
+        response.mode_table("weight")

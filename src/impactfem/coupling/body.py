@@ -117,6 +117,25 @@ class Body:
         return replace(self, ports={**self.ports, **ports})
 
 
+def reduced_body(
+    name: str, eigenvalue: Array, damping: Damping, ports: Mapping[str, Array]
+) -> Body:
+    """A body of which λ, damping and ports are known; the ground moves it by patterns of loads.
+
+    Args:
+        name: Its name.
+        eigenvalue: λ, shape (r,) [1/s2].
+        damping: Its damping.
+        ports: Φ of each port, shape (components, r).
+    """
+    r = len(eigenvalue)
+    made = {
+        port: Port(Φ, np.zeros((len(Φ), 6)), tuple(str(k) for k in range(len(Φ))))
+        for port, Φ in ports.items()
+    }
+    return Body(name, eigenvalue, damping, np.zeros((r, 6)), np.zeros((6, 6)), made)
+
+
 def modal_coordinates(M: Array, C: Array, K: Array) -> tuple[Array, Array, Array, ModalDamping]:
     """All coordinates of a small structure in which mass and stiffness are diagonal; exact.
 

@@ -1,15 +1,19 @@
 """The implicit time loop on bodies and links, for smooth laws: average acceleration, by numba.
 
-The equilibrium M a + C v + K u = f + Γᵀ F at two times, added, with the average acceleration rule
-(Newmark, β = 1/4, γ = 1/2) gives for w = v₀ + v₁
+The average acceleration rule (Newmark, β = 1/4, γ = 1/2) with the step Δt = 2 h,
 
-    M̂ w = h (f₀ + f₁ + Γᵀ (F₀ + F₁)) + 2 M v₀ - 2 h K u₀,   M̂ = M + h C + h² K,   h = Δt/2,   (1)
+    v₁ = v* + h a₁,    v* = v₀ + h a₀,
+    u₁ = u* + h² a₁,   u* = u₀ + 2 h v₀ + h² a₀,                                            (1)
 
-and u₁ = u₀ + h w, v₁ = w - v₀. With the gap function δ = g + Γ u (negative in contact) and
-W = h Γ M̂⁻¹ Γᵀ, the new forces F₁ change δ by h W F₁ and δ̇ by W F₁: what remains to be solved in a
-step is as small as the number of links. The scheme satisfies, step by step and exactly,
+and equilibrium at its end give
 
-    Δ(½ vᵀ M v) + Δ(½ uᵀ K u) + h/2 wᵀ C w = ½ Δuᵀ (f₀ + f₁) + ½ Δδᵀ (F₀ + F₁).               (2)
+    M̂ a₁ = f₁ + Γᵀ F₁ - C v* - K u*,    M̂ = M + h C + h² K.                                 (2)
+
+With the gap function δ = g + Γ u (negative in contact) and W = h Γ M̂⁻¹ Γᵀ, the new forces F₁ change
+δ by h W F₁ and δ̇ by W F₁: what remains to be solved in a step is as small as the number of links.
+With w = v₀ + v₁ the scheme satisfies, step by step and exactly,
+
+    Δ(½ vᵀ M v) + Δ(½ uᵀ K u) + h/2 wᵀ C w = ½ Δuᵀ (f₀ + f₁) + ½ Δδᵀ (F₀ + F₁).               (3)
 
 The loop is plain numpy code; `march` is that code compiled, `march.py_func` the code itself.
 """
@@ -49,7 +53,7 @@ class Motion:
         velocity: ẏ, same shape.
         acceleration: ÿ, same shape.
         reaction: T on the bodies at the rows of what is attached, shape (n_t, N_a).
-        energy: Equation (2), summed up.
+        energy: Equation (3), summed up.
     """
 
     moving: NDArray[np.int64]
@@ -108,13 +112,13 @@ def respond(
     N = len(one.M)
     pushes = np.ascontiguousarray(ground @ one.push.T)
     # Responses of all coordinates to unit forces of the links.
-    X, X_y, X_T = (h * x for x in inverse.solve(assembly.gamma, np.zeros((m, N))))
+    X, X_y, X_T = inverse.solve(assembly.gamma, np.zeros((m, N)))
     # At rest or not, the accelerations at the start are in equilibrium: M a = f - C v - K u.
     y, y_v = np.zeros((2, N))
     y[: len(one.rows)], y_v[: len(one.rows)] = one.rows @ u, one.rows @ v
     f_z = loads[0] - assembly.damping * v - assembly.eigenvalue * u
     f_y = pushes[0] - one.C @ y_v - one.K @ y
-    _, y_a, T = Inverse(assembly, 0.0).solve(f_z, f_y)
+    a, y_a, T = Inverse(assembly, 0.0).solve(f_z, f_y)
     # Coordinates that nothing moves stay out of the loop.
     moving = np.flatnonzero(
         loads.any(axis=0) | (u != 0.0) | (v != 0.0) | X.any(axis=0) | inverse.rows.any(axis=0)
@@ -126,7 +130,7 @@ def respond(
         np.ascontiguousarray(values[..., moving])
         for values in (
             *(assembly.mass, assembly.damping, assembly.eigenvalue, inverse.diagonal, loads),
-            *(u, v, inverse.rows, assembly.gamma, X),
+            *(u, v, a, inverse.rows, assembly.gamma, X),
         )
     ]
     loop: Any = march
@@ -134,14 +138,14 @@ def respond(
         h,
         substeps,
         lagged,
-        *picked[:7],
+        *picked[:8],
         *(pushes, one.M, one.C, one.K, inverse.S, inverse.free, inverse.loaded),
-        *(picked[7], y, y_v, y_a, T.copy()),
+        *(picked[8], y, y_v, y_a, T.copy()),
         np.searchsorted(moving, [0, *(here.stop for here in assembly.columns.values())]),
-        *picked[8:],
+        *picked[9:],
         np.ascontiguousarray(X_y),
         np.ascontiguousarray(X_T),
-        assembly.gamma @ X.T,
+        h * assembly.gamma @ X.T,
         assembly.gaps,
         np.array([law.code for law in laws], dtype=np.int64),
         np.array([law.parameters for law in laws]).reshape(m, N_PARAMETERS),
@@ -283,6 +287,7 @@ def march(
     loads: Array,
     u: Array,
     v: Array,
+    a: Array,
     pushes: Array,
     M: Array,
     C: Array,
@@ -310,68 +315,63 @@ def march(
     history: Array,
     energy: Array,
 ) -> int:
-    """Step through time by equation (1); fill us, vs, force, history and energy.
+    """Step through time by equations (1) and (2); fill us, vs, force, history and energy.
 
-    The arguments are those of `respond`, `Assembly` and `Inverse`: u, v, y, its velocity and
-    acceleration and T are the state at the start, which moves on; X, X_y and X_T are the responses
-    of w, of that of y and of h (T₀ + T₁) to unit forces of the links.
+    The arguments are those of `respond`, `Assembly` and `Inverse`. u, v, a, those of y and T are
+    the state at the start, which moves on; X, X_y and X_T are the responses of a, ÿ and T to unit
+    forces of the links.
 
     Returns:
         The number of times done: n_t, or less where the forces of the links did not converge.
     """
     n_t, r = loads.shape
     m, N, fixed = gaps.size, y.size, rows.shape[0]
-    f, b, w = np.empty(r), np.empty(r), np.empty(r)
-    b_y, w_y, reach = np.empty(N), np.empty(N), np.empty(fixed)
-    pushed, sum_T = np.empty(N), np.empty(fixed)
-    delta, rate, change = np.empty(m), np.empty(m), np.empty(m)
-    F, onset, touches = np.zeros(m), np.zeros(m), np.zeros(m, dtype=np.bool_)
-    new = np.zeros(m)
+    b, new_a = np.empty(r), np.empty(r)
+    b_y, new_y, reach, pushed = np.empty(N), np.empty(N), np.empty(fixed), np.empty(N)
+    delta, rate, gap = np.empty(m), np.empty(m), gaps.copy()
+    F, new, onset = np.zeros(m), np.zeros(m), np.zeros(m)
+    touches = np.zeros(m, dtype=np.bool_)
+    for k in range(m):
+        gap[k] += _motion(gamma[k], u, ends)
+        rate[k] = _motion(gamma[k], v, ends)
     damped, put_in, worked = 0.0, 0.0, 0.0
     _record(0, mass, eigenvalue, u, v, M, K, y, y_v, y_a, T, F, us, vs, force, history, energy)
     for t in range(1, n_t):
         p0, p1, q0, q1 = loads[t - 1], loads[t], pushes[t - 1], pushes[t]
         for j in range(substeps):
-            # Right side of (1), and w without the new forces. f is f₀ + f₁.
-            part = (2 * j + 1) / substeps
-            for i in range(r):
-                f[i] = 2.0 * p0[i] + part * (p1[i] - p0[i])
-                b[i] = h * f[i] + 2.0 * (mass[i] * v[i] - h * eigenvalue[i] * u[i])
+            at, twice = (j + 1) / substeps, (2 * j + 1) / substeps
+            # How fast each contact began, and lagged forces, from the state before the step.
+            touching = False
             for k in range(m):
-                if F[k] != 0.0:
-                    for i in range(r):
-                        b[i] += h * gamma[k, i] * F[k]
+                if gap[k] >= 0.0:
+                    onset[k] = max(-rate[k], 0.0)
+                new[k] = 0.0
+                if lagged:
+                    new[k] = law_force(codes[k], parameters[k], -gap[k], -rate[k], onset[k])[0]
+                    touching = touching or new[k] != 0.0
+            # u* and v* of (1), and a₁ without the forces of the links.
+            _predict(h, u, v, a)
             for i in range(r):
-                w[i] = inverse[i] * b[i]
+                b[i] = p0[i] + at * (p1[i] - p0[i]) - damping[i] * v[i] - eigenvalue[i] * u[i]
+                new_a[i] = inverse[i] * b[i]
             if N > 0:
+                _predict(h, y, y_v, y_a)
                 for k in range(N):
-                    pushed[k] = 2.0 * q0[k] + part * (q1[k] - q0[k])
-                    b_y[k] = h * pushed[k] + 2.0 * (_dot(M[k], y_v) - h * _dot(K[k], y))
+                    pushed[k] = q0[k] + at * (q1[k] - q0[k])
+                    b_y[k] = pushed[k] - _dot(C[k], y_v) - _dot(K[k], y)
                 for k in range(fixed):
                     reach[k] = _dot(rows[k], b)
                 for k in range(N):
-                    w_y[k] = _dot(free[k], reach) + _dot(loaded[k], b_y)
+                    new_y[k] = _dot(free[k], reach) + _dot(loaded[k], b_y)
                 for k in range(fixed):
-                    sum_T[k] = b_y[k] - _dot(S[k], w_y)
-                    _add(w, sum_T[k], rows[k])
-            # Gaps without the new forces, and how fast each contact began.
-            touching = False
+                    T[k] = b_y[k] - _dot(S[k], new_y)
+                    _add(new_a, T[k], rows[k])
+            # Gaps without the new forces.
             for k in range(m):
-                before, before_rate, change[k] = gaps[k], 0.0, 0.0
-                # Body by body: equal motions of two bodies alike then cancel to the last bit.
-                for body in range(ends.size - 1):
-                    row = gamma[k, ends[body] : ends[body + 1]]
-                    before += _dot(row, u[ends[body] : ends[body + 1]])
-                    before_rate += _dot(row, v[ends[body] : ends[body + 1]])
-                    change[k] += _dot(row, w[ends[body] : ends[body + 1]])
-                delta[k] = before + h * change[k]
-                rate[k] = change[k] - before_rate
-                if before >= 0.0:
-                    onset[k] = max(-before_rate, 0.0)
-                new[k] = 0.0
-                if lagged:
-                    new[k] = law_force(codes[k], parameters[k], -before, -before_rate, onset[k])[0]
-                touching = touching or delta[k] < 0.0 or new[k] != 0.0
+                change = _motion(gamma[k], new_a, ends)
+                delta[k] = gaps[k] + _motion(gamma[k], u, ends) + h * h * change
+                rate[k] = _motion(gamma[k], v, ends) + h * change
+                touching = touching or (not lagged and delta[k] < 0.0)
             agreed = True
             if touching and not lagged:
                 agreed = contact_forces(h, W, delta, rate, codes, parameters, onset, touches, new)
@@ -380,35 +380,32 @@ def march(
             if touching:
                 for k in range(m):
                     if new[k] != 0.0:
-                        _add(w, new[k], X[k])
+                        _add(new_a, new[k], X[k])
                         for i in range(N):
-                            w_y[i] += new[k] * X_y[k, i]
+                            new_y[i] += new[k] * X_y[k, i]
                         for i in range(fixed):
-                            sum_T[i] += new[k] * X_T[k, i]
+                            T[i] += new[k] * X_T[k, i]
                         for i in range(m):
-                            change[i] += new[k] * W[i, k]
-            # Equation (2), and the state at the end of the step.
-            lost, gained, pushed_apart = 0.0, 0.0, 0.0
+                            delta[i] += h * W[i, k] * new[k]
+                            rate[i] += W[i, k] * new[k]
+            # Equation (3), with w = 2 v* + h (a₁ - a₀), and the state at the end of the step.
+            lost, gained = 0.0, 0.0
             for i in range(r):
-                lost += damping[i] * w[i] * w[i]
-                gained += w[i] * f[i]
-                u[i] += h * w[i]
-                v[i] = w[i] - v[i]
-            for k in range(m):
-                pushed_apart += change[k] * (F[k] + new[k])
-                F[k] = new[k]
+                w = 2.0 * v[i] + h * (new_a[i] - a[i])
+                lost += damping[i] * w * w
+                gained += w * (2.0 * p0[i] + twice * (p1[i] - p0[i]))
             for k in range(N):
-                lost += w_y[k] * _dot(C[k], w_y)
-                gained += w_y[k] * pushed[k]
-                y_a[k] = (w_y[k] - 2.0 * y_v[k]) / h - y_a[k]
-                y[k] += h * w_y[k]
+                b_y[k] = 2.0 * y_v[k] + h * (new_y[k] - y_a[k])
+                gained += b_y[k] * (2.0 * q0[k] + twice * (q1[k] - q0[k]))
             for k in range(N):
-                y_v[k] = w_y[k] - y_v[k]
-            for k in range(fixed):
-                T[k] = sum_T[k] / h - T[k]
+                lost += b_y[k] * _dot(C[k], b_y)
             damped += 0.5 * h * lost
             put_in += 0.5 * h * gained
-            worked += 0.5 * h * pushed_apart
+            for k in range(m):
+                worked += 0.5 * (delta[k] - gap[k]) * (F[k] + new[k])
+                gap[k], F[k] = delta[k], new[k]
+            _correct(h, u, v, a, new_a)
+            _correct(h, y, y_v, y_a, new_y)
         energy[t, 2], energy[t, 3], energy[t, 4] = damped, put_in, worked
         _record(t, mass, eigenvalue, u, v, M, K, y, y_v, y_a, T, F, us, vs, force, history, energy)
     return n_t
@@ -467,3 +464,29 @@ def _add(x: Array, factor: float, row: Array) -> None:
     """Add factor times row to x."""
     for i in range(x.size):
         x[i] += factor * row[i]
+
+
+@numba.njit(nogil=True, cache=True, fastmath=_SUMS)
+def _motion(row: Array, x: Array, ends: NDArray[np.int64]) -> float:
+    """Product row · x, body by body: equal motions of two bodies alike cancel to the last bit."""
+    total = 0.0
+    for body in range(ends.size - 1):
+        total += _dot(row[ends[body] : ends[body + 1]], x[ends[body] : ends[body + 1]])
+    return total
+
+
+@numba.njit(nogil=True, cache=True, fastmath=_SUMS)
+def _predict(h: float, u: Array, v: Array, a: Array) -> None:
+    """From u₀ and v₀ to u* and v* of (1)."""
+    for i in range(u.size):
+        u[i] += 2.0 * h * v[i] + h * h * a[i]
+        v[i] += h * a[i]
+
+
+@numba.njit(nogil=True, cache=True, fastmath=_SUMS)
+def _correct(h: float, u: Array, v: Array, a: Array, new: Array) -> None:
+    """From u* and v* to u₁ and v₁ of (1); a becomes a₁."""
+    for i in range(u.size):
+        u[i] += h * h * new[i]
+        v[i] += h * new[i]
+        a[i] = new[i]

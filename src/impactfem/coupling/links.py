@@ -83,6 +83,7 @@ class Mount:
 
     Args:
         at: The ports that bear it; their components come first in y.
+        fixed: Number of these components.
         M: M_y, shape (N, N).
         C: C_y.
         K: K_y.
@@ -90,6 +91,7 @@ class Mount:
     """
 
     at: tuple[Place, ...]
+    fixed: int
     M: Array
     C: Array
     K: Array
@@ -164,7 +166,12 @@ class Assembly:
             )
         for mount in mounts:
             rows = np.vstack([self.rows(place) for place in mount.at])
-            parts.append(_Part(rows, mount.M, mount.C, mount.K, -mount.M @ mount.ground, True))
+            if len(rows) != mount.fixed:
+                raise ImpactfemError(
+                    f"what stands on {', '.join(map(str, mount.at))} has {mount.fixed} fixed"
+                    f" components, the ports have {len(rows)}"
+                )
+            parts.append(_mounted(mount, rows))
         self.attached = _attached(parts, r)
         self.links = tuple(links)
         self.gaps = np.array([link.gap for link in links], dtype=np.float64)
@@ -244,6 +251,15 @@ class _Part:
     K: Array
     push: Array = field(default_factory=lambda: np.zeros((0, 3)))
     mount: bool = False
+
+
+def side_by_side(mounts: Sequence[Mount]) -> Attached:
+    """Mounts alone, on a structure that is not in modal coordinates."""
+    return _attached([_mounted(mount, np.zeros((mount.fixed, 0))) for mount in mounts], 0)
+
+
+def _mounted(mount: Mount, rows: Array) -> _Part:
+    return _Part(rows, mount.M, mount.C, mount.K, -mount.M @ mount.ground, True)
 
 
 def _attached(parts: Sequence[_Part], r: int) -> Attached:

@@ -31,7 +31,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impactfem.coupling.body import Body, Port
+from impactfem.coupling.body import reduced_body
 from impactfem.coupling.complementarity import Complementarity, Mask
 from impactfem.coupling.links import Assembly, Inverse, Link
 from impactfem.dynamics.damping import UNDAMPED, Damping
@@ -146,8 +146,7 @@ def body_before_walls(eigenvalue: Array, contact: Array, damping: Damping = UNDA
     if contact.ndim != 2 or len(contact) != r:
         raise SolutionError(f"constraints of shape {contact.shape} for {r} modes")
     m = contact.shape[1]
-    port = Port(contact.T, np.zeros((m, 6)), tuple(str(k) for k in range(m)))
-    body = Body("body", eigenvalue, damping, np.zeros((r, 6)), np.zeros((6, 6)), {"wall": port})
+    body = reduced_body("body", eigenvalue, damping, {"wall": contact.T})
     return Assembly(
         [body], [Link(str(k), ("body", "wall"), None, n) for k, n in enumerate(np.eye(m))]
     )

@@ -22,25 +22,197 @@ and the overturning moment M with at most (N + 2 M / r) / n each of n, so that
 
 above zero, weight included, pulls at one of them: net tension. N above zero lifts all of the base.
 
-With mass-proportional damping that acts on absolute velocities (:mod:`impactfem.device.coupled`,
+With mass-proportional damping that acts on absolute velocities (:mod:`impactfem.device.device`,
 `drag`), the anchors' velocity v makes ä + α v of ä, and α ż is added to b.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy import constants
 
-from impactfem.device.balance import LARGEST_IMBALANCE, base_imbalance
 from impactfem.device.device import Device
 from impactfem.device.modes import DeviceModes, device_modes
 from impactfem.spectra import oscillator_response
-from impactfem.system.errors import SolutionError
+from impactfem.system.errors import ImpactfemError, SolutionError
 
 Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Quantities:
+    """Several quantities of one device.
+
+    Args:
+        names: What they are, n_q of them.
+        units: Their units.
+        own: c, shape (n_q, n).
+        acceleration: d, shape (n_q, 6 p).
+        displacement: e, shape (n_q, 6 p).
+
+    Raises:
+        ImpactfemError: Shapes do not fit each other.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    own: Array
+    acceleration: Array
+    displacement: Array
+
+    def __post_init__(self) -> None:
+        n_q = len(self.names)
+        shapes = [a.shape for a in (self.own, self.acceleration, self.displacement)]
+        if len(self.units) != n_q or any(len(s) != 2 or s[0] != n_q for s in shapes):
+            raise ImpactfemError(
+                f"{n_q} quantities need as many units and rows, got {len(self.units)} units and"
+                f" arrays of shapes {', '.join(map(str, shapes))}"
+            )
+
+    def static(self, device: Device) -> Array:
+        """Q under a unit acceleration of each component, d - c K⁻¹ L, shape (n_q, 6 p)."""
+        follow = np.linalg.solve(device.K, device.L)
+        return np.asarray(self.acceleration - self.own @ follow, dtype=np.float64)
+
+    def __add__(self, other: Quantities) -> Quantities:
+        return Quantities(
+            self.names + other.names,
+            self.units + other.units,
+            np.vstack([self.own, other.own]),
+            np.vstack([self.acceleration, other.acceleration]),
+            np.vstack([self.displacement, other.displacement]),
+        )
+
+
+def anchor_forces(device: Device) -> Quantities:
+    """Forces and moments of the device on the floor at its anchors.
+
+    In a mode b = z̈ + Γᵀ ä ≈ -ω² z, so that with Γ of all modes (equation 1 of
+    :mod:`impactfem.device.anchor_force`) c = Γ φᵀ K, d = -(J - Γ Γᵀ) and e = -K_a.
+
+    Args:
+        device: The device.
+
+    Returns:
+        "force y", "moment x" and so on of each anchor, in N and N m.
+    """
+    modes = device_modes(device)
+    K_a = np.zeros_like(device.J) if device.anchor_stiffness is None else device.anchor_stiffness
+    words = [_as_force(name) for name in device.inputs]
+    return Quantities(
+        names=tuple(words),
+        units=tuple("N m" if "moment" in word else "N" for word in words),
+        own=modes.participation @ modes.shape.T @ device.K,
+        acceleration=-modes.rigid_mass,
+        displacement=-K_a,
+    )
+
+
+def own_motions(device: Device, prefix: str = "base") -> Quantities:
+    """Own coordinates relative to the anchors: how far the springs of the anchors give way.
+
+    Args:
+        device: The device.
+        prefix: Only the motions whose names begin with it; "" takes all.
+
+    Raises:
+        ImpactfemError: There is no such motion.
+    """
+    chosen = [i for i, name in enumerate(device.motions) if name.startswith(prefix)]
+    if not chosen:
+        raise device.error(f"it has no own motion whose name begins with {prefix!r}")
+    own = np.eye(len(device.motions))[chosen]
+    none = np.zeros((len(chosen), device.J.shape[0]))
+    names = tuple(f"displacement {device.motions[i]}" for i in chosen)
+    units = tuple(_unit(device.motions[i], "m", "rad") for i in chosen)
+    return Quantities(names, units, own, none, none)
+
+
+def own_accelerations(device: Device, motions: Sequence[str] | None = None) -> Quantities:
+    """Absolute accelerations q̈ = ẍ + r ä of own coordinates.
+
+    As above, c = -φ φᵀ K and d = r - φ Γᵀ.
+
+    Args:
+        device: The device.
+        motions: Names of the motions; all when None.
+
+    Raises:
+        ImpactfemError: There is no such motion.
+    """
+    wanted = device.motions if motions is None else tuple(motions)
+    unknown = [name for name in wanted if name not in device.motions]
+    if unknown or not wanted:
+        raise device.error(
+            f"it has no own motion {unknown[0] if unknown else 'without a name'!r}; expected one of"
+            f" {', '.join(device.motions)}"
+        )
+    chosen = [device.motions.index(name) for name in wanted]
+    modes = device_modes(device)
+    return Quantities(
+        names=tuple(f"acceleration {name}" for name in wanted),
+        units=tuple(_unit(name, "m/s2", "rad/s2") for name in wanted),
+        own=-modes.shape[chosen] @ modes.shape.T @ device.K,
+        acceleration=device.r[chosen] - modes.shape[chosen] @ modes.participation.T,
+        displacement=np.zeros((len(chosen), device.J.shape[0])),
+    )
+
+
+def _as_force(component: str) -> str:
+    anchor, _, name = component.rpartition(".")
+    word = f"moment {name[1]}" if name.startswith("r") else f"force {name}"
+    return f"{word} at anchor {anchor}" if anchor else word
+
+
+def _unit(motion: str, translation: str, rotation: str) -> str:
+    return rotation if motion.split()[-1] in ("rx", "ry", "rz") else translation
+
+
+LARGEST_IMBALANCE = 1e-6
+"""How far inertia forces and spring forces may differ, of the largest force or moment."""
+
+
+def base_imbalance(
+    device: Device, inertia: Array, springs: Array, acceleration: Array | None = None
+) -> float:
+    """Compare the force on the anchors by the device's inertia with that in its springs.
+
+    Only along components in which nothing is blocked, where M r = L: a blocked motion hands its
+    force on without a spring. Masses that sit on the anchors, J - rᵀ L, press on them without a
+    spring, too, by -(J - rᵀ L) ä; without ä components with such masses are left out.
+
+    Args:
+        device: The device.
+        inertia: -Lᵀ ẍ - J ä, with any drag, shape (6 p, n_t) [N, N m].
+        springs: rᵀ (K x + C ẋ), same shape.
+        acceleration: ä, absolute, same shape [m/s2, rad/s2].
+
+    Returns:
+        The largest difference over the largest force, or of moments over the largest moment [-];
+        nan where all motions of the base are blocked.
+    """
+    size = np.max(np.abs(device.L), axis=0)
+    same = np.max(np.abs(device.M @ device.r - device.L), axis=0) <= 1e-9 * size
+    carried = device.r.T @ device.L
+    if acceleration is None:
+        whole = np.diag(device.J)
+        same &= np.abs(np.diag(carried) - whole) <= 1e-9 * whole
+    else:
+        springs = springs - (device.J - carried) @ acceleration
+    same &= np.diag(carried) > 0.0
+    if not np.any(same):
+        return float("nan")
+    worst = 0.0
+    turning = np.arange(same.size) % 6 >= 3
+    for kind in (same & ~turning, same & turning):
+        largest = np.max(np.abs(inertia[kind]), initial=0.0)
+        if largest > 0.0:
+            worst = max(worst, float(np.max(np.abs(inertia[kind] - springs[kind])) / largest))
+    return worst
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +293,7 @@ def anchor_force(
     if not every.proportional:
         raise device.error(
             "its damping couples its modes; expected Rayleigh damping, or the matrices of"
-            " impactfem.device.coupled in a direct integration"
+            " impactfem.device.device in a direct integration"
         )
     alpha = 0.0
     load = a

@@ -10,19 +10,13 @@ import numpy as np
 from impactfem.case import Case, DeviceAnalysis, DeviceBeam, DeviceSetup
 from impactfem.case.device_analysis import ModeRule, RigidMethod, RigidPart
 from impactfem.case.device_stiffness import RIGID, Rigid
-from impactfem.device.beam import Beam
-from impactfem.device.body import Body, solid_cylinder
+from impactfem.device.combination import Gupta, LindleyYow, RigidResponse, Rules
 from impactfem.device.device import Device
-from impactfem.device.from_matrices import from_matrices
-from impactfem.device.from_modes import TableMode, from_modes
-from impactfem.device.given import given_spectra, refuse_open_ends
+from impactfem.device.models import TableMode, from_matrices, from_modes, on_springs
 from impactfem.device.modes import device_modes
-from impactfem.device.on_springs import on_springs
-from impactfem.device.rigid_response import Gupta, LindleyYow, RigidResponse
-from impactfem.device.rules import Rules
-from impactfem.device.spectrum import NotRigidError
+from impactfem.device.parts import COMPONENTS, BaseSprings, Beam, RigidBody, solid_cylinder
+from impactfem.device.spectrum import NotRigidError, given_spectra, refuse_open_ends
 from impactfem.device.spectrum_analysis import spectrum_analysis
-from impactfem.device.springs import COMPONENTS, BaseSprings
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import LOGGER
 
@@ -171,13 +165,13 @@ def _refuse_spectra(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis
                 raise
 
 
-def _body(setup: DeviceSetup) -> Body | None:
+def _body(setup: DeviceSetup) -> RigidBody | None:
     if setup.mass is None or setup.mass_height is None:
         return None
     inertia = setup.inertia
     if setup.shape is not None:
         inertia = solid_cylinder(setup.mass, setup.shape.radius, setup.shape.length)
-    return Body.at_height(setup.mass, setup.mass_height, *(inertia or ()))
+    return RigidBody.at_height(setup.mass, setup.mass_height, *(inertia or ()))
 
 
 def _beam(beam: DeviceBeam | None) -> Beam | None:

@@ -1,17 +1,16 @@
-"""Devices on a structure in modal form, all integrated as one system.
+"""Devices on bodies, all integrated as one system.
 
-The structure, whose displacements relative to the ground are Φ z, bears the forces F of the devices
-at their anchors:
+Of each device the own coordinates are x = φ ζ with its modes with mass, φᵀ M φ = 1: motions without
+mass follow these at once. With y = (a, ζ) relative to the ground a device is a mount
+(:mod:`impactfem.coupling.links`),
 
-    z̈ + (α + β λ) ż + λ z = b p(t) + Φᵀ F                                                  (1)
+    M_y ÿ + C_y ẏ + K_y y = (-F, 0) - M_y (R, 0) g̈                                         (1)
 
-With those of the devices (equation 1 of :mod:`impactfem.device.interface`) these are the equations
-of one model with the mass blkdiag(1, 0) + Bᵀ M_d B, B = blkdiag(Φ, 1). It is integrated by the
-average acceleration rule, with loads that are straight between their samples
-(:mod:`impactfem.device.mounted_march`); sub-steps bring its error down with the square of the step.
-
-Once F is known, the motion of any other point is that of the structure alone with the patterns Φᵀ
-and the amplitudes F among its loads.
+where F is its force on the floor, g̈ the acceleration of the ground and R takes it to the anchors.
+Bodies and devices are integrated by the average acceleration rule, with loads that are straight
+between their samples (:mod:`impactfem.coupling.implicit`); sub-steps bring its error down with the
+square of the step. Once F is known, the motion of any other point is that of the body alone with F
+among its loads.
 """
 
 from __future__ import annotations
@@ -19,56 +18,107 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.device.balance import LARGEST_IMBALANCE, base_imbalance
-from impactfem.device.body import Body
-from impactfem.device.interface import Interface, MountedDevice, interface_of
-from impactfem.device.mounted_march import March, march
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.coupling.body import Body
+from impactfem.coupling.implicit import respond
+from impactfem.coupling.links import Assembly, Attached, Link, Mount, Place, Spring
+from impactfem.device.anchor_force import LARGEST_IMBALANCE, base_imbalance
+from impactfem.device.device import Device, coupled
+from impactfem.device.parts import RigidBody
 from impactfem.dynamics.energy import Energy
+from impactfem.sticks.modes import WITH_MASS, natural_modes
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
 
 LARGEST_RESIDUAL = 1e-6
 """How far the energies may be out of balance, of the largest energy that came in."""
+MASSLESS_DAMPING = 1e-9
+"""Part of the largest entry of the equilibrated dampers that may act on a motion without mass."""
 
 
 @dataclass(frozen=True, eq=False)
-class ModalStructure:
-    """Equation (1) of a structure.
+class MountedDevice:
+    """A device and where it stands.
 
     Args:
-        eigenvalue: λ, shape (r,) [1/s2].
-        load: b, shape (r, n_patterns); what the ground motion does to the structure itself is one
-            of the patterns, or several.
-        damping: The damping.
-
-    Raises:
-        ImpactfemError: Shapes do not fit, or a value is not finite.
+        name: Its name.
+        device: The device; a rigid body alone is one mass at its anchor.
+        at: Body and port of each anchor; none for matrices alone.
+        drag: Whether the mass part of the device's Rayleigh damping acts on velocities against the
+            ground, as in a finite element model; on those relative to the anchors otherwise.
     """
 
-    eigenvalue: Array
-    load: Array
-    damping: Rayleigh
+    name: str
+    device: Device | RigidBody
+    at: tuple[Place, ...] = ()
+    drag: bool = False
 
-    def __post_init__(self) -> None:
-        if self.eigenvalue.ndim != 1 or self.load.ndim != 2 or len(self.load) != len(self):
-            raise ImpactfemError(
-                f"a structure with eigenvalues of shape {self.eigenvalue.shape} and loads of shape"
-                f" {self.load.shape}: expected (r,) and (r, patterns)"
-            )
-        values = (self.eigenvalue, self.load)
-        if not all(np.all(np.isfinite(value)) for value in values):
-            raise ImpactfemError(
-                "the modal equations of a structure hold a value that is not a finite number"
-            )
+    @property
+    def mass(self) -> Array:
+        """J, the mass of the rigid device about its anchors, shape (6 p, 6 p)."""
+        if isinstance(self.device, RigidBody):
+            return self.device.about(np.zeros(3))
+        return self.device.J
 
-    def __len__(self) -> int:
-        return len(self.eigenvalue)
+    @property
+    def ground(self) -> Array:
+        """R, the motion of the anchors by that of the ground, shape (6 p, 3)."""
+        return np.tile(np.eye(6, 3), (len(self.mass) // 6, 1))
+
+    @cached_property
+    def own(self) -> Array:
+        """φ, shape (n, modes)."""
+        if isinstance(self.device, RigidBody):
+            return np.zeros((0, 0))
+        return natural_modes(self.device.M, self.device.K)[1]
+
+    @property
+    def mount(self) -> Mount:
+        """Equation (1).
+
+        Raises:
+            ImpactfemError: A stiffness between anchors holds the ground, drag is requested of a
+                device without Rayleigh damping, or a damper acts on a motion without mass.
+        """
+        J, φ = self.mass, self.own
+        if isinstance(self.device, RigidBody):
+            if self.drag:
+                raise self.error("a rigid body has no Rayleigh damping; expected no drag")
+            return Mount(self.at, len(J), J, np.zeros_like(J), np.zeros_like(J), self.ground)
+        self.device.refuse_held_ground()
+        if self.device.dampers is not None and _damps_the_massless(self.device):
+            raise self.error(
+                "a damper acts on a motion without mass, which then no mode carries; expected a"
+                " mass there"
+            )
+        part, p6 = coupled(self.device, "relative", drag=self.drag), len(J)
+        T = np.zeros((len(part.M), p6 + φ.shape[1]))
+        T[:p6, :p6], T[p6:, p6:] = np.eye(p6), φ
+        M, C, K = (T.T @ matrix @ T for matrix in (part.M, part.C, part.K))
+        return Mount(self.at, p6, M, C, K, np.vstack([self.ground, np.zeros((φ.shape[1], 3))]))
+
+    def error(self, text: str) -> ImpactfemError:
+        """An error that names the device."""
+        return ImpactfemError(f"mounted device {self.name}: {text}")
+
+
+def _damps_the_massless(device: Device) -> bool:
+    """Whether dampers act on motions that the modes with mass do not carry on their own.
+
+    Rayleigh damping and one ratio for all modes never couple both.
+    """
+    scale = 1.0 / np.sqrt(np.diag(device.K))
+    values, motions = np.linalg.eigh(device.M * np.outer(scale, scale))
+    massless = motions[:, values <= WITH_MASS * values[-1]]
+    equilibrated = device.dampers * np.outer(scale, scale)
+    acting = np.max(np.abs(equilibrated @ massless), initial=0.0)
+    return bool(acting > MASSLESS_DAMPING * np.max(np.abs(equilibrated)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,33 +164,40 @@ class MountedResponse:
     Args:
         time: Shape (n_t,) [s].
         devices: In the order they were given.
-        energy: Of structure and devices, by velocities relative to the ground.
+        link_force: F of the links between the bodies, shape (n_t, n_links) [N].
+        energy: Of bodies and devices, by velocities relative to the ground.
     """
 
     time: Array
     devices: tuple[MountedHistory, ...]
+    link_force: Array
     energy: Energy
 
 
 def mounted_response(
-    structure: ModalStructure,
+    bodies: Sequence[Body],
     devices: Sequence[MountedDevice],
-    amplitudes: Array,
+    loads: Array,
     ground: Array,
     time_step: float,
     *,
+    links: Sequence[Link] = (),
+    springs: Sequence[Spring] = (),
     substeps: int = 1,
 ) -> MountedResponse:
-    """Integrate a structure together with its devices, from rest.
+    """Integrate bodies together with the devices on them, from rest.
 
     Args:
-        structure: The structure, without the devices.
+        bodies: The bodies, without the devices.
         devices: Any number of them from one on.
-        amplitudes: p of every pattern, shape (n_t, n_patterns), straight between its samples.
+        loads: Forces on the coordinates of the bodies, those of the ground motion included, shape
+            (n_t, r), straight between their samples.
         ground: Acceleration g̈ of the ground, shape (n_t, 3) [m/s2], likewise straight. It acts on
-            the devices only; on the structure by its patterns.
+            the devices only; on the bodies by their loads.
         time_step: Of the samples [s].
-        substeps: Steps of the integration in one of them.
+        links: Laws between the bodies.
+        springs: Springs between the bodies.
+        substeps: Steps of the integration in one sample.
 
     Raises:
         ImpactfemError: Shapes do not fit each other, a value is not finite, two devices have one
@@ -148,27 +205,65 @@ def mounted_response(
         SolutionError: The result is not finite, the energies do not balance, or action and reaction
             at a base differ.
     """
-    _check(structure, devices, amplitudes, ground, time_step, substeps)
-    interface = interface_of(devices)
-    damping = structure.damping.modal(structure.eigenvalue)
-    loads = np.ascontiguousarray(amplitudes @ structure.load.T)
-    found = march(
-        structure.eigenvalue, damping, loads, interface, ground, time_step / substeps, substeps
+    names = [one.name for one in devices]
+    if not names or len(set(names)) < len(names):
+        raise ImpactfemError(
+            f"expected at least one mounted device, each with a name of its own; got"
+            f" {', '.join(names) or 'none'}"
+        )
+    r = sum(len(body) for body in bodies)
+    for what, values, width in (
+        ("the ground acceleration", ground, 3),
+        ("the loads of the bodies", loads, r),
+    ):
+        if values.shape != (len(ground), width) or len(ground) < 2:
+            raise ImpactfemError(
+                f"{what}: expected shape (samples, {width}), two samples or more and as many as"
+                f" the other loads, got {values.shape}"
+            )
+        if not np.all(np.isfinite(values)):
+            raise ImpactfemError(f"{what}: a value is not a finite number")
+    if not (math.isfinite(time_step) and time_step > 0.0) or substeps < 1:
+        raise ImpactfemError(
+            f"a time step of {time_step!r} s in {substeps!r} sub-steps: expected a positive step"
+            " and one sub-step or more"
+        )
+    assembly = Assembly(bodies, links, springs, [one.mount for one in devices])
+    motion = respond(assembly, loads, ground, time_step, substeps=substeps, record=False)
+    histories = mounted_histories(
+        devices,
+        assembly.attached,
+        motion.displacement.T,
+        motion.velocity.T,
+        motion.acceleration.T,
+        motion.reaction.T,
+        motion.energy,
+        ground,
     )
     time = np.arange(len(ground), dtype=np.float64) * time_step
-    histories = mounted_histories(devices, interface, found, ground)
-    return MountedResponse(time=np.asarray(time), devices=histories, energy=found.energy)
+    return MountedResponse(np.asarray(time), histories, motion.force, motion.energy)
 
 
 def mounted_histories(
-    devices: Sequence[MountedDevice], interface: Interface, found: March, ground: Array
+    devices: Sequence[MountedDevice],
+    attached: Attached,
+    y: Array,
+    v: Array,
+    w: Array,
+    force: Array,
+    energy: Energy,
+    ground: Array,
 ) -> tuple[MountedHistory, ...]:
-    """The devices one by one, from the motion of their interface with a structure.
+    """The devices one by one, from the motion of y of equation (1).
 
     Args:
-        devices: The devices.
-        interface: Their interface.
-        found: Its motion, and the energies of structure and devices.
+        devices: The devices, the mounts of `attached`.
+        attached: Their matrices.
+        y: y at all times, shape (N, n_t).
+        v: ẏ, same shape.
+        w: ÿ, same shape.
+        force: F at all anchors, their rows in y first, shape (N_a, n_t) [N, N m].
+        energy: Of everything that moves.
         ground: Acceleration of the ground at the same times, shape (n_t, 3) [m/s2].
 
     Raises:
@@ -176,37 +271,37 @@ def mounted_histories(
             at a base differ.
     """
     # Checked before energies and forces are compared: comparisons with nan are false.
-    if not (np.all(np.isfinite(found.force)) and np.all(np.isfinite(found.acceleration))):
+    if not (np.all(np.isfinite(force)) and np.all(np.isfinite(w))):
         raise SolutionError("the response of the structure with its devices is not finite")
-    if found.energy.residual > LARGEST_RESIDUAL:
+    if energy.residual > LARGEST_RESIDUAL:
         raise SolutionError(
             f"the energies of the structure with its devices are out of balance by"
-            f" {found.energy.residual:.1e} of what came in"
+            f" {energy.residual:.1e} of what came in"
         )
-    return tuple(
-        _history(one, found, ground, a, m, φ)
-        for one, a, m, φ in zip(
-            devices, interface.anchors, interface.modes, interface.own, strict=True
-        )
-    )
+    found = []
+    for one, (fixed, own) in zip(devices, attached.mounts, strict=True):
+        anchors = force[fixed], y[fixed], v[fixed], w[fixed]
+        found.append(_history(one, *anchors, y[own], v[own], w[own], ground))
+    return tuple(found)
 
 
 def _history(
     one: MountedDevice,
-    found: March,
+    force: Array,
+    moved: Array,
+    speed: Array,
+    a: Array,
+    ζ: Array,
+    ζ_v: Array,
+    ζ_a: Array,
     ground: Array,
-    anchors: npt.NDArray[np.int64],
-    modes: npt.NDArray[np.int64],
-    φ: Array,
 ) -> MountedHistory:
-    force = found.force[anchors]
-    moved, speed = found.displacement[anchors], found.velocity[anchors]
-    a = found.acceleration[anchors] + one.ground @ ground.T
-    # x, ẋ and ẍ.
-    x, v, w = (φ @ y[modes] for y in (found.displacement, found.velocity, found.acceleration))
+    """One device, from the motion of its anchors and of its modes."""
+    a = a + one.ground @ ground.T
+    x, v, w = (one.own @ of for of in (ζ, ζ_v, ζ_a))
     momentum = one.mass @ a
     absolute, imbalance = w, float("nan")
-    if not isinstance(one.device, Body):
+    if not isinstance(one.device, RigidBody):
         device = one.device
         momentum = momentum + device.L.T @ w
         absolute = w + device.r @ a
@@ -223,53 +318,4 @@ def _history(
     pushed = one.ground.T @ momentum
     centre: Array = np.full(pushed.shape, np.nan, dtype=np.float64)
     np.divide(pushed, mass, out=centre, where=np.broadcast_to(mass > 0.0, pushed.shape))
-    return MountedHistory(
-        name=one.name,
-        force=force,
-        anchor_displacement=moved,
-        anchor_velocity=speed,
-        anchor_acceleration=a,
-        motion=x,
-        acceleration=absolute,
-        centre_acceleration=centre,
-        imbalance=imbalance,
-    )
-
-
-def _check(
-    structure: ModalStructure,
-    devices: Sequence[MountedDevice],
-    amplitudes: Array,
-    ground: Array,
-    time_step: float,
-    substeps: int,
-) -> None:
-    names = [one.name for one in devices]
-    if not names or len(set(names)) < len(names):
-        raise ImpactfemError(
-            f"expected at least one mounted device, each with a name of its own; got"
-            f" {', '.join(names) or 'none'}"
-        )
-    samples = len(ground)
-    for what, values, wanted in (
-        ("the ground acceleration", ground, (samples, 3)),
-        ("the amplitudes of the loads", amplitudes, (samples, structure.load.shape[1])),
-    ):
-        if values.shape != wanted or samples < 2:
-            raise ImpactfemError(
-                f"{what} needs shape (samples, {wanted[1]}), two samples or more and as many as"
-                f" the other loads, got {values.shape}"
-            )
-        if not np.all(np.isfinite(values)):
-            raise ImpactfemError(f"{what} holds a value that is not a finite number")
-    for one in devices:
-        if one.shapes.ndim == 2 and one.shapes.shape[1] != len(structure):
-            raise one.error(
-                f"the shapes of its anchors have {one.shapes.shape[1]} columns, the structure has"
-                f" {len(structure)} modes"
-            )
-    if not (math.isfinite(time_step) and time_step > 0.0) or substeps < 1:
-        raise ImpactfemError(
-            f"a time step of {time_step!r} s in {substeps!r} sub-steps: expected a positive step"
-            " and one sub-step or more"
-        )
+    return MountedHistory(one.name, force, moved, speed, a, x, absolute, centre, imbalance)

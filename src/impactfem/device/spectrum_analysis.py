@@ -10,7 +10,7 @@ the zero-period acceleration ZPA (missing mass, static correction):
 
     R_m = (d_k - c K⁻¹ L_k + Σ_i c φ_i Γ_ik / ω_i²) ZPA                                    (2)
 
-With the rigid parts α_i of the modes (:mod:`impactfem.device.rigid_response`), for one component,
+With the rigid parts α_i of the modes (:mod:`impactfem.device.combination`), for one component,
 
     R_r = Σ α_i R_i + R_m,    R_p = combination of √(1 - α_i²) R_i,    R = √(R_p² + R_r²)   (3)
 
@@ -23,24 +23,177 @@ own and then with the rest, by the root of the squares or as absolute values.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.device.combination import combine_modes
+from impactfem.device.anchor_force import Quantities, anchor_forces
+from impactfem.device.combination import PLANES, InputRule, Rules, combine_inputs, combine_modes
 from impactfem.device.device import Device
-from impactfem.device.directions import PLANES, combine_inputs
 from impactfem.device.modes import DeviceModes, device_modes
-from impactfem.device.quantity import Quantities, anchor_forces
-from impactfem.device.rules import Rules
-from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
-from impactfem.device.spectrum_response import InputResponse, SpectrumResponse
-from impactfem.device.springs import COMPONENTS
+from impactfem.device.parts import COMPONENTS
+from impactfem.device.spectrum import MOVED, AnchorSpectrum, NotRigidError
+from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
+Cell = str | float | int | None
 
-MOVED = 1e-9
-"""A component moves a mode whose participation is above this part of its largest one."""
+
+@dataclass(frozen=True, eq=False)
+class InputResponse:
+    """Response to one component of one anchor.
+
+    Args:
+        spectrum: The input.
+        ordinate: Pseudo-acceleration S of each mode, shape (m,) [m/s2, rad/s2]; 0 for a mode that
+            the component does not move.
+        rigid_fraction: α, shape (m,) [-].
+        modal: R_i with its sign, shape (n_q, m).
+        missing: R_m, shape (n_q,).
+        periodic: R_p, shape (n_q,).
+        rigid: R_r, shape (n_q,).
+        total: R, shape (n_q,).
+    """
+
+    spectrum: AnchorSpectrum
+    ordinate: Array
+    rigid_fraction: Array
+    modal: Array
+    missing: Array
+    periodic: Array
+    rigid: Array
+    total: Array
+
+    @property
+    def share(self) -> Array:
+        """R_i² of each mode, then R_m², over their sum, or 0, shape (n_q, m + 1) [-]."""
+        squares = np.hstack([self.modal, self.missing[:, None]]) ** 2
+        whole = squares.sum(axis=1, keepdims=True)
+        shares = np.zeros_like(squares)
+        np.divide(squares, whole, out=shares, where=whole > 0.0)
+        return shares
+
+
+@dataclass(frozen=True, eq=False)
+class SpectrumResponse:
+    """Largest responses of a device.
+
+    Args:
+        device: Its name.
+        modes: The modes used.
+        quantities: What was computed, n_q quantities.
+        inputs: The part of each input.
+        columns: Which component of the anchors each input is.
+        by_component: R of each component over all anchors, shape (n_q,).
+        inertial: All components combined, shape (n_q,).
+        displacement: Of the displacements of the anchors against each other, shape (n_q,).
+        notes: What was assumed, in words.
+        whole: Combination of the last two parts: "srss" or "abs".
+    """
+
+    device: str
+    modes: DeviceModes
+    quantities: Quantities
+    inputs: tuple[InputResponse, ...]
+    columns: tuple[int, ...]
+    by_component: dict[str, Array]
+    inertial: Array
+    displacement: Array
+    notes: tuple[str, ...]
+    whole: InputRule = "srss"
+
+    @property
+    def total(self) -> Array:
+        """Inertial part and displacements of the anchors, √(R² + R_Δ²) or R + R_Δ, shape (n_q,)."""
+        return combine_inputs(np.stack([self.inertial, self.displacement]), self.whole)
+
+    def value(self, name: str) -> float:
+        """The total of one quantity.
+
+        Raises:
+            ImpactfemError: There is no such quantity.
+        """
+        return float(self.total[self._index(name)])
+
+    def mode_table(
+        self, name: str
+    ) -> tuple[tuple[tuple[str, str], ...], tuple[tuple[Cell, ...], ...]]:
+        """Each mode's part in one quantity, input by input.
+
+        Beside the pseudo-acceleration S stands the relative displacement S / ω² of the oscillator:
+        what an anchor would have to bear in a spectrum whose high accelerations are short.
+
+        Args:
+            name: The quantity.
+
+        Returns:
+            Names and units of the columns, and the rows: one for each mode that the input moves,
+            and one for the missing mass.
+
+        Raises:
+            ImpactfemError: There is no such quantity.
+        """
+        q = self._index(name)
+        columns = (
+            ("input", ""),
+            ("mode", ""),
+            ("frequency", "Hz"),
+            ("damping", "-"),
+            ("effective mass", "kg or kg m2"),
+            ("pseudo-acceleration", "m/s2 or rad/s2"),
+            ("displacement", "m or rad"),
+            ("rigid part", "-"),
+            (name, self.quantities.units[q]),
+            ("share", "-"),
+        )
+        rows: list[tuple[Cell, ...]] = []
+        for one, k in zip(self.inputs, self.columns, strict=True):
+            label = f"{one.spectrum.component} at anchor {one.spectrum.anchor}"
+            share = one.share[q]
+            for i, f in enumerate(self.modes.frequency):
+                if one.ordinate[i] == 0.0:
+                    continue
+                rows.append(
+                    (
+                        label,
+                        i + 1,
+                        float(f),
+                        float(self.modes.damping[i]),
+                        float(self.modes.effective_mass[k, i]),
+                        float(one.ordinate[i]),
+                        float(one.ordinate[i] / self.modes.omega[i] ** 2),
+                        float(one.rigid_fraction[i]),
+                        float(one.modal[q, i]),
+                        float(share[i]),
+                    )
+                )
+            rigid = max(float(self.modes.rigid_mass[k, k]), 0.0)
+            rows.append(
+                (
+                    label,
+                    "missing mass",
+                    None,
+                    None,
+                    rigid,
+                    one.spectrum.zpa,
+                    None,
+                    1.0,
+                    float(one.missing[q]),
+                    float(share[-1]),
+                )
+            )
+        return columns, tuple(rows)
+
+    def _index(self, name: str) -> int:
+        if name not in self.quantities.names:
+            raise ImpactfemError(
+                f"device {self.device}: no quantity {name!r} was computed; there are"
+                f" {', '.join(self.quantities.names)}"
+            )
+        return self.quantities.names.index(name)
+
+
 AXES = COMPONENTS[:3]
 MINOR = 1e-3
 """A component whose ZPA is below this part of the largest has little to say of rigid modes."""

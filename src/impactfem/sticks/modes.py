@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from impactfem.sticks.stick import Stick
 from impactfem.system.errors import SolutionError
@@ -50,51 +51,70 @@ class Modes:
 def modes(stick: Stick) -> Modes:
     """All modes with mass of a stick.
 
-    A straight stick does not couple the families, so each is solved on its own: with equal
-    properties along x and y, the modes of a joint problem would be any mixture of both. Solves
-    M φ = (1/ω²) K φ, so that points without mass (inside storeys) give 1/ω² = 0 and drop out
-    instead of making M singular.
+    Points without mass (inside storeys) have no modes.
 
     Raises:
         SolutionError: The stiffness is not positive definite (the stick is a mechanism).
     """
-    values, shapes, families = [], [], []
-    for family, components in FAMILIES.items():
-        dofs = np.array([6 * i + c for i in range(stick.n // 6) for c in components])
-        found, vectors = _block_modes(stick, dofs)
-        shape = np.zeros((stick.n, found.size))
-        shape[dofs] = vectors
-        values.append(found)
-        shapes.append(shape)
-        families += [family] * found.size
-    joined = np.concatenate(values)
-    order = np.argsort(-joined, kind="stable")
-    every = np.hstack(shapes)[:, order]
-    every = every * np.sign(every[np.argmax(np.abs(every), axis=0), np.arange(every.shape[1])])
+    mechanism = f"building {stick.name}: the stiffness matrix is not positive definite"
+    if not np.all(np.diag(stick.K) > 0.0):
+        raise SolutionError(mechanism)
+    try:
+        omega, shape = natural_modes(stick.M, stick.K)
+    except np.linalg.LinAlgError as error:
+        raise SolutionError(f"{mechanism}: {error}") from error
+    largest = np.argmax(np.abs(shape), axis=0)
+    shape = shape * np.sign(shape[largest, np.arange(omega.size)])
+    moving = [set(np.flatnonzero(column) % 6) for column in shape.T]
     r = stick.rigid_body()
     return Modes(
-        frequency=np.asarray(0.5 / (np.pi * np.sqrt(joined[order])), dtype=np.float64),
-        shape=every,
-        participation=r.T @ stick.M @ every,
-        family=tuple(families[i] for i in order),
+        frequency=omega / (2.0 * np.pi),
+        shape=shape,
+        participation=r.T @ stick.M @ shape,
+        family=tuple(
+            next(name for name, components in FAMILIES.items() if found <= set(components))
+            for found in moving
+        ),
         total=np.diag(r.T @ stick.M @ r).copy(),
     )
 
 
-def _block_modes(stick: Stick, dofs: NDArray[np.int64]) -> tuple[Array, Array]:
-    """1/ω² and shapes with unit modal mass of the modes with mass of one block."""
-    block = np.ix_(dofs, dofs)
-    diagonal = np.diag(stick.K)[dofs]
-    mechanism = f"building {stick.name}: the stiffness matrix is not positive definite"
-    if not np.all(diagonal > 0.0):
-        raise SolutionError(mechanism)
+COUPLING = 1e-12
+"""Entries of the equilibrated matrices below this part of the largest couple nothing."""
+WITH_MASS = 1e-12
+"""Modes count whose 1/ω² is above this part of the largest one of their block."""
+
+
+def natural_modes(M: Array, K: Array) -> tuple[Array, Array]:
+    """Circular frequencies and shapes of the modes with mass.
+
+    Solves M φ = (1/ω²) K φ, so that motions without mass drop out. Parts that do not couple are
+    solved on their own: a mixture of modes with equal frequencies along x and along y would be a
+    mode as well.
+
+    Args:
+        M: Mass, symmetric and not indefinite, shape (n, n).
+        K: Stiffness, symmetric and positive definite, shape (n, n).
+
+    Returns:
+        ω, ascending, shape (m,) [rad/s], and φ with φᵀ M φ = 1, shape (n, m).
+    """
     # Equilibrated first: translations and rotations differ by orders of magnitude.
-    scale = 1.0 / np.sqrt(diagonal)
-    try:
-        values, vectors = scipy.linalg.eigh(
-            stick.M[block] * np.outer(scale, scale), stick.K[block] * np.outer(scale, scale)
-        )
-    except np.linalg.LinAlgError as error:
-        raise SolutionError(f"{mechanism}: {error}") from error
-    keep = values > 1e-12 * values[-1]
-    return values[keep], vectors[:, keep] * scale[:, None] / np.sqrt(values[keep])
+    scale = 1.0 / np.sqrt(np.diag(K))
+    k, m = K * np.outer(scale, scale), M * np.outer(scale, scale)
+    links = (np.abs(k) > COUPLING) | (np.abs(m) > COUPLING * np.max(np.abs(m)))
+    count, part = connected_components(links, directed=False)
+    inverse_squares, shapes = [], []
+    for number in range(count):
+        dofs = np.flatnonzero(part == number)
+        block = np.ix_(dofs, dofs)
+        values, vectors = scipy.linalg.eigh(m[block], k[block])
+        keep = values > WITH_MASS * max(float(values[-1]), 0.0)
+        shape = np.zeros((M.shape[0], int(keep.sum())))
+        shape[dofs] = vectors[:, keep] * scale[dofs, None] / np.sqrt(values[keep])
+        inverse_squares.append(values[keep])
+        shapes.append(shape)
+    omega = 1.0 / np.sqrt(np.concatenate(inverse_squares))
+    # Rounded: the order of two equal frequencies does not depend on their last digits.
+    order = np.argsort(np.round(np.log(omega), 9), kind="stable")
+    return np.asarray(omega[order], dtype=np.float64), np.hstack(shapes)[:, order]

@@ -13,10 +13,9 @@ from impactfem.building.from_case import read_parts
 from impactfem.building.links import find_base_plate, linked
 from impactfem.building.model import assemble_building
 from impactfem.case import load_case
-from impactfem.device.body import Body
-from impactfem.device.coupled import coupled
-from impactfem.device.on_springs import on_springs
-from impactfem.device.springs import BaseSprings
+from impactfem.device.device import coupled
+from impactfem.device.models import on_springs
+from impactfem.device.parts import BaseSprings, RigidBody
 from impactfem.dynamics.damping import Rayleigh
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
@@ -37,7 +36,7 @@ def device():
     return on_springs(
         "pump",
         springs,
-        Body.at_height(800.0, 0.6, 60.0, 60.0, 40.0),
+        RigidBody.at_height(800.0, 0.6, 60.0, 60.0, 40.0),
         Rayleigh.through(0.02, 10, 60),
     )
 

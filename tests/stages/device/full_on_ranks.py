@@ -11,11 +11,10 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from mpi4py import MPI
 
 from impactfem.building.model import assemble_building
-from impactfem.device.interface import MountedDevice
+from impactfem.device.mounted import MountedDevice
 from impactfem.stages.device.full_run import FullHistories, full_histories
 from impactfem.stages.device.full_system import full_system
 
@@ -27,7 +26,7 @@ def histories(comm: Any, given: dict[str, Any], folder: Path, **options: Any) ->
         given["parts"].mesh,
         given["factor"],
         given["base_plates"],
-        [MountedDevice(one.name, one, np.zeros((6, 0))) for one in given["devices"]],
+        [MountedDevice(one.name, one) for one in given["devices"]],
         given["loads"],
         eccentricity=0.0,
         damping=given["damping"],

@@ -12,8 +12,8 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from impactfem.building.model import assemble_building
-from impactfem.device.interface import MountedDevice
 from impactfem.device.modes import device_modes
+from impactfem.device.mounted import MountedDevice
 from impactfem.reduction.loads import EdgeForce, Loads
 from impactfem.stages.device.full_system import FullSystem, full_system
 
@@ -44,7 +44,7 @@ def made(frame: Any, device: Any, base_plate: Any) -> Iterator[Made]:
         parts.mesh,
         FACTOR,
         [base_plate],
-        [MountedDevice(device.name, device, np.zeros((6, 0)))],
+        [MountedDevice(device.name, device)],
         loads,
         eccentricity=0.0,
         damping=case.building("F").damping.rayleigh,
@@ -57,7 +57,7 @@ def test_rows(made: Made, device: Any) -> None:
     system = made.system
     n, modes = system.M.getSize()[0], device_modes(device).frequency.size
     assert list(system.rows[6:]) == list(range(n - modes, n))
-    assert system.patterns.shape == (n, 4) and len(system.interface.M) == 6 + modes
+    assert system.patterns.shape == (n, 4) and len(system.attached.M) == 6 + modes
 
 
 @pytest.mark.parametrize("component", [0, 1, 2])

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from impactfem.case.given_spectra import GivenSpectrum
-from impactfem.device.from_matrices import from_matrices
-from impactfem.device.given import given_spectra
-from impactfem.device.rigid_response import Gupta, LindleyYow
-from impactfem.device.rules import Rules
-from impactfem.device.spectrum import AnchorSpectrum
+from impactfem.device.combination import Gupta, LindleyYow, Rules
+from impactfem.device.models import from_matrices
+from impactfem.device.spectrum import AnchorSpectrum, given_spectra
 from impactfem.stages.device.spectrum_choice import SpectrumChoice, headline_of
 from impactfem.stages.device.spectrum_plan import SpectrumPlan, envelopes, in_step
 from impactfem.system.errors import ImpactfemError
@@ -143,7 +141,7 @@ def test_spectra_that_do_not_reach_a_mode_are_refused(single):
     )
     for given, message in (
         (far, r"device pump: the spectrum along y at anchor 1 begins at 50 Hz and does not reach"),
-        (other, r"asked for; expected dampings on both sides of the modes'"),
+        (other, r"was requested; expected dampings on both sides of the modes'"),
         (steep, r"ends at 5 Hz with 4, which is not its zero-period acceleration 9"),
     ):
         with pytest.raises(ImpactfemError, match=message):

@@ -7,8 +7,8 @@ from scipy.sparse.linalg import splu
 
 from impactfem.building.links import linked
 from impactfem.building.model import assemble_building
-from impactfem.device.interface import MountedDevice
-from impactfem.device.mounted import ModalStructure, mounted_response
+from impactfem.coupling.body import reduced_body
+from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.device.study_model import Accuracy, StudyModel, study_model
 
@@ -35,10 +35,11 @@ def reduced(frame, base_plate) -> StudyModel:
 def mounted(reduced, device, damping, *, shapes=None):
     force, ground = shaken_and_hit()
     load = np.column_stack([reduced.ground[:, 1], reduced.edges[:, -1]])
+    anchor = reduced.anchors[0] if shapes is None else shapes
     return mounted_response(
-        ModalStructure(reduced.eigenvalue, load, damping),
-        [MountedDevice("pump", device, reduced.anchors[0] if shapes is None else shapes)],
-        np.column_stack([ground[:, 1], force]),
+        [reduced_body("building", reduced.eigenvalue, damping, {"anchor": anchor})],
+        [MountedDevice("pump", device, (("building", "anchor"),))],
+        np.column_stack([ground[:, 1], force]) @ load.T,
         ground,
         STEP,
     ).devices[0]

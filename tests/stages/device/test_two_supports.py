@@ -12,13 +12,11 @@ from impactfem.building.from_case import read_parts
 from impactfem.building.links import find_base_plate, linked
 from impactfem.building.model import assemble_building
 from impactfem.case import load_case
-from impactfem.device.body import Body
-from impactfem.device.coupled import coupled
-from impactfem.device.from_matrices import from_matrices
-from impactfem.device.interface import MountedDevice
-from impactfem.device.mounted import ModalStructure, mounted_response
-from impactfem.device.on_springs import on_springs
-from impactfem.device.springs import BaseSprings
+from impactfem.coupling.body import reduced_body
+from impactfem.device.device import coupled
+from impactfem.device.models import from_matrices, on_springs
+from impactfem.device.mounted import MountedDevice, mounted_response
+from impactfem.device.parts import BaseSprings, RigidBody
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
@@ -104,12 +102,17 @@ def shaking():
     return ground
 
 
+def building(reduced, damping):
+    ports = {str(k): shapes for k, shapes in enumerate(reduced.anchors)}
+    return reduced_body("building", reduced.eigenvalue, damping, ports)
+
+
 def mounted(reduced, device, damping):
     ground = shaking()
     return mounted_response(
-        ModalStructure(reduced.eigenvalue, reduced.ground[:, 1:2], damping),
-        [MountedDevice("pipe", device, np.vstack(reduced.anchors))],
-        ground[:, 1:2],
+        [building(reduced, damping)],
+        [MountedDevice("pipe", device, (("building", "0"), ("building", "1")))],
+        ground[:, 1:2] @ reduced.ground[:, 1:2].T,
         ground,
         STEP,
     ).devices[0]
@@ -122,7 +125,7 @@ def light(mass, height=0.0):
     """A mass above its anchor, against which it can move along y only."""
     k = mass * (2.0 * np.pi * FREQUENCY) ** 2
     springs = BaseSprings.of_directions(**dict.fromkeys(("x", "z", "rx", "ry", "rz"), np.inf), y=k)
-    return on_springs("light", springs, Body.at_height(mass, height, 1e-9, 1e-9, 1e-9), RATIO)
+    return on_springs("light", springs, RigidBody.at_height(mass, height, 1e-9, 1e-9, 1e-9), RATIO)
 
 
 def alone(reduced, damping):
@@ -137,11 +140,10 @@ def alone(reduced, damping):
 
 def carried(reduced, damping, device, anchors):
     ground = shaking()
-    shapes = np.vstack([reduced.anchors[k] for k in anchors])
     return mounted_response(
-        ModalStructure(reduced.eigenvalue, reduced.ground[:, 1:2], damping),
-        [MountedDevice(device.name, device, shapes)],
-        ground[:, 1:2],
+        [building(reduced, damping)],
+        [MountedDevice(device.name, device, tuple(("building", str(k)) for k in anchors))],
+        ground[:, 1:2] @ reduced.ground[:, 1:2].T,
         ground,
         STEP,
         substeps=8,

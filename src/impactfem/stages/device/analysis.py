@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
+from impactfem.coupling.body import reduced_body
 from impactfem.device.device import Device
-from impactfem.device.interface import MountedDevice
 from impactfem.device.modes import device_modes
-from impactfem.device.mounted import ModalStructure, MountedHistory, mounted_response
+from impactfem.device.mounted import MountedDevice, MountedHistory, mounted_response
 from impactfem.device.spectrum import AnchorSpectrum
-from impactfem.device.spectrum_response import SpectrumResponse
+from impactfem.device.spectrum_analysis import SpectrumResponse
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
@@ -105,13 +105,14 @@ class Analyst:
         places = [
             [i for i, one in enumerate(supports) if one.device == k] for k in range(len(self.plans))
         ]
+        ports = {str(i): Φ for i, Φ in enumerate(model.anchors)}
         mounted = mounted_response(
-            ModalStructure(model.eigenvalue, model.load(loads), damping),
+            [reduced_body("building", model.eigenvalue, damping, ports)],
             [
-                MountedDevice(device.name, device, np.concatenate(model.anchors[rows]))
+                MountedDevice(device.name, device, tuple(("building", str(i)) for i in rows))
                 for device, rows in zip(self.devices, places, strict=True)
             ],
-            loads.amplitudes,
+            loads.amplitudes @ model.load(loads).T,
             loads.ground,
             loads.time_step,
             substeps=self.substeps,

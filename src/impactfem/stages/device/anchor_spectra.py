@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from impactfem.case import Spectra
 from impactfem.device.modes import DeviceModes
+from impactfem.device.parts import COMPONENTS
 from impactfem.device.spectrum import AnchorSpectrum
-from impactfem.device.springs import COMPONENTS
 from impactfem.spectra import response_spectra
 
 Array = NDArray[np.float64]

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from impactfem.building.mesh import DOFS
 from impactfem.building.model import assemble_building
 from impactfem.case import Case
-from impactfem.device.interface import MountedDevice
+from impactfem.device.mounted import MountedDevice
 from impactfem.stages.device.analysis import Analyst
 from impactfem.stages.device.damping_study import DeviceStudy, device_study
 from impactfem.stages.device.full_run import FullHistories, full_histories
@@ -177,10 +176,7 @@ def _full(
             prepared.parts.mesh,
             prepared.storey_factor,
             prepared.base_plates,
-            [
-                MountedDevice(one.name, one, np.zeros((DOFS * one.anchors, 0)))
-                for one in prepared.devices
-            ],
+            [MountedDevice(one.name, one) for one in prepared.devices],
             loads,
             eccentricity=transient.eccentricity,
             damping=prepared.own,

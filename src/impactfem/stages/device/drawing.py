@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 
 from impactfem.case import DeviceSetup
 from impactfem.case.device_stiffness import RIGID
-from impactfem.device.body import solid_cylinder
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
-from impactfem.device.springs import COMPONENTS
+from impactfem.device.parts import COMPONENTS, solid_cylinder
 from impactfem.sticks.element import rigid_link
 
 Array = NDArray[np.float64]

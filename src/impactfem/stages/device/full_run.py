@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.device.mounted import MountedHistory, mounted_histories
-from impactfem.device.mounted_march import March
 from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.history import QUANTITIES, History
@@ -108,12 +107,8 @@ def _refined(amplitudes: Array, substeps: int) -> Array:
 def _histories(
     system: FullSystem, loads: Loads, history: History, substeps: int
 ) -> tuple[MountedHistory, ...]:
-    """Equation 1 of `device.interface` for the forces at the anchors, once y is known."""
-    one = system.interface
+    """Equation 1 of `device.mounted` for the forces at the anchors, once y is known."""
+    one = system.attached
     y, v, a = (system.W @ history.motion[name][::substeps].T for name in QUANTITIES)
-    F = -(one.M @ (a + one.R @ loads.ground.T) + one.C @ v + one.K @ y)
-    anchors = len(one.shapes)
-    march = March(
-        displacement=y, velocity=v, acceleration=a, force=F[:anchors], energy=history.energy
-    )
-    return mounted_histories(system.devices, one, march, loads.ground)
+    F = one.push @ loads.ground.T - (one.M @ a + one.C @ v + one.K @ y)
+    return mounted_histories(system.devices, one, y, v, a, F, history.energy, loads.ground)

@@ -2,7 +2,7 @@
 
 The devices act on the building by their anchors' motions a = S u_m, carried rigidly by the masters
 of their base plates, and by their modes ζ. With y = (a, ζ) = W (u, ζ), W = blkdiag(S, 1), and the
-matrices of the devices (equation 1 of :mod:`impactfem.device.interface`),
+matrices of the devices (equation 1 of :mod:`impactfem.device.mounted`),
 
     M = blkdiag(M_b, 0) + Wᵀ M_d W,    K = blkdiag(K_b, 0) + Wᵀ K_d W,
     C = blkdiag(α M_b + β K_b, 0) + Wᵀ C_d W = α M + β K + C₊,
@@ -26,7 +26,8 @@ from petsc4py import PETSc
 from impactfem.building.links import BasePlate, carried, linked
 from impactfem.building.mesh import DOFS, BuildingMesh
 from impactfem.building.model import BuildingModel
-from impactfem.device.interface import Interface, MountedDevice, interface_of
+from impactfem.coupling.links import Attached, side_by_side
+from impactfem.device.mounted import MountedDevice
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.held import Held
 from impactfem.reduction.loads import Loads
@@ -45,7 +46,7 @@ class FullSystem(Held):
         C: C₊, PETSc AIJ.
         patterns: Patterns of the loads at this rank's rows, shape (n_local, n_patterns).
         devices: The devices.
-        interface: Their matrices.
+        attached: Their matrices.
         rows: Global rows that W has columns for, shape (N,).
         W: From these rows to y, shape (N, N).
     """
@@ -55,7 +56,7 @@ class FullSystem(Held):
     C: Any
     patterns: Array
     devices: tuple[MountedDevice, ...]
-    interface: Interface
+    attached: Attached
     rows: Index
     W: Array
 
@@ -92,29 +93,29 @@ def full_system(
         ImpactfemError: A device cannot be mounted.
         SolutionError: BasePlates overlap.
     """
-    interface = interface_of(devices)
+    attached = side_by_side([one.mount for one in devices])
     model, T = linked(building, [one.link for one in base_plates], mesh.nodes)
     own = carried(T, loads.patterns(building, mesh, eccentricity))
     T.destroy()
     for matrix in (building.fixed, building.storeys, building.mass):
         matrix.destroy()
-    modes = len(interface.M) - DOFS * len(base_plates)
+    modes = len(attached.M) - DOFS * len(base_plates)
     W = scipy.linalg.block_diag(*(one.carried for one in base_plates), np.eye(modes))
     masters = model.global_rows(np.array([one.master for one in base_plates]))
     n = model.n_free
     rows = np.concatenate([(masters[:, None] + np.arange(DOFS)).ravel(), n + np.arange(modes)])
     room = _Room(model.mass, modes, rows)
-    shaken = room.scattered(W.T @ interface.M @ interface.R)
+    shaken = room.scattered(-W.T @ attached.push)
     patterns = np.zeros((room.local, len(loads.names)))
     patterns[: room.building] = own
     patterns[:, : len(loads.directions)] -= shaken[:, list(loads.directions)]
     return FullSystem(
-        K=room.joined(model.take_stiffness(storey_factor), W.T @ interface.K @ W),
-        M=room.joined(model.mass, W.T @ interface.M @ W),
-        C=room.matrix(W.T @ (interface.C - damping.matrix(interface.K, interface.M)) @ W),
+        K=room.joined(model.take_stiffness(storey_factor), W.T @ attached.K @ W),
+        M=room.joined(model.mass, W.T @ attached.M @ W),
+        C=room.matrix(W.T @ (attached.C - damping.matrix(attached.K, attached.M)) @ W),
         patterns=patterns,
         devices=tuple(devices),
-        interface=interface,
+        attached=attached,
         rows=rows,
         W=W,
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from impactfem.device.anchor_force import own_weight, ring_tension
 from impactfem.device.modes import DeviceModes, device_modes
-from impactfem.device.spectrum_response import SpectrumResponse
+from impactfem.device.spectrum_analysis import SpectrumResponse
 from impactfem.stages.device.analysis import DeviceResult
 from impactfem.stages.device.damping_study import DampedStudy, DeviceStudy
 from impactfem.stages.device.spectrum_choice import SpectrumChoice, headline_of

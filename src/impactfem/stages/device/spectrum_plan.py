@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 
 from impactfem.case import DeviceAnalysis, DeviceSetup
 from impactfem.case.device_analysis import ModeRule, SupportRule
+from impactfem.device.combination import Rules
+from impactfem.device.combination import SupportRule as SupportCombination
 from impactfem.device.device import Device
-from impactfem.device.directions import SupportRule as SupportCombination
 from impactfem.device.from_case import first_method, rules_of
-from impactfem.device.given import LAST, NO_SHIFT, given_spectra
-from impactfem.device.rules import Rules
-from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
-from impactfem.device.spectrum_analysis import spectrum_analysis
-from impactfem.device.spectrum_response import SpectrumResponse
-from impactfem.device.springs import COMPONENTS
+from impactfem.device.parts import COMPONENTS
+from impactfem.device.spectrum import LAST, NO_SHIFT, AnchorSpectrum, NotRigidError, given_spectra
+from impactfem.device.spectrum_analysis import SpectrumResponse, spectrum_analysis
 from impactfem.stages.device.spectrum_choice import Source, SpectrumChoice
 from impactfem.system.errors import ImpactfemError
 

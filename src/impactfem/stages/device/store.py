@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from impactfem.device.anchor_force import own_weight
 from impactfem.device.modes import device_modes
-from impactfem.device.springs import COMPONENTS
+from impactfem.device.parts import COMPONENTS
 from impactfem.stages.device.analysis import DeviceResult
 from impactfem.stages.device.damping_study import DampedStudy, DeviceStudy
 from impactfem.stages.device.drawing import drawing_variables

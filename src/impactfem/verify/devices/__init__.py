@@ -9,14 +9,10 @@ import numpy.typing as npt
 from scipy.signal import lsim
 
 from impactfem.device.anchor_force import anchor_force
-from impactfem.device.beam import Beam
-from impactfem.device.body import Body, solid_cylinder
 from impactfem.device.device import Device
-from impactfem.device.fit import Target, fit_device
-from impactfem.device.from_matrices import from_matrices
-from impactfem.device.modes import device_modes
-from impactfem.device.on_springs import on_springs
-from impactfem.device.springs import BaseSprings
+from impactfem.device.models import from_matrices, on_springs
+from impactfem.device.modes import Target, device_modes, fit_device
+from impactfem.device.parts import BaseSprings, Beam, RigidBody, solid_cylinder
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.row import Row, Rows
 
@@ -39,7 +35,7 @@ def paper_springs() -> BaseSprings:
 
 def paper_device(bending: float) -> Device:
     """The printed mass as a solid cylinder on a beam that weighs the rest; its E I [N m2]."""
-    body = Body.at_height(MASS, HEIGHT, *solid_cylinder(MASS, RADIUS, LENGTH))
+    body = RigidBody.at_height(MASS, HEIGHT, *solid_cylinder(MASS, RADIUS, LENGTH))
     beam = Beam(HEIGHT, bending, bending, mass=WHOLE - MASS)
     return on_springs("pump", paper_springs(), body, PAPER_DAMPING, beam)
 
@@ -47,7 +43,7 @@ def paper_device(bending: float) -> Device:
 def rigid_device(mass: float, inertia: float) -> Device:
     """The same as one rigid body, m [kg] and J about horizontal axes [kg m2]."""
     around = solid_cylinder(MASS, RADIUS, LENGTH)[2]
-    body = Body.at_height(mass, HEIGHT, inertia, inertia, around)
+    body = RigidBody.at_height(mass, HEIGHT, inertia, inertia, around)
     return on_springs("rigid pump", paper_springs(), body, PAPER_DAMPING)
 
 
@@ -56,8 +52,8 @@ def device_table_6() -> list[Row]:
 
     The mass printed, 1500 kg, cannot carry effective masses of 1545.9 kg. As a rigid body with that
     total, the device has one unknown left, its inertia, for three conditions (equation 2 of
-    :mod:`impactfem.device.fit`): fitted to the frequencies, it is 0.3 % and 0.1 % off in them, and
-    2.3 % and 8.6 % in the effective masses. So the paper is no reference for it: it is compared
+    :mod:`impactfem.device.modes`): fitted to the frequencies, it is 0.3 % and 0.1 % off in them,
+    and 2.3 % and 8.6 % in the effective masses. So the paper is no reference for it: it is compared
     with the closed form of a rigid body on two springs, and the sources of its rows tell how far
     that is from table 6. With 1500 kg as a solid cylinder of the printed size, and a beam from
     base to mass centre that weighs the missing 45.9 kg, its bending stiffness alone gives all four
@@ -135,7 +131,7 @@ def device_sdll06() -> list[Row]:
     springs = BaseSprings.of_directions(
         x=math.inf, y=mass * omega**2, z=math.inf, rx=math.inf, ry=math.inf, rz=math.inf
     )
-    body = Body.at_height(mass, 0.0, 1.0, 1.0, 1.0)
+    body = RigidBody.at_height(mass, 0.0, 1.0, 1.0, 1.0)
     force = anchor_force(on_springs("mass", springs, body, 0.0), motion, dt).force[1]
     source = "code_aster validation manual V2.01.006 (SDLL06)"
     rows = Rows("SDLL06 as a device", source)

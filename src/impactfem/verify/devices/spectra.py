@@ -8,19 +8,29 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_continuous_lyapunov
 
-from impactfem.device.anchor_force import anchor_force, own_weight, ring_tension
-from impactfem.device.body import Body
-from impactfem.device.combination import Combination, combine_modes, correlation
+from impactfem.device.anchor_force import (
+    Quantities,
+    anchor_force,
+    anchor_forces,
+    own_accelerations,
+    own_motions,
+    own_weight,
+    ring_tension,
+)
+from impactfem.device.combination import (
+    Combination,
+    Gupta,
+    LindleyYow,
+    Rules,
+    combine_modes,
+    correlation,
+)
 from impactfem.device.device import Device
-from impactfem.device.from_matrices import from_matrices
+from impactfem.device.models import from_matrices, on_springs
 from impactfem.device.modes import device_modes
-from impactfem.device.on_springs import on_springs
-from impactfem.device.quantity import Quantities, anchor_forces, own_accelerations, own_motions
-from impactfem.device.rigid_response import Gupta, LindleyYow
-from impactfem.device.rules import Rules
+from impactfem.device.parts import BaseSprings, RigidBody
 from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.device.spectrum_analysis import spectrum_analysis
-from impactfem.device.springs import BaseSprings
 from impactfem.verify.devices import chain, mass_between, paper_device
 from impactfem.verify.row import Row, Rows
 from impactfem.verify.spectra import SDLD25_FREQUENCY, SDLD25_SOURCE, SDLD25_SPECTRA
@@ -230,7 +240,7 @@ def rocking_floor() -> list[Row]:
     """Rotational spectra: a mass at the height h feels the rotation θ of its anchor as -h θ."""
     h, mass, blocked = 0.7, 800.0, dict.fromkeys(("x", "z", "rx", "ry", "rz"), math.inf)
     springs = BaseSprings.of_directions(y=mass * (2.0 * math.pi * 12.0) ** 2, **blocked)
-    device = on_springs("mass", springs, Body.at_height(mass, h, 1e-6, 1e-6, 1e-6), 0.02)
+    device = on_springs("mass", springs, RigidBody.at_height(mass, h, 1e-6, 1e-6, 1e-6), 0.02)
     rows = Rows("device on a rocking floor", "closed form: one oscillator at the height h")
     translation, rotation = flat("y", 5.0), flat("rx", 5.0 / h)
     cases: tuple[tuple[str, list[AnchorSpectrum], Rules, float], ...] = (
