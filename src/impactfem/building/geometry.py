@@ -243,15 +243,15 @@ class _Rectangle:
     def area(self) -> float:
         return self.a * self.b
 
-    @property
-    def own_I_x(self) -> float:
-        """∫ y² dA about its own centre: A (a² s² + b² c²) / 12."""
-        return self.area * ((self.a * self.s) ** 2 + (self.b * self.c) ** 2) / 12.0
+    def second_moments(self, x_c: float, y_c: float) -> tuple[float, float]:
+        """I_x and I_y about axes through a point: of the rectangle, and of its distance.
 
-    @property
-    def own_I_y(self) -> float:
-        """∫ x² dA about its own centre: A (a² c² + b² s²) / 12."""
-        return self.area * ((self.a * self.c) ** 2 + (self.b * self.s) ** 2) / 12.0
+        ∫ y² dA about the centre is A (a² s² + b² c²) / 12, ∫ x² dA is A (a² c² + b² s²) / 12.
+        """
+        a2, b2, c2, s2 = self.a**2, self.b**2, self.c**2, self.s**2
+        I_x = self.area * ((a2 * s2 + b2 * c2) / 12.0 + (self.y - y_c) ** 2)
+        I_y = self.area * ((a2 * c2 + b2 * s2) / 12.0 + (self.x - x_c) ** 2)
+        return I_x, I_y
 
 
 def storey_sections(geometry: Geometry) -> dict[int, StoreySection]:
@@ -277,10 +277,9 @@ def storey_section(geometry: Geometry, storey: int) -> StoreySection | None:
     edges = {0.0, height, *(bay.sill for bay in bays), *(bay.sill + bay.height for bay in bays)}
     levels = sorted(z for z in edges if 0.0 <= z <= height)
     cuts = [0.5 * (low + high) for low, high in itertools.pairwise(levels)]
-    sections = [_section(walls, columns, bays, cut) for cut in cuts]
-    found = [section for section in sections if section is not None]
+    sections = [s for cut in cuts if (s := _section(walls, columns, bays, cut)) is not None]
     # Rounding must not choose between cuts that are equal but for it.
-    return min(found, key=lambda section: (round(section.A, 9), section.cut), default=None)
+    return min(sections, key=lambda section: (round(section.A, 9), section.cut), default=None)
 
 
 def _section(
@@ -301,14 +300,15 @@ def _section(
         return None
     x_c = math.fsum(piece.area * piece.x for piece in pieces) / A
     y_c = math.fsum(piece.area * piece.y for piece in pieces) / A
+    moments = [piece.second_moments(x_c, y_c) for piece in pieces]
     A_columns = math.fsum(post.area for post in posts)
     return StoreySection(
         cut=cut,
         A=A,
         A_vy=A_columns + math.fsum(panel.area * panel.s**2 for panel in panels),
         A_vz=A_columns + math.fsum(panel.area * panel.c**2 for panel in panels),
-        I_x=math.fsum(piece.own_I_x + piece.area * (piece.y - y_c) ** 2 for piece in pieces),
-        I_y=math.fsum(piece.own_I_y + piece.area * (piece.x - x_c) ** 2 for piece in pieces),
+        I_x=math.fsum(I_x for I_x, _ in moments),
+        I_y=math.fsum(I_y for _, I_y in moments),
     )
 
 

@@ -57,7 +57,10 @@ def linked(
     master_of = _masters(model, links)
     following = master_of[model.nodes] >= 0
     kept = model.nodes[~following]
-    first = DOFS * _place(model, kept)
+    # First row of each kept node in the smaller matrices.
+    first = np.full(model.n_nodes, -1, dtype=np.int64)
+    every = np.concatenate(model.comm.allgather(kept))
+    first[every] = DOFS * np.arange(len(every))
     T = PETSc.Mat().create(model.comm)
     rows, columns = DOFS * len(model.nodes), DOFS * len(kept)
     T.setSizes(((rows, None), (columns, None)), bsize=DOFS)
@@ -106,10 +109,10 @@ def _masters(model: BuildingModel, links: list[RigidLink]) -> Ints:
         free[nodes] = 1
     master_of = np.full(model.n_nodes, -1, dtype=np.int64)
     for link in links:
-        taken = link.followers[master_of[link.followers] >= 0]
-        if taken.size or len(np.unique(link.followers)) != len(link.followers):
+        followers = link.followers
+        if np.any(master_of[followers] >= 0) or len(np.unique(followers)) != len(followers):
             raise SolutionError(f"a node follows two masters, one of them {link.master}")
-        master_of[link.followers] = link.master
+        master_of[followers] = link.master
     for link in links:
         if master_of[link.master] >= 0:
             raise SolutionError(f"node {link.master} follows another one and cannot be a master")
@@ -117,14 +120,6 @@ def _masters(model: BuildingModel, links: list[RigidLink]) -> Ints:
             if not free[node]:
                 raise SolutionError(f"node {node} is clamped and cannot be part of a rigid link")
     return master_of
-
-
-def _place(model: BuildingModel, kept: Ints) -> Ints:
-    """Place of each kept node among the blocks of rows of the smaller matrices, else −1."""
-    place = np.full(model.n_nodes, -1, dtype=np.int64)
-    every = np.concatenate(model.comm.allgather(kept))
-    place[every] = np.arange(len(every))
-    return place
 
 
 def carried(T: Any, forces: Array) -> Array:
@@ -210,7 +205,7 @@ def find_base_plate(
             f"{floor}, is at {mesh.elevations[floor]:g} m"
         )
     slab = mesh.triangles[mesh.triangles_of("floor", floor)]
-    flat = slab[np.ptp(mesh.nodes[slab[:, :3], 2], axis=1) < 1e-6]
+    flat = slab[np.ptp(mesh.nodes[slab[:, :3], 2], axis=1) < 1e-6]  # without upstands
     nodes = np.unique(flat)
     if not _on_slab(mesh.nodes[flat[:, :3], :2], at[:2]):
         raise SolutionError(
@@ -241,8 +236,8 @@ def _on_slab(corners: Array, at: Array) -> bool:
     """Whether a point is in one of the triangles, corners of shape (n, 3, 2), or on their edges."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
 
-    def turned(one: Array, other: Array) -> Array:
-        return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0], dtype=np.float64)
+    def turned(p: Array, q: Array) -> Array:
+        return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
 
     # Of each triangle, the parts that the point and two of the corners make.
     area = turned(b - a, c - a)
@@ -281,13 +276,14 @@ def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
     return tuple(base_plates)
 
 
-def _shared(one: BasePlate, base_plates: Sequence[BasePlate]) -> str | None:
+def _shared(plate: BasePlate, base_plates: Sequence[BasePlate]) -> str | None:
     """What is wrong with a base plate that ties a node of another one, which cannot follow both."""
     for other in base_plates:
-        if np.intersect1d(one.nodes, other.nodes).size:
-            apart = float(np.linalg.norm(one.point - other.point))
+        if np.intersect1d(plate.nodes, other.nodes).size:
+            apart = float(np.linalg.norm(plate.point - other.point))
             return (
-                f"the anchors of {other.name} and {one.name} are {apart:.3g} m apart and tie the "
-                f"same nodes of floor {one.floor}; expected smaller radii, or anchors further apart"
+                f"the anchors of {other.name} and {plate.name} are {apart:.3g} m apart and tie the "
+                f"same nodes of floor {plate.floor}; expected smaller radii, or anchors further "
+                "apart"
             )
     return None

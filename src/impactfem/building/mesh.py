@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -190,6 +191,23 @@ def sides(triangles: Ints) -> Ints:
     every: Ints = np.concatenate([triangles[:, columns] for columns in ends_middle])
     every[:, :2].sort(axis=1)
     return every
+
+
+def joined_cells(cells: Sequence[Ints], width: int) -> tuple[Ints, Ints]:
+    """Cells of several parts, `width` nodes each, and the number of the part of each cell."""
+    part = np.repeat(np.arange(len(cells)), [len(of_part) for of_part in cells])
+    return np.concatenate([np.zeros((0, width), dtype=np.int64), *cells]), part
+
+
+def area_shares(nodes: Array, triangles: Ints) -> Array:
+    """∫ N dA at each node, shape (n,) [m2].
+
+    On six-node triangles it is zero at the vertices and a third of the area at each middle of a
+    side.
+    """
+    shares = np.zeros(len(nodes))
+    np.add.at(shares, triangles[:, 3:], areas(nodes, triangles)[:, None] / 3.0)
+    return shares
 
 
 def place(point: Array) -> str:

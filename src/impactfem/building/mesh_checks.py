@@ -74,8 +74,7 @@ def _cells(mesh: BuildingMesh) -> Faults:
         ("collapsed triangles", flat, triangles, _shell_groups(mesh)),
         ("lines without a length", short, lines, _beam_groups(mesh)),
     ):
-        for group, some in _by_group(bad, owner):
-            where = place(mesh.nodes[cells[some[0]]].mean(axis=0))
+        for group, some, where in _by_group(mesh, bad, cells, owner):
             yield group, f"{len(some)} {what}, the first at {where}"
     tolerance = STRAIGHT * float(np.ptp(mesh.nodes, axis=0).max())
     for cells, owner, corners in (
@@ -87,8 +86,8 @@ def _cells(mesh: BuildingMesh) -> Faults:
             middle = 0.5 * (mesh.nodes[cells[:, a]] + mesh.nodes[cells[:, b]])
             gap = np.linalg.norm(mesh.nodes[cells[:, m]] - middle, axis=1)
             away = np.maximum(away, gap)
-        for group, some in _by_group(np.flatnonzero(away > tolerance), owner):
-            where = place(mesh.nodes[cells[some[0]]].mean(axis=0))
+        bent = np.flatnonzero(away > tolerance)
+        for group, some, where in _by_group(mesh, bent, cells, owner):
             yield (
                 group,
                 f"{len(some)} cells with sides that are not straight, the first at {where}: a "
@@ -121,8 +120,7 @@ def _duplicates(mesh: BuildingMesh) -> Faults:
             np.sort(cells[:, :vertices], axis=1), axis=0, return_inverse=True, return_counts=True
         )
         repeated = np.flatnonzero(counts[inverse.ravel()] > 1)
-        for group, some in _by_group(repeated, owner):
-            where = place(mesh.nodes[cells[some[0]]].mean(axis=0))
+        for group, some, where in _by_group(mesh, repeated, cells, owner):
             yield group, f"{len(some)} cells share all vertices with another, the first at {where}"
 
 
@@ -192,13 +190,13 @@ def _node_groups(mesh: BuildingMesh) -> Names:
     return groups
 
 
-def _by_group(cells: Ints, owner: Names) -> Iterator[tuple[str, Ints]]:
-    """These cells by their group."""
-    sets: dict[str, list[int]] = {}
-    for cell in cells:
-        sets.setdefault(str(owner[cell]), []).append(int(cell))
-    for group, some in sorted(sets.items()):
-        yield group, np.array(some)
+def _by_group(
+    mesh: BuildingMesh, bad: Ints, cells: Ints, owner: Names
+) -> Iterator[tuple[str, Ints, str]]:
+    """Some cells by their group, and the place of the first of them."""
+    for group in sorted(set(owner[bad].tolist())):
+        some = bad[owner[bad] == group]
+        yield group, some, place(mesh.nodes[cells[some[0]]].mean(axis=0))
 
 
 def nodes_on_triangles(nodes: Array, triangles: Ints, near: float) -> Ints:

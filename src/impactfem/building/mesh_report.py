@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from impactfem.building.mesh import BuildingMesh, place, radius_ratio, side_lengths, sides
+from impactfem.building.mesh import (
+    DOFS,
+    BuildingMesh,
+    line_lengths,
+    place,
+    radius_ratio,
+    side_lengths,
+    sides,
+)
 from impactfem.building.mesh_checks import NEAR
 from impactfem.building.section import Sections
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 SIZE_OVER_THICKNESS = 600.0
 """Plates are verified up to it (`impactfem verify --only clamped_plate`)."""
@@ -26,21 +33,20 @@ FOLD = np.radians(30.0)
 """Angle between facets above which they meet at a corner and not on a curved surface."""
 POOR = 0.2
 """Radius ratio below which a triangle is worth a look."""
-_DOFS = 6
 
 
 @dataclass(frozen=True)
-class PartReport:
-    """One part of a mesh, or all parts of a family at a level.
+class LevelReport:
+    """All parts of a family at a level.
 
     Args:
-        group: Its physical group, or what the groups begin with (``beam_3``).
-        elements: Number of its triangles or lines.
-        nodes: Number of its nodes, those it shares included.
+        group: What the names of their groups begin with (``beam_3``).
+        elements: Number of triangles or lines.
+        nodes: Number of their nodes, shared ones included.
         size: Mean length of the elements' sides [m].
-        quality_min: Least radius ratio of its triangles; None for lines.
+        quality_min: Least radius ratio of the triangles; None for lines.
         quality_mean: Their mean.
-        size_over_thickness: Largest side of its triangles over the thickness; None for lines.
+        size_over_thickness: Largest side of the triangles over the thickness; None for lines.
     """
 
     group: str
@@ -51,19 +57,24 @@ class PartReport:
     quality_mean: float | None = None
     size_over_thickness: float | None = None
 
+    def __str__(self) -> str:
+        line = f"{self.group:<9}  {self.elements:>8}  {self.nodes:>8}  {self.size:8.3f}"
+        if self.quality_min is None:
+            return line
+        quality = f"{self.quality_min:5.3f}  {self.quality_mean:6.3f}"
+        return f"{line}  {quality}  {self.size_over_thickness:14.2f}"
+
 
 @dataclass(frozen=True)
 class MeshReport:
-    """A mesh in numbers.
+    """A mesh in numbers; as text, in lines.
 
     Args:
-        parts: The parts, shells first.
-        levels: The same by family and level: slabs, walls, beams, columns.
+        levels: Slabs, walls, beams and columns by level.
         shells: Number of triangles.
         beams: Number of lines.
         nodes: Number of nodes.
-        dofs: Six a node.
-        free_dofs: Those that are not clamped.
+        free_dofs: Degrees of freedom that are not clamped.
         quality_min: Least radius ratio of the triangles, 1 for an equilateral one.
         quality_mean: Their mean.
         worst: Where the least one is.
@@ -76,12 +87,10 @@ class MeshReport:
         warnings: What is worth a look, in words.
     """
 
-    parts: tuple[PartReport, ...]
-    levels: tuple[PartReport, ...]
+    levels: tuple[LevelReport, ...]
     shells: int
     beams: int
     nodes: int
-    dofs: int
     free_dofs: int
     quality_min: float
     quality_mean: float
@@ -97,29 +106,19 @@ class MeshReport:
         """Number of shell and beam elements."""
         return self.shells + self.beams
 
-    def as_dict(self) -> dict[str, Any]:
-        """The report in values that JSON holds."""
-        return {**asdict(self), "elements": self.elements}
-
     def __str__(self) -> str:
-        return self.as_text()
-
-    def as_text(self) -> str:
-        """The report in lines of text; parts by family and level."""
+        edges = ", ".join(f"{name} {length:.2f}" for name, length in self.free_edges.items())
         lines = [
             "part       elements     nodes  size [m]  q min  q mean  size/thickness",
-            *map(_part_line, self.levels),
+            *map(str, self.levels),
             f"all        {self.elements:>8}  {self.nodes:>8}  {'':>8}  {self.quality_min:5.3f}  "
             f"{self.quality_mean:6.3f}  {self.size_over_thickness:14.2f}",
-        ]
-        lines += [
             "",
-            f"{self.shells} shells and {self.beams} beams; {self.dofs} degrees of freedom, "
+            f"{self.shells} shells and {self.beams} beams; {DOFS * self.nodes} degrees of freedom, "
             f"{self.free_dofs} of them free",
             f"q: radius ratio, 1 for an equilateral triangle; the least one is at {self.worst}",
             f"duplicate nodes: {self.duplicates}; nodes of no element, dropped: {self.dropped}",
-            "free edges [m]: "
-            + ", ".join(f"{name} {length:.2f}" for name, length in self.free_edges.items()),
+            f"free edges [m]: {edges}",
             *(f"warning: {text}" for text in self.warnings),
         ]
         return "\n".join(lines)
@@ -132,126 +131,48 @@ def mesh_report(mesh: BuildingMesh, sections: Sections) -> MeshReport:
         mesh: The mesh.
         sections: Its sections, for the thicknesses.
     """
-    elements = _Elements.of(mesh, sections)
-    q, slender = elements.q, elements.slender
+    q = radius_ratio(mesh.nodes, mesh.triangles)
+    lengths, of_lines = side_lengths(mesh.nodes, mesh.triangles), line_lengths(mesh)
+    thickness = np.array([section.thickness for section in sections.shells])[mesh.triangle_part]
+    slender = lengths.max(axis=1) / thickness
+    levels = []
+    for family in ("floor", "storey"):
+        for k in mesh.floors:
+            cells = mesh.triangles_of(family, k)
+            if len(cells):
+                levels.append(
+                    LevelReport(
+                        group=f"{family}_{k}",
+                        elements=len(cells),
+                        nodes=len(np.unique(mesh.triangles[cells])),
+                        size=float(lengths[cells].mean()),
+                        quality_min=float(q[cells].min()),
+                        quality_mean=float(q[cells].mean()),
+                        size_over_thickness=float(slender[cells].max()),
+                    )
+                )
+    for family in ("beam", "column"):
+        for k in mesh.floors:
+            cells = mesh.lines_of(family, k)
+            if len(cells):
+                n_nodes, size = len(np.unique(mesh.lines[cells])), float(of_lines[cells].mean())
+                levels.append(LevelReport(f"{family}_{k}", len(cells), n_nodes, size))
     worst = int(np.argmin(q))
-    pairs = cKDTree(mesh.nodes).query_pairs(NEAR, output_type="ndarray")
     return MeshReport(
-        parts=tuple(elements.by_part()),
-        levels=tuple(elements.by_level()),
+        levels=tuple(levels),
         shells=len(mesh.triangles),
         beams=len(mesh.lines),
         nodes=len(mesh.nodes),
-        dofs=_DOFS * len(mesh.nodes),
-        free_dofs=_DOFS * (len(mesh.nodes) - len(mesh.base)),
+        free_dofs=DOFS * (len(mesh.nodes) - len(mesh.base)),
         quality_min=float(q[worst]),
         quality_mean=float(q.mean()),
         worst=place(mesh.nodes[mesh.triangles[worst, :3]].mean(axis=0)),
         size_over_thickness=float(slender.max()),
         free_edges=free_edges(mesh),
-        duplicates=len(pairs),
+        duplicates=len(cKDTree(mesh.nodes).query_pairs(NEAR, output_type="ndarray")),
         dropped=len(mesh.dropped),
-        warnings=tuple(_warnings(mesh, elements)),
+        warnings=tuple(_warnings(mesh, q, slender, _curved(mesh, lengths.max(axis=1) * slender))),
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _Elements:
-    """Size and shape of the elements of a mesh.
-
-    Args:
-        mesh: The mesh.
-        q: Radius ratio of each triangle, shape (n_triangles,).
-        lengths: Lengths of their sides, shape (n_triangles, 3) [m].
-        slender: Largest side over thickness, shape (n_triangles,).
-        line_lengths: Of the lines, shape (n_lines,) [m].
-    """
-
-    mesh: BuildingMesh
-    q: Array
-    lengths: Array
-    slender: Array
-    line_lengths: Array
-
-    @classmethod
-    def of(cls, mesh: BuildingMesh, sections: Sections) -> _Elements:
-        lengths = side_lengths(mesh.nodes, mesh.triangles)
-        thickness = np.array([one.thickness for one in sections.shells])[mesh.triangle_part]
-        ends = mesh.nodes[mesh.lines[:, :2]]
-        return cls(
-            mesh=mesh,
-            q=radius_ratio(mesh.nodes, mesh.triangles),
-            lengths=lengths,
-            slender=lengths.max(axis=1) / thickness,
-            line_lengths=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
-        )
-
-    def curved(self) -> Array:
-        """h² / (R t) of each triangle on a curved surface, 0 on a plane, shape (n_triangles,).
-
-        h is the longest side; 1 / R the angle between two facets, no corner, over the distance of
-        their centres, the largest over the sides that two triangles share.
-        """
-        mesh = self.mesh
-        vertices = mesh.nodes[mesh.triangles[:, :3]]
-        normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
-        normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-        middles = sides(mesh.triangles)[:, 2]
-        owner = np.tile(np.arange(len(mesh.triangles)), 3)
-        order = np.argsort(middles, kind="stable")
-        _, first, counts = np.unique(middles[order], return_index=True, return_counts=True)
-        pairs = first[counts == 2]
-        a, b = owner[order[pairs]], owner[order[pairs + 1]]
-        across = np.linalg.norm(np.cross(normal[a], normal[b]), axis=1)
-        angle = np.arcsin(np.minimum(across, 1.0))
-        distance = np.linalg.norm(vertices[a].mean(axis=1) - vertices[b].mean(axis=1), axis=1)
-        smooth = (across > np.sin(FOLD / 1e3)) & (across < np.sin(FOLD))
-        a, b, bend = a[smooth], b[smooth], (angle / distance)[smooth]
-        found = np.zeros(len(mesh.triangles))
-        for triangle in (a, b):
-            longest = self.lengths[triangle].max(axis=1)
-            np.maximum.at(found, triangle, longest * self.slender[triangle] * bend)
-        return found
-
-    def by_part(self) -> list[PartReport]:
-        mesh = self.mesh
-        return [
-            self.report(part.group, part.dimension, np.flatnonzero(owner == i))
-            for of_kind, owner in (
-                (mesh.shell_parts, mesh.triangle_part),
-                (mesh.beam_parts, mesh.line_part),
-            )
-            for i, part in enumerate(of_kind)
-        ]
-
-    def by_level(self) -> list[PartReport]:
-        mesh = self.mesh
-        return [
-            self.report(f"{family}_{k}", dimension, cells(family, k))
-            for family, dimension, cells in (
-                ("floor", 2, mesh.triangles_of),
-                ("storey", 2, mesh.triangles_of),
-                ("beam", 1, mesh.lines_of),
-                ("column", 1, mesh.lines_of),
-            )
-            for k in mesh.floors
-            if len(cells(family, k))
-        ]
-
-    def report(self, group: str, dimension: int, own: Ints) -> PartReport:
-        """The triangles (dimension 2) or lines (1) with some numbers."""
-        if dimension == 1:
-            size = float(self.line_lengths[own].mean())
-            return PartReport(group, len(own), len(np.unique(self.mesh.lines[own])), size)
-        return PartReport(
-            group=group,
-            elements=len(own),
-            nodes=len(np.unique(self.mesh.triangles[own])),
-            size=float(self.lengths[own].mean()),
-            quality_min=float(self.q[own].min()),
-            quality_mean=float(self.q[own].mean()),
-            size_over_thickness=float(self.slender[own].max()),
-        )
 
 
 def free_edges(mesh: BuildingMesh) -> dict[str, float]:
@@ -261,7 +182,7 @@ def free_edges(mesh: BuildingMesh) -> dict[str, float]:
         By family and level, ``floor_1`` to ``storey_8``; 0.0 where there is none.
     """
     every = sides(mesh.triangles)
-    owner = np.tile(mesh.triangle_part, 3)
+    part_of_side = np.tile(mesh.triangle_part, 3)
     _, first, counts = np.unique(every[:, 2], return_index=True, return_counts=True)
     alone = first[counts == 1]
     clamped = np.zeros(len(mesh.nodes), dtype=bool)
@@ -269,57 +190,68 @@ def free_edges(mesh: BuildingMesh) -> dict[str, float]:
     alone = alone[~clamped[every[alone]].all(axis=1)]
     ends = mesh.nodes[every[alone, :2]]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    by_part = np.bincount(owner[alone], weights=length, minlength=len(mesh.shell_parts))
+    by_part = np.bincount(part_of_side[alone], weights=length, minlength=len(mesh.shell_parts))
     total: dict[str, float] = {}
-    for part, one in zip(mesh.shell_parts, by_part, strict=True):
+    for part, of_part in zip(mesh.shell_parts, by_part.tolist(), strict=True):
         name = f"{part.family}_{part.level}"
-        total[name] = total.get(name, 0.0) + float(one)
+        total[name] = total.get(name, 0.0) + of_part
     return total
 
 
-def _warnings(mesh: BuildingMesh, elements: _Elements) -> list[str]:
-    q, slender = elements.q, elements.slender
-    found = []
+def _curved(mesh: BuildingMesh, size: Array) -> Array:
+    """h² / (R t) of each triangle on a curved surface, 0 on a plane, shape (n_triangles,).
+
+    h is the longest side, `size` h² / t; 1 / R the angle between two facets, no corner, over the
+    distance of their centres, the largest over the sides that two triangles share.
+    """
+    vertices = mesh.nodes[mesh.triangles[:, :3]]
+    normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    # Sides that two triangles share have one middle node.
+    middles = sides(mesh.triangles)[:, 2]
+    triangle_of_side = np.tile(np.arange(len(mesh.triangles)), 3)
+    order = np.argsort(middles, kind="stable")
+    _, first, counts = np.unique(middles[order], return_index=True, return_counts=True)
+    pairs = first[counts == 2]
+    a, b = triangle_of_side[order[pairs]], triangle_of_side[order[pairs + 1]]
+    across = np.linalg.norm(np.cross(normal[a], normal[b]), axis=1)
+    angle = np.arcsin(np.minimum(across, 1.0))
+    distance = np.linalg.norm(vertices[a].mean(axis=1) - vertices[b].mean(axis=1), axis=1)
+    smooth = (across > np.sin(FOLD / 1e3)) & (across < np.sin(FOLD))
+    bend = (angle / distance)[smooth]
+    curved = np.zeros(len(mesh.triangles))
+    for triangle in (a[smooth], b[smooth]):
+        np.maximum.at(curved, triangle, size[triangle] * bend)
+    return curved
+
+
+def _warnings(mesh: BuildingMesh, q: Array, slender: Array, curved: Array) -> Iterator[str]:
     centre = mesh.nodes[mesh.triangles[:, :3]].mean(axis=1)
-    groups = [part.group for part in mesh.shell_parts]
-    thin = np.flatnonzero(slender > SIZE_OVER_THICKNESS)
-    if thin.size:
-        worst = thin[np.argmax(slender[thin])]
-        found.append(
-            f"{len(thin)} triangles are larger than {SIZE_OVER_THICKNESS:g} thicknesses, the worst "
-            f"in {groups[mesh.triangle_part[worst]]} at {place(centre[worst])} with "
-            f"{slender[worst]:.0f}: beyond what the shells are verified for"
+
+    def worst(triangle: int) -> str:
+        group = mesh.shell_parts[mesh.triangle_part[triangle]].group
+        return f"the worst in {group} at {place(centre[triangle])}"
+
+    thin, coarse, poor = slender > SIZE_OVER_THICKNESS, curved > CURVED, q < POOR
+    if thin.any():
+        t = int(np.argmax(slender))
+        yield (
+            f"{thin.sum()} triangles are larger than {SIZE_OVER_THICKNESS:g} thicknesses, "
+            f"{worst(t)} with {slender[t]:.0f}: beyond what the shells are verified for"
         )
-    curved = elements.curved()
-    coarse = np.flatnonzero(curved > CURVED)
-    if coarse.size:
-        worst = coarse[np.argmax(curved[coarse])]
-        found.append(
-            f"{len(coarse)} triangles are flat facets too large for the curved surface they stand "
-            f"for, the worst in {groups[mesh.triangle_part[worst]]} at {place(centre[worst])} with "
-            f"size² / (radius · thickness) = {curved[worst]:.1f}: above {CURVED:g} a thin shell "
-            "may be too stiff by more than 1 %"
+    if coarse.any():
+        t = int(np.argmax(curved))
+        yield (
+            f"{coarse.sum()} triangles are flat facets too large for the curved surface they stand "
+            f"for, {worst(t)} with size² / (radius · thickness) = {curved[t]:.1f}: above "
+            f"{CURVED:g} a thin shell may be too stiff by more than 1 %"
         )
-    poor = np.flatnonzero(q < POOR)
-    if poor.size:
-        worst = poor[np.argmin(q[poor])]
-        found.append(
-            f"{len(poor)} triangles have a radius ratio below {POOR:g}, the worst in "
-            f"{groups[mesh.triangle_part[worst]]} at {place(centre[worst])} with {q[worst]:.3f}"
-        )
+    if poor.any():
+        t = int(np.argmin(q))
+        count = f"{poor.sum()} triangles have a radius ratio below {POOR:g}"
+        yield f"{count}, {worst(t)} with {q[t]:.3f}"
     if len(mesh.dropped):
-        found.append(
+        yield (
             f"{len(mesh.dropped)} nodes of the file belong to no shell or beam and are dropped, "
             f"the first at {place(mesh.dropped[0])}"
         )
-    return found
-
-
-def _part_line(part: PartReport) -> str:
-    line = f"{part.group:<9}  {part.elements:>8}  {part.nodes:>8}  {part.size:8.3f}"
-    if part.quality_min is None:
-        return line
-    return (
-        f"{line}  {part.quality_min:5.3f}  {part.quality_mean:6.3f}  "
-        f"{part.size_over_thickness:14.2f}"
-    )

@@ -12,7 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.mesh import SCHEME, BuildingMesh, Mark, Part, parse_group, place, sides
+from impactfem.building.mesh import (
+    SCHEME,
+    BuildingMesh,
+    Mark,
+    Part,
+    joined_cells,
+    parse_group,
+    place,
+    sides,
+)
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.own_process import read_in_own_process
@@ -231,8 +240,9 @@ def assemble(raw: RawMesh, file: Path) -> BuildingMesh:
     parts = sorted(groups.parts)
     shell_parts = tuple(part for part in parts if part.dimension == 2)
     beam_parts = tuple(part for part in parts if part.dimension == 1)
-    triangles, triangle_part = groups.joined(shell_parts, 6)
-    lines, line_part = groups.joined(beam_parts, 3)
+    cells = {part: np.concatenate(groups.parts[part]) for part in parts}
+    triangles, triangle_part = joined_cells([cells[part] for part in shell_parts], 6)
+    lines, line_part = joined_cells([cells[part] for part in beam_parts], 3)
     # Nodes that shells and beams use are numbered from 0 in the file's order.
     used = np.unique(np.concatenate([triangles.ravel(), lines.ravel()]))
     number = np.full(len(raw.nodes), -1, dtype=np.int64)
@@ -246,9 +256,9 @@ def assemble(raw: RawMesh, file: Path) -> BuildingMesh:
     return BuildingMesh(
         nodes=raw.nodes[used],
         triangles=number[triangles],
-        triangle_part=triangle_part,
+        triangle_part=triangle_part.astype(np.int32),
         lines=number[lines],
-        line_part=line_part,
+        line_part=line_part.astype(np.int32),
         shell_parts=shell_parts,
         beam_parts=beam_parts,
         edges=edges,
@@ -361,12 +371,6 @@ class _Sorted:
             if floors and meaning.level > top:
                 expected = f"expected a number from 1 to {top}, that of the top floor"
                 self.fault(meaning.group, expected, meaning.level)
-
-    def joined(self, parts: tuple[Part, ...], width: int) -> tuple[Ints, NDArray[np.int32]]:
-        """The cells of some parts, and which of them each is of."""
-        cells = [np.concatenate(self.parts[part]) for part in parts]
-        part = np.repeat(np.arange(len(parts), dtype=np.int32), [len(some) for some in cells])
-        return np.concatenate([np.zeros((0, width), dtype=np.int64), *cells]), part
 
     def edge(self, k: int, slab: Ints) -> Ints:
         lines: Ints = np.concatenate(self.marks[Mark("edge", k)])

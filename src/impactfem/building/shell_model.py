@@ -16,13 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
-from impactfem.building.mesh import BuildingMesh, Part, areas, place, sides
+from impactfem.building.mesh import BuildingMesh, Part, area_shares, joined_cells, place, sides
 from impactfem.building.parts import BuildingParts
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
@@ -54,6 +54,7 @@ class Shells:
     thickness: float
     material: Material
     added_mass: float = 0.0
+    corners: ClassVar[int] = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +70,7 @@ class Beams:
     cells: Ints
     section: BeamSection
     material: Material
+    corners: ClassVar[int] = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +113,8 @@ class ShellModel:
             components: UX to RZ; all six when none is given.
         """
         chosen = np.array(components or range(6))
-        found: Ints = (6 * self._numbers(nodes)[:, None] + chosen).ravel()
-        return found
+        rows: Ints = (6 * self._numbers(nodes)[:, None] + chosen).ravel()
+        return rows
 
     def hold(self, nodes: ArrayLike, *components: int) -> ShellModel:
         """The model with components of some nodes held at zero as well; arguments as of `rows`."""
@@ -170,9 +172,6 @@ class ShellModel:
     def area_load(self, pressure: Vector, part: int | None = None) -> Array:
         """An even load on the area of triangles.
 
-        ∫ N dA of a six-node triangle is zero at the vertices and a third of the area at each middle
-        of a side.
-
         Args:
             pressure: Force on the area, along x, y, z [N/m2].
             part: Number of the part that is loaded, in the order given to `shell_model`; all when
@@ -184,10 +183,8 @@ class ShellModel:
         cells = self.triangles if part is None else self.triangles[self.part == part]
         if not len(cells):
             raise ImpactfemError(f"part {part} has no triangles: a load on an area acts on shells")
-        share = np.zeros(len(self.nodes))
-        np.add.at(share, cells[:, 3:], areas(self.nodes, cells)[:, None] / 3.0)
         load = np.zeros(self.held.shape)
-        load[:, :3] = np.outer(share, pressure)
+        load[:, :3] = np.outer(area_shares(self.nodes, cells), pressure)
         return load
 
     def ground_load(self, acceleration: Vector) -> Array:
@@ -211,11 +208,11 @@ class ShellModel:
         from impactfem.dynamics.factorisation import Factorisation
 
         K, _ = self._matrices()
-        found = np.zeros(self.held.size)
+        u = np.zeros(self.held.size)
         with Factorisation(K, name="the stiffness matrix") as factor:
-            found[self.free] = factor.solve_block(load.reshape(-1, 1)[self.free])[:, 0]
+            u[self.free] = factor.solve_block(load.reshape(-1, 1)[self.free])[:, 0]
         K.destroy()
-        return found.reshape(load.shape)
+        return u.reshape(load.shape)
 
     def section_forces(self, displacement: Array) -> SectionForceField:
         """Membrane forces, moments and transverse shears of the shells under a displacement.
@@ -264,12 +261,12 @@ class ShellModel:
 
         s = (2.0 * np.pi * shift) ** 2
         K, M = self._matrices(s)
-        found = modes(K, M, count)
+        result = modes(K, M, count)
         K.destroy()
         M.destroy()
-        value = (2.0 * np.pi * found.frequency) ** 2 - s
+        value = (2.0 * np.pi * result.frequency) ** 2 - s
         shapes = np.zeros((count, self.held.size))
-        shapes[:, self.free] = found.shapes.T
+        shapes[:, self.free] = result.shapes.T
         frequency = np.sign(value) * np.sqrt(np.abs(value)) / (2.0 * np.pi)
         return frequency, shapes.reshape(count, *self.held.shape)
 
@@ -333,10 +330,10 @@ class ShellModel:
                     "sides that were added count, take `model.nodes` to choose by place"
                 )
             return np.flatnonzero(chosen)
-        found: Ints = chosen.astype(np.int64)
-        if found.size and not 0 <= found.min() <= found.max() < len(self.nodes):
-            raise ImpactfemError(f"nodes {found.min()} to {found.max()} of {len(self.nodes)}")
-        return found
+        numbers: Ints = chosen.astype(np.int64)
+        if numbers.size and not 0 <= numbers.min() <= numbers.max() < len(self.nodes):
+            raise ImpactfemError(f"nodes {numbers.min()} to {numbers.max()} of {len(self.nodes)}")
+        return numbers
 
     def _matrices(self, shift: float = 0.0) -> tuple[Any, Any]:
         """K + shift M and M of the free rows, PETSc AIJ on this process alone."""
@@ -372,8 +369,8 @@ def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0
     given = np.asarray(points, dtype=np.float64)
     _check(given, parts)
     nodes, cells = _quadratic(given, [*shells, *beams])
-    triangles, shell = _joined(cells[: len(shells)], 6)
-    lines, beam = _joined(cells[len(shells) :], 3)
+    triangles, shell = joined_cells(cells[: len(shells)], 6)
+    lines, beam = joined_cells(cells[len(shells) :], 3)
     used = np.unique(np.concatenate([triangles.ravel(), lines.ravel()]))
     number = np.zeros(len(nodes), dtype=np.int64)
     number[used] = np.arange(len(used))
@@ -405,7 +402,13 @@ def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0
     made = assemble_building(MPI.COMM_SELF, building)
     stiffness = made.stiffness()
     rows = (6 * used[made.nodes][:, None] + np.arange(6)).ravel()
-    K, M = (_spread(csr(matrix), rows, 6 * len(nodes)) for matrix in (stiffness, made.mass))
+    # Rows of points that no cell uses are empty; zeros of the matrices stay stored.
+    K, M = (
+        scipy.sparse.coo_matrix(
+            (entries.data, (rows[entries.row], rows[entries.col])), shape=2 * (6 * len(nodes),)
+        ).tocsr()
+        for entries in (csr(matrix).tocoo() for matrix in (stiffness, made.mass))
+    )
     for matrix in (stiffness, made.fixed, made.storeys, made.mass):
         matrix.destroy()
     held = np.ones((len(nodes), 6), dtype=bool)
@@ -443,23 +446,6 @@ def petsc_matrix(matrix: Any) -> Any:
     return PETSc.Mat().createAIJ(matrix.shape, csr=arrays, comm=PETSc.COMM_SELF)
 
 
-def _spread(matrix: Any, rows: Ints, size: int) -> Any:
-    """A CSR matrix with its rows and columns at others of a larger one; its zeros stay stored."""
-    entries = matrix.tocoo()
-    where = rows[entries.row], rows[entries.col]
-    return scipy.sparse.coo_matrix((entries.data, where), shape=(size, size)).tocsr()
-
-
-def _joined(cells: list[Ints], width: int) -> tuple[Ints, Ints]:
-    """Cells of several parts, and which of them each is of."""
-    of = np.repeat(np.arange(len(cells)), [len(some) for some in cells])
-    return np.concatenate([np.zeros((0, width), dtype=np.int64), *cells]), of
-
-
-def _corners(part: Shells | Beams) -> int:
-    return 3 if isinstance(part, Shells) else 2
-
-
 def _quadratic(points: Array, parts: list[Shells | Beams]) -> tuple[Array, list[Ints]]:
     """The nodes with the middles of all sides that have none, and the cells of each part."""
     cells = [np.asarray(part.cells, dtype=np.int64) for part in parts]
@@ -467,14 +453,14 @@ def _quadratic(points: Array, parts: list[Shells | Beams]) -> tuple[Array, list[
     middles: dict[tuple[int, int], int] = {}
     # A side that a cell of second order has keeps its middle.
     for part, some in zip(parts, cells, strict=True):
-        corners = _corners(part)
+        corners = part.corners
         for column, side in enumerate(sides_of[corners], start=corners):
             if some.shape[1] > corners:
                 ends = np.sort(some[:, side], axis=1).tolist()
                 middles |= {(a, b): m for (a, b), m in zip(ends, some[:, column], strict=True)}
     nodes = [points]
     for k, part in enumerate(parts):
-        corners = _corners(part)
+        corners = part.corners
         if cells[k].shape[1] > corners:
             continue
         added = np.zeros((len(cells[k]), len(sides_of[corners])), dtype=np.int64)
@@ -495,15 +481,15 @@ def _check(points: Array, parts: Sequence[Shells | Beams]) -> None:
     if not parts:
         raise ImpactfemError("expected shells or beams, got none")
     for k, part in enumerate(parts):
-        cells, corners = np.asarray(part.cells), _corners(part)
+        cells, corners = np.asarray(part.cells), part.corners
         widths = (3, 6) if corners == 3 else (2, 3)
         what = f"part {k}, {'shells' if corners == 3 else 'beams'}"
         if cells.ndim != 2 or cells.shape[1] not in widths or not len(cells):
             expected = f"cells of shape (m, {widths[0]}) or (m, {widths[1]})"
             raise ImpactfemError(f"{what}: expected {expected}, got {cells.shape}")
         if not 0 <= cells.min() <= cells.max() < len(points):
-            found = f"points {cells.min()} to {cells.max()}"
-            raise ImpactfemError(f"{what}: {found}; there are {len(points)}, counted from 0")
+            points_of = f"points {cells.min()} to {cells.max()}"
+            raise ImpactfemError(f"{what}: {points_of}; there are {len(points)}, counted from 0")
         if isinstance(part, Shells) and not part.thickness > 0.0:
             raise ImpactfemError(f"{what}: expected a thickness above 0 m, got {part.thickness:g}")
 
@@ -511,8 +497,7 @@ def _check(points: Array, parts: Sequence[Shells | Beams]) -> None:
 def _check_frames(mesh: BuildingMesh, sections: Sequence[BeamSection]) -> None:
     along = np.diff(mesh.nodes[mesh.lines[:, :2]], axis=1)[:, 0]
     for k, section in enumerate(sections):
-        own = np.flatnonzero(mesh.line_part == k)
-        for line in own:
+        for line in np.flatnonzero(mesh.line_part == k):
             try:
                 section.frame(along[line] / np.linalg.norm(along[line]))
             except ValueError as error:
