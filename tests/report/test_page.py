@@ -17,7 +17,6 @@ from impactfem.report.page import write_report
 from impactfem.stages.manifest import file_digest
 from impactfem.system.errors import ImpactfemError, InputError
 
-TITLES = {stage.name: (stage.title, stage.about) for stage in study.STAGES}
 VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
 
 
@@ -92,7 +91,7 @@ def with_checks(run, checks):
     provenance = json.loads(made.read_text(encoding="utf-8"))
     provenance["files"]["checks.json"] = file_digest(path)
     made.write_text(json.dumps(provenance), encoding="utf-8")
-    return Page(write_report(run, TITLES).read_text(encoding="utf-8"))
+    return Page(write_report(run, study.STAGES).read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize(
@@ -134,7 +133,7 @@ def test_it_is_made_again_from_the_folder_alone(finished, tmp_path, text, monkey
 
 def test_a_folder_without_a_run(tmp_path):
     with pytest.raises(ImpactfemError, match=r"no run to report on: case.json, summary.json"):
-        write_report(tmp_path, TITLES)
+        write_report(tmp_path, study.STAGES)
 
 
 @pytest.mark.parametrize("name", ["summary.json", "case.json", "pounding.stage.json"])
@@ -150,7 +149,7 @@ def test_a_broken_store_is_named(finished, tmp_path):
     shutil.copytree(finished.folder, tmp_path / "run")
     (tmp_path / "run" / "pounding.nc").write_bytes(b"no store")
     with pytest.raises(ImpactfemError, match=r"cannot read .*pounding\.nc"):
-        write_report(tmp_path / "run", TITLES)
+        write_report(tmp_path / "run", study.STAGES)
 
 
 @pytest.mark.parametrize("name", ["summary.json", "case.json", "forces.csv"])
@@ -161,7 +160,7 @@ def test_a_file_that_was_changed_is_named(finished, tmp_path, name):
     with pytest.raises(
         ImpactfemError, match=re.escape(f"cannot read {path}: it is missing, or not")
     ):
-        write_report(tmp_path / "run", TITLES)
+        write_report(tmp_path / "run", study.STAGES)
 
 
 def test_a_stage_of_another_run_is_refused(finished, tmp_path):
@@ -171,7 +170,7 @@ def test_a_stage_of_another_run_is_refused(finished, tmp_path):
     manifest = json.loads(path.read_text(encoding="utf-8"))
     path.write_text(json.dumps(manifest | {"inputs": "other"}), encoding="utf-8")
     with pytest.raises(ImpactfemError, match=r"pounding\.stage\.json: the stage has other inputs"):
-        write_report(tmp_path / "run", TITLES)
+        write_report(tmp_path / "run", study.STAGES)
 
 
 def test_a_stage_of_before_may_be_tidied_up(finished, tmp_path):
@@ -179,10 +178,10 @@ def test_a_stage_of_before_may_be_tidied_up(finished, tmp_path):
     other = tmp_path / "run" / "device.stage.json"
     files = {"device.nc": "gone", "tables/device.csv": "gone"}
     other.write_text(json.dumps({"inputs": "old", "seconds": {}, "files": files}))
-    write_report(tmp_path / "run", TITLES)
+    write_report(tmp_path / "run", study.STAGES)
     (tmp_path / "run" / "device.nc").write_bytes(b"damaged")
     with pytest.raises(ImpactfemError, match=r"cannot read .*device\.nc: it is missing, or not"):
-        write_report(tmp_path / "run", TITLES)
+        write_report(tmp_path / "run", study.STAGES)
 
 
 @pytest.mark.parametrize(
@@ -284,13 +283,13 @@ def beside_a_paper(run):
     for name in ("case.json", "summary.json"):
         provenance["files"][name] = file_digest(run / name)
     made.write_text(json.dumps(provenance), encoding="utf-8")
-    return Page(write_report(run, TITLES).read_text(encoding="utf-8"))
+    return Page(write_report(run, study.STAGES).read_text(encoding="utf-8"))
 
 
 def test_a_stage_that_this_version_does_not_know(finished, tmp_path):
     shutil.copytree(finished.folder, tmp_path / "run")
     with pytest.raises(InputError, match="stages that this version does not know: pounding"):
-        write_report(tmp_path / "run", {})
+        write_report(tmp_path / "run", ())
 
 
 def test_what_is_given_counts_apart(finished, tmp_path, caplog):

@@ -32,6 +32,7 @@ from impactfem.report.beside import (
 from impactfem.report.overview import facts, number, quantity, tiles
 from impactfem.report.plots import Plot, plots_of
 from impactfem.report.run_files import COMPARISON, RunFiles
+from impactfem.stages.stage import Stage
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.files import atomic
 from impactfem.system.log import LOGGER
@@ -50,7 +51,7 @@ COMPARED = (
 STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
 FARTHEST = 8
 """So many results that differ stand on the first page."""
-GOVERNING = ("plot_structure_spectra", "plot_stick_spectra")
+GOVERNING = ("plot_structure_spectra", "plot_figure_10_floor_spectra")
 KEY_WORDS = ("energy", "steps", "points in a cycle", "band", "Sturm", "mass matrix")
 """What the checks of the first page speak of."""
 
@@ -89,40 +90,40 @@ def _read(path: Path) -> bytes:
         raise ImpactfemError(f"cannot read {path}: {error.strerror or error}") from error
 
 
-def write_report(folder: Path, titles: Mapping[str, tuple[str, str]]) -> Path:
+def write_report(folder: Path, stages: Sequence[Stage]) -> Path:
     """Make `report.html` from the files of a run.
 
     Args:
         folder: The run's folder.
-        titles: Heading of each stage, and a sentence about it, by its name.
+        stages: All stages, with their headings and curves.
 
     Returns:
         The page, which needs no other file and no network.
 
     Raises:
-        InputError: A stage of the run has no title here: the run is of another version.
+        InputError: A stage of the run is none of them: the run is of another version.
         ImpactfemError: The folder holds no run, or a file cannot be read or written.
     """
     path = folder / REPORT
-    text = _render(RunFiles(folder), {**titles, COMPARISON: COMPARED})
+    text = _render(RunFiles(folder), {stage.name: stage for stage in stages})
     with atomic(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path
 
 
-def _render(run: RunFiles, titles: Mapping[str, tuple[str, str]]) -> str:
+def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
     templates = files("impactfem.report") / "templates"
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     template = environment.from_string((templates / "report.html").read_text(encoding="utf-8"))
     shown = [*run.stages, *([COMPARISON] if run.compared else [])]
-    unknown = [name for name in shown if name not in titles]
+    unknown = [name for name in run.stages if name not in known]
     if unknown:
         expected = (
             f"the run has stages that this version does not know: {', '.join(unknown)}; expected a "
             "run of this version: 'impactfem run' makes it again"
         )
         raise InputError([Fault(run.folder, "", None, expected)])
-    stages = [_stage(run, name, titles[name]) for name in shown]
+    stages = [_stage(run, name, known.get(name)) for name in shown]
     plots: dict[str, Plot] = {plot.name: plot for stage in stages for plot in stage["plots"]}
     checks = run.checks
     reference = run.case["report"]["reference"]
@@ -182,8 +183,10 @@ def _render(run: RunFiles, titles: Mapping[str, tuple[str, str]]) -> str:
     )
 
 
-def _stage(run: RunFiles, name: str, heading: tuple[str, str]) -> dict[str, Any]:
-    title, about = heading
+def _stage(run: RunFiles, name: str, stage: Stage | None) -> dict[str, Any]:
+    """What the page shows of a stage; without one, of the comparison with another run."""
+    title, about = COMPARED if stage is None else (stage.title, stage.about)
+    curves = () if stage is None else stage.curves(run.folder)
     figures = run.files_of(name, "figures")
     tables = run.files_of(name, "tables")
     pictures = [path for path in figures if path.suffix == ".png"]
@@ -194,7 +197,7 @@ def _stage(run: RunFiles, name: str, heading: tuple[str, str]) -> dict[str, Any]
         "title": title,
         "about": about,
         "checks": [check for check in run.checks if check["stage"] == name],
-        "plots": plots_of(run, name),
+        "plots": [Plot.of(figure) for figure in curves] + plots_of(run, name),
         "scene": frame_document(scenes[0]) if scenes else "",
         "figures": [_embedded(path) for path in pictures],
         "films": [_embedded(path) for path in films],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from impactfem.plot.curves import CurveFigure, plain, thinned
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import STATISTICS
 from impactfem.stages.design.products import design_products_of
@@ -24,8 +26,6 @@ BLACK, GREY = "#222222", "#888888"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#000000", "#999999")
 DASHES = ("solid", "dash", "dot", "dashdot")
 SETTINGS = {"displaylogo": False, "responsive": True, "toImageButtonOptions": {"format": "svg"}}
-SAMPLES = 4000
-"""Points of a history at most; the largest of each interval is kept."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,11 @@ class Plot:
     caption: str
     markup: str
 
+    @classmethod
+    def of(cls, drawn: CurveFigure) -> Plot:
+        """A figure of curves as a plot of a page."""
+        return cls(f"plot_{drawn.name}", plain(html.escape(drawn.caption)), drawn.to_html())
+
 
 def plots_of(run: RunFiles, stage: str) -> list[Plot]:
     """The plots of a stage.
@@ -51,7 +56,6 @@ def plots_of(run: RunFiles, stage: str) -> list[Plot]:
         stage: Name of the stage.
     """
     makers: dict[str, Sequence[Callable[[RunFiles], Plot | None]]] = {
-        "pounding": (_motion, _stick_spectra, _impact_forces),
         "ensemble": (_ensemble,),
         "transient": (_structure_spectra, _across),
         "device": (_anchor_spectra, _device_forces),
@@ -59,59 +63,6 @@ def plots_of(run: RunFiles, stage: str) -> list[Plot]:
     }
     made = [make(run) for make in makers.get(stage, ())]
     return [plot for plot in made if plot is not None]
-
-
-def _motion(run: RunFiles) -> Plot:
-    with run.store("pounding.nc") as store:
-        direction, time = str(store.attrs["shown_direction"]), store["time"].values
-        ground = store["ground"].sel(axis=direction).values
-    plot = go.Figure()
-    t, a = thinned(time, ground)
-    plot.add_scatter(x=t, y=a, line_color=COLOURS[0], name="ground", line_width=1)
-    caption = f"Ground acceleration along {direction}."
-    return _plot("plot_motion", caption, plot, "time [s]", "acceleration [m/s²]")
-
-
-def _stick_spectra(run: RunFiles) -> Plot:
-    with run.store("pounding.nc") as store:
-        building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
-        spectra = store.sel(direction=direction).isel(damping=0)
-        chosen = spectra.isel(station=(spectra["station_building"] == building).values)
-        floors = chosen["station_floor"].values
-        frequency, damping = store["frequency"].values, chosen["damping"].item()
-        psa, free = (
-            chosen[name].transpose("station", "frequency").values for name in ("psa", "psa_free")
-        )
-    plot = go.Figure()
-    top = len(floors) - 1
-    for k in range(top, -1, -1):
-        style = {"color": COLOURS[(top - k) % len(COLOURS)]}
-        hidden = True if top - k < 3 else "legendonly"
-        group = f"floor {int(floors[k])}"
-        plot.add_scatter(x=frequency, y=psa[k], name=group, line=style, visible=hidden)
-        dashed = {**style, "dash": "dot", "width": 1}
-        name = f"{group}, no contact"
-        plot.add_scatter(x=frequency, y=free[k], name=name, line=dashed, visible=hidden)
-    caption = (
-        f"Floor response spectra of the stick of {building} along {direction}, {100 * damping:g} % "
-        "damping, with impacts and without contact (dotted). Further floors: click in the legend."
-    )
-    return _spectrum("plot_stick_spectra", caption, plot)
-
-
-def _impact_forces(run: RunFiles) -> Plot | None:
-    with run.store("forces.nc") as store:
-        time, values = store["time"].values, store["force"].transpose("time", "pair").values
-        names = [str(name).replace("-", " and ") for name in store["pair"].values]
-    hit = np.flatnonzero(np.abs(values).max(axis=0) > 0.0) if values.size else np.array([], int)
-    if not hit.size:
-        return None
-    plot = go.Figure()
-    for number, k in enumerate(hit[::-1]):
-        t, f = thinned(time, 1e-6 * values[:, k])
-        plot.add_scatter(x=t, y=f, name=names[k], line=_line(number))
-    caption = "Impact forces of the sticks, positive in compression: what the 3D model takes over."
-    return _plot("plot_forces", caption, plot, "time [s]", "force [MN]")
 
 
 def _ensemble(run: RunFiles) -> Plot:
@@ -271,27 +222,6 @@ def _design_spectra(run: RunFiles) -> Plot:
         f"{made.view.enveloped}; broadened. Further floors: click in the legend."
     )
     return _spectrum("plot_design", caption, plot)
-
-
-def thinned(time: Array, values: Array) -> tuple[Array, Array]:
-    """A history of fewer points that keeps the least and the largest of each interval.
-
-    Args:
-        time: Shape (n,) [s].
-        values: Shape (n,).
-
-    Returns:
-        Times and values, of at most about `SAMPLES` points.
-    """
-    size = -(-time.size // (SAMPLES // 2))
-    if size <= 2:
-        return time, values
-    whole = time.size // size * size
-    rows = values[:whole].reshape(-1, size)
-    start = np.arange(0, whole, size)
-    both = np.sort(np.stack([start + rows.argmin(axis=1), start + rows.argmax(axis=1)], axis=1))
-    kept = np.unique(np.concatenate([both.ravel(), np.arange(whole, time.size)]))
-    return time[kept], values[kept]
 
 
 def _line(number: int) -> dict[str, Any]:

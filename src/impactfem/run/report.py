@@ -70,7 +70,7 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
             flowchart_figure(folder, STAGES)
             write_scene(folder)
         with steps.step("page"):
-            page = write_report(folder, {s.name: (s.title, s.about) for s in STAGES})
+            page = write_report(folder, STAGES)
     LOGGER.info("stage %s: %s, %.1f MB", REPORT, page, page.stat().st_size / 1e6)
     LOGGER.info("stage %s: done in %.1f s", REPORT, sum(steps.times.values()))
     return page

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from impactfem.case import Case
+from impactfem.plot.curves import CurveFigure
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import inputs_key
 from impactfem.stages.sources import program_key
@@ -40,6 +41,7 @@ class Stage:
         compute: Computes and writes stores; gives the files that it wrote, on rank 0.
         draw: Writes tables and figures from the stores of the run; gives their files. On rank 0.
         checks: The checks of its results in words.
+        curves: Figures of curves that the report shows to zoom into, from the stores of the run.
         needs: The stages whose files it reads; those that these need follow.
         files: Files whose content counts, in addition to those of its sections.
         further: What else counts, as text.
@@ -62,6 +64,7 @@ class Stage:
     compute: Callable[[Case, Path, str, Steps], list[Path]]
     draw: Callable[[Case, Path], list[Path]]
     checks: Callable[[Case, Path], list[Check]]
+    curves: Callable[[Path], Sequence[CurveFigure]] = lambda folder: ()
     needs: Callable[[Case], tuple[Stage, ...]] = lambda case: ()
     files: Callable[[Case], tuple[Path, ...]] = lambda case: ()
     further: Callable[[Case], str] = lambda case: ""

@@ -1,0 +1,295 @@
+"""Figures of curves, described once: drawn as PNG by matplotlib, to zoom into by plotly."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from impactfem.plot.style import BLUE, HANDLE, figure, letter
+
+Array = NDArray[np.float64]
+
+SAMPLES = 4000
+"""Points of a curve at most where it is shown in a page; extremes of each interval are kept."""
+HEIGHT = 430
+"""Of a row of panels in a page [pixel]; less where there are several."""
+DASHES = {"-": "solid", "--": "dash", "-.": "dashdot", ":": "dot"}
+SETTINGS = {"displaylogo": False, "responsive": True, "toImageButtonOptions": {"format": "svg"}}
+BAND = 0.3
+"""Opacity of a band."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A curve of a panel.
+
+    Args:
+        x: Ascending, shape (n,).
+        y: Shape (n,).
+        label: Its name in the legend; "" for none.
+        colour: As matplotlib takes it.
+        dash: As matplotlib takes it; "" for points alone.
+        width: Of the line.
+        marker: As matplotlib takes it; "" for none.
+        band: Lower and upper values of a band, shape (n,) each; None for none.
+        further: Whether it is in the page alone, where a click in the legend shows it.
+    """
+
+    x: Array
+    y: Array
+    label: str = ""
+    colour: Any = BLUE
+    dash: str = "-"
+    width: float = 1.0
+    marker: str = ""
+    band: tuple[Array, Array] | None = None
+    further: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Axes with curves.
+
+    Args:
+        xlabel: Quantity along x with its unit.
+        ylabel: The same along y.
+        curves: The curves; later ones are drawn over earlier ones.
+        title: Of the panel; "" for none.
+        log: "x" or "xy" for logarithmic axes; "" for none.
+        bottom: Lower end along y; None for that of the curves.
+        room: Room above the curves, over their extent, as for a legend.
+        marks: Where dotted vertical lines stand.
+        hatched: Range along x that is hatched.
+        note: Text in the middle; "" for none.
+        legend: Place of the legend; "" for none.
+        reverse: Whether the legend lists the last curve first.
+    """
+
+    xlabel: str
+    ylabel: str
+    curves: Sequence[Curve]
+    title: str = ""
+    log: str = ""
+    bottom: float | None = None
+    room: float = 0.0
+    marks: Sequence[float] = ()
+    hatched: tuple[float, float] | None = None
+    note: str = ""
+    legend: Any = "upper right"
+    reverse: bool = False
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Extent of the curves along x."""
+        shown = [curve.x for curve in self.curves if curve.dash and not curve.further]
+        if not shown:
+            return 0.0, 1.0
+        return min(float(x[0]) for x in shown), max(float(x[-1]) for x in shown)
+
+    def draw(self, axes: Axes) -> None:
+        """Draw it by matplotlib."""
+        for one in self.curves:
+            if one.further:
+                continue
+            if one.band is not None:
+                axes.fill_between(one.x, *one.band, color=one.colour, alpha=BAND, lw=0.0)
+            look: dict[str, Any] = {"color": one.colour, "ls": one.dash or "none", "lw": one.width}
+            axes.plot(one.x, one.y, marker=one.marker, ms=4.0, label=one.label or None, **look)
+        if "x" in self.log:
+            axes.set_xscale("log")
+        if "y" in self.log:
+            axes.set_yscale("log")
+            axes.yaxis.set_major_formatter("{x:g}")
+        if self.ends[0] < self.ends[1]:
+            axes.set_xlim(*self.ends)
+        for mark in self.marks:
+            axes.axvline(mark, color="0.5", ls=":", lw=0.9)
+        if self.hatched is not None:
+            look = {"facecolor": "none", "edgecolor": "0.6", "hatch": "///", "lw": 0.0}
+            axes.axvspan(*self.hatched, **look)
+        low, high = axes.get_ylim()
+        low = low if self.bottom is None else self.bottom
+        axes.set_ylim(low, high + self.room * (high - low))
+        if "x" not in self.log:
+            axes.xaxis.set_major_locator(MaxNLocator(5))
+            axes.ticklabel_format(axis="x", useOffset=False)
+        axes.set_xlabel(self.xlabel)
+        axes.set_ylabel(self.ylabel)
+        axes.text(0.5, 0.5, self.note, ha="center", transform=axes.transAxes)
+        handles, labels = axes.get_legend_handles_labels()
+        if self.legend and labels:
+            order = slice(None, None, -1 if self.reverse else 1)
+            axes.legend(handles[order], labels[order], loc=self.legend, handlelength=HANDLE)
+
+
+@dataclass(frozen=True, eq=False)
+class CurveFigure:
+    """A figure of panels with curves.
+
+    Args:
+        name: Name of its file without ending.
+        caption: What it shows.
+        panels: The panels, row by row.
+        columns: Panels in a row.
+        size: Width and height of the PNG without the caption [inch].
+        alike: Whether all panels have the range along y of the largest.
+        lettered: Whether panels have letters, (a), (b), ...
+        above: Whether one legend above the panels serves all.
+    """
+
+    name: str
+    caption: str
+    panels: Sequence[Panel]
+    columns: int = 2
+    size: tuple[float, float] = (9.0, 4.0)
+    alike: bool = False
+    lettered: bool = True
+    above: bool = False
+
+    @property
+    def rows(self) -> int:
+        """Rows of panels."""
+        return math.ceil(len(self.panels) / self.columns)
+
+    def write_png(self, folder: Path) -> Path:
+        """Draw it by matplotlib into a folder.
+
+        Returns:
+            The file.
+
+        Raises:
+            ImpactfemError: It cannot be written.
+        """
+        path = folder / f"{self.name}.png"
+        layout = (self.rows, self.columns)
+        with figure(path, layout, self.size, self.caption) as (drawn, axes):
+            for one, panel in zip(axes, self.panels, strict=False):
+                panel.draw(one)
+            for spare in axes[len(self.panels) :]:
+                spare.set_axis_off()
+            axes = axes[: len(self.panels)]
+            if self.alike:
+                top = max(one.get_ylim()[1] for one in axes)
+                for one in axes:
+                    one.set_ylim(top=top)
+            if self.lettered and len(axes) > 1:
+                letter(axes)
+            for one, panel in zip(axes, self.panels, strict=True):
+                place: Any = "right" if self.lettered else "left"
+                one.set_title(panel.title, fontsize=9.0, loc=place) if panel.title else None
+            if self.above:
+                handles, labels = axes[0].get_legend_handles_labels()
+                drawn.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+        return path
+
+    def to_html(self) -> str:
+        """The figure to zoom into, as a part of a page that has plotly's script."""
+        from plotly.subplots import make_subplots
+
+        titles = [plain(panel.title) for panel in self.panels]
+        shown = titles if any(titles) else None
+        plot = make_subplots(self.rows, self.columns, subplot_titles=shown)
+        named: set[str] = set()
+        for k, panel in enumerate(self.panels):
+            place = {"row": k // self.columns + 1, "col": k % self.columns + 1}
+            for curve in panel.curves:
+                for trace in _traces(curve, listed=curve.label not in named):
+                    plot.add_scatter(**trace, **place)
+                named.add(curve.label)
+            for mark in panel.marks:
+                plot.add_vline(mark, line={"dash": "dot", "color": "#888888", "width": 1}, **place)
+            for grow, label, log in (
+                (plot.update_xaxes, panel.xlabel, "x" in panel.log),
+                (plot.update_yaxes, panel.ylabel, "y" in panel.log),
+            ):
+                kind = {"type": "log"} if log else {}
+                grow(title_text=plain(label), showgrid=True, gridcolor="#dddddd", **kind, **place)
+        plot.update_layout(
+            template="simple_white",
+            height=HEIGHT if self.rows == 1 else 260 * self.rows,
+            # Above the legend there is room for the buttons.
+            margin={"l": 60, "r": 10, "t": 36, "b": 45},
+            legend={"font_size": 11},
+            font={"family": "inherit", "color": "#222222"},
+        )
+        html: str = plot.to_html(
+            full_html=False,
+            include_plotlyjs=False,
+            div_id=f"plot_{self.name}",
+            config=SETTINGS,
+            default_width="100%",
+        )
+        return html
+
+
+def _traces(curve: Curve, *, listed: bool) -> list[dict[str, Any]]:
+    """A curve and its band as plotly takes them; those of one label are shown together."""
+    x, y = thinned(np.asarray(curve.x), np.asarray(curve.y))
+    colour = to_hex(curve.colour)
+    common: dict[str, Any] = {
+        "name": plain(curve.label),
+        "legendgroup": curve.label or None,
+        "visible": "legendonly" if curve.further else True,
+    }
+    lines = [name for name, used in (("lines", curve.dash), ("markers", curve.marker)) if used]
+    traces = [
+        {
+            **common,
+            # Half the size: four digits are more than can be read off.
+            "x": np.float32(x),
+            "y": np.float32(y),
+            "mode": "+".join(lines),
+            "line": {"color": colour, "dash": DASHES.get(curve.dash, "solid"), "width": 1.5},
+            "marker": {"color": colour, "size": 5},
+            "showlegend": listed and bool(curve.label),
+        }
+    ]
+    if curve.band is not None:
+        low, high = curve.band
+        around = np.float32(np.concatenate([high, np.maximum(low[::-1], 1e-9)]))
+        both = np.float32(np.concatenate([curve.x, curve.x[::-1]]))
+        look = {"fill": "toself", "fillcolor": colour, "opacity": BAND, "line_width": 0}
+        traces.append({**common, **look, "x": both, "y": around, "showlegend": False})
+        traces[-1]["hoverinfo"] = "skip"
+    return traces
+
+
+def plain(text: str) -> str:
+    """A text with mathematics for matplotlib as HTML: subscripts, and dots for derivatives."""
+
+    def html(found: re.Match[str]) -> str:
+        words = re.sub(r"\\(d+)ot\s*(\w)", lambda m: m[2] + "\u0307\u0308"[len(m[1]) - 1], found[1])
+        return re.sub(r"_\{?(\w+)\}?", r"<sub>\1</sub>", words)
+
+    return re.sub(r"\$([^$]*)\$", html, text)
+
+
+def thinned(x: Array, y: Array) -> tuple[Array, Array]:
+    """A curve of fewer points that keeps the least and the largest value of each interval.
+
+    Args:
+        x: Shape (n,).
+        y: Shape (n,).
+
+    Returns:
+        At most about `SAMPLES` points of it.
+    """
+    size = -(-x.size // (SAMPLES // 2))
+    if size <= 2:
+        return x, y
+    whole = x.size // size * size
+    rows = y[:whole].reshape(-1, size)
+    start = np.arange(0, whole, size)
+    both = np.sort(np.stack([start + rows.argmin(axis=1), start + rows.argmax(axis=1)], axis=1))
+    kept = np.unique(np.concatenate([both.ravel(), np.arange(whole, x.size)]))
+    return x[kept], y[kept]
