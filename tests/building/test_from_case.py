@@ -14,8 +14,7 @@ from impactfem.building.mesh_report import mesh_report
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import load_case
-from impactfem.case.file_mesh import BeamGroup, FileMesh, ShellGroup
-from impactfem.case.structure import PartMaterial
+from impactfem.case.structure import BeamGroup, FileMesh, PartMaterial, ShellGroup
 from impactfem.system.errors import InputError
 
 PAIR = Path(__file__).parents[2] / "geometry" / "npp_pair.toml"

@@ -10,7 +10,7 @@ import pytest
 from impactfem.building.from_case import part_damping, part_faults, read_parts
 from impactfem.building.parts import BuildingParts, PartDamping
 from impactfem.case import Case, load_case
-from impactfem.case.part_damping import PartDamping as Entry
+from impactfem.case.damping import PartDamping as Entry
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import InputError
 

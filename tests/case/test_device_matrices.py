@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case.device_matrices import DeviceMatrices, NamedMatrix, read_matrix
+from impactfem.case.device_tables import DeviceMatrices, NamedMatrix, read_matrix
 from impactfem.system.errors import Fault
 
 TABLE = """\
@@ -62,7 +62,7 @@ def test_faults(read: Read, old: str, new: str, key: str, message: str) -> None:
 
 def matrices(*names: str) -> DeviceMatrices:
     none = tuple(tuple(0.0 for _ in names) for _ in names)
-    return DeviceMatrices(names=names, mass=none, stiffness=none)
+    return DeviceMatrices(mass=NamedMatrix(names, none), stiffness=NamedMatrix(names, none))
 
 
 def test_which_motion_is_whose() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from impactfem.case import Probe
-from impactfem.case.device_support import chosen, unknown_patterns
+from impactfem.case.devices import chosen, unknown_patterns
 
 PROBES = (
     Probe(name="corner", point=(0.0, 0.0, 3.0)),

@@ -102,7 +102,6 @@ def test_a_body_on_springs(with_devices: With) -> None:
             stiffness=BaseStiffness(x=1.4e8, y=1.2e8, z="rigid", rx=3e7, ry="rigid", rz="rigid"),
             damping=Damping(ratio=0.02, frequencies=(30.0, 80.0)),
             maximum_frequency=1000.0,
-            floor=8,
         ),
     )
     # The defaults, with the step in terms of that of [transient].
@@ -133,7 +132,6 @@ def test_table_of_modes(with_devices: With) -> None:
     case = load_case(with_devices(PUMP + CABINET))
     pump, cabinet = case.devices
     assert pump.modes is None
-    assert cabinet.floor == 3  # at 3.26 + 2.62 + 3.60 m, and on the slab
     assert cabinet.modes == (
         DeviceMode(frequency=8.0, direction="y", effective_mass=300.0, height=1.1),
         DeviceMode(frequency=12.5, direction="x", effective_mass=280.0, height=1.0),
@@ -165,8 +163,8 @@ def test_damping_of_each_mode(with_devices: With) -> None:
     (mode,) = cabinet.modes
     assert (mode.effective_inertia, mode.damping) == (300.0, 0.04)
     assert faults_of(with_devices(CABINET, (line, ""))) == {
-        "devices[0].damping": "None missing; expected a damping, as pair_modes.csv has no column "
-        "damping"
+        "devices[0].damping": "None missing; expected a damping, as the table of modes has "
+        "no column damping"
     }
 
 
@@ -350,7 +348,7 @@ def test_mesh_of_a_file(with_devices: With) -> None:
     path.write_text(text[:begin] + mesh + text[end:], encoding="utf-8")
     path.with_name("a.msh").write_bytes(b"a mesh")
     (pump,) = load_case(path).devices
-    assert pump.floor == 8
+    assert pump.point is not None and pump.point[2] == 31.0
 
 
 def test_table_of_an_extended_case(with_devices: With, tmp_path: Path) -> None:

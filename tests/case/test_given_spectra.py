@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case.given_spectra import GivenSpectra, GivenSpectrum, read_given_spectra
+from impactfem.case.device_tables import GivenSpectra, GivenSpectrum, read_given_spectra
 from impactfem.system.errors import Fault
 
 TABLE = """\

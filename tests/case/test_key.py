@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from impactfem.case.key import key_fault, read_key
 from impactfem.case.model import CaseFile
+from impactfem.case.place import key_fault, read_key
 
 RAW = {
     "damping": {"ratio": "5 %"},

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from impactfem.case import leaf, unit
-from impactfem.case.known import Known
+from impactfem.case import base, leaf, quantity, unit
+from impactfem.case.reading import Reading
+from impactfem.case.source import Source
 
-FILE = Known()  # the context of a case file, in which units must be stated
+FILE = Reading()  # the context of a case file, in which units must be stated
 
 
 def read(kind: Any, value: Any) -> Any:
@@ -28,15 +29,15 @@ def refusal(kind: Any, value: Any) -> str:
 @pytest.mark.parametrize(
     ("kind", "text", "value"),
     [
-        (leaf.Length, "1 cm", 0.01),
-        (leaf.Length, " -1.5e1mm ", -0.015),
-        (leaf.Length, "+.5 m", 0.5),
-        (leaf.Length, "0 m", 0.0),
-        (leaf.Stress, "33 GPa", 33e9),
-        (leaf.Acceleration, "0.2 g", 1.96133),
-        (leaf.Rate, "0.838 1/s", 0.838),
-        (leaf.Density, "2400 kg/m3", 2400.0),
-        (leaf.Frequency, "0.5 kHz", 500.0),
+        (quantity.Length, "1 cm", 0.01),
+        (quantity.Length, " -1.5e1mm ", -0.015),
+        (quantity.Length, "+.5 m", 0.5),
+        (quantity.Length, "0 m", 0.0),
+        (quantity.Stress, "33 GPa", 33e9),
+        (quantity.Acceleration, "0.2 g", 1.96133),
+        (quantity.Rate, "0.838 1/s", 0.838),
+        (quantity.Density, "2400 kg/m3", 2400.0),
+        (quantity.Frequency, "0.5 kHz", 500.0),
     ],
 )
 def test_quantity(kind: Any, text: str, value: float) -> None:
@@ -44,31 +45,35 @@ def test_quantity(kind: Any, text: str, value: float) -> None:
 
 
 def test_exact_decimal_of_a_step() -> None:
-    assert read(leaf.Time, "0.3358 ms") == 0.3358e-3
+    assert read(quantity.Time, "0.3358 ms") == 0.3358e-3
 
 
 @pytest.mark.parametrize(
     ("kind", "value", "message"),
     [
-        (leaf.Length, 1, "the unit is missing; expected a length with its unit, for example"),
-        (leaf.Length, 0.5, "for example '1 cm'"),
-        (leaf.Length, "1", "the unit is missing"),
-        (leaf.Length, "1 s", "'s' is a time; expected a length with its unit"),
-        (leaf.Length, "one cm", "expected a length with its unit"),
-        (leaf.Length, "1,5 cm", "expected a length with a decimal point, not a comma: '1.5 cm'"),
-        (leaf.Length, "1,000.5 m", "expected a length"),
-        (leaf.Length, "nan m", "expected a length"),
-        (leaf.Length, "inf m", "expected a length"),
-        (leaf.Length, "1e999 m", "expected a finite value"),
-        (leaf.Length, "-1e61 m", "expected a value below 1e+60 in SI units"),
-        (leaf.Length, "", "expected a length"),
-        (leaf.Length, True, "expected a length"),
-        (leaf.Length, None, "expected a length"),
-        (leaf.Length, ["1 m"], "expected a length"),
-        (leaf.Length, {"value": 1}, "expected a length"),
-        (leaf.PositiveLength, "0 m", "expected a length above 0"),
-        (leaf.Depth, "-1 mm", "expected a length of at least 0"),
-        (leaf.Frequency, "6.28 rad/s", "is no unit for a frequency; expected a frequency"),
+        (quantity.Length, 1, "the unit is missing; expected a length with its unit, for example"),
+        (quantity.Length, 0.5, "for example '1 cm'"),
+        (quantity.Length, "1", "the unit is missing"),
+        (quantity.Length, "1 s", "'s' is a time; expected a length with its unit"),
+        (quantity.Length, "one cm", "expected a length with its unit"),
+        (
+            quantity.Length,
+            "1,5 cm",
+            "expected a length with a decimal point, not a comma: '1.5 cm'",
+        ),
+        (quantity.Length, "1,000.5 m", "expected a length"),
+        (quantity.Length, "nan m", "expected a length"),
+        (quantity.Length, "inf m", "expected a length"),
+        (quantity.Length, "1e999 m", "expected a finite value"),
+        (quantity.Length, "-1e61 m", "expected a value below 1e+60 in SI units"),
+        (quantity.Length, "", "expected a length"),
+        (quantity.Length, True, "expected a length"),
+        (quantity.Length, None, "expected a length"),
+        (quantity.Length, ["1 m"], "expected a length"),
+        (quantity.Length, {"value": 1}, "expected a length"),
+        (quantity.PositiveLength, "0 m", "expected a length above 0"),
+        (quantity.Depth, "-1 mm", "expected a length of at least 0"),
+        (quantity.Frequency, "6.28 rad/s", "is no unit for a frequency; expected a frequency"),
     ],
 )
 def test_quantity_refused(kind: Any, value: Any, message: str) -> None:
@@ -76,7 +81,7 @@ def test_quantity_refused(kind: Any, value: Any, message: str) -> None:
 
 
 def test_from_python_floats_are_si() -> None:
-    adapter = TypeAdapter(leaf.PositiveLength)
+    adapter = TypeAdapter(quantity.PositiveLength)
     assert adapter.validate_python(2.5) == 2.5
     assert adapter.validate_python("2.5 cm") == 0.025
     for value in (math.nan, math.inf, 0.0, 10**400):
@@ -90,14 +95,14 @@ def test_from_python_floats_are_si() -> None:
 )
 def test_round_trip(value: float, symbol: tuple[str, float]) -> None:
     name, factor = symbol
-    assert read(leaf.Length, f"{value!r} {name}") == pytest.approx(value * factor, rel=1e-15)
+    assert read(quantity.Length, f"{value!r} {name}") == pytest.approx(value * factor, rel=1e-15)
 
 
 @settings(deadline=None, max_examples=50)
 @given(st.text(max_size=30) | st.text("0123456789.eE+- /*^²kgmsNPat", max_size=12))
 def test_any_text_is_read_or_refused(text: str) -> None:
     try:
-        value = read(leaf.Length, text)
+        value = read(quantity.Length, text)
     except ValidationError as error:
         assert all(item["type"] == "fault" for item in error.errors())
     else:
@@ -106,7 +111,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 
 @pytest.mark.parametrize(("value", "expected"), [(0.05, 0.05), ("5 %", 0.05), ("5%", 0.05), (0, 0)])
 def test_ratio(value: Any, expected: float) -> None:
-    assert read(leaf.DampingRatio, value) == expected
+    assert read(quantity.DampingRatio, value) == expected
 
 
 @pytest.mark.parametrize(
@@ -114,12 +119,12 @@ def test_ratio(value: Any, expected: float) -> None:
 )
 def test_ratio_refused(value: Any) -> None:
     message = "expected a number of at least 0 and below 1, bare or as a percentage"
-    assert message in refusal(leaf.DampingRatio, value)
+    assert message in refusal(quantity.DampingRatio, value)
 
 
 def test_plain_number_takes_no_percentage() -> None:
-    assert read(leaf.Number, -3) == -3.0
-    assert refusal(leaf.Number, "5 %") == "expected a number"
+    assert read(quantity.Number, -3) == -3.0
+    assert refusal(quantity.Number, "5 %") == "expected a number"
 
 
 @pytest.mark.parametrize("value", [0, -1, 1.5, 1.0, "1", True, None])
@@ -182,10 +187,10 @@ def test_text_without_control_characters(sign: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "good", "bad", "message"),
     [
-        (leaf.Duration, "1e5 s", "1e9 s", "expected a time above 0 and at most 100000 s"),
-        (leaf.TimeStep, "1e-9 s", "1e-12 s", "expected a time of at least 1e-09 s"),
-        (leaf.ElementSize, "1 cm", "1 um", "expected a length of at least 0.01 m"),
-        (leaf.Extent, "2000 m", "46200 m", "expected a length above 0 and at most 2000 m"),
+        (quantity.Duration, "1e5 s", "1e9 s", "expected a time above 0 and at most 100000 s"),
+        (quantity.TimeStep, "1e-9 s", "1e-12 s", "expected a time of at least 1e-09 s"),
+        (quantity.ElementSize, "1 cm", "1 um", "expected a length of at least 0.01 m"),
+        (quantity.Extent, "2000 m", "46200 m", "expected a length above 0 and at most 2000 m"),
     ],
 )
 def test_bounds_on_both_sides(kind: Any, good: str, bad: str, message: str) -> None:
@@ -203,14 +208,16 @@ def test_file_name() -> None:
 
 
 def test_reference_names_the_nearest() -> None:
-    adapter = TypeAdapter(leaf.MaterialName)
-    known = Known(groups={"materials": ("concrete", "steel")})
+    adapter = TypeAdapter(leaf.LawName)
+    laws = {"contact_laws": {"concrete": {}, "steel": {}}}
+    known = Reading(Source(Path("case.toml"), laws))
     assert adapter.validate_python("steel", context=known) == "steel"
-    with pytest.raises(ValidationError, match=r"unknown material; did you mean 'concrete'\?"):
+    with pytest.raises(ValidationError, match=r"unknown contact law; did you mean 'concrete'\?"):
         adapter.validate_python("Concret", context=known)
-    with pytest.raises(ValidationError, match="unknown material; known: concrete, steel"):
+    with pytest.raises(ValidationError, match="unknown contact law; known: concrete, steel"):
         adapter.validate_python("timber", context=known)
-    assert adapter.validate_python("timber", context=Known()) == "timber"
+    unknown = Reading(Source(Path("case.toml"), {"contact_laws": 3}))
+    assert adapter.validate_python("timber", context=unknown) == "timber"
 
 
 @pytest.mark.parametrize(
@@ -222,15 +229,15 @@ def test_reference_names_the_nearest() -> None:
     ],
 )
 def test_nearest(name: str, words: str) -> None:
-    assert leaf.nearest(name, ["gap", "law"]) == words
+    assert base.nearest(name, ["gap", "law"]) == words
 
 
 def test_nearest_of_none() -> None:
-    assert leaf.nearest("gap", []) == "none is defined"
+    assert base.nearest("gap", []) == "none is defined"
 
 
 def test_schema_pattern_agrees_with_the_reader() -> None:
-    schema = TypeAdapter(leaf.Length).json_schema()
+    schema = TypeAdapter(quantity.Length).json_schema()
     for text in ("1 cm", "-1e-3m", "+.5 ft"):
         assert re.search(schema["pattern"], text)
     for text in ("1", "15", "1.5", "cm", ""):

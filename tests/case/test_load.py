@@ -10,6 +10,8 @@ from impactfem.case import Case, RecordMotion, SyntheticMotion, load_case
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import InputError
 
+from .texts import added
+
 Broken = Callable[..., Path]
 
 
@@ -311,8 +313,8 @@ def test_resolved_case(pair: Path) -> None:
     assert case.building("B2") is second
     with pytest.raises(KeyError):
         case.building("B3")
-    assert first.material is case.materials["concrete"]
-    assert first.damping is case.damping
+    assert first.material == case.materials["concrete"]
+    assert first.damping == case.damping
     assert len(first.floors) == len(second.floors) == 8
     assert first.second_moment_factor == 1.0
     assert len(case.contacts) == 8
@@ -389,3 +391,20 @@ def test_case_is_frozen_and_travels_between_processes(pair: Path) -> None:
     copy = pickle.loads(pickle.dumps(case))
     assert isinstance(copy, Case)
     assert copy == case
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ('young_modulus = "33 GPa"', 'young_modulus = "33"', "materials.concrete.young_modulus"),
+        ('frequencies = ["1 Hz", "20 Hz"]', "frequencies = 3", "damping.frequencies"),
+        ("seed = 1\n", "seed = -1\n", "motions[0].seed"),
+        ('name = "B2"', 'name = "B2"\nsetback = "-1 m"', "buildings[1].setback"),
+    ],
+)
+def test_a_section_at_fault_hides_no_other_fault(
+    structured: Callable[..., Path], old: str, new: str, key: str
+) -> None:
+    section = '[transient]\ntime_step = "1 ms"\neccentricity = "30 m"\n'
+    path = added(structured((None, old, new)), section)
+    assert set(faults_of(path)) == {f"pair.toml: {key}", "pair.toml: transient.eccentricity"}

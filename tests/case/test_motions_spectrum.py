@@ -9,6 +9,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from docs._ext.case_reference import json_schema
 from impactfem.case import (
     DecreeSpectrum,
     DesignSpectrum,
@@ -19,7 +20,6 @@ from impactfem.case import (
     motion_files,
 )
 from impactfem.case.design_spectrum import read_spectrum
-from impactfem.case.reference import json_schema
 from impactfem.system.errors import Fault, InputError
 
 EC8 = 'type = "ec8"\nspectrum_type = 1\nground = "B"\nreference_acceleration = "2 m/s2"\n'
@@ -110,10 +110,10 @@ def test_hash_covers_the_table(with_spectrum: With) -> None:
          "expected 'corner-periods' or 'ec8' or 'french-decree' or 'table'"),
         (EC8.replace('"ec8"', "8"), "type", "expected 'corner-periods' or 'ec8'"),
         (EC8.replace("spectrum_type = 1\n", ""), "spectrum_type",
-         "missing; expected a whole number from 1 to 2: Type of spectrum"),
-        (EC8.replace("type = 1", "type = 3"), "spectrum_type", "a whole number from 1 to 2"),
-        (EC8.replace("type = 1", "type = 1.0"), "spectrum_type", "a whole number from 1 to 2"),
-        (EC8.replace("type = 1", "type = true"), "spectrum_type", "a whole number from 1 to 2"),
+         "missing; expected a whole number of at least 1 and at most 2: Type of spectrum"),
+        (EC8.replace("type = 1", "type = 3"), "spectrum_type", "at least 1 and at most 2"),
+        (EC8.replace("type = 1", "type = 1.0"), "spectrum_type", "at least 1 and at most 2"),
+        (EC8.replace("type = 1", "type = true"), "spectrum_type", "at least 1 and at most 2"),
         (EC8.replace('"B"', '"F"'), "ground", "expected 'A' or 'B' or 'C' or 'D' or 'E'"),
         (EC8.replace('ground = "B"\n', ""), "ground", "missing; expected 'A' or 'B'"),
         (EC8.replace('"2 m/s2"', "2"), "reference_acceleration", "the unit is missing"),
@@ -123,8 +123,8 @@ def test_hash_covers_the_table(with_spectrum: With) -> None:
         (EC8 + "amplification = 2.5", "amplification",
          "unknown key; known: type, spectrum_type, ground, reference_acceleration"),
         (EC8 + "importance_facto = 1", "importance_facto", "did you mean 'importance_factor'?"),
-        (DECREE.replace("4", "6"), "zone", "expected a whole number from 1 to 5"),
-        (DECREE.replace("4", "0"), "zone", "expected a whole number from 1 to 5"),
+        (DECREE.replace("4", "6"), "zone", "expected a whole number of at least 1 and at most 5"),
+        (DECREE.replace("4", "0"), "zone", "expected a whole number of at least 1 and at most 5"),
         (DECREE + 'text = "both"', "text", "expected 'ordinary' or 'special'"),
         (DECREE + 'text = "special"', "importance_factor",
          "missing; expected the acceleration of the special-risk text over the zone's a_gr"),

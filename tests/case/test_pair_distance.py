@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import load_case
-from impactfem.case.pair_distance import pair_distance
+from impactfem.case.contact_checks import pair_distance
 from impactfem.system.errors import InputError
 
 AXES = 'axis = ["23.1 m", "7.8 m"]', 'axis = ["23.1 m", "23.41 m"]'

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import load_case
-from impactfem.case.part_damping import PartDamping
+from impactfem.case.damping import PartDamping
 from impactfem.dynamics.damping import Rayleigh
 
 from .faults import faults_of

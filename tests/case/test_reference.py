@@ -8,7 +8,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from impactfem.case.reference import json_schema, main, reference_page, schema_text
+from docs._ext.case_reference import json_schema, main, reference_page, schema_text
 
 DOCS = Path(__file__).parents[2] / "docs"
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -24,7 +24,7 @@ def properties(schema: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 )
 def test_committed_file_is_the_generated_one(name: str, text: Callable[[], str]) -> None:
     committed = (DOCS / name).read_text(encoding="utf-8")
-    assert committed == text(), "run: python -m impactfem.case.reference docs"
+    assert committed == text(), "run: python docs/_ext/case_reference.py docs"
 
 
 def test_schema_is_a_schema() -> None:

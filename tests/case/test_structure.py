@@ -10,7 +10,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from impactfem.case import FileMesh, GeneratedMesh, load_case, structure_files
-from impactfem.case.levels import Levels
+from impactfem.case.leaf import Levels
 from impactfem.case.members import Site, Wall, read_members
 from impactfem.system.errors import Fault, InputError
 
@@ -64,7 +64,7 @@ def test_generated(structured: Structured) -> None:
     structure = case.structure
     assert structure is not None
     assert structure.building == "B1"
-    assert structure.material is case.materials["concrete"]
+    assert structure.material == case.materials["concrete"]
     assert structure.storey_stiffness_factor == 0.13
     assert structure.calibration is not None
     assert (structure.calibration.frequency, structure.calibration.direction) == (1.8, "y")
@@ -397,8 +397,8 @@ def test_materials_of_parts(structured: Structured) -> None:
     assert case.structure is not None
     (own,) = case.structure.materials
     assert own.parts == ("storey_*", "column_1_*")
-    assert own.material is case.materials["masonry"] and own.material.young_modulus == 5e9
-    assert case.structure.material is case.materials["concrete"]
+    assert own.material == case.materials["masonry"] and own.material.young_modulus == 5e9
+    assert case.structure.material == case.materials["concrete"]
 
 
 @pytest.mark.parametrize(

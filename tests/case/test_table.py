@@ -5,12 +5,12 @@ from typing import Self
 import pytest
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from impactfem.case.base import Section
-from impactfem.case.floors import Floor, read_floors
-from impactfem.case.leaf import PositiveLength, refuse
-from impactfem.case.published import read_published
+from impactfem.case.base import Section, refuse
+from impactfem.case.buildings import Floor, read_floors
+from impactfem.case.calibration import Target, read_targets
+from impactfem.case.quantity import PositiveLength
+from impactfem.case.report import read_published
 from impactfem.case.table import read_table
-from impactfem.case.targets import Target, read_targets
 from impactfem.system.errors import Fault
 
 HEADER = (
@@ -320,7 +320,7 @@ def test_a_published_value_that_is_no_number(tmp_path: Path, cell: str) -> None:
 
 
 def test_row_model_without_leaf_is_a_mistake_of_ours(tmp_path: Path) -> None:
-    from impactfem.case.published import Published
+    from impactfem.case.report import Published
 
     with pytest.raises(TypeError, match="has no leaf"):
         read_table(write(tmp_path, HEADER, ROW), Published, [])

@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 
+from docs._ext.case_reference import json_schema
 from impactfem.case import (
     DeviceAnalysis,
     DeviceBeam,
@@ -12,10 +13,9 @@ from impactfem.case import (
     Transient,
     load_case,
 )
-from impactfem.case.calibration import CalibrationEntry
-from impactfem.case.reference import json_schema
+from impactfem.case.calibration import Calibration
 from impactfem.case.template import write_new_case
-from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
+from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.device.from_case import checked_devices
 from impactfem.system.errors import InputError
 
@@ -131,7 +131,7 @@ def test_optional_blocks(template: Path) -> None:
     case = load_case(template)
     assert case.calibration is not None
     # The defaults are those it shows.
-    assert case.calibration.starts == CalibrationEntry.model_fields["starts"].default
+    assert case.calibration.starts == Calibration.model_fields["starts"].default
     assert len(case.motions) == 2
     assert case.contacts[-1].name == "west.floor_2-east.storey_3_at_0.5"
 
@@ -187,8 +187,14 @@ def test_optional_wall_impact(template: Path) -> None:
     template.write_text(text, encoding="utf-8")
     case = load_case(template)
     # The defaults are those it shows; the building has three floors.
-    entry = WallImpactEntry(gap=0.01, displacement=-0.02, duration=1.3, time_step=0.34e-3)
-    assert case.wall_impact == resolve_wall_impact(entry, [1, 2, 3])
+    assert case.wall_impact == WallImpactSetup(
+        floors=(1, 2, 3),
+        displaced_floor=3,
+        gap=0.01,
+        displacement=-0.02,
+        duration=1.3,
+        time_step=0.34e-3,
+    )
     law = case.contact_laws["floor"]
     assert isinstance(law, KelvinVoigtLaw)
     assert (law.stiffness, law.restitution) == ("calibrated", "calibrated")

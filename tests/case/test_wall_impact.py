@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import KelvinVoigtLaw, WallImpactSetup, load_case
-from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.impact import SEPARATION
 
@@ -104,9 +103,12 @@ def test_one_floor(with_wall: With) -> None:
     assert setup_of(with_wall(f"{SHORT}floors = 8\n")).floors == (8,)
 
 
-def test_fewer_floors_than_three() -> None:
-    entry = WallImpactEntry(gap=0.01, displacement=-0.02, duration=1.3, time_step=1e-3)
-    setup = resolve_wall_impact(entry, [1, 2])
+def test_fewer_floors_than_three(tmp_path: Path) -> None:
+    frame = Path(__file__).parents[2] / "geometry" / "frame.toml"
+    section = '[wall_impact]\ngap = "1 cm"\ndisplacement = "-2 cm"\nduration = "1 s"\n'
+    path = tmp_path / "wall.toml"
+    path.write_text(f'extends = "{frame}"\n{section}time_step = "1 ms"\n', encoding="utf-8")
+    setup = setup_of(path)
     assert (setup.floors, setup.displaced_floor) == ((1, 2), 2)
 
 

@@ -20,9 +20,8 @@ from impactfem.case import (
     load_case,
 )
 from impactfem.case.device_analysis import RigidPart
-from impactfem.case.device_matrices import DeviceMatrices
-from impactfem.case.device_support import DeviceSupport
-from impactfem.case.given_spectra import GivenSpectrum
+from impactfem.case.device_tables import DeviceMatrices, GivenSpectrum, NamedMatrix
+from impactfem.case.devices import DeviceSupport
 from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.from_case import checked_devices, device_of, rules_of
 from impactfem.device.modes import device_modes
@@ -31,6 +30,7 @@ from impactfem.system.errors import ImpactfemError, InputError
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 RIGID = dict.fromkeys(("x", "y", "z", "rx", "ry", "rz"), "rigid")
 LIGHT = Damping(ratio=0.02, frequencies=(30.0, 80.0))
+PIPE = ("1.y", "tip", "2.y")
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,6 @@ def setup() -> Callable[..., DeviceSetup]:
             "inertia": (1.0, 1.0, 1.0),
             "stiffness": BaseStiffness(**RIGID | {"y": 100.0 * (20.0 * math.pi) ** 2}),
             "damping": LIGHT,
-            "floor": 1,
         }
         return DeviceSetup(**given | keys)
 
@@ -271,12 +270,10 @@ def pipe(**keys: Any) -> DeviceSetup:
         ),
         "modes": None,
         "matrices": DeviceMatrices(
-            names=("1.y", "tip", "2.y"),
-            mass=((0.0,) * 3, (0.0, 500.0, 0.0), (0.0,) * 3),
-            stiffness=k,
+            mass=NamedMatrix(PIPE, ((0.0,) * 3, (0.0, 500.0, 0.0), (0.0,) * 3)),
+            stiffness=NamedMatrix(PIPE, k),
         ),
         "damping": LIGHT,
-        "floor": 1,
     }
     return DeviceSetup(**given | keys)
 
@@ -292,8 +289,9 @@ def test_matrices_on_two_supports() -> None:
 
 def test_matrices_that_hold_the_ground_are_refused(paper: Case) -> None:
     k = ((3e6, -3e6, 0.0), (-3e6, 4e6, -1e6), (0.0, -1e6, 2e6))
-    held = DeviceMatrices(names=("1.y", "tip", "2.y"), mass=((1.0,) * 3,) * 3, stiffness=k)
-    mass = ((0.0,) * 3, (0.0, 500.0, 0.0), (0.0,) * 3)
+    stiffness = NamedMatrix(PIPE, k)
+    held = DeviceMatrices(mass=NamedMatrix(PIPE, ((1.0,) * 3,) * 3), stiffness=stiffness)
+    mass = NamedMatrix(PIPE, ((0.0,) * 3, (0.0, 500.0, 0.0), (0.0,) * 3))
     wrong = paper.model_copy(
         update={"devices": (pipe(matrices=held.model_copy(update={"mass": mass})),)}
     )

@@ -10,7 +10,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from impactfem.case.reference import json_schema
+from docs._ext.case_reference import json_schema
 
 from .commands import faults
 from .pages import PAGES, ROOT, Block, blocks, language_of, parsed_toml, spans
@@ -103,8 +103,8 @@ def test_batch_scripts(script):
         ("impactfem verify --only roof_of", "no benchmark"),
         ("impactfem run", "an argument is missing"),
         ("impactfem run a.toml b.toml", "an argument too many"),
-        ("python -m impactfem.case.referenc docs", "no module impactfem.case.referenc"),
-        ("python -m impactfem.case.reference docs", None),
+        ("python -m impactfem.run.loo docs", "no module impactfem.run.loo"),
+        ("python -m impactfem.run.loop docs", None),
         ("sbatch docs/slurm/gone.sh", "there is no docs/slurm/gone.sh"),
         ("impactfem run 'a.toml", "No closing quotation"),
     ],

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.mesh import BuildingMesh
-from impactfem.case.probe import Probe as CaseProbe
+from impactfem.case.transient import Probe as CaseProbe
 from impactfem.case.transient import Transient
 from impactfem.reduction.probes import (
     case_probes,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import Case, DampingCase, Transient, load_case
-from impactfem.case.part_damping import PartDamping
+from impactfem.case.damping import PartDamping
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.ensemble import stage as ensemble

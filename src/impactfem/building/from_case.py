@@ -18,9 +18,7 @@ from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.case import Case
 from impactfem.case.buildings import Building
-from impactfem.case.file_mesh import FileMesh
-from impactfem.case.generated_mesh import GeneratedMesh
-from impactfem.case.structure import Structure
+from impactfem.case.structure import FileMesh, GeneratedMesh, Structure
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import Fault, InputError, SolutionError
 

@@ -1,9 +1,8 @@
 """The case file: what is studied, read from TOML and CSV with units, checked as a whole."""
 
 from impactfem.case.analysis import FrequencyGrid, Pounding, Spectra
-from impactfem.case.bays import Bay
-from impactfem.case.buildings import Building
-from impactfem.case.calibration import Calibration
+from impactfem.case.buildings import Building, Floor, Material
+from impactfem.case.calibration import Calibration, Target
 from impactfem.case.contacts import (
     Contact,
     ContactLaw,
@@ -14,8 +13,7 @@ from impactfem.case.contacts import (
     JankowskiLaw,
     KelvinVoigtLaw,
 )
-from impactfem.case.damping import Damping
-from impactfem.case.damping_cases import DampingCase
+from impactfem.case.damping import Damping, DampingCase
 from impactfem.case.design_spectrum import (
     DecreeSpectrum,
     DesignSpectrum,
@@ -23,23 +21,25 @@ from impactfem.case.design_spectrum import (
     TableSpectrum,
 )
 from impactfem.case.device_analysis import DeviceAnalysis
-from impactfem.case.device_modes import DeviceMode
-from impactfem.case.device_stiffness import BaseStiffness, DeviceBeam
-from impactfem.case.devices import Cylinder, DeviceSetup
+from impactfem.case.device_tables import DeviceMode
+from impactfem.case.devices import BaseStiffness, Cylinder, DeviceBeam, DeviceSetup
 from impactfem.case.ensemble import Ensemble
-from impactfem.case.file_mesh import BeamGroup, FileMesh, ShellGroup
-from impactfem.case.floors import Floor
-from impactfem.case.generated_mesh import Acroterion, GeneratedMesh
 from impactfem.case.load import load_case
-from impactfem.case.materials import Material
-from impactfem.case.members import Beam, Column, Wall
+from impactfem.case.members import Bay, Beam, Column, Wall
 from impactfem.case.model import Case
 from impactfem.case.motions import Motion, RecordMotion, SyntheticMotion, motion_files
-from impactfem.case.probe import Probe
-from impactfem.case.published import Published
-from impactfem.case.structure import FrequencyFit, Structure, structure_files
-from impactfem.case.targets import Target
-from impactfem.case.transient import Transient, transient_files
+from impactfem.case.report import Published
+from impactfem.case.structure import (
+    Acroterion,
+    BeamGroup,
+    FileMesh,
+    FrequencyFit,
+    GeneratedMesh,
+    ShellGroup,
+    Structure,
+    structure_files,
+)
+from impactfem.case.transient import Probe, Transient, transient_files
 from impactfem.case.wall_impact import WallImpactSetup
 
 __all__ = [

@@ -8,8 +8,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, StrictBool, Tag, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present
-from impactfem.case.leaf import DampingRatio, Duration, Frequency, Ratio, TimeStep, Whole, refuse
+from impactfem.case.base import Section, present, refuse
+from impactfem.case.leaf import Whole
+from impactfem.case.quantity import DampingRatio, Duration, Frequency, Ratio, TimeStep
 from impactfem.case.unit import FREQUENCY
 
 RG_1_122_END = 34.0  # Hz

@@ -1,10 +1,93 @@
-"""The base of the models of a case."""
+"""The base of the models of a case, and of the annotations of their fields."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import itertools
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationInfo
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationInfo,
+)
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+LISTED = 300  # letters of the names that a message lists
+UNREADABLE, REPORTED = "unreadable", "reported"
+"""Errors of a file that a key names: of the key itself, and of what is in the file, whose faults
+are collected elsewhere."""
+
+
+def refuse(expected: str) -> PydanticCustomError:
+    """The error a validator raises: it carries the expectation in words and nothing else."""
+    return PydanticCustomError("fault", "{expected}", {"expected": expected})
+
+
+def nearest(name: str, known: list[str]) -> str:
+    """Words that name the nearest known name, or some known ones when none is near."""
+    close = get_close_matches(name, known, n=1, cutoff=0.6)
+    folded = {other.lower(): other for other in known}
+    if not close:
+        close = [folded[c] for c in get_close_matches(name.lower(), list(folded), 1, cutoff=0.6)]
+    if close:
+        return f"did you mean '{close[0]}'?"
+    # As many as a line can hold.
+    ends = itertools.accumulate(len(one) + 2 for one in known)
+    listed = [one for one, end in zip(known, ends, strict=True) if end <= LISTED]
+    more = f" and {len(known) - len(listed)} others" if len(listed) < len(known) else ""
+    return f"known: {', '.join(listed)}{more}" if known else "none is defined"
+
+
+class Leaf(ABC):
+    """Base of the annotations: checks a value and describes what it accepts."""
+
+    @property
+    @abstractmethod
+    def phrase(self) -> str:
+        """What is expected, in words that complete 'expected ...'."""
+
+    @abstractmethod
+    def check(self, value: Any, info: ValidationInfo) -> Any:
+        """Give the value as the program uses it, or raise the error of ``refuse``."""
+
+    @abstractmethod
+    def schema(self) -> dict[str, Any]:
+        """The JSON schema of what a case file may say."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self.check)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return self.schema()
+
+
+@dataclass(frozen=True)
+class Written:
+    """A field whose value is written in another form in the case file.
+
+    Args:
+        form: The type of what is written.
+        finish: Makes the value of it.
+    """
+
+    form: Any
+    finish: Callable[[Any], Any]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        written = handler.generate_schema(self.form)
+        finished = core_schema.no_info_after_validator_function(self.finish, written)
+        # What is serialised is the value, by the schema that counts where pydantic is strict.
+        return core_schema.lax_or_strict_schema(finished, handler.generate_schema(source))
 
 
 class Section(BaseModel):
@@ -16,3 +99,14 @@ class Section(BaseModel):
 def present(info: ValidationInfo, names: Iterable[str]) -> bool:
     """True when all these fields, declared before the one at hand, were free of faults."""
     return all(name in info.data for name in names)
+
+
+def each_once(values: tuple[str, ...], what: str) -> tuple[str, ...]:
+    """The values, where none of them stands twice.
+
+    Raises:
+        PydanticCustomError: One does.
+    """
+    if len(set(values)) < len(values):
+        raise refuse(f"expected each {what} once")
+    return values

@@ -1,37 +1,203 @@
-"""Buildings as sticks: as written in the case file, and with their material and floors."""
+"""Buildings as sticks, with their floors and materials."""
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Any
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
-from impactfem.case.base import Section, present
+from impactfem.case.base import Section, present, refuse
 from impactfem.case.damping import Damping
-from impactfem.case.floors import Floor
-from impactfem.case.known import known_of
-from impactfem.case.leaf import (
+from impactfem.case.leaf import Name, NameOf, Whole
+from impactfem.case.quantity import (
+    Area,
+    Density,
     Depth,
-    File,
+    Inertia,
     Length,
-    MaterialName,
-    Name,
+    Mass,
     PositiveFactor,
     PositiveLength,
-    refuse,
+    Quantity,
+    Ratio,
+    SecondMoment,
+    Stress,
 )
-from impactfem.case.materials import Material
+from impactfem.case.reading import TableFile, reading_of
+from impactfem.case.table import Table, column_key, read_table
+from impactfem.case.unit import LENGTH
+from impactfem.system.errors import Fault
 
 
-class _Stick(Section):
-    """What a building has in common before and after its names are resolved.
+class Material(Section):
+    """An isotropic, linear elastic material."""
 
-    The fields that differ stand here too, for the order of all fields.
+    young_modulus: Stress = Field(description="Young's modulus E.")
+    poisson_ratio: Annotated[float, Ratio(at_least=0, below=0.5)] = Field(
+        description="Poisson's ratio ν."
+    )
+    density: Density | None = Field(
+        default=None,
+        description="Mass density; the sticks take their masses from the floor table instead.",
+    )
+    compressive_strength: Stress | None = Field(
+        default=None,
+        description="Compressive strength, which the mean bearing pressure of an impact is "
+        "compared with.",
+    )
+
+
+MOST_FLOORS = 200
+
+
+UNKNOWN_MATERIAL = Material(young_modulus=1e9, poisson_ratio=0.2, density=1e3)
+UNKNOWN_DAMPING = Damping(ratio=0.05, frequencies=(1.0, 20.0))
+"""Stand for those that have faults, where only the other faults of a case are looked for."""
+
+
+@dataclass(frozen=True)
+class MaterialOf(NameOf):
+    """The name of a material in the case file, held as the material.
+
+    Args:
+        dense: Whether it must have a density.
     """
 
+    group: str = "materials"
+    word: str = "material"
+    dense: bool = False
+
+    def check(self, value: Any, info: ValidationInfo) -> Any:
+        """Take the material of the name."""
+        if isinstance(value, Material):
+            return value
+        name = super().check(value, info)
+        if info.context is None:
+            raise refuse("expected a material")
+        raw = info.context.value("materials", name)
+        if self.dense and isinstance(raw, dict) and "density" not in raw:
+            raise refuse(
+                f"expected a material with a density, which is missing in [materials.{name}]"
+            )
+        return info.context.valid(Material, raw) or UNKNOWN_MATERIAL
+
+
+FLOORS = "a floor table (CSV)"
+
+
+class Floor(Section):
+    """A floor and the storey below it: one row of the floor table, bottom to top.
+
+    The axes are those of the case: z is vertical and the stick's axis. Second moments of area and
+    shear areas are those of the storey, as in the paper's Appendix A, where ``A_vy`` is the shear
+    area along y and ``A_vz`` the one along x; ``I_z`` is close to I_x + I_y there and so polar.
+    """
+
+    floor: Annotated[int, Whole(1)] = Field(description="Number of the floor, increasing upwards.")
+    mass: Mass = Field(description="Mass of the floor, lumped at its mass centre.")
+    Jx: Inertia = Field(description="Moment of inertia of the floor's mass about x.")
+    Jy: Inertia = Field(description="Moment of inertia of the floor's mass about y.")
+    Jz: Inertia = Field(description="Moment of inertia of the floor's mass about z.")
+    Ix: SecondMoment = Field(description="Second moment of area of the storey, bending about x.")
+    Iy: SecondMoment = Field(description="Second moment of area of the storey, bending about y.")
+    Iz: SecondMoment = Field(description="Torsion constant of the storey about z.")
+    A: Area = Field(description="Area of the storey's cross-section.")
+    Avy: Area = Field(description="Shear area of the storey along y.")
+    Avz: Area = Field(description="Shear area of the storey along x.")
+    storey_height: PositiveLength = Field(
+        description="Height of the storey between mass centres; of the lowest one from the base."
+    )
+    storey_height_min: PositiveLength = Field(
+        default=math.nan,
+        description="Lower bound of the height in the calibration; default the height itself.",
+    )
+    storey_height_max: PositiveLength = Field(
+        default=math.nan,
+        description="Upper bound of the height in the calibration; default the height itself.",
+    )
+    storey_stiffness_factor: PositiveFactor = Field(
+        default=1.0,
+        description="Factor on all stiffnesses of this storey, besides the building's.",
+    )
+    length: Annotated[float | None, Quantity(LENGTH, above=0)] = Field(
+        default=None, description="Length of this floor along x; default that of the building."
+    )
+    width: Annotated[float | None, Quantity(LENGTH, above=0)] = Field(
+        default=None, description="Width of this floor along y; default that of the building."
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fixed_height(cls, data: Any) -> Any:
+        """A height without bounds is fixed: both bounds are the height."""
+        if isinstance(data, dict) and "storey_height" in data:
+            height = data["storey_height"]
+            return {"storey_height_min": height, "storey_height_max": height} | data
+        return data
+
+    @field_validator("storey_height_max")
+    @classmethod
+    def _ordered_bounds(cls, value: float, info: ValidationInfo) -> float:
+        if not present(info, ["storey_height", "storey_height_min"]):
+            return value
+        low, height = info.data["storey_height_min"], info.data["storey_height"]
+        if low > value:
+            raise refuse(f"expected bounds in order: storey_height_min is {low:g} m")
+        if not low <= height <= value:
+            raise refuse(f"expected bounds around storey_height, which is {height:g} m")
+        return value
+
+
+def read_floors(path: Path, faults: list[Fault]) -> Table[Floor] | None:
+    """Read a floor table; what is wrong with it is appended to ``faults``.
+
+    Args:
+        path: A CSV file with the columns of ``Floor``.
+        faults: Every fault of the table is appended here.
+
+    Returns:
+        The floors with the lines they stand on, or None when there were faults.
+    """
+    table = read_table(path, Floor, faults, MOST_FLOORS)
+    if table is None:
+        return None
+    broken = list(_order_faults(path, table))
+    faults.extend(broken)
+    return None if broken else table
+
+
+def _order_faults(path: Path, table: Table[Floor]) -> Iterator[Fault]:
+    seen: dict[int, int] = {}
+    highest = 0
+    for line, row in zip(table.lines, table.rows, strict=True):
+        key = column_key(line, table.headers["floor"])
+        if row.floor in seen:
+            first = seen[row.floor]
+            yield Fault(path, key, row.floor, f"duplicate floor, the first is in line {first}")
+        elif row.floor < highest:
+            yield Fault(
+                path, key, row.floor, f"expected floors from bottom to top, above {highest}"
+            )
+        seen.setdefault(row.floor, line)
+        highest = max(highest, row.floor)
+
+
+class Building(Section):
+    """A building as a stick of storeys and rigid floors, clamped at its base."""
+
     name: Name = Field(description="Name of the building, unique in the file.")
-    material: str | Material
-    floors: Path | tuple[Floor, ...]
+    material: Annotated[Material, MaterialOf()] = Field(
+        description="Name of the material of the storeys."
+    )
+    floors: Annotated[tuple[Floor, ...], TableFile(FLOORS, read_floors)] = Field(
+        description="Floor table: a CSV file, one row a floor, bottom to top."
+    )
     axis: tuple[Length, Length] = Field(
         default=(0.0, 0.0), description="Position (x, y) of the stick's vertical axis in plan."
     )
@@ -62,27 +228,20 @@ class _Stick(Section):
     second_moment_factor: PositiveFactor = Field(
         default=1.0, description="Factor on the second moments of area I_x and I_y of the storeys."
     )
-
-
-class BuildingEntry(_Stick):
-    """A building as a stick of storeys and rigid floors, clamped at its base."""
-
-    material: MaterialName = Field(description="Name of the material of the storeys.")
-    floors: File = Field(description="Floor table: a CSV file, one row a floor, bottom to top.")
-    damping: Damping | None = Field(
-        default=None, description="Damping of this building in place of [damping]."
+    damping: Damping = Field(
+        default=None,
+        validate_default=True,
+        description="Damping of this building in place of [damping].",
     )
 
     @field_validator("rigid_above")
     @classmethod
     def _flexible_storeys(cls, value: float, info: ValidationInfo) -> float:
         """Each storey keeps a flexible part between the rigid zones of its two floors."""
-        known = known_of(info)
-        if known is None or not present(info, ["floors", "rigid_below"]):
+        if info.context is None or not present(info, ["floors", "rigid_below"]):
             return value
-        below: float = info.data["rigid_below"]
-        for index, floor in enumerate(known.floors.get(info.data["floors"], ())):
-            rigid = below + (value if index else 0.0)
+        for index, floor in enumerate(info.data["floors"]):
+            rigid = info.data["rigid_below"] + (value if index else 0.0)
             if floor.storey_height <= rigid:
                 raise refuse(
                     f"the storey below floor {floor.floor} is {floor.storey_height:g} m high; "
@@ -90,20 +249,50 @@ class BuildingEntry(_Stick):
                 )
         return value
 
-
-class Building(_Stick):
-    """A building with its material, floors and damping: what the sticks are made of."""
-
-    material: Material
-    floors: tuple[Floor, ...]
-    damping: Damping
+    @field_validator("damping", mode="before")
+    @classmethod
+    def _own_or_that_of_all(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is None and info.context is not None:
+            return info.context.valid(Damping, info.context.value("damping")) or UNKNOWN_DAMPING
+        return value
 
     @property
     def elevations(self) -> tuple[float, ...]:
         """Elevation of the mass centre of each floor [m], bottom to top."""
-        elevations = []
-        z = self.base
-        for floor in self.floors:
-            z += floor.storey_height
-            elevations.append(z)
-        return tuple(elevations)
+        heights = itertools.accumulate((f.storey_height for f in self.floors), initial=self.base)
+        return tuple(heights)[1:]
+
+    @property
+    def levels(self) -> dict[int, float]:
+        """The same by the number of the floor."""
+        numbers = [floor.floor for floor in self.floors]
+        return dict(zip(numbers, self.elevations, strict=True))
+
+
+def entry_of(building: Any, info: ValidationInfo) -> dict[str, Any]:
+    """The table of a building in the case file that is read; empty where there is none."""
+    tables = [] if info.context is None else info.context.tables("buildings")
+    return next((entry for _, entry in tables if entry.get("name") == building), {})
+
+
+def floors_of(building: Any, info: ValidationInfo) -> tuple[Floor, ...]:
+    """The floors of a building in the case file that is read; none where they are not known."""
+    entry = entry_of(building, info)
+    if not entry:
+        return ()
+    with reading_of(info).leniently():
+        try:
+            return reading_of(info).table(entry.get("floors"), FLOORS, read_floors) or ()
+        except PydanticCustomError:
+            return ()
+
+
+def known_levels(building: Any, info: ValidationInfo) -> dict[int, float]:
+    """Elevation of each floor [m] by its number, in the case file that is read."""
+    floors = floors_of(building, info)
+    written = entry_of(building, info).get("base", "0 m")
+    base = reading_of(info).number(Length, written) if floors else None
+    if base is None:
+        return {}
+    heights = itertools.accumulate((floor.storey_height for floor in floors), initial=base)
+    return dict(zip((floor.floor for floor in floors), list(heights)[1:], strict=True))

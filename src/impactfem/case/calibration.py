@@ -1,23 +1,86 @@
-"""Calibration of the sticks: as written in the case file, and with its targets."""
+"""Calibration of the sticks, and its targets: modes of the buildings."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section
-from impactfem.case.floors import Floor
-from impactfem.case.known import known_of
-from impactfem.case.leaf import File, PositiveFactor, PositiveLength, Whole, refuse
-from impactfem.case.targets import Target
+from impactfem.case.base import Section, nearest, refuse
+from impactfem.case.buildings import Floor, floors_of
+from impactfem.case.leaf import Text, Whole
+from impactfem.case.quantity import Frequency, Mass, PositiveFactor, PositiveLength, Weight
+from impactfem.case.reading import TableFile
+from impactfem.case.table import Table, column_key, read_table
+from impactfem.system.errors import Fault
 
 
-class _Calibration(Section):
-    """What a calibration has in common before and after its table is read.
+class Target(Section):
+    """What the calibrated stick of a building shall reach in one mode of the bending family."""
 
-    The field that differs stands here too, for the order of all fields.
+    building: Text = Field(description="Name of the building.")
+    mode: Annotated[int, Whole(1)] = Field(
+        description="Number of the mode within the bending family, in the order of frequency."
+    )
+    frequency: Frequency = Field(description="Natural frequency to reach.")
+    effective_mass: Mass = Field(description="Effective modal mass to reach.")
+    frequency_weight: Weight = Field(
+        default=1.0, description="Weight of the relative error of the frequency; 0 leaves it out."
+    )
+    mass_weight: Weight = Field(
+        default=1.0, description="Weight of the relative error of the mass; 0 leaves it out."
+    )
+
+
+def read_targets(
+    path: Path, buildings: Collection[str] | None, faults: list[Fault]
+) -> Table[Target] | None:
+    """Read a target table; what is wrong with it is appended to ``faults``.
+
+    Args:
+        path: A CSV file with the columns of ``Target``.
+        buildings: The names a row may have; None when they are not known.
+        faults: Every fault of the table is appended here.
+
+    Returns:
+        The targets with the lines they stand on, or None when there were faults.
+    """
+    table = read_table(path, Target, faults)
+    if table is None:
+        return None
+    broken = list(_row_faults(path, table, buildings))
+    faults.extend(broken)
+    return None if broken else table
+
+
+def _row_faults(
+    path: Path, table: Table[Target], buildings: Collection[str] | None
+) -> Iterator[Fault]:
+    seen: dict[tuple[str, int], int] = {}
+    for line, row in zip(table.lines, table.rows, strict=True):
+        if buildings is not None and row.building not in buildings:
+            key = column_key(line, table.headers["building"])
+            hint = nearest(row.building, list(buildings))
+            yield Fault(path, key, row.building, f"unknown building; {hint}")
+        first = seen.setdefault((row.building, row.mode), line)
+        if first != line:
+            key = column_key(line, table.headers["mode"])
+            yield Fault(path, key, row.mode, f"duplicate mode, the first is in line {first}")
+
+
+TARGETS = TableFile(
+    "a target table (CSV)",
+    lambda path, faults, info: read_targets(path, info.context.names("buildings"), faults),
+    sited=True,
+)
+
+
+class Calibration(Section):
+    """Fit of storey stiffness, storey heights and rigid zones to known modes.
+
+    The fitted values are shared by all buildings named in the target table.
     """
 
     mode: Literal["fit", "given"] = Field(
@@ -25,7 +88,9 @@ class _Calibration(Section):
         description="'fit' fits the sticks to the targets; 'given' takes the values of "
         "[[buildings]] and reports how far they are from the targets.",
     )
-    targets: Path | tuple[Target, ...]
+    targets: Annotated[tuple[Target, ...], TARGETS] = Field(
+        description="Target table: a CSV file with frequencies and effective masses of modes."
+    )
     direction: Literal["x", "y"] = Field(
         description="Direction in which the bending family of the targets moves."
     )
@@ -57,24 +122,12 @@ class _Calibration(Section):
             raise refuse("expected bounds in order, the lower one first")
         return value
 
-
-class CalibrationEntry(_Calibration):
-    """Fit of storey stiffness, storey heights and rigid zones to known modes.
-
-    The fitted values are shared by all buildings named in the target table.
-    """
-
-    targets: File = Field(
-        description="Target table: a CSV file with frequencies and effective masses of modes."
-    )
-
     @field_validator("targets")
     @classmethod
-    def _same_floors(cls, value: Path, info: ValidationInfo) -> Path:
+    def _same_floors(cls, value: tuple[Target, ...], info: ValidationInfo) -> tuple[Target, ...]:
         """The buildings of the targets share their heights, so they have as many floors."""
-        counts = {name: len(floors) for name, floors in _towers(info, value).items()}
-        known = known_of(info)
-        for row in known.targets.get(value, ()) if known is not None else ():
+        counts = {name: len(floors) for name, floors in _towers(value, info).items()}
+        for row in value:
             modes = 2 * counts.get(row.building, row.mode)
             if row.mode > modes:
                 raise refuse(
@@ -91,7 +144,7 @@ class CalibrationEntry(_Calibration):
     @field_validator("rigid_depth")
     @classmethod
     def _within_storeys(cls, value: float, info: ValidationInfo) -> float:
-        for name, floors in _towers(info, info.data.get("targets")).items():
+        for name, floors in _towers(info.data.get("targets", ()), info).items():
             for floor in floors[1:]:
                 if floor.storey_height_min <= value:
                     raise refuse(
@@ -103,7 +156,7 @@ class CalibrationEntry(_Calibration):
     @field_validator("height")
     @classmethod
     def _within_bounds(cls, value: float, info: ValidationInfo) -> float:
-        for name, floors in _towers(info, info.data.get("targets")).items():
+        for name, floors in _towers(info.data.get("targets", ()), info).items():
             low = sum(floor.storey_height_min for floor in floors)
             high = sum(floor.storey_height_max for floor in floors)
             # The bounds are sums of rounded numbers.
@@ -115,17 +168,7 @@ class CalibrationEntry(_Calibration):
         return value
 
 
-class Calibration(_Calibration):
-    """A calibration with its targets."""
-
-    targets: tuple[Target, ...]
-
-
-def _towers(info: ValidationInfo, targets: Path | None) -> dict[str, tuple[Floor, ...]]:
-    """Floors of the buildings named in a target table, as far as all of it could be read."""
-    known = known_of(info)
-    if known is None or targets is None:
-        return {}
-    names = dict.fromkeys(target.building for target in known.targets.get(targets, ()))
-    floors = {name: known.building_floors(name) for name in names}
-    return {name: rows for name, rows in floors.items() if rows is not None}
+def _towers(targets: Iterable[Target], info: ValidationInfo) -> dict[str, tuple[Floor, ...]]:
+    """Floors of the buildings named in a target table, as far as they are known."""
+    names = dict.fromkeys(target.building for target in targets)
+    return {name: floors for name in names if (floors := floors_of(name, info))}

@@ -8,30 +8,42 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present
-from impactfem.case.calibrated import (
+from impactfem.case.base import Section, present, refuse
+from impactfem.case.buildings import floors_of
+from impactfem.case.leaf import BuildingName, FloorNumbers, LawName
+from impactfem.case.quantity import (
     CALIBRATED,
+    Area,
     CalibratedRestitution,
     CalibratedStiffness,
-    refuse_word,
-)
-from impactfem.case.known import known_of
-from impactfem.case.leaf import (
-    Area,
-    BuildingName,
     Depth,
     HertzStiffness,
-    LawName,
     Length,
     Number,
     PositiveSpeed,
     Ratio,
-    Wholes,
-    refuse,
+    Restitution,
 )
 
-FloorNumbers = Annotated[tuple[int, ...], Wholes()]
 Vector = tuple[float, float, float]
+
+
+def floors_of_building(
+    floors: tuple[int, ...] | None, building: str, info: ValidationInfo
+) -> tuple[int, ...] | None:
+    """Numbers of floors that a building of the case file has, as far as these are known.
+
+    Raises:
+        PydanticCustomError: It has not.
+    """
+    known = [floor.floor for floor in floors_of(building, info)]
+    absent = [str(number) for number in floors or () if known and number not in known]
+    if absent:
+        raise refuse(
+            f"{building} has no floor {', '.join(absent)}; its floors are "
+            f"{', '.join(map(str, known))}"
+        )
+    return floors
 
 
 def unit_vector(value: Vector) -> Vector:
@@ -93,20 +105,27 @@ class KelvinVoigtLaw(Section):
         return CALIBRATED in (self.stiffness, self.restitution)
 
 
+def _refuse_word(value: Any) -> Any:
+    """Refuse the word for a law that takes no other values than those of the case file."""
+    if value == CALIBRATED:
+        raise refuse("expected a value: only a law of type 'kelvin-voigt' is calibrated")
+    return value
+
+
 class HertzLaw(Section):
     """An elastic spring whose force goes with the penetration to the power 1.5."""
 
     type: Literal["hertz"] = Field(description="Elastic contact of Hertz, without restitution.")
     stiffness: HertzStiffness = Field(description="Stiffness K of F = K p^1.5.")
 
-    _as_given = field_validator("stiffness", mode="before")(refuse_word)
+    _as_given = field_validator("stiffness", mode="before")(_refuse_word)
 
 
 class _DampedHertzLaw(Section):
     """What the laws have in common that damp a contact of Hertz."""
 
     stiffness: HertzStiffness = Field(description="Stiffness K of the elastic part K p^1.5.")
-    restitution: Annotated[float, Ratio(above=0, at_most=1)] = Field(
+    restitution: Restitution = Field(
         description="Coefficient of restitution asked: velocity after over velocity before."
     )
     relation: Literal["published", "exact"] = Field(
@@ -115,7 +134,7 @@ class _DampedHertzLaw(Section):
         "authors, or so that two free masses get exactly what is asked.",
     )
 
-    _as_given = field_validator("stiffness", "restitution", mode="before")(refuse_word)
+    _as_given = field_validator("stiffness", "restitution", mode="before")(_refuse_word)
 
 
 class _SpeedDampedLaw(_DampedHertzLaw):
@@ -183,21 +202,7 @@ class ContactEnd(Section):
     def _existing(
         cls, value: tuple[int, ...] | None, info: ValidationInfo
     ) -> tuple[int, ...] | None:
-        known = known_of(info)
-        building = info.data.get("building")
-        if value is None or known is None or building is None:
-            return value
-        floors = known.building_floors(building)
-        if floors is None:
-            return value
-        numbers = [floor.floor for floor in floors]
-        absent = [str(number) for number in value if number not in numbers]
-        if absent:
-            raise refuse(
-                f"{building} has no floor {', '.join(absent)}; "
-                f"its floors are {', '.join(map(str, numbers))}"
-            )
-        return value
+        return floors_of_building(value, info.data.get("building", ""), info)
 
     @field_validator("storey")
     @classmethod
@@ -300,6 +305,7 @@ class Contact(Section):
         gap: Distance along the normal at rest [m].
         law: Name of the contact law.
         bearing_area: Area the force is spread over [m2], or None.
+        table: Index of the table of [[contacts]] that it comes from.
     """
 
     name: str
@@ -309,6 +315,7 @@ class Contact(Section):
     gap: float
     law: str
     bearing_area: float | None
+    table: int = 0
 
 
 def expand(entries: tuple[ContactEntry, ...]) -> tuple[Contact, ...]:
@@ -318,13 +325,13 @@ def expand(entries: tuple[ContactEntry, ...]) -> tuple[Contact, ...]:
     """
     contacts: list[Contact] = []
     uses: dict[str, int] = {}
-    for entry in entries:
+    for index, entry in enumerate(entries):
         shared: dict[str, Any] = entry.model_dump(include={"normal", "gap", "law", "bearing_area"})
         for a, b in zip(_points(entry.a), _points(entry.b), strict=True):
             name = f"{a.label}-{b.label}"
             uses[name] = uses.get(name, 0) + 1
             suffix = f"#{uses[name]}" if uses[name] > 1 else ""
-            contacts.append(Contact(name=name + suffix, a=a, b=b, **shared))
+            contacts.append(Contact(name=name + suffix, a=a, b=b, table=index, **shared))
     return tuple(contacts)
 
 

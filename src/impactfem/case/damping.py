@@ -1,4 +1,4 @@
-"""Rayleigh damping, given by a ratio at two frequencies or by its two coefficients."""
+"""Rayleigh damping: of buildings, of parts of a 3D model, and further ones for all buildings."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present
-from impactfem.case.leaf import Frequency, Quantity, Rate, Ratio, refuse
+from impactfem.case.base import Section, present, refuse
+from impactfem.case.leaf import Name, Text
+from impactfem.case.quantity import CalibratedRestitution, Frequency, Quantity, Rate, Ratio
 from impactfem.case.unit import TIME
 from impactfem.dynamics.damping import Rayleigh
 
@@ -75,3 +76,54 @@ class Damping(Section):
         if self.ratio is None or self.frequencies is None:
             raise ValueError("this damping was made without validation: it has no coefficients")
         return Rayleigh.through(self.ratio, *self.frequencies)
+
+
+class Parts(Section):
+    """Parts of the 3D model, by patterns of their names."""
+
+    parts: tuple[Text, ...] = Field(
+        min_length=1,
+        description="Patterns of the names of its parts, with * and ? as in a shell: `floor_*`, "
+        "`column_1_*`. Each part matches one entry or none, and each pattern a part.",
+    )
+
+
+# The parts come first in the order of the fields, which is that of the bases from right to left.
+class PartDamping(Damping, Parts):
+    """Rayleigh damping C = Σ α_p M_p + β_p K_p of some parts p of the 3D model.
+
+    Either ``ratio`` and ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``.
+    Parts without an entry have the damping of the building. The mass that is added to a floor
+    belongs to the slab that it lies on. Only in full order.
+    """
+
+
+OWN = "own"
+"""Stands in results for the dampings that the buildings have without a damping case."""
+
+
+class _Named(Section):
+    name: Name = Field(description=f"Name of the damping case, each its own; not '{OWN}'.")
+
+    @field_validator("name")
+    @classmethod
+    def _another_than_own(cls, value: str) -> str:
+        if value == OWN:
+            raise refuse(f"expected another name: '{OWN}' is the damping of [damping]")
+        return value
+
+
+# The name comes first in the order of the fields, which is that of the bases from right to left.
+class DampingCase(Damping, _Named):
+    """A further Rayleigh damping of all buildings, for which the study is repeated.
+
+    Either ``ratio`` and ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``.
+    """
+
+    restitution: CalibratedRestitution = Field(
+        default="calibrated",
+        description="Coefficient of restitution with this damping, of contact laws of type "
+        "'kelvin-voigt'; calibrated by the impact of [wall_impact] with this damping, for those "
+        "laws that say 'calibrated' where one does. Left out in a case without [wall_impact], the "
+        "laws keep theirs.",
+    )

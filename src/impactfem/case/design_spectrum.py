@@ -11,46 +11,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, StrictBool, Tag, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present
-from impactfem.case.leaf import (
-    Acceleration,
-    File,
-    Frequency,
-    Leaf,
-    PositiveFactor,
-    PositiveTime,
-    Ratio,
-    refuse,
-)
+from impactfem.case.base import Section, present, refuse
+from impactfem.case.leaf import FileName, Whole
+from impactfem.case.quantity import Acceleration, Frequency, PositiveFactor, PositiveTime, Ratio
 from impactfem.case.table import MOST_POINTS, column_key, read_table
 from impactfem.system.errors import Fault
 
 Ground = Literal["A", "B", "C", "D", "E"]
+TABLE = "a table of a design spectrum (CSV)"
 
 _SAME_DAMPING = 1e-6
-
-
-@dataclass(frozen=True)
-class Numbered(Leaf):
-    """A whole number from 1 to ``last``: the kinds a standard numbers."""
-
-    last: int
-
-    @property
-    def phrase(self) -> str:
-        """The numbers in words."""
-        return f"a whole number from 1 to {self.last}"
-
-    def check(self, value: Any, info: ValidationInfo) -> int:
-        """Refuse all but these numbers."""
-        known = isinstance(value, int) and not isinstance(value, bool)
-        if not known or not 1 <= value <= self.last:
-            raise refuse(f"expected {self.phrase}")
-        return int(value)
-
-    def schema(self) -> dict[str, Any]:
-        """The JSON schema of the number."""
-        return {"type": "integer", "minimum": 1, "maximum": self.last, "x-accepts": self.phrase}
 
 
 class DesignSpectrum(Section):
@@ -83,7 +53,7 @@ class EurocodeSpectrum(Section):
     """Elastic spectrum of EN 1998-1:2004 with the values that the standard recommends."""
 
     type: Literal["ec8"] = Field(description="That of EN 1998-1.")
-    spectrum_type: Annotated[int, Numbered(2)] = Field(
+    spectrum_type: Annotated[int, Whole(1, 2)] = Field(
         description="Type of spectrum: 2 where no earthquake that matters has a surface-wave "
         "magnitude above 5.5, else 1."
     )
@@ -110,7 +80,7 @@ class DecreeSpectrum(Section):
         description="The text: 'ordinary' risk, arrêté of 22 October 2010, or 'special' risk, "
         "arrêté of 4 October 2010, article 12-3.",
     )
-    zone: Annotated[int, Numbered(5)] = Field(description="Zone of seismicity.")
+    zone: Annotated[int, Whole(1, 5)] = Field(description="Zone of seismicity.")
     ground: Ground = Field(
         description="Type of ground; without influence on the vertical spectrum."
     )
@@ -136,10 +106,18 @@ class TableSpectrum(Section):
     """Spectrum given by points, straight between them on logarithmic axes."""
 
     type: Literal["table"] = Field(description="Read from a table.")
-    file: File = Field(
+    file: Annotated[Path, FileName(TABLE)] = Field(
         description="The table (CSV): frequency or period, acceleration, and the damping where "
         "the table has several."
     )
+
+    @field_validator("file", mode="wrap")
+    @classmethod
+    def _without_faults(cls, value: Any, check: Any, info: ValidationInfo) -> Path:
+        file: Path = check(value)
+        if info.context is not None:
+            info.context.table(value, TABLE, read_spectrum)
+        return file
 
 
 def _type_of(value: Any) -> str:

@@ -6,9 +6,9 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present
-from impactfem.case.either import OneOrMore
-from impactfem.case.leaf import Duration, Frequency, Ratio, TimeStep, refuse
+from impactfem.case.base import Section, present, refuse
+from impactfem.case.leaf import OneOrMore
+from impactfem.case.quantity import Duration, Frequency, Ratio, TimeStep
 
 Combination = Literal["abs", "srss", "cqc", "dsc", "dsc-abs", "ten-percent", "grouping"]
 

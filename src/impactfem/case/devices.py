@@ -1,36 +1,168 @@
-"""Devices anchored to a floor of the 3D model: as written in the case file, and resolved."""
+"""Devices anchored to a floor of the 3D model: their anchors, springs, beams and bodies."""
 
 from __future__ import annotations
 
+import fnmatch
 import math
-from pathlib import Path
-from typing import Annotated, Any, Literal
+import re
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present
+from impactfem.case import unit as units
+from impactfem.case.base import Section, each_once, present, refuse
+from impactfem.case.buildings import known_levels
 from impactfem.case.damping import Damping
-from impactfem.case.device_matrices import DeviceMatrices, DeviceMatricesEntry
-from impactfem.case.device_modes import DeviceMode
-from impactfem.case.device_stiffness import RIGID, BaseStiffness, DeviceBeam
-from impactfem.case.device_support import (
-    DeviceSupport,
-    ProbePattern,
-    once,
+from impactfem.case.device_tables import (
+    MODES_FILE,
+    SPECTRA_FILE,
+    DeviceMatrices,
+    DeviceMode,
+    GivenSpectra,
+    GivenSpectrum,
 )
-from impactfem.case.given_spectra import GivenSpectrum
-from impactfem.case.leaf import (
-    File,
+from impactfem.case.leaf import Name, Whole, Words
+from impactfem.case.members import TOUCH
+from impactfem.case.quantity import (
     Frequency,
     Length,
     Mass,
-    Name,
+    OneOrTwo,
+    OrWord,
     PositiveLength,
     Quantity,
-    refuse,
 )
-from impactfem.case.members import TOUCH
+from impactfem.case.reading import reading_of
+from impactfem.case.transient import Probe
 from impactfem.case.unit import INERTIA
+
+ProbePattern = Annotated[
+    str,
+    Words(
+        "the name of a probe of [transient], or a pattern of names such as 'corner_*'",
+        r"[A-Za-z0-9_*?-]+",
+    ),
+]
+Point = tuple[Length, Length, Length]
+
+_LINE_POINTS = 9
+
+
+class DeviceSupport(Section):
+    """One of several places where a device is anchored."""
+
+    point: Point = Field(description="The anchor (x, y, z), on a floor of the building.")
+    radius: PositiveLength = Field(
+        description="Radius around it within which the nodes of the floor are tied to it."
+    )
+    envelope: tuple[ProbePattern, ...] = Field(
+        default=(), description="As for a device with one anchor."
+    )
+
+    @field_validator("envelope")
+    @classmethod
+    def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        return each_once(value, "name or pattern")
+
+
+def chosen(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
+    """The names that patterns stand for, in the order of the names.
+
+    Args:
+        names: Names of probes.
+        patterns: Names, or patterns with * and ?.
+    """
+    return [name for name in names if any(fnmatch.fnmatchcase(name, p) for p in patterns)]
+
+
+def unknown_patterns(
+    patterns: Sequence[str], probes: Sequence[Probe], floors: Sequence[int]
+) -> Iterator[str]:
+    """Patterns that stand for no probe of a case; how many a group has, the mesh will say.
+
+    Args:
+        patterns: Names and patterns.
+        probes: The probes of the case.
+        floors: Numbers of the floors; empty when not known, and then what is always there is not
+            checked.
+    """
+    standard = [f"{kind}_{k}" for kind in ("centre", "edge") for k in floors]
+    standard += [f"line_{k}" for k in range(1, _LINE_POINTS + 1)]
+    named = [name for probe in probes for name, _ in probe.points]
+    groups = [probe for probe in probes if probe.group is not None]
+    for pattern in patterns:
+        if chosen([*standard, *named], [pattern]):
+            continue
+        if not floors and re.fullmatch(r"(?:centre|edge)_[\d*?]+", pattern):
+            continue
+        if any(one.claims(pattern) or chosen([one.numbered(1)], [pattern]) for one in groups):
+            continue
+        yield pattern
+
+
+Rigid = Literal["rigid"]
+(RIGID,) = get_args(Rigid)
+"""Stands for a stiffness without bound."""
+
+_BENDING = Quantity(units.BENDING_STIFFNESS, above=0)
+_SECTION = Quantity(units.SECTION_STIFFNESS, above=0)
+
+# Zero is told below with the motion that nothing holds.
+_Spring = Annotated[float | Rigid, OrWord(Quantity(units.STIFFNESS, at_least=0), RIGID)]
+_TurningSpring = Annotated[
+    float | Rigid, OrWord(Quantity(units.ROTATIONAL_STIFFNESS, at_least=0), RIGID)
+]
+
+
+class BaseStiffness(Section):
+    """The springs between the base of a device and its anchor, one a motion; none may be zero."""
+
+    x: _Spring = Field(description="Stiffness along x; 'rigid' lets the base move with the anchor.")
+    y: _Spring = Field(description="Stiffness along y.")
+    z: _Spring = Field(description="Stiffness along z.")
+    rx: _TurningSpring = Field(description="Stiffness about x.")
+    ry: _TurningSpring = Field(description="Stiffness about y.")
+    rz: _TurningSpring = Field(description="Stiffness about z.")
+
+    @field_validator("x", "y", "z", "rx", "ry", "rz")
+    @classmethod
+    def _no_mechanism(cls, value: float | Rigid, info: ValidationInfo) -> float | Rigid:
+        if value == 0.0:
+            name = info.field_name or ""
+            motion = f"rotation about {name[1]}" if name.startswith("r") else f"motion along {name}"
+            raise refuse(
+                f"a mechanism: no stiffness holds the {motion} of the base; expected a stiffness "
+                f"above 0, or '{RIGID}'"
+            )
+        return value
+
+
+class DeviceBeam(Section):
+    """An upright beam from the base of a device to its body."""
+
+    length: PositiveLength = Field(description="Length of the beam.")
+    bending: Annotated[tuple[float, float], OneOrTwo(_BENDING)] = Field(
+        description="Bending stiffness E I; of two, the first one bends about x, which moves along "
+        "y, the second one about y."
+    )
+    shear: Annotated[tuple[float | Rigid, float | Rigid], OneOrTwo(OrWord(_SECTION, RIGID))] = (
+        Field(
+            default=(RIGID, RIGID),
+            description="Shear stiffness G A_v; of two, along x and along y.",
+        )
+    )
+    stretching: Annotated[float | Rigid, OrWord(_SECTION, RIGID)] = Field(
+        default=RIGID, description="Stiffness E A along the beam."
+    )
+    twisting: Annotated[float | Rigid, OrWord(_BENDING, RIGID)] = Field(
+        default=RIGID, description="Torsional stiffness G J."
+    )
+    mass: Annotated[float, Quantity(units.MASS, at_least=0)] = Field(
+        default=0.0, description="Mass of the whole beam, evenly distributed."
+    )
+    elements: Annotated[int, Whole(1, 1000)] = Field(default=4, description="Number of elements.")
+
 
 _Moment = Annotated[float, Quantity(INERTIA, at_least=0)]
 _BESIDE_MODES = "expected nothing here beside modes: the table says how the device moves"
@@ -45,10 +177,12 @@ class Cylinder(Section):
     length: PositiveLength = Field(description="Its height.")
 
 
-class _Device(Section):
-    """What a device has in common before and after its table is read.
+class DeviceSetup(Section):
+    """A device on a floor of the building of [structure]: a rigid body on springs, or a table.
 
-    The field that differs stands here too, for the order of all fields.
+    Either ``mass``, ``mass_height``, ``inertia`` or ``shape``, ``stiffness`` and ``damping``, with
+    a ``beam`` where it has one; or ``modes``; or ``matrices``. With a beam, too, the mass centre is
+    counted from the anchor.
     """
 
     name: Name = Field(description="Name of the device, unique in the file.")
@@ -72,9 +206,21 @@ class _Device(Section):
         description="Probes of [transient] whose spectra, with those of the anchor, make an "
         "envelope for further response spectrum analyses: names, or patterns with * and ?.",
     )
-    spectra: Path | tuple[GivenSpectrum, ...] | None
-    modes: Path | tuple[DeviceMode, ...] | None
-    matrices: DeviceMatricesEntry | DeviceMatrices | None
+    spectra: Annotated[tuple[GivenSpectrum, ...], SPECTRA_FILE] | None = Field(
+        default=None,
+        description="Floor spectra (CSV) that a further response spectrum analysis is done with: "
+        "frequency, acceleration, direction, damping, and support where the device has several; "
+        "or products/floor_spectra.csv of a run, whose broadened spectra of the floor are taken.",
+    )
+    modes: Annotated[tuple[DeviceMode, ...], MODES_FILE] | None = Field(
+        default=None,
+        description="Table of the modes of the device (CSV), in place of springs and beam.",
+    )
+    matrices: DeviceMatrices | None = Field(
+        default=None,
+        validate_default=True,
+        description="Mass and stiffness matrices of the device, in place of springs and beam.",
+    )
     mass: Mass | None = Field(
         default=None,
         validate_default=True,
@@ -152,9 +298,25 @@ class _Device(Section):
     def _of_one_anchor(cls, value: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
         if value and info.data.get("supports"):
             raise refuse("expected nothing here beside supports: each may have an envelope")
-        return once(value)
+        return each_once(value, "name or pattern")
 
-    @field_validator("modes")
+    @field_validator("spectra")
+    @classmethod
+    def _of_its_floors(cls, value: Any, info: ValidationInfo) -> Any:
+        """Of the spectra of a file those of the floors that the device stands on."""
+        if not isinstance(value, GivenSpectra):
+            return value
+        building = reading_of(info).value("structure", "building")
+        levels = known_levels(building, info)
+        anchors = [info.data["point"]] if info.data.get("point") else []
+        anchors += [one.point for one in info.data.get("supports", ())]
+        floors = [min(levels, key=lambda k: abs(levels[k] - z)) for *_, z in anchors if levels]
+        lacking = "; ".join(value.lacks(building, floors)) if floors else ""
+        if lacking:
+            raise refuse(lacking)
+        return value.at(building, floors)
+
+    @field_validator("modes", mode="before")
     @classmethod
     def _modes_of_one_anchor(cls, value: Any, info: ValidationInfo) -> Any:
         if value is not None and len(info.data.get("supports", ())) > 1:
@@ -169,6 +331,10 @@ class _Device(Section):
         several = len(info.data.get("supports", ())) > 1 and info.data.get("modes") is None
         if value is None and several and present(info, ["modes"]):
             raise refuse("missing; expected the matrices of a device with several supports")
+        if value is not None and info.context is not None and present(info, ["supports"]):
+            lacking = "; ".join(value.lacks(len(info.data["supports"]) or 1))
+            if lacking:
+                raise refuse(lacking)
         return value
 
     @field_validator("mass")
@@ -236,45 +402,9 @@ class _Device(Section):
     def _of_a_body(cls, value: Damping | None, info: ValidationInfo) -> Damping | None:
         if value is None and present(info, ["modes"]) and info.data["modes"] is None:
             raise refuse("missing; expected the damping of the device")
+        if value is None and any(one.damping is None for one in info.data.get("modes") or ()):
+            raise refuse("missing; expected a damping, as the table of modes has no column damping")
         return value
-
-
-class DeviceEntry(_Device):
-    """A device on a floor of the building of [structure]: a rigid body on springs, or a table.
-
-    Either ``mass``, ``mass_height``, ``inertia`` or ``shape``, ``stiffness`` and ``damping``, with
-    a ``beam`` where it has one; or ``modes``; or ``matrices``. With a beam, too, the mass centre is
-    counted from the anchor.
-    """
-
-    spectra: File | None = Field(
-        default=None,
-        description="Floor spectra (CSV) that a further response spectrum analysis is done with: "
-        "frequency, acceleration, direction, damping, and support where the device has several; "
-        "or products/floor_spectra.csv of a run, whose broadened spectra of the floor are taken.",
-    )
-    modes: File | None = Field(
-        default=None,
-        description="Table of the modes of the device (CSV), in place of springs and beam.",
-    )
-    matrices: DeviceMatricesEntry | None = Field(
-        default=None,
-        validate_default=True,
-        description="Mass and stiffness matrices of the device, in place of springs and beam.",
-    )
-
-
-class DeviceSetup(_Device):
-    """A device with its tables read, and the floor it stands on.
-
-    Args:
-        floor: Number of the floor that is nearest to the point, or to the first support.
-    """
-
-    spectra: tuple[GivenSpectrum, ...] | None = None
-    modes: tuple[DeviceMode, ...] | None
-    matrices: DeviceMatrices | None = None
-    floor: int
 
 
 def _on_base(info: ValidationInfo) -> bool:

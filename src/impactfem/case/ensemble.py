@@ -8,8 +8,8 @@ from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present
-from impactfem.case.leaf import FileName, Whole, refuse
+from impactfem.case.base import Section, present, refuse
+from impactfem.case.leaf import FileName, Whole
 from impactfem.case.motions import Motion, RecordMotion, RestMotion
 from impactfem.case.source import Source
 from impactfem.case.transient import Transient

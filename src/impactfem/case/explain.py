@@ -10,14 +10,19 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from impactfem.case.leaf import Leaf, nearest
-from impactfem.case.place import Place, field_at, fields_by_key, step, value_at
+from impactfem.case.base import REPORTED, UNREADABLE, Leaf, Written, nearest
+from impactfem.case.place import Place, field_at, fields_by_key, form_of, step, value_at
 from impactfem.case.source import Source
 from impactfem.system.errors import MOST_FAULTS, Fault
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.
 _FORMS = {"grid", "list", "corner-periods"}
+
+
+def places(error: ValidationError, raw: Any) -> list[tuple[Place, str]]:
+    """The place of each error in a content that was validated, and its kind."""
+    return [(_without_tags(item["loc"], raw), item["type"]) for item in error.errors()]
 
 
 def explain(error: ValidationError, source: Source, model: type[BaseModel]) -> list[Fault]:
@@ -35,6 +40,8 @@ def explain(error: ValidationError, source: Source, model: type[BaseModel]) -> l
             return [*faults.values(), Fault(source.path, "", None, rest)]
         if item["type"] == "too_short" and item["input"]:
             continue  # pydantic counts the valid items only; what is wrong with the others is told
+        if item["type"] == REPORTED:
+            continue
         fault = source.fault(*_fault(item, source.raw, model))
         faults.setdefault((fault.key, fault.expected), fault)
     return list(faults.values())
@@ -45,6 +52,8 @@ def expectation(annotation: Any, metadata: list[Any] | tuple[Any, ...] = ()) -> 
     for item in metadata:
         if isinstance(item, Leaf):
             return item.phrase
+        if isinstance(item, Written):
+            return expectation(item.form)
     origin, args = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return expectation(args[0], args[1:])
@@ -69,7 +78,7 @@ def _fault(
     place = _without_tags(item["loc"], raw)
     kind, value = item["type"], item["input"]
     parent, info = field_at(model, place, raw)
-    if kind == "fault":
+    if kind in {"fault", UNREADABLE}:
         if info is None and parent is not None and place[-1] in parent.model_fields:
             # A key that is left out goes by the name of its field, which is not always the key.
             place = (*place[:-1], parent.model_fields[str(place[-1])].alias or place[-1])
@@ -81,7 +90,7 @@ def _fault(
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
         # A table with a name of the user's choice has no field of its own, but that of all of them.
         holder = info or field_at(model, place[:-1], raw)[1]
-        words = " or ".join(f"'{tag}'" for tag in _tags(holder.annotation if holder else None))
+        words = " or ".join(f"'{tag}'" for tag in _tags(form_of(holder) if holder else None))
         place = (*place, "type")
         given = value.get("type") if isinstance(value, Mapping) else None
         lead = "missing; expected" if given is None else "expected"

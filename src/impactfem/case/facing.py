@@ -27,10 +27,10 @@ from functools import cached_property
 from itertools import combinations
 
 from impactfem.case.buildings import Building
+from impactfem.case.contact_checks import allowed, pair_distance
 from impactfem.case.contacts import Contact, ContactPoint
-from impactfem.case.generated_mesh import GeneratedMesh
 from impactfem.case.model import Case
-from impactfem.case.pair_distance import allowed, pair_distance
+from impactfem.case.structure import GeneratedMesh
 
 HALF_SLAB = 0.15
 """Half of the least height of a floor's edge [m], where its rigid zones are thinner."""

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section
+from impactfem.case.base import Section, nearest
+from impactfem.case.buildings import floors_of
 from impactfem.case.contacts import Vector, unit_vector
-from impactfem.case.leaf import File, Number, nearest, read_number
+from impactfem.case.leaf import FileName
+from impactfem.case.quantity import Number, read_number
+from impactfem.case.reading import reading_of
 from impactfem.case.table import column_key
 from impactfem.case.unit import FORCE, TIME, Kind, UnitError, si_factor
 from impactfem.system.errors import Fault
@@ -35,13 +39,21 @@ class FloorForces(Section):
     [transient].
     """
 
-    file: File = Field(
+    file: Annotated[Path, FileName("a table of forces (CSV)")] = Field(
         description="Table of the forces (CSV): `time [s]`, then a column `<building>.floor_<k> "
         "[MN]` for each floor; straight between its times, zero outside of them."
     )
     direction: tuple[Number, Number, Number] = Field(
         description="Direction (x, y, z) of positive forces, of any length."
     )
+
+    @field_validator("file", mode="wrap")
+    @classmethod
+    def _of_floors(cls, value: Any, check: Any, info: ValidationInfo) -> Path:
+        file: Path = check(value)
+        if info.context is not None:
+            info.context.table(value, "a table of forces (CSV)", _read_for_case, info)
+        return file
 
     @field_validator("direction")
     @classmethod
@@ -130,27 +142,24 @@ def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
     return ForceTable(values[:, 0], tuple(names), values[:, 1:])
 
 
-def floor_faults(
-    path: Path, table: ForceTable, floors: Mapping[str, tuple[int, ...] | None]
-) -> Iterator[Fault]:
-    """Columns of a table whose building or floor the case does not have.
-
-    Args:
-        path: The file.
-        table: The table.
-        floors: Numbers of the floors by building; None where they are not known.
-    """
+def _read_for_case(path: Path, faults: list[Fault], info: ValidationInfo) -> ForceTable | None:
+    """Read a table whose columns are floors of the buildings of the case file."""
+    table = read_force_table(path, faults)
+    names = reading_of(info).names("buildings")
+    if table is None or names is None:
+        return table
+    before = len(faults)
     for building, floor in table.floors:
         column = f"column {building}.floor_{floor}"
-        if building not in floors:
-            expected = f"expected a building of the case; {nearest(building, list(floors))}"
-            yield Fault(path, column, building, expected)
-            continue
-        known = floors[building]
-        if known is not None and floor not in known:
+        known = [one.floor for one in floors_of(building, info)]
+        if building not in names:
+            expected = f"expected a building of the case; {nearest(building, list(names))}"
+            faults.append(Fault(path, column, building, expected))
+        elif known and floor not in known:
             numbers = ", ".join(map(str, known))
             expected = f"{building} has no floor {floor}; its floors are {numbers}"
-            yield Fault(path, column, floor, expected)
+            faults.append(Fault(path, column, floor, expected))
+    return table if len(faults) == before else None
 
 
 def early_ends(path: Path, table: ForceTable, duration: float) -> Iterator[Fault]:

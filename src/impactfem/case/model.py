@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from impactfem.case.analysis import Pounding, Spectra
-from impactfem.case.base import Section
-from impactfem.case.buildings import Building, BuildingEntry
-from impactfem.case.calibration import Calibration, CalibrationEntry
-from impactfem.case.contacts import Contact, ContactEntry, ContactLaw, ContactLawEntry, expand
-from impactfem.case.damping import Damping
-from impactfem.case.damping_cases import DampingCase
+from impactfem.case.base import Section, Written
+from impactfem.case.buildings import Building, Material
+from impactfem.case.calibration import Calibration
+from impactfem.case.contacts import Contact, ContactEntry, ContactLawEntry, expand
+from impactfem.case.damping import Damping, DampingCase
 from impactfem.case.device_analysis import DeviceAnalysis
-from impactfem.case.devices import DeviceEntry, DeviceSetup
+from impactfem.case.devices import DeviceSetup
 from impactfem.case.ensemble import Ensemble
-from impactfem.case.leaf import File, Key, Text, refuse
+from impactfem.case.leaf import File, Key, Text
 from impactfem.case.loads import FloorForces
-from impactfem.case.materials import Material
 from impactfem.case.motions import Motion, MotionEntry
-from impactfem.case.published import Published
-from impactfem.case.report import Report, ReportEntry
-from impactfem.case.structure import Structure, StructureEntry
+from impactfem.case.report import PUBLISHED_FILE, Published, Report
+from impactfem.case.structure import Structure
 from impactfem.case.transient import Transient
-from impactfem.case.wall_impact import WallImpactEntry, WallImpactSetup
+from impactfem.case.wall_impact import WallImpactSetup
 
 
 class CaseFile(Section):
@@ -35,8 +33,8 @@ class CaseFile(Section):
         description="Another case file, which this one is laid over: it says only what differs.",
     )
     title: Text = Field(description="Title of the case, for the report and the figures.")
-    published: File | None = Field(
-        default=None,
+    published: Annotated[dict[str, Published], PUBLISHED_FILE] = Field(
+        default={},
         description="Table of published values (CSV), put beside the results in summary.json.",
     )
     materials: dict[Key, Material] = Field(description="Materials by name.")
@@ -44,14 +42,14 @@ class CaseFile(Section):
     damping_cases: tuple[DampingCase, ...] = Field(
         default=(), description="Further dampings of all buildings; none: the study is done once."
     )
-    buildings: tuple[BuildingEntry, ...] = Field(min_length=1, description="The buildings.")
-    calibration: CalibrationEntry | None = Field(
+    buildings: tuple[Building, ...] = Field(min_length=1, description="The buildings.")
+    calibration: Calibration | None = Field(
         default=None, description="Calibration of the sticks; left out, they are taken as given."
     )
-    structure: StructureEntry | None = Field(
+    structure: Structure | None = Field(
         default=None, description="The 3D model of one building; left out, there is none."
     )
-    wall_impact: WallImpactEntry | None = Field(
+    wall_impact: WallImpactSetup | None = Field(
         default=None,
         description="The impact of the 3D model on a rigid wall, which needs [structure]; left "
         "out, there is none.",
@@ -61,14 +59,14 @@ class CaseFile(Section):
         description="The response of the 3D model in time, which needs [structure]; left out, it "
         "is not computed.",
     )
-    devices: tuple[DeviceEntry, ...] = Field(
+    devices: tuple[DeviceSetup, ...] = Field(
         default=(),
         description="Devices on floors of the 3D model, which need [structure] and [transient].",
     )
     device_analysis: DeviceAnalysis | None = Field(
         default=None, description="How the forces on their anchors are computed."
     )
-    motions: tuple[MotionEntry, ...] = Field(
+    motions: Annotated[tuple[Motion, ...], Written(tuple[MotionEntry, ...], tuple)] = Field(
         default=(),
         description="The ground motions, one a direction; with [[loads]] they may be left out, "
         "and the ground rests.",
@@ -79,7 +77,7 @@ class CaseFile(Section):
     contact_laws: dict[Key, ContactLawEntry] = Field(
         default={}, description="Laws of the contact force by name."
     )
-    contacts: tuple[ContactEntry, ...] = Field(
+    contacts: Annotated[tuple[Contact, ...], Written(tuple[ContactEntry, ...], expand)] = Field(
         default=(), description="Pairs of points that may touch; none: the buildings never pound."
     )
     pounding: Pounding = Field(description="Time integration of the sticks.")
@@ -87,78 +85,25 @@ class CaseFile(Section):
     ensemble: Ensemble | None = Field(
         default=None, description="Ensemble of motions; left out, there is none."
     )
-    report: ReportEntry | None = Field(
-        default=None, description="What the report of the run says beside the results."
+    report: Report = Field(
+        default_factory=Report, description="What the report of the run says beside the results."
     )
 
-    @field_validator("contacts")
-    @classmethod
-    def _each_pair_once(cls, value: tuple[ContactEntry, ...]) -> tuple[ContactEntry, ...]:
-        """The same two points twice would double the stiffness of their contact unseen."""
-        seen = set()
-        for contact in expand(value):
-            points = (contact.a, contact.b)
-            if points in seen:
-                raise refuse(
-                    f"expected each pair of points once, found {contact.a.label} and "
-                    f"{contact.b.label} twice"
-                )
-            seen.add(points)
-        return value
 
-
-class Case(Section):
+class Case(CaseFile):
     """A case that was read and found free of faults: SI values, names resolved, tables read.
+
+    Files are relative to the working folder. With loads alone there is one motion, of ground at
+    rest; without devices there is no device_analysis; published values know by the reference of
+    the report what ours are beside them.
 
     Args:
         path: The case file.
-        title: Title of the case.
-        materials: Materials by name.
-        damping: Damping of the case; each building carries the one that holds for it.
-        damping_cases: Further dampings, each of all buildings. A restitution "calibrated" in a case
-            without wall impact stands for those of the contact laws.
-        buildings: The buildings with their material, floors and damping.
-        calibration: The calibration with its targets, or None.
-        structure: The 3D model of one building, or None.
-        wall_impact: Its impact on a rigid wall, or None.
-        transient: Its response in time, or None; the forces are relative to the working folder.
-        devices: The devices on its floors, with their tables.
-        device_analysis: How the forces on their anchors are computed; None without devices.
-        motions: The ground motions; a record's file is relative to the working folder. With loads
-            alone there is one of ground at rest.
-        loads: Forces on floors; their files are relative to the working folder.
-        contact_laws: Contact laws by name.
-        contacts: One contact for each pair of points.
-        pounding: Time integration.
-        spectra: Response spectra.
-        ensemble: The ensemble of motions, or None.
-        report: What the report says beside the results.
-        published: Published values in SI by the name of the result.
         digest: SHA-256 of the case text, of those it extends and of all files they name, as
             hexadecimal digits.
     """
 
     path: Path
-    title: str
-    materials: dict[str, Material]
-    damping: Damping
-    damping_cases: tuple[DampingCase, ...]
-    buildings: tuple[Building, ...]
-    calibration: Calibration | None
-    structure: Structure | None
-    wall_impact: WallImpactSetup | None
-    transient: Transient | None
-    devices: tuple[DeviceSetup, ...]
-    device_analysis: DeviceAnalysis | None
-    motions: tuple[Motion, ...]
-    loads: tuple[FloorForces, ...]
-    contact_laws: dict[str, ContactLaw]
-    contacts: tuple[Contact, ...]
-    pounding: Pounding
-    spectra: Spectra
-    ensemble: Ensemble | None
-    report: Report
-    published: dict[str, Published]
     digest: str
 
     def content_hash(self) -> str:

@@ -8,20 +8,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present
+from impactfem.case.base import Section, present, refuse
 from impactfem.case.design_spectrum import SpectrumEntry, TableSpectrum
-from impactfem.case.leaf import (
+from impactfem.case.leaf import FileName, Whole, Words
+from impactfem.case.quantity import (
     Acceleration,
     Duration,
-    File,
     Frequency,
-    Leaf,
     PositiveTime,
     Ratio,
     Time,
     TimeStep,
-    Whole,
-    refuse,
 )
 from impactfem.records import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, FORMATS, RecordFormat
 
@@ -31,16 +28,13 @@ DIRECTIONS: tuple[Direction, ...] = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
-class Component(Leaf):
+class Component(Words):
     """The name or the number of a component of a record; held as text."""
 
-    @property
-    def phrase(self) -> str:
-        """What it may be, in words."""
-        return "the name of a component in quotes, or its number"
+    words: str = "the name of a component in quotes, or its number"
 
     def check(self, value: Any, info: ValidationInfo) -> str:
-        """Refuse what is neither."""
+        """A number counts from 1."""
         number = isinstance(value, int) and not isinstance(value, bool) and value > 0
         if not number and not (isinstance(value, str) and value.strip()):
             raise refuse(f"expected {self.phrase}")
@@ -113,7 +107,7 @@ class RecordMotion(_Motion):
     """
 
     type: Literal["record"] = Field(description="Read from a file.")
-    file: File = Field(
+    file: Annotated[Path, FileName("a record")] = Field(
         description="The record: CSV with units in its header, PEER NGA (.AT2), ESM or ITACA "
         "(.ASC), COSMOS (.V2c) or CSMIP (.V2) of CESMD, K-NET or KiK-net (.EW, .NS2, ...)."
     )

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import types
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+
+from impactfem.case.base import Written, nearest
 
 Place = tuple[int | str, ...]
 
@@ -64,7 +67,7 @@ def field_at(
         table = _table_of(annotation, current_table)
         if isinstance(table, type) and issubclass(table, BaseModel):
             parent, info = table, fields_by_key(table).get(str(part))
-            annotation = None if info is None else info.annotation
+            annotation = None if info is None else form_of(info)
         elif get_origin(table) is dict:
             parent, info = None, None
             annotation = get_args(table)[1]
@@ -76,6 +79,11 @@ def field_at(
 def fields_by_key(model: type[BaseModel]) -> dict[str, FieldInfo]:
     """The fields of a model by their keys in the file, which may be aliases: ``from``."""
     return {info.alias or name: info for name, info in model.model_fields.items()}
+
+
+def form_of(info: FieldInfo) -> Any:
+    """The type of what is written for a field."""
+    return next((one.form for one in info.metadata if isinstance(one, Written)), info.annotation)
 
 
 def _alternatives(annotation: Any) -> Iterator[Any]:
@@ -107,3 +115,54 @@ def _has_type(table: Any, given: Any) -> bool:
     if info is None:
         return False
     return not info.is_required() if given is None else given in get_args(info.annotation)
+
+
+_PART = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d{1,6}\])*)")
+
+
+def read_key(text: str) -> Place | None:
+    """The place that a dotted key means; None when the text is no such key."""
+    place: list[int | str] = []
+    for part in text.strip().split("."):
+        match = _PART.fullmatch(part)
+        if match is None:
+            return None
+        place += [match[1], *(int(index) for index in re.findall(r"\d+", match[2]))]
+    return tuple(place)
+
+
+def key_fault(place: Place, raw: Mapping[str, Any], model: type[BaseModel]) -> str | None:
+    """Why a value cannot be set at a place of a case; None when it can.
+
+    The tables and lists on the way must be there. The last key may be one that the case leaves to
+    its default.
+
+    Args:
+        place: The place.
+        raw: The content of the case file.
+        model: Its model.
+
+    Returns:
+        What was expected, in words that say how to mend it.
+    """
+    current: Any = raw
+    for end, part in enumerate(place, start=1):
+        above = dotted(place[: end - 1])
+        if isinstance(part, int):
+            if not isinstance(current, list):
+                return f"expected no index: {above} is no list in this case"
+            if part >= len(current):
+                return f"expected an index below {len(current)}, the length of the list"
+        elif isinstance(current, list):
+            return f"expected an index: {above}[0] is the first one of the list"
+        elif not isinstance(current, Mapping):
+            return f"expected no key below {above}, which is a value"
+        elif part not in current:
+            parent, info = field_at(model, place[:end], raw)
+            if info is None:
+                known = list(current) if parent is None else list(fields_by_key(parent))
+                return f"unknown key; {nearest(part, known)}"
+            if end < len(place):
+                return f"expected a table or list {dotted(place[:end])} in this case; it has none"
+        current = step(current, part)
+    return None

@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
+from impactfem.case.buildings import Floor
 from impactfem.case.contacts import KelvinVoigtLaw
 from impactfem.case.damping import Damping
 from impactfem.case.facing import LEVEL, facing_floors, levels_of
-from impactfem.case.floors import Floor
-from impactfem.case.generated_mesh import GeneratedMesh
 from impactfem.case.model import Case, CaseFile
-from impactfem.case.named_files import tables_of
 from impactfem.case.place import Place, step, value_at
 from impactfem.case.source import Source, read_source
+from impactfem.case.structure import GeneratedMesh
 from impactfem.dynamics.damping import UNDAMPED
 from impactfem.system.errors import Fault
 
@@ -129,14 +128,13 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         One a value, with what is usual in place of what was expected.
     """
     source = read_source(case.path, CaseFile)
-    contacts = _entries(source.raw)
     return [
-        *_ranges(source, case, contacts),
+        *_ranges(source, case),
         *_floor_ranges(source, case),
         *_member_ranges(source, case),
         *_dampings(source, case),
         *_plans(source, case),
-        *_pairs(source, case, contacts),
+        *_pairs(source, case),
         *_steps(source, case),
         *_durations(source, case, longest),
         *_wall(source, case),
@@ -144,20 +142,10 @@ def implausible(case: Case, longest: float) -> list[Fault]:
     ]
 
 
-def _entries(raw: Mapping[str, Any]) -> list[int]:
-    """The index of the table of [[contacts]] that each contact of the case comes from."""
-    found: list[int] = []
-    for index, entry in tables_of(dict(raw), "contacts"):
-        end = entry["a"]
-        numbers = end.get("floor", end.get("storey"))
-        found += [index] * (len(numbers) if isinstance(numbers, list) else 1)
-    return found
-
-
-def _ranges(source: Source, case: Case, contacts: Sequence[int]) -> Iterator[Fault]:
+def _ranges(source: Source, case: Case) -> Iterator[Fault]:
     for usual in CASE:
         for place in _places(tuple(usual.keys.split(".")), (), source.raw):
-            value = _value(case, place, contacts)
+            value = _value(case, place)
             if isinstance(value, float) and not usual.low <= value <= usual.high:
                 yield _warning(source, place, usual.words)
 
@@ -178,13 +166,15 @@ def _places(keys: tuple[str, ...], before: Place, current: Any) -> Iterator[Plac
             yield from _places(rest, (*before, part), below)
 
 
-def _value(case: Case, place: Place, contacts: Sequence[int]) -> Any:
+def _value(case: Case, place: Place) -> Any:
     """What the case has at a place of its file, in SI."""
     current: Any = case
     for position, part in enumerate(place):
         if isinstance(part, int):
-            index = contacts.index(part) if place[0] == "contacts" and position == 1 else part
-            current = current[index]
+            if place[0] == "contacts" and position == 1:
+                current = next(contact for contact in current if contact.table == part)
+            else:
+                current = current[part]
         else:
             current = current[part] if isinstance(current, Mapping) else getattr(current, part)
     return current
@@ -263,10 +253,11 @@ def _plans(source: Source, case: Case) -> Iterator[Fault]:
             yield source.fault(place, value_at(place, source.raw), text)
 
 
-def _pairs(source: Source, case: Case, contacts: Sequence[int]) -> Iterator[Fault]:
+def _pairs(source: Source, case: Case) -> Iterator[Fault]:
     """Vertical normals, and points that are not level; once for each table."""
     vertical, uneven = set(), set()
-    for index, contact in zip(contacts, case.contacts, strict=True):
+    for contact in case.contacts:
+        index = contact.table
         if abs(contact.normal[2]) > SAME and index not in vertical:
             vertical.add(index)
             text = "not horizontal; buildings side by side push each other along x or y"

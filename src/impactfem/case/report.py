@@ -1,22 +1,97 @@
-"""The report: assumptions that belong to the case, and the publication that it stands beside."""
+"""The report: its assumptions, and the publication that it is compared with."""
 
 from __future__ import annotations
 
 import fnmatch
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, StrictBool, ValidationError
+from pydantic import Field, StrictBool, ValidationError, ValidationInfo
 
-from impactfem.case.base import Section
+from impactfem.case.base import Section, nearest
 from impactfem.case.explain import explain
-from impactfem.case.known import Known
-from impactfem.case.leaf import File, Prose, Text, Weight, nearest
-from impactfem.case.published import Kind
+from impactfem.case.leaf import Prose, Text
+from impactfem.case.quantity import Weight, read_number
+from impactfem.case.reading import Reading, TableFile, reading_of
 from impactfem.case.source import Source, parse
+from impactfem.case.table import column_key, read_table
+from impactfem.case.unit import UnitError, to_si
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.text_file import LARGEST_TOML, read_text
+
+Relation = Literal["=", ">", "<"]
+Kind = Literal["result", "input", "fitted", "scaled", "selected", "derived"]
+
+
+class PublishedRow(Section):
+    """One row of the table of published values, in the units of the publication."""
+
+    name: Text = Field(description="Name of the result, as in summary.json.")
+    value: Text = Field(
+        description="The published value; '> 110' or '< 110' where an inequality is published, "
+        "which then holds or does not, whatever the tolerance."
+    )
+    unit: Text = Field(description="Unit of the value; '-' when it has none.")
+    source: Text = Field(description="Where it is published: table, figure or section.")
+
+
+class Published(Section):
+    """A published value in SI, with its SI unit and where it is published.
+
+    Args:
+        value: The value, or the bound of an inequality.
+        relation: What the publication says of its own result: "=", or ">" or "<" the bound.
+        unit: SI unit.
+        source: Where it is published.
+        kind: What ours is beside it: a result, or (`GivenValues`) no test of ours.
+    """
+
+    value: float
+    relation: Relation = "="
+    unit: str
+    source: str
+    kind: Kind = "result"
+
+
+def read_published(path: Path, faults: list[Fault]) -> dict[str, Published] | None:
+    """Read a table of published values; what is wrong with it is appended to ``faults``.
+
+    Args:
+        path: A CSV file with the columns of ``PublishedRow``.
+        faults: Every fault of the table is appended here.
+
+    Returns:
+        The values in SI by name, or None when there were faults.
+    """
+    table = read_table(path, PublishedRow, faults)
+    if table is None:
+        return None
+    values: dict[str, Published] = {}
+    before = len(faults)
+    for line, row in zip(table.lines, table.rows, strict=True):
+        relation: Relation = "="
+        if row.value[0] in "<>":
+            relation = "<" if row.value[0] == "<" else ">"
+        number = read_number(row.value if relation == "=" else row.value[1:])
+        if number is None:
+            key = column_key(line, table.headers["value"])
+            expected = "expected a finite number (its unit is in the column 'unit'), or '> 110'"
+            faults.append(Fault(path, key, row.value, expected))
+            continue
+        try:
+            value, unit = to_si(number, row.unit)
+        except UnitError as error:
+            key = column_key(line, table.headers["unit"])
+            faults.append(Fault(path, key, row.unit, f"{error}; expected a unit, or '-'"))
+            continue
+        if row.name in values:
+            key = column_key(line, table.headers["name"])
+            faults.append(Fault(path, key, row.name, "duplicate name"))
+            continue
+        values[row.name] = Published(value=value, relation=relation, unit=unit, source=row.source)
+    return values if len(faults) == before else None
+
 
 REFERENCE = "what the study stands beside (TOML)"
 
@@ -93,26 +168,6 @@ class Reference(Section):
         return next((one.kind for one in self.given if _matches(one, name)), "result")
 
 
-class ReportEntry(Section):
-    """The report that a run ends in: one page that shows all results with their checks."""
-
-    reference: File | None = Field(
-        default=None,
-        description="Equations, figures and tables of a publication, with tolerances (TOML); the "
-        "report puts the results beside them.",
-    )
-    assumptions: tuple[Assumption, ...] = Field(
-        default=(), description="What the case assumes, beside what the method does."
-    )
-
-
-class Report(Section):
-    """The report with its reference read."""
-
-    reference: Reference | None = None
-    assumptions: tuple[Assumption, ...] = ()
-
-
 def read_reference(
     path: Path, faults: list[Fault], published: Collection[str] | None = None
 ) -> Reference | None:
@@ -132,7 +187,7 @@ def read_reference(
         return None
     try:
         source = Source(path, parse(path, text))
-        reference = Reference.model_validate(source.raw, context=Known())
+        reference = Reference.model_validate(source.raw, context=Reading(source))
     except InputError as error:
         faults.extend(error.faults)
         return None
@@ -177,3 +232,31 @@ def _unknown_names(
                 if first != i:
                     expected = f"expected {name} in one of them, it is in given[{first}] as well"
                     yield source.fault(("given", i, "names", k), pattern, expected)
+
+
+PUBLISHED_FILE = TableFile("a table (CSV)", read_published, {})
+
+
+def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Reference | None:
+    reading = reading_of(info)
+    published, name = None, reading.value("published")
+    if name is not None:
+        with reading.leniently():
+            published = reading.table(name, PUBLISHED_FILE.what, read_published)
+    return read_reference(path, faults, published)
+
+
+REFERENCE_FILE = TableFile(REFERENCE, _read_reference, None, sited=True)
+
+
+class Report(Section):
+    """The report that a run ends in: one page that shows all results with their checks."""
+
+    reference: Annotated[Reference, REFERENCE_FILE] | None = Field(
+        default=None,
+        description="Equations, figures and tables of a publication, with tolerances (TOML); the "
+        "report puts the results beside them.",
+    )
+    assumptions: tuple[Assumption, ...] = Field(
+        default=(), description="What the case assumes, beside what the method does."
+    )

@@ -1,22 +1,158 @@
-"""The structure, the 3D model of one building: as written in the case file, and resolved."""
+"""The structure, the 3D model of one building: its mesh, materials and damping of parts."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section
-from impactfem.case.file_mesh import FileMesh
-from impactfem.case.generated_mesh import GeneratedMesh, GeneratedMeshEntry
-from impactfem.case.known import known_of
-from impactfem.case.leaf import BuildingName, Frequency, MaterialName, PositiveFactor, Whole, refuse
-from impactfem.case.materials import Material
-from impactfem.case.part_damping import PartDamping, Parts
+from impactfem.case.base import Section, refuse
+from impactfem.case.buildings import UNKNOWN_MATERIAL, Material, MaterialOf, entry_of, floors_of
+from impactfem.case.damping import PartDamping, Parts
+from impactfem.case.leaf import BuildingName, FileName, Text, Whole
+from impactfem.case.members import Bay, Beam, Column, Member, Site, Wall, read_bays, read_members
+from impactfem.case.quantity import (
+    ElementSize,
+    Extent,
+    Frequency,
+    Length,
+    PositiveFactor,
+    PositiveLength,
+)
+from impactfem.case.reading import TableFile, reading_of
+
+
+class ShellGroup(Section):
+    """The thickness of shells, by the names of their physical groups."""
+
+    groups: Text = Field(
+        description="Pattern of the names of the groups, with * and ? as in a shell: `floor_*`."
+    )
+    thickness: PositiveLength = Field(description="Thickness of the shells.")
+
+
+class BeamGroup(Section):
+    """The rectangular section of beams or columns, by the names of their physical groups."""
+
+    groups: Text = Field(
+        description="Pattern of the names of the groups, with * and ? as in a shell: `column_*`."
+    )
+    width: PositiveLength = Field(
+        description="Side of the section: of beams the horizontal one, of columns that along x."
+    )
+    depth: PositiveLength = Field(
+        description="Side of the section: of beams the vertical one, of columns that along y."
+    )
+    offset: Length = Field(
+        default=0.0,
+        description="Of beams: height of the axis above the line of nodes; negative below it.",
+    )
+
+
+class FileMesh(Section):
+    """A mesh of second order from a file of gmsh, with named physical groups.
+
+    docs/mesh-groups.md says how the groups are named. Each group of shells or beams matches one
+    pattern.
+    """
+
+    type: Literal["file"] = Field(description="Read from a file.")
+    file: Annotated[Path, FileName("a mesh of gmsh (.msh)")] = Field(
+        description="The mesh: a .msh file of gmsh."
+    )
+    shells: tuple[ShellGroup, ...] = Field(
+        min_length=1, description="Thicknesses of the groups of shells."
+    )
+    beams: tuple[BeamGroup, ...] = Field(
+        default=(), description="Sections of the groups of beams and columns."
+    )
+
+    @field_validator("shells", "beams")
+    @classmethod
+    def _each_pattern_once(
+        cls, value: tuple[ShellGroup, ...] | tuple[BeamGroup, ...]
+    ) -> tuple[ShellGroup, ...] | tuple[BeamGroup, ...]:
+        patterns = [entry.groups for entry in value]
+        for pattern in patterns:
+            if patterns.count(pattern) > 1:
+                raise refuse(f"expected each pattern once, found '{pattern}' twice")
+        return value
+
+
+def _site(info: ValidationInfo) -> Site:
+    """Where the members of a generated mesh stand, as far as it is known."""
+    building = reading_of(info).value("structure", "building")
+    heights = {floor.floor: floor.storey_height for floor in floors_of(building, info)}
+    return Site(info.data.get("length"), info.data.get("width"), heights or None)
+
+
+def _member_file(model: type[Member]) -> TableFile:
+    return TableFile(
+        f"a {model.kind} table (CSV)",
+        lambda path, faults, info: read_members(path, model, _site(info), faults),
+        sited=True,
+    )
+
+
+_BAYS = TableFile(
+    "a bay table (CSV)",
+    lambda path, faults, info: read_bays(path, info.data.get("walls"), _site(info), faults),
+    sited=True,
+)
+
+
+class Acroterion(Section):
+    """The low wall on the edges of the top floor."""
+
+    height: PositiveLength = Field(description="Height above the mid-plane of the top slab.")
+    thickness: PositiveLength = Field(description="Thickness of the low wall.")
+
+
+class GeneratedMesh(Section):
+    """A mesh made by the generator: a rectangular plan, with floors at the levels of the building.
+
+    Positions in plan are counted from a corner of the building, x along its length, y across.
+    """
+
+    type: Literal["generated"] = Field(description="Made by the generator from tables.")
+    length: Extent = Field(description="Length of the rectangular plan, along x.")
+    width: Extent = Field(description="Width of the plan, along y.")
+    slab_thickness: PositiveLength = Field(description="Thickness of all slabs.")
+    walls: Annotated[tuple[Wall, ...], _member_file(Wall)] = Field(
+        description="Wall table: a CSV file, one row a wall."
+    )
+    bays: Annotated[tuple[Bay, ...], _BAYS] = Field(
+        default=(), description="Bay table: a CSV file, one row an opening in a wall."
+    )
+    beams: Annotated[tuple[Beam, ...], _member_file(Beam)] = Field(
+        default=(), description="Beam table: a CSV file, one row a beam."
+    )
+    columns: Annotated[tuple[Column, ...], _member_file(Column)] = Field(
+        default=(), description="Column table: a CSV file, one row a column."
+    )
+    acroterion: Acroterion | None = Field(
+        default=None, description="Low wall on the edges of the top floor; default none."
+    )
+    impact_edge: Literal["x-", "x+", "y-", "y+"] = Field(
+        description="Side of the plan that faces the other building."
+    )
+    size: ElementSize = Field(description="Target size of the elements.")
+    floor_size: ElementSize | None = Field(
+        default=None, description="Target size in the slabs, in place of size."
+    )
+    storey_size: ElementSize | None = Field(
+        default=None, description="Target size in the walls, in place of size."
+    )
+    beam_size: ElementSize | None = Field(
+        default=None, description="Target size along the beams, in place of size."
+    )
+    column_size: ElementSize | None = Field(
+        default=None, description="Target size along the columns, in place of size."
+    )
+
 
 Mesh = GeneratedMesh | FileMesh
-MeshEntry = Annotated[GeneratedMeshEntry | FileMesh, Field(discriminator="type")]
 
 
 class FrequencyFit(Section):
@@ -26,46 +162,31 @@ class FrequencyFit(Section):
     direction: Literal["x", "y"] = Field(description="Direction in which that mode moves.")
 
 
-def _has_density(name: str | None, info: ValidationInfo) -> None:
-    known = known_of(info)
-    if known is not None and name in known.without_density:
-        raise refuse(f"expected a material with a density, which is missing in [materials.{name}]")
-
-
-class PartMaterialEntry(Parts):
+class PartMaterial(Parts):
     """The material of some parts of the 3D model, in place of that of the structure."""
 
-    material: MaterialName = Field(description="Name of the material, which has a density.")
-
-    @field_validator("material")
-    @classmethod
-    def _with_density(cls, value: str, info: ValidationInfo) -> str:
-        _has_density(value, info)
-        return value
+    material: Annotated[Material, MaterialOf(dense=True)] = Field(
+        description="Name of the material, which has a density."
+    )
 
 
-class PartMaterial(Parts):
-    """The material of some parts of the 3D model.
+class Structure(Section):
+    """The 3D model of one building: shells and beams, clamped at the base.
 
-    Args:
-        parts: Patterns of the names of the parts.
-        material: The material.
+    Levels, masses of the floors and damping are those of the building; parts may have another
+    material and another damping.
     """
 
-    material: Material
-
-
-class _Structure(Section):
-    """What a structure has in common before and after its names are resolved.
-
-    The fields that differ stand here too, for the order of all fields.
-    """
-
-    building: str
-    material: str | Material | None
-    materials: tuple[PartMaterialEntry, ...] | tuple[PartMaterial, ...] = Field(
+    building: BuildingName = Field(description="Name of the building.")
+    material: Annotated[Material, MaterialOf(dense=True)] = Field(
+        default=None,
+        validate_default=True,
+        description="Name of the material, which has a density; default that of the building.",
+    )
+    materials: tuple[PartMaterial, ...] = Field(
         default=(),
-        description="Materials of parts of the 3D model in place of that of the structure.",
+        description="Materials of parts of the 3D model in place of that of the structure. The "
+        "stick has one material.",
     )
     storey_stiffness_factor: PositiveFactor = Field(
         default=1.0,
@@ -90,57 +211,29 @@ class _Structure(Section):
         description="Damping of parts of the 3D model in place of that of the building; only with "
         "[transient] solver 'full'.",
     )
-    mesh: GeneratedMeshEntry | GeneratedMesh | FileMesh
-
-
-class StructureEntry(_Structure):
-    """The 3D model of one building: shells and beams, clamped at the base.
-
-    Levels, masses of the floors and damping are those of the building; parts may have another
-    material and another damping.
-    """
-
-    building: BuildingName = Field(description="Name of the building.")
-    material: MaterialName | None = Field(
-        default=None,
-        validate_default=True,
-        description="Name of the material, which has a density; default that of the building.",
+    mesh: Annotated[Mesh, Field(discriminator="type")] = Field(
+        description="The mesh: generated from tables, or from a file."
     )
-    materials: tuple[PartMaterialEntry, ...] = Field(
-        default=(),
-        description="Materials of parts of the 3D model in place of that of the structure. The "
-        "stick has one material.",
-    )
-    mesh: MeshEntry = Field(description="The mesh: generated from tables, or from a file.")
 
     @field_validator("building")
     @classmethod
     def _floors_from_one(cls, value: str, info: ValidationInfo) -> str:
         """Floors are named by their number in the mesh: there is no gap between 1 and the top."""
-        known = known_of(info)
-        floors = known.building_floors(value) if known is not None else None
-        numbers = [floor.floor for floor in floors or ()]
+        numbers = [floor.floor for floor in floors_of(value, info)]
         if numbers != list(range(1, len(numbers) + 1)):
             found = ", ".join(map(str, numbers))
             raise refuse(f"expected a building with floors from 1 without a gap, found {found}")
         return value
 
-    @field_validator("material")
+    @field_validator("material", mode="before")
     @classmethod
-    def _with_density(cls, value: str | None, info: ValidationInfo) -> str | None:
-        known = known_of(info)
-        if known is not None:
-            _has_density(value or known.material_of.get(info.data.get("building", "")), info)
-        return value
-
-
-class Structure(_Structure):
-    """A structure with its material, and its mesh with the tables of it."""
-
-    building: str
-    material: Material
-    materials: tuple[PartMaterial, ...]
-    mesh: Mesh
+    def _that_of_the_building(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None or info.context is None:
+            return value
+        name = entry_of(info.data.get("building", ""), info).get("material")
+        if name not in (info.context.names("materials") or ()):
+            return UNKNOWN_MATERIAL  # a fault of the building
+        return name
 
 
 def structure_files(structure: Structure) -> tuple[Path, ...]:

@@ -11,9 +11,9 @@ from typing import Any, Generic, TypeVar
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from impactfem.case.base import Section
-from impactfem.case.leaf import Quantity, Ratio, Whole, Words, nearest, read_number
-from impactfem.case.levels import Levels
+from impactfem.case.base import Section, nearest
+from impactfem.case.leaf import Levels, Whole, Words
+from impactfem.case.quantity import Quantity, Ratio, read_number
 from impactfem.case.unit import UnitError, scale, si_factor
 from impactfem.system.errors import Fault
 from impactfem.system.text_file import read_text, wrong_separators

@@ -1,35 +1,183 @@
-"""The response of the 3D model in time: how it is computed, and where it is looked at."""
+"""The response of the 3D model in time: how it is computed, and the probes that record it."""
 
 from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present
-from impactfem.case.generated_mesh import GeneratedMesh
-from impactfem.case.leaf import (
-    Duration,
-    File,
-    Frequency,
-    Length,
-    PositiveTime,
-    Ratio,
-    Time,
-    TimeStep,
-    Whole,
-    refuse,
-)
-from impactfem.case.place import value_at
-from impactfem.case.probe import OUTSIDE, Probe, name_fault
-from impactfem.case.source import Source
-from impactfem.case.structure import Mesh
-from impactfem.case.time_step import half_of_duration, step_fault
-from impactfem.system.errors import Fault
+from impactfem.case.base import Section, each_once, present, refuse
+from impactfem.case.leaf import FileName, Name, Whole, Words
+from impactfem.case.quantity import Duration, Frequency, Length, PositiveTime, Ratio, Time, TimeStep
+
+Point = tuple[float, float, float]
+_Point = tuple[Length, Length, Length]
+_GroupName = Annotated[
+    str,
+    Words(
+        "the name of a physical group of the mesh, for example 'edge_8' or 'floor_8'",
+        "(?:floor|storey|beam|column)_[1-9][0-9]*(?:_[a-z0-9]+)*|(?:edge|centre)_[1-9][0-9]*|base",
+    ),
+]
+_STANDARD = "(?:centre|edge|line)_[1-9][0-9]*"
+OUTSIDE = 1.0
+"""Distance of a point from the building that is always taken for a point of it [m]."""
+_WAYS = "point, or from with to and count, or group"
+
+
+class Probe(Section):
+    """A point of the 3D model whose motion is recorded, or several of them.
+
+    Either ``point``, or ``from``, ``to`` and ``count``, or ``group``. Several points are named
+    ``corner_1``, ``corner_2`` and so on. Always there, without a table: ``centre_1`` and so on, the
+    mass centre of each floor; ``edge_1`` and so on, the middle of each impact edge; ``line_1`` and
+    so on, from the middle of its impact edge to the opposite one, across the highest floor that
+    contacts may strike; without contacts across the top floor.
+    """
+
+    name: Name = Field(description="Name of the probe; that of several ones gets a number each.")
+    point: _Point | None = Field(
+        default=None, description="Coordinates (x, y, z) of one point; the nearest node is taken."
+    )
+    start: _Point | None = Field(
+        default=None, alias="from", description="First of several points on a straight line."
+    )
+    end: _Point | None = Field(
+        default=None, alias="to", validate_default=True, description="Last of these points."
+    )
+    count: Annotated[int, Whole(2, 10_000)] | None = Field(
+        default=None,
+        validate_default=True,
+        description="Number of these points, equally far apart, both ends included.",
+    )
+    group: _GroupName | None = Field(
+        default=None,
+        validate_default=True,
+        description="Physical group of the mesh: every node of it.",
+    )
+
+    @field_validator("start")
+    @classmethod
+    def _not_beside_point(cls, value: Point | None, info: ValidationInfo) -> Point | None:
+        if value is not None and info.data.get("point") is not None:
+            raise refuse(f"expected one way only: {_WAYS}")
+        return value
+
+    @field_validator("end")
+    @classmethod
+    def _away_from_start(cls, value: Point | None, info: ValidationInfo) -> Point | None:
+        if not present(info, ["start"]):
+            return value
+        if (value is None) != (info.data["start"] is None):
+            raise refuse("expected from and to together")
+        if value is not None and value == info.data["start"]:
+            raise refuse("expected another point than from")
+        return value
+
+    @field_validator("count")
+    @classmethod
+    def _of_line(cls, value: int | None, info: ValidationInfo) -> int | None:
+        if not present(info, ["start", "end"]):
+            return value
+        if value is None and info.data["start"] is not None:
+            raise refuse("missing; expected a whole number of at least 2 beside from and to")
+        if value is not None and info.data["start"] is None:
+            raise refuse("expected no count, only beside from and to")
+        return value
+
+    @field_validator("group")
+    @classmethod
+    def _one_way(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if not present(info, ["point", "start", "end", "count"]):
+            return value
+        other = info.data["point"] is not None or info.data["start"] is not None
+        if value is None and not other:
+            raise refuse(f"missing; expected one of {_WAYS}")
+        if value is not None and other:
+            raise refuse(f"expected one way only: {_WAYS}")
+        return value
+
+    @property
+    def points(self) -> tuple[tuple[str, Point], ...]:
+        """Names and coordinates [m] of the points; none for a group, whose nodes the mesh has."""
+        if self.point is not None:
+            return ((self.name, self.point),)
+        if self.start is None or self.end is None or self.count is None:
+            return ()
+        last = self.count - 1
+        return tuple(
+            (self.numbered(k + 1), _between(self.start, self.end, k / last))
+            for k in range(self.count)
+        )
+
+    def numbered(self, number: int) -> str:
+        """Name of one of several points, counted from 1."""
+        return f"{self.name}_{number}"
+
+    def claims(self, name: str) -> bool:
+        """Whether a point of this probe has, or in a group may have, a name."""
+        if self.point is not None:
+            return name == self.name
+        match = re.fullmatch(rf"{re.escape(self.name)}_([1-9][0-9]*)", name)
+        return match is not None and (self.count is None or int(match[1]) <= self.count)
+
+
+def name_fault(probes: Sequence[Probe]) -> str | None:
+    """What is wrong with the names of probes, in words; None when each point has its own.
+
+    Args:
+        probes: The probes of the user, beside those that are always there.
+    """
+    names: dict[str, Probe] = {}
+    points: dict[str, list[Probe]] = {}  # by what is before the number at the end of their name
+    for probe in probes:
+        first = probe.numbered(1) if probe.point is None else probe.name
+        if re.fullmatch(_STANDARD, first) is not None:
+            return (
+                f"expected another name than {probe.name}: centre_1, edge_1, line_1 and so on are "
+                "always there"
+            )
+        other = names.setdefault(probe.name.lower(), probe)
+        if other is not probe:
+            return f"expected unique names, found {other.name} and {probe.name}"
+        if probe.point is not None:
+            points.setdefault(probe.name.rpartition("_")[0], []).append(probe)
+    for several in probes:
+        for one in points.get(several.name, ()) if several.point is None else ():
+            if several.claims(one.name):
+                return f"expected unique names, found {several.name} and {one.name}"
+    return None
+
+
+def _between(a: Point, b: Point, share: float) -> Point:
+    """The point at a share of the way from a to b; both ends are met exactly."""
+    x, y, z = ((1.0 - share) * p + share * q for p, q in zip(a, b, strict=True))
+    return x, y, z
+
+
+def step_fault(time_step: float, duration: float) -> str | None:
+    """What is wrong with a time step [s] for a duration [s], in words; None when nothing is."""
+    if time_step > duration / 2.0:
+        return f"expected at most half of the duration, {duration:g} s"
+    return None
+
+
+def half_of_duration(value: float, info: ValidationInfo) -> float:
+    """A time step, where the `duration` of the same section has room for two of them.
+
+    Raises:
+        PydanticCustomError: It has not.
+    """
+    duration = info.data.get("duration")
+    fault = step_fault(value, duration) if duration is not None else None
+    if fault is not None:
+        raise refuse(fault)
+    return value
+
 
 SHIFT = 30.0
 """Frequency that reduced bases are expanded about, where the case names none [Hz]."""
@@ -85,7 +233,7 @@ class Transient(Section):
         default=0.0,
         description="Distance of the impact forces from the middle of the edges, along them.",
     )
-    forces: File | None = Field(
+    forces: Annotated[Path, FileName("a force history (NetCDF or CSV)")] | None = Field(
         default=None,
         description="Impact forces of another program (NetCDF or CSV) in place of the sticks'.",
     )
@@ -151,9 +299,7 @@ class Transient(Section):
     @field_validator("fields")
     @classmethod
     def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if len(set(value)) < len(value):
-            raise refuse("expected each map once")
-        return value
+        return each_once(value, "map")
 
     @field_validator("field_frequencies")
     @classmethod
@@ -176,82 +322,3 @@ class Transient(Section):
 def transient_files(transient: Transient) -> tuple[Path, ...]:
     """The files that the response depends on besides those of the case: forces from elsewhere."""
     return () if transient.forces is None else (transient.forces,)
-
-
-def transient_faults(
-    source: Source,
-    transient: Transient,
-    mesh: Mesh,
-    levels: tuple[float, ...],
-    computed: float | None,
-) -> Iterator[Fault]:
-    """What does not go together between the response in time and the rest of its case.
-
-    Args:
-        source: The case file.
-        transient: The response in time.
-        mesh: The mesh of the structure.
-        levels: Elevations of the base and of the floors of its building [m].
-        computed: Time that is computed of the sticks [s]; None when it is not known yet.
-    """
-    if computed is not None and transient.forces is None:
-        yield from _time_faults(source, transient, computed)
-    known = transient.duration or (computed if transient.forces is None else None)
-    start = transient.export_start
-    if transient.export and start is not None and known is not None and start >= known:
-        yield _fault(source, "export_start", f"expected less than what is computed, {known:g} s")
-    if isinstance(mesh, GeneratedMesh):
-        edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
-        if abs(transient.eccentricity) > edge / 2.0:
-            expected = f"expected a distance within the edge, {edge / 2.0:g} m to either side"
-            yield _fault(source, "eccentricity", expected)
-        yield from _outside_faults(source, transient, mesh, levels)
-    floors = len(levels) - 1
-    for index, probe in enumerate(transient.probes):
-        level = re.search("_([1-9][0-9]*)", probe.group or "")
-        if level is not None and int(level[1]) > floors:
-            place = ("transient", "probes", index, "group")
-            expected = f"expected a number of 1 to {floors}, the floors of the building"
-            yield source.fault(place, probe.group, expected)
-
-
-def _outside_faults(
-    source: Source, transient: Transient, mesh: GeneratedMesh, levels: tuple[float, ...]
-) -> Iterator[Fault]:
-    """Probes away from the box around a generated building; its nodes are not known yet."""
-    top = levels[-1] + (0.0 if mesh.acroterion is None else mesh.acroterion.height)
-    box = ((0.0, mesh.length), (0.0, mesh.width), (levels[0], top))
-    sizes = (mesh.size, mesh.floor_size, mesh.storey_size, mesh.beam_size, mesh.column_size)
-    # As far as the stage may take the nearest node for the point.
-    away = max(OUTSIDE, *(0.5 * size for size in sizes if size is not None))
-    for index, probe in enumerate(transient.probes):
-        for key, point in (("point", probe.point), ("from", probe.start), ("to", probe.end)):
-            if point is None:
-                continue
-            if any(
-                not low - away <= x <= high + away
-                for x, (low, high) in zip(point, box, strict=True)
-            ):
-                sides = ", ".join(
-                    f"{axis} of {low:g} to {high:g} m"
-                    for axis, (low, high) in zip("xyz", box, strict=True)
-                )
-                place = ("transient", "probes", index, key)
-                expected = f"expected a point of the building, which has {sides}"
-                yield source.fault(place, list(point), expected)
-
-
-def _time_faults(source: Source, transient: Transient, computed: float) -> Iterator[Fault]:
-    """A duration that the forces of the sticks do not last, or a step that is long for them."""
-    if transient.duration is None:
-        fault = step_fault(transient.time_step, computed)
-        if fault is not None:
-            yield _fault(source, "time_step", fault)
-    elif transient.duration > computed * (1.0 + 1e-9):
-        expected = f"expected at most what is computed of the sticks, {computed:g} s"
-        yield _fault(source, "duration", expected)
-
-
-def _fault(source: Source, key: str, expected: str) -> Fault:
-    place = ("transient", key)
-    return source.fault(place, value_at(place, source.raw), expected)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section
-from impactfem.case.calibrated import CALIBRATED
-from impactfem.case.contacts import ContactEntry, ContactLaw, FloorNumbers, KelvinVoigtLaw
-from impactfem.case.leaf import Depth, Duration, Length, Ratio, Time, TimeStep, Whole, refuse
-from impactfem.case.source import Source
-from impactfem.case.time_step import half_of_duration
-from impactfem.system.errors import Fault
+from impactfem.case.base import Section, refuse
+from impactfem.case.buildings import floors_of
+from impactfem.case.contacts import floors_of_building
+from impactfem.case.leaf import FloorNumbers, Whole
+from impactfem.case.quantity import Depth, Duration, Length, Ratio, Time, TimeStep
+from impactfem.case.transient import half_of_duration
 
 TOP_FLOORS = 3
 """Number of floors that may hit the wall when the case file names none (paper, section 3.2.2)."""
@@ -21,14 +19,28 @@ Pull = Literal["whole_floor", "even_load", "mass_centre"]
 """How the displaced floor is drawn aside before its release."""
 
 
-class _WallImpact(Section):
-    """What the section has in common before and after its floors are known.
+def _building(info: ValidationInfo) -> str:
+    """Name of the building with a 3D model in the case file that is read."""
+    return str(info.context and info.context.value("structure", "building"))
 
-    The fields that differ stand here too, for the order of all fields.
+
+class WallImpactSetup(Section):
+    """The impact of the building of [structure] on a rigid wall, which calibrates contact laws.
+
+    One floor is drawn aside and let go; there is no ground motion. The wall stands on the side of
+    the impact edges of the mesh.
     """
 
-    floors: tuple[int, ...] | None
-    displaced_floor: int | None
+    floors: FloorNumbers = Field(
+        default=None,
+        validate_default=True,
+        description="Floors that may hit the wall; default the three top floors.",
+    )
+    displaced_floor: Annotated[int, Whole(1)] = Field(
+        default=None,
+        validate_default=True,
+        description="Floor that is displaced; default the top floor.",
+    )
     gap: Depth = Field(description="Distance of the wall from the building at rest.")
     displacement: Length = Field(
         description="Displacement of displaced_floor before the release, towards the wall: "
@@ -52,6 +64,29 @@ class _WallImpact(Section):
         default=5e-3, description="Shortest time without a force that parts two impacts."
     )
 
+    @field_validator("floors", "displaced_floor", mode="before")
+    @classmethod
+    def _top_floors(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None or info.context is None:
+            return value
+        floors = [floor.floor for floor in floors_of(_building(info), info)] or [1]
+        return floors[-TOP_FLOORS:] if info.field_name == "floors" else floors[-1]
+
+    @field_validator("floors")
+    @classmethod
+    def _each_once(cls, value: tuple[int, ...], info: ValidationInfo) -> tuple[int, ...]:
+        twice = sorted({k for k in value if value.count(k) > 1})
+        if twice:
+            raise refuse(f"expected each floor once, found {', '.join(map(str, twice))} again")
+        floors_of_building(value, _building(info), info)
+        return tuple(sorted(value))
+
+    @field_validator("displaced_floor")
+    @classmethod
+    def _existing(cls, value: int, info: ValidationInfo) -> int:
+        floors_of_building((value,), _building(info), info)
+        return value
+
     @field_validator("displacement")
     @classmethod
     def _outside_the_wall(cls, value: float, info: ValidationInfo) -> float:
@@ -74,112 +109,3 @@ class _WallImpact(Section):
         if duration is not None and value >= duration:
             raise refuse(f"expected less than the duration, {duration:g} s")
         return value
-
-
-class WallImpactEntry(_WallImpact):
-    """The impact of the building of [structure] on a rigid wall, which calibrates contact laws.
-
-    One floor is drawn aside and let go; there is no ground motion. The wall stands on the side of
-    the impact edges of the mesh.
-    """
-
-    floors: FloorNumbers | None = Field(
-        default=None, description="Floors that may hit the wall; default the three top floors."
-    )
-    displaced_floor: Annotated[int, Whole(1)] | None = Field(
-        default=None, description="Floor that is displaced; default the top floor."
-    )
-
-    @field_validator("floors")
-    @classmethod
-    def _each_once(cls, value: tuple[int, ...] | None) -> tuple[int, ...] | None:
-        twice = sorted({k for k in value or () if value is not None and value.count(k) > 1})
-        if twice:
-            raise refuse(f"expected each floor once, found {', '.join(map(str, twice))} again")
-        return value
-
-
-class WallImpactSetup(_WallImpact):
-    """The impact on a wall with its floors, bottom to top."""
-
-    floors: tuple[int, ...]
-    displaced_floor: int
-
-
-def resolve_wall_impact(entry: WallImpactEntry, known: Sequence[int]) -> WallImpactSetup:
-    """The section with the floors that it leaves to their default.
-
-    Args:
-        entry: The section as written.
-        known: Numbers of the floors of the building, bottom to top.
-    """
-    shared = {name: getattr(entry, name) for name in WallImpactEntry.model_fields}
-    return WallImpactSetup(
-        **shared
-        | {
-            "floors": tuple(sorted(entry.floors or known[-TOP_FLOORS:])),
-            "displaced_floor": entry.displaced_floor or known[-1],
-        }
-    )
-
-
-def wall_impact_faults(
-    source: Source, entry: WallImpactEntry, building: str, known: Sequence[int]
-) -> Iterator[Fault]:
-    """Floors of the section that the building does not have.
-
-    Args:
-        source: The case file.
-        entry: The section as written.
-        building: Name of the building of [structure].
-        known: Numbers of its floors, bottom to top.
-    """
-    for key, asked in (("floors", entry.floors), ("displaced_floor", entry.displaced_floor)):
-        numbers = asked if isinstance(asked, tuple) else (asked,)
-        absent = [str(k) for k in numbers if k is not None and k not in known]
-        if absent:
-            expected = (
-                f"{building} has no floor {', '.join(absent)}; "
-                f"its floors are {', '.join(map(str, known))}"
-            )
-            value = list(numbers) if key == "floors" else asked
-            yield source.fault(("wall_impact", key), value, expected)
-
-
-def lacks_wall_impact(source: Source) -> Iterator[Fault]:
-    """Laws that ask for calibrated values without the impact, from the file as it stands."""
-    laws = source.raw.get("contact_laws")
-    if "wall_impact" in source.raw or not isinstance(laws, Mapping):
-        return
-    for name, law in laws.items():
-        if not isinstance(law, Mapping) or law.get("type") != "kelvin-voigt":
-            continue
-        for key in ("stiffness", "restitution"):
-            if law.get(key) == CALIBRATED:
-                expected = "expected a section [wall_impact] beside it: the impact that gives it"
-                yield source.fault(("contact_laws", name, key), CALIBRATED, expected)
-
-
-def calibrated_contact_faults(
-    source: Source,
-    laws: Mapping[str, ContactLaw],
-    contacts: Sequence[ContactEntry],
-    building: str,
-) -> Iterator[Fault]:
-    """Contacts with a law that is calibrated on a building they do not touch.
-
-    Args:
-        source: The case file.
-        laws: Contact laws by name.
-        contacts: The contacts as written.
-        building: Name of the building of [structure].
-    """
-    for index, contact in enumerate(contacts):
-        law = laws[contact.law]
-        ends = (contact.a.building, contact.b.building)
-        if isinstance(law, KelvinVoigtLaw) and law.calibrated and building not in ends:
-            expected = (
-                f"expected a law with values of its own: '{contact.law}' is calibrated on "
-                f"{building}, the contact is of {' and '.join(ends)}"
-            )
-            yield source.fault(("contacts", index, "law"), contact.law, expected)

@@ -9,7 +9,7 @@ import numpy as np
 
 from impactfem.case import Case, DeviceAnalysis, DeviceBeam, DeviceSetup
 from impactfem.case.device_analysis import ModeRule, RigidMethod, RigidPart
-from impactfem.case.device_stiffness import RIGID, Rigid
+from impactfem.case.devices import RIGID, Rigid
 from impactfem.device.combination import Gupta, LindleyYow, RigidResponse, Rules
 from impactfem.device.device import Device
 from impactfem.device.models import TableMode, from_matrices, from_modes, on_springs
@@ -49,8 +49,8 @@ def device_of(setup: DeviceSetup) -> Device:
     if setup.matrices is not None:
         return from_matrices(
             setup.name,
-            np.array(setup.matrices.mass),
-            np.array(setup.matrices.stiffness),
+            np.array(setup.matrices.mass.rows),
+            np.array(setup.matrices.stiffness.rows),
             setup.matrices.anchored,
             damping,
             anchors=len(setup.anchors),

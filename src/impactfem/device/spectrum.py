@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.case.given_spectra import GivenSpectrum
+from impactfem.case.device_tables import GivenSpectrum
 from impactfem.device.device import Device
 from impactfem.device.modes import DeviceModes
 from impactfem.device.parts import COMPONENTS

@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 
 from impactfem.building.mesh import BuildingMesh, outward_normal
 from impactfem.case import Case, Contact
-from impactfem.case.contacts import Vector
-from impactfem.case.leaf import nearest
-from impactfem.case.loads import read_force_table
-from impactfem.case.struck_edge import (
+from impactfem.case.base import nearest
+from impactfem.case.contact_checks import (
     ALIGNED,
     StruckEdge,
     normal_fault,
@@ -23,6 +21,8 @@ from impactfem.case.struck_edge import (
     side_of,
     words_of,
 )
+from impactfem.case.contacts import Vector
+from impactfem.case.loads import read_force_table
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.pair_ends import PairEnds
 from impactfem.reduction.loads import EdgeForce

@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 
 from impactfem.building.mesh import BuildingMesh, Mark, Part, parse_group, place, side_lengths
 from impactfem.case import Case
-from impactfem.case.probe import OUTSIDE
-from impactfem.case.probe import Probe as CaseProbe
+from impactfem.case.transient import OUTSIDE
+from impactfem.case.transient import Probe as CaseProbe
 from impactfem.system.errors import Fault, InputError, SolutionError
 
 Array = NDArray[np.float64]

@@ -15,13 +15,13 @@ from impactfem.building.from_case import geometry_of, part_faults, read_parts
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Case
+from impactfem.case.contact_checks import pair_distance
 from impactfem.case.facing import facing_floors, facing_lines, unknown_lines
-from impactfem.case.generated_mesh import GeneratedMesh
 from impactfem.case.load import read_case
 from impactfem.case.loads import early_ends, read_force_table
 from impactfem.case.motions import RecordMotion
-from impactfem.case.pair_distance import pair_distance
 from impactfem.case.plausibility import implausible
+from impactfem.case.structure import GeneratedMesh
 from impactfem.coupling.force_history import ForceHistory, check_forces
 from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from impactfem.case import Case, Published, SyntheticMotion
-from impactfem.case.leaf import nearest
+from impactfem.case.base import nearest
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.run.check import checked, mesh_faults, warn_of_implausible
 from impactfem.run.estimate import Estimate

@@ -19,9 +19,8 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from impactfem.case.key import key_fault, read_key
 from impactfem.case.model import CaseFile
-from impactfem.case.place import Place, dotted, value_at
+from impactfem.case.place import Place, dotted, key_fault, read_key, value_at
 from impactfem.case.source import EXTENDS, Source, file_names
 from impactfem.case.unit import UnitError, to_si
 from impactfem.run.check import check

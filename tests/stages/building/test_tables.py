@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.case.bays import Bay
+from impactfem.case.members import Bay
 from impactfem.stages.building.tables import building_tables
 from impactfem.system.files import write_netcdf
 

@@ -10,7 +10,7 @@ import pytest
 
 from impactfem.building.from_case import read_parts
 from impactfem.case import Case, DampingCase, load_case
-from impactfem.case.wall_impact import WallImpactEntry, resolve_wall_impact
+from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.stages.calibrate import compute as stage
 from impactfem.stages.calibrate.compute import OWN, prepare
 from impactfem.system.errors import InputError
@@ -23,9 +23,10 @@ HEAVY = DampingCase(name="heavy", ratio=0.09, frequencies=(1.0, 20.0), restituti
 @pytest.fixture(scope="module")
 def case() -> Case:
     """The shipped frame in front of a wall."""
-    wall = WallImpactEntry(gap=0.01, displacement=-0.02, duration=1.3, time_step=1e-3)
-    update = {"wall_impact": resolve_wall_impact(wall, [1, 2])}
-    return load_case(GEOMETRY / "frame.toml").model_copy(update=update)
+    wall = WallImpactSetup(
+        floors=(1, 2), displaced_floor=2, gap=0.01, displacement=-0.02, duration=1.3, time_step=1e-3
+    )
+    return load_case(GEOMETRY / "frame.toml").model_copy(update={"wall_impact": wall})
 
 
 @pytest.mark.parametrize("cases", [(), (LIGHT, HEAVY), (HEAVY, LIGHT)])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case.published import read_published
+from impactfem.case.report import read_published
 from impactfem.stages.calibrate.tables import wall_tables
 from impactfem.system.errors import ImpactfemError
 

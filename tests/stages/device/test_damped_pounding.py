@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import load_case
-from impactfem.case.damping_cases import DampingCase
+from impactfem.case.damping import DampingCase
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.device.damping_study import damped_case
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactfem.case import DeviceSetup
-from impactfem.case.device_modes import DeviceMode
+from impactfem.case.device_tables import DeviceMode
 from impactfem.device.from_case import device_of
 from impactfem.device.modes import device_modes
 from impactfem.stages.device.drawing import drawing_variables, mode_shapes
@@ -27,7 +27,6 @@ def setup(**changed):
         "shape": {"type": "cylinder", "radius": "0.5 m", "length": "1 m"},
         "stiffness": SPRINGS,
         "damping": {"ratio": "2 %", "frequencies": ["30 Hz", "80 Hz"]},
-        "floor": 1,
     }
     return DeviceSetup.model_validate(values | changed)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.case.given_spectra import GivenSpectrum
+from impactfem.case.device_tables import GivenSpectrum
 from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.models import from_matrices
 from impactfem.device.spectrum import AnchorSpectrum, given_spectra

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.case.published import read_published
+from impactfem.case.report import read_published
 from impactfem.stages.device.tables import device_tables
 from impactfem.system.errors import ImpactfemError
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from impactfem.case import Case
-from impactfem.case.bays import Bay
-from impactfem.case.generated_mesh import GeneratedMesh
-from impactfem.case.structure import structure_files
+from impactfem.case.members import Bay
+from impactfem.case.structure import GeneratedMesh, structure_files
 from impactfem.stages.building.checks import building_checks
 from impactfem.stages.building.pictures import building_pictures
 from impactfem.stages.building.tables import building_tables

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.case.bays import Bay
+from impactfem.case.members import Bay
 from impactfem.plot.table import Table, columns_of, write_tables
 from impactfem.stages.stores import open_store
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Case
-from impactfem.case.targets import Target
+from impactfem.case.calibration import Target
 from impactfem.stages.stores import open_store
 from impactfem.system.errors import SolutionError
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from impactfem.case import Case, ContactLaw, KelvinVoigtLaw
-from impactfem.case.calibrated import CALIBRATED
-from impactfem.case.damping_cases import OWN
+from impactfem.case.damping import OWN
+from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
 from impactfem.stages.stores import number_of, open_store
 

@@ -17,8 +17,8 @@ from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
-from impactfem.case.calibrated import CALIBRATED
-from impactfem.case.damping_cases import OWN
+from impactfem.case.damping import OWN
+from impactfem.case.quantity import CALIBRATED
 from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.dynamics.damping import Rayleigh

@@ -13,7 +13,7 @@ from impactfem.building.links import BasePlate
 from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body
 from impactfem.building.model import BuildingModel
 from impactfem.case import Case
-from impactfem.case.device_support import chosen
+from impactfem.case.devices import chosen
 from impactfem.reduction.probes import checked_probes
 from impactfem.system.errors import Fault, InputError
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 from impactfem.case import Case, DampingCase, KelvinVoigtLaw
-from impactfem.case.calibrated import CALIBRATED
-from impactfem.case.damping_cases import OWN
+from impactfem.case.damping import OWN
+from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import calibration_of
 from impactfem.dynamics.damping import Rayleigh

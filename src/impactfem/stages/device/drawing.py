@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import DeviceSetup
-from impactfem.case.device_stiffness import RIGID
+from impactfem.case.devices import RIGID
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
 from impactfem.device.parts import COMPONENTS, solid_cylinder

@@ -11,8 +11,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.case import Case
+from impactfem.case.contact_checks import allowed
 from impactfem.case.facing import facing_floors, unknown_lines
-from impactfem.case.pair_distance import allowed
 from impactfem.stages.check import Check, end_check
 from impactfem.stages.stores import open_store
 from impactfem.system.scalar import scalars_of

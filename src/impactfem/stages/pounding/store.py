@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.case.pair_distance import pair_distance
+from impactfem.case.contact_checks import pair_distance
 from impactfem.stages.pounding.compute import StickStudy, station_dofs
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.stores import Output, dataset

@@ -1,7 +1,7 @@
-"""What contacts the 3D stage can carry: the middle of a floor's edge, struck at right angles.
+"""Where the points of contacts are: how far apart, and whether the 3D stage can take their forces.
 
 The forces of all pairs of a floor become one line load on the edge of its slab, even along it, at
-right angles to it. A pair that is anything else is refused.
+right angles to it, in the middle. A pair that is anything else is refused.
 """
 
 from __future__ import annotations
@@ -9,22 +9,81 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypeVar
 
-from pydantic import ValidationError
-
-from impactfem.case.base import Section
-from impactfem.case.buildings import BuildingEntry
-from impactfem.case.contacts import ContactEntry, Vector
-from impactfem.case.generated_mesh import GeneratedMeshEntry
-from impactfem.case.known import Known
-from impactfem.case.named_files import tables_of
-from impactfem.case.place import value_at
-from impactfem.case.source import Source
-from impactfem.case.transient import Transient
+from impactfem.case.contacts import Contact, ContactEntry, Vector
+from impactfem.case.model import Case
+from impactfem.case.reading import Reading
+from impactfem.case.structure import GeneratedMesh
 from impactfem.system.errors import Fault
 
-Entry = TypeVar("Entry", bound=Section)
+SMALLEST, PART = 1e-3, 0.1
+"""Distance and gap may differ by so much [m], or by this part of the gap, and count as the same."""
+
+
+def allowed(gap: float) -> float:
+    """Difference of distance and gap up to which they count as the same [m].
+
+    Args:
+        gap: The gap of the pair [m].
+    """
+    return max(SMALLEST, PART * gap)
+
+
+def pair_distance(contact: Contact, case: Case) -> float:
+    """Distance of the points of a pair along its normal, n · (x_b − x_a) in plan [m].
+
+    Args:
+        contact: The pair.
+        case: The case, with the buildings.
+
+    Returns:
+        The distance; nan where the case does not say it: both buildings have the same axis, so
+        that no plan was given, or the normal is not level.
+    """
+    a, b = contact.a, contact.b
+    (ax, ay), (bx, by) = (case.building(point.building).axis for point in (a, b))
+    x, y, z = contact.normal
+    if (ax, ay) == (bx, by) or z != 0.0:
+        return math.nan
+    return x * (bx + b.offset[0] - ax - a.offset[0]) + y * (by + b.offset[1] - ay - a.offset[1])
+
+
+def distance_faults(case: Case, reading: Reading) -> Iterator[Fault]:
+    """Contacts whose points lie the other way round along the normal than from a to b.
+
+    Where the axes lie so, too, the normal is at fault, else axes or offsets.
+
+    Args:
+        case: The case.
+        reading: How it is read.
+    """
+    told: set[int] = set()
+    for contact in case.contacts:
+        distance = pair_distance(contact, case)
+        if distance >= -allowed(contact.gap) or math.isnan(distance) or contact.table in told:
+            continue
+        told.add(contact.table)
+        place = ("contacts", contact.table)
+        apart = f"by axis and offset the points of {contact.name} are {distance:.4g} m apart along "
+        a, b = (case.building(end.building) for end in (contact.a, contact.b))
+        x, y, _ = contact.normal
+        if x * (b.axis[0] - a.axis[0]) + y * (b.axis[1] - a.axis[1]) < 0.0:
+            expected = (
+                f"expected the direction from a to b: {apart}it, and the gap is {contact.gap:.4g} m"
+            )
+            yield reading.fault((*place, "normal"), list(contact.normal), expected)
+        else:
+            expected = (
+                f"expected buildings that stand side by side: {apart}the normal, and the gap "
+                f"is {contact.gap:.4g} m; see axis of [[buildings]], {a.name} {_point(a.axis)} "
+                f"and {b.name} {_point(b.axis)}, and the offsets"
+            )
+            yield reading.fault(place, None, expected)
+
+
+def _point(axis: tuple[float, float]) -> str:
+    return f"({axis[0]:g} m, {axis[1]:g} m)"
+
 
 ALIGNED = 1e-3
 """Largest difference of a pair's normal, a unit vector, from where it has to point."""
@@ -94,7 +153,7 @@ def words_of(vector: Iterable[float]) -> str:
     return "({})".format(", ".join(f"{float(x) + 0.0:g}" for x in vector))
 
 
-def generated_edge(mesh: GeneratedMeshEntry) -> StruckEdge:
+def generated_edge(mesh: GeneratedMesh) -> StruckEdge:
     """The edge of every floor of a generated mesh.
 
     Args:
@@ -159,61 +218,48 @@ def offset_fault(
     return None
 
 
-def struck_edge_faults(source: Source, known: Known) -> Iterator[Fault]:
+def struck_edge_faults(case: Case, reading: Reading) -> Iterator[Fault]:
     """Contacts of a case whose forces its 3D building cannot take in [transient].
 
     From the file as it stands: another table with a fault of its own hides none of these. Of a mesh
     from a file what holds for every mesh; `check` reads the mesh later.
 
     Args:
-        source: The case file.
-        known: What is known of the file.
+        case: The case.
+        reading: How it is read.
     """
-    raw, building = source.raw, value_at(("structure", "building"), source.raw)
-    if building is None or "transient" not in raw:
+    building = reading.value("structure", "building")
+    if building is None or "transient" not in reading.source.raw:
         return
-    mesh = _valid(GeneratedMeshEntry, value_at(("structure", "mesh"), raw), known)
+    mesh = reading.valid(GeneratedMesh, reading.value("structure", "mesh"))
     edge = None if mesh is None else generated_edge(mesh)
-    transient = _valid(Transient, raw["transient"], known)
-    axes = [
-        entry.axis
-        for _, one in tables_of(raw, "buildings")
-        if (entry := _valid(BuildingEntry, one, known)) and entry.name == building
-    ]
+    axis = next((one.axis for one in case.buildings if one.name == building), None)
     struck: dict[int, tuple[int, Vector]] = {}
-    for index, one in tables_of(raw, "contacts"):
-        contact = _valid(ContactEntry, one, known)
+    for index, one in reading.tables("contacts"):
+        contact = reading.valid(ContactEntry, one)
         if contact is None:
             continue
+        place = ("contacts", index)
         for side, end, sign in (("a", contact.a, 1.0), ("b", contact.b, -1.0)):
             if end.building != building:
                 continue
-            place = ("contacts", index)
             if end.storey is not None:
                 expected = (
                     "expected floor in place of storey: a 3D building can be struck on the edges "
                     "of its floors only (section [transient])"
                 )
-                yield source.fault((*place, side, "storey"), list(end.storey), expected)
+                yield reading.source.fault((*place, side, "storey"), list(end.storey), expected)
             x, y, z = (sign * component for component in contact.normal)
             if edge is None:
                 wrong = _two_sides(struck, index, end.floor or (), (x, y, z))
             else:
                 wrong = normal_fault((x, y, z), edge)
             if wrong is not None:
-                yield source.fault((*place, "normal"), list(contact.normal), wrong)
-            if edge is not None and transient is not None and axes:
-                aside = offset_fault(axes[0], end.offset, edge, transient.eccentricity)
+                yield reading.source.fault((*place, "normal"), list(contact.normal), wrong)
+            if edge is not None and case.transient is not None and axis is not None:
+                aside = offset_fault(axis, end.offset, edge, case.transient.eccentricity)
                 if aside is not None:
-                    yield source.fault((*place, side, "offset"), list(end.offset), aside)
-
-
-def _valid(model: type[Entry], raw: object, known: Known) -> Entry | None:
-    """A table of the case file; None where it is at fault, which is told elsewhere."""
-    try:
-        return model.model_validate(raw, context=known)
-    except ValidationError:
-        return None
+                    yield reading.source.fault((*place, side, "offset"), list(end.offset), aside)
 
 
 def _two_sides(

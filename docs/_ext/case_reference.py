@@ -1,6 +1,6 @@
-"""The reference page of the case file, made from its schema.
+"""The reference page of the case file, made from its schema and `case-file.md.in`.
 
-``python -m impactfem.case.reference docs`` writes ``docs/case-file.md`` and
+``python docs/_ext/case_reference.py docs`` writes ``docs/case-file.md`` and
 ``docs/case.schema.json``.
 """
 
@@ -16,57 +16,17 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from impactfem.case.base import Section
-from impactfem.case.bays import Bay
+from impactfem.case.buildings import Floor
+from impactfem.case.calibration import Target
 from impactfem.case.design_spectrum import SpectrumPoint
-from impactfem.case.device_modes import DeviceMode
-from impactfem.case.floors import Floor
-from impactfem.case.leaf import Quantity, Ratio
-from impactfem.case.members import Beam, Column, Wall
+from impactfem.case.device_tables import DeviceMode
+from impactfem.case.members import Bay, Beam, Column, Wall
 from impactfem.case.model import CaseFile
-from impactfem.case.published import PublishedRow
-from impactfem.case.report import Reference
+from impactfem.case.quantity import Quantity, Ratio
+from impactfem.case.report import PublishedRow, Reference
 from impactfem.case.table import leaf_of
-from impactfem.case.targets import Target
 
 __all__ = ["json_schema", "reference_page", "schema_text", "write_reference"]
-_INTRODUCTION = """\
-<!-- Written by `python -m impactfem.case.reference docs`; edit the models, not this page. -->
-
-# The case file
-
-A case is one TOML file and the tables it names. `impactfem new NAME` writes one to start from,
-`impactfem check CASE.toml` reports everything that is wrong with one, and editors that know JSON
-schemas complete and check it as you type with this first line (the path is relative to the file):
-
-    #:schema ../docs/case.schema.json
-
-**Quantities** are texts with a unit: `"1 cm"`, `"33 GPa"`, `"2.3 m/s2"`, `"6.3e7 kg m2"`,
-`"0.838 1/s"`, `"3e7 N m/rad"`. Exponents are written `m2`, `m^2`, `m**2` or `m²`, products with a
-space, `*` or `·`. Any unit of the right dimension will do; bare numbers are refused. `t` is the
-tonne, and `g` is the standard gravity where an acceleration is expected and the gram elsewhere. A
-frequency is in Hz or a multiple of it, never in rad/s; a rotational stiffness is a moment per rad
-or deg. The column "SI" below is the unit in which the program computes and reports.
-
-**Ratios** are bare numbers or percentages: `0.05` or `"5 %"`.
-
-**Files** are relative to the folder of the case file. All names, of keys too, are case sensitive;
-a key that is not listed here is an error.
-
-**Variants** of a case say only what differs: `extends = "other.toml"` at the top lays a file over
-another one, which may extend a further one. Tables are laid over one another key by key; a list or
-any other value replaces what the other file says, and so does a table of another `type`. A file
-that is named stays relative to the folder of the file that names it. The schema knows one file
-only: in an editor it misses what a variant leaves out.
-
-"""
-_TABLES = """\
-## Tables
-
-Tables are CSV files. Lines that begin with `#` and empty lines are skipped; the first other line is
-the header. It names the columns, in any order, each quantity with its unit in brackets:
-`mass [t]`. Any unit of the right dimension will do. One row stands on one line.
-
-"""
 _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ("Floor table", "`floors` of `[[buildings]]`: one row a floor, bottom to top.", Floor),
     ("Target table", "`targets` of `[calibration]`: one row a mode of a building.", Target),
@@ -83,27 +43,6 @@ _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ("Mode table", "`modes` of `[[devices]]`: one row a mode and a direction.", DeviceMode),
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
-_RECORD = """\
-### Record of a ground motion
-
-`file` of `[[motions]]` with type `record`, as CSV: a column `time` (in s, ms or min) from 0 on in
-equal steps, and one or more accelerations (in m/s2, cm/s2, mm/s2, in/s2, ft/s2, g, mg, %g or gal).
-A single acceleration may have any name; of several, `component` of the motion names one. One sample
-stands on one line, numbers have a decimal point and no unit:
-
-    # lines like this one are skipped
-    time [s],NS [cm/s2],EW [cm/s2]
-    0,0.12,-0.31
-    0.01,0.15,-0.28
-
-"""
-_REFERENCE = """\
-## The reference of a report
-
-`reference` of `[report]` is a TOML file of its own: the equations, figures and tables of a
-publication, where the run shows each, and how near each published value has to come.
-
-"""
 
 
 def json_schema(
@@ -123,7 +62,7 @@ def json_schema(
     schema["title"] = title
     definitions: dict[str, Any] = schema.pop("$defs")
     for name, table in definitions.items():
-        table["title"] = name.removesuffix("Entry")
+        table["title"] = name.removesuffix("Entry").removesuffix("Setup")
     for table in (schema, *definitions.values()):
         table["description"] = table["description"].replace("``", "`")
         table["properties"] = {
@@ -136,6 +75,8 @@ def json_schema(
 def _finished(key: str, entry: dict[str, Any]) -> dict[str, Any]:
     """A property with its title, without what TOML cannot say, and its default with a unit."""
     entry = _without_null(entry) | {"title": key.replace("_", " ").capitalize()}
+    if entry.get("default", ...) is None:
+        del entry["default"]  # what is left out follows from other keys
     if "default" in entry:
         entry["default"] = _with_unit(entry["default"], entry)
     return entry
@@ -165,13 +106,15 @@ def _with_unit(default: Any, entry: dict[str, Any]) -> Any:
 
 def reference_page() -> str:
     """The reference page of the case file and its tables, in Markdown."""
-    writer = _Writer(json_schema())
-    parts = [_INTRODUCTION, *writer.sections(), _TABLES]
-    parts.extend(_csv_section(*entry) for entry in _TABLE_MODELS)
-    parts.append(_RECORD)
     beside = _Writer(json_schema(Reference, "What the report stands beside"))
-    parts.extend([_REFERENCE, *beside.sections("Top of the reference")])
-    return "".join(parts).rstrip() + "\n"
+    text = Path(__file__).with_name("case-file.md.in").read_text(encoding="utf-8")
+    for mark, parts in {
+        "@sections@": _Writer(json_schema()).sections(),
+        "@tables@": (_csv_section(*entry) for entry in _TABLE_MODELS),
+        "@reference@": beside.sections("Top of the reference"),
+    }.items():
+        text = text.replace(mark, "".join(parts))
+    return text.rstrip() + "\n"
 
 
 def schema_text() -> str:
@@ -328,7 +271,7 @@ def _cell(text: str) -> str:
 def main(arguments: list[str]) -> int:
     """Write the two files into the folder that is the only argument."""
     if len(arguments) != 1 or not Path(arguments[0]).is_dir():
-        sys.stderr.write("usage: python -m impactfem.case.reference FOLDER\n")
+        sys.stderr.write("usage: python docs/_ext/case_reference.py FOLDER\n")
         return 2
     for path in write_reference(Path(arguments[0])):
         sys.stdout.write(f"{path}\n")

@@ -1,0 +1,192 @@
+"""A case file as it is read: what its validators can learn of the rest of it and of its files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, TypeAdapter, ValidationError, ValidationInfo
+from pydantic_core import PydanticCustomError
+
+from impactfem.case.base import REPORTED, UNREADABLE
+from impactfem.case.leaf import FileName
+from impactfem.case.place import Place, value_at
+from impactfem.case.source import Source
+from impactfem.case.table import Table
+from impactfem.system.errors import Fault
+from impactfem.system.text_file import read_bytes
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@dataclass
+class Reading:
+    """The context of a validation.
+
+    Names are taken from the file as it stands, so that a reference to a table that has a fault of
+    its own is no second fault.
+
+    Args:
+        source: The case file, whose content may have any faults.
+        faults: What is wrong in the files that it names.
+        contents: Their bytes, by their name in the case file.
+        lenient: Whether a file that cannot be read counts as empty, so that what does not depend on
+            it is checked as well.
+        left_out: Names of the sections with a fault, and of those that are of no use without them.
+        kept: Of arrays of which tables are left out, the indices of those that are not.
+    """
+
+    source: Source = field(default_factory=lambda: Source(Path()))
+    faults: list[Fault] = field(default_factory=list)
+    contents: dict[str, bytes] = field(default_factory=dict)
+    lenient: bool = False
+    left_out: set[str] = field(default_factory=set)
+    kept: dict[str, list[int]] = field(default_factory=dict)
+    _tables: dict[tuple[Path, str], Any] = field(default_factory=dict)
+
+    def fault(self, place: Place, value: Any, expected: str) -> Fault:
+        """A fault of the case as it was read, in the file that says the key.
+
+        Args:
+            place: The key; an index counts the tables that are kept.
+            value: What stands there; None when nothing does.
+            expected: What was expected, in words that say how to mend it.
+        """
+        return self.source.fault(self.original(place), value, expected)
+
+    def written(self, place: Place, expected: str) -> Fault:
+        """The same, with what stands there in the file."""
+        return self.fault(place, self.value(*self.original(place)), expected)
+
+    def original(self, place: Place) -> Place:
+        """A place among the tables that are kept, as a place of the file."""
+        if len(place) > 1 and isinstance(place[1], int) and place[0] in self.kept:
+            return (place[0], self.kept[str(place[0])][place[1]], *place[2:])
+        return place
+
+    def value(self, *place: int | str) -> Any:
+        """What stands at a place of the file; None when nothing does."""
+        return value_at(place, self.source.raw)
+
+    def tables(self, key: str) -> list[tuple[int, dict[str, Any]]]:
+        """The tables of an array of tables with their index, as far as they are tables."""
+        entries = self.source.raw.get(key)
+        if not isinstance(entries, list):
+            return []
+        return [(index, entry) for index, entry in enumerate(entries) if isinstance(entry, dict)]
+
+    def names(self, group: str) -> tuple[str, ...] | None:
+        """The names of the tables of a section; None where one is not known, so that any may be."""
+        entries = self.source.raw.get(group, [] if group == "buildings" else {})
+        if isinstance(entries, dict):
+            return tuple(name for name, entry in entries.items() if isinstance(entry, dict))
+        names = [entry.get("name") for _, entry in self.tables(group)]
+        if not names or not all(isinstance(name, str) for name in names):
+            return None
+        return tuple(dict.fromkeys(map(str, names)))
+
+    def path(self, name: str) -> Path:
+        """A file relative to the working folder, by its name in the case file."""
+        return self.source.path.parent / name
+
+    def open(self, name: str, what: str) -> Path:
+        """Read the bytes of a file, and give it relative to the working folder.
+
+        Args:
+            name: Its name in the case file.
+            what: What it is to be, for the message.
+
+        Raises:
+            PydanticCustomError: It cannot be read.
+        """
+        path = self.path(name)
+        if name not in self.contents:
+            content = read_bytes(path, what)
+            if isinstance(content, bytes):
+                self.contents[name] = content
+            elif not self.lenient:
+                raise PydanticCustomError(UNREADABLE, "{expected}", {"expected": content.expected})
+        return path
+
+    def table(self, name: Any, what: str, read: Callable[..., Any], *further: Any) -> Any:
+        """What is in a file, read once; its faults are added to those of the reading.
+
+        Args:
+            name: Its name in the case file.
+            what: What it is to be; with the name it tells whether it was read before.
+            read: Reads it, given its path, a list for faults, and what is further given here.
+            further: As said.
+
+        Returns:
+            What is read, of a `Table` its rows; None where it has faults and all is read leniently.
+
+        Raises:
+            PydanticCustomError: It cannot be read, or has faults.
+        """
+        if not isinstance(name, str) or not name.strip():
+            raise PydanticCustomError(REPORTED, "no name of a file")
+        path = self.open(name, what)
+        key = (path, what)
+        if key not in self._tables:
+            found = read(path, self.faults, *further) if name in self.contents else None
+            self._tables[key] = found.rows if isinstance(found, Table) else found
+        if self._tables[key] is None and not self.lenient:
+            raise PydanticCustomError(REPORTED, "the file has faults")
+        return self._tables[key]
+
+    def valid(self, kind: type[Model], raw: Any) -> Model | None:
+        """A table of the file, without its files where these are at fault; None where it is."""
+        with self.leniently():
+            try:
+                return kind.model_validate(raw, context=self)
+            except ValidationError:
+                return None
+
+    def number(self, kind: Any, raw: Any) -> float | None:
+        """A quantity or ratio of the file; None where it is at fault."""
+        try:
+            return float(TypeAdapter(kind).validate_python(raw, context=self))
+        except ValidationError:
+            return None
+
+    @contextmanager
+    def leniently(self) -> Iterator[None]:
+        """What is read in the block may have faults, which are told elsewhere."""
+        before, self.lenient = self.lenient, True
+        yield
+        self.lenient = before
+
+
+def reading_of(info: ValidationInfo) -> Reading:
+    """The context of the validation of a case file."""
+    if not isinstance(info.context, Reading):
+        raise TypeError("a case file is validated with what is known of it")
+    return info.context
+
+
+@dataclass(frozen=True)
+class TableFile(FileName):
+    """The name of a file in a case file, held as what is in the file.
+
+    Args:
+        read: Reads it: its path and a list for faults, and where `sited` the information of the
+            validation, lead to what is in it, or None.
+        empty: Stands for a file with faults, where only the other ones are looked for.
+        sited: As said.
+    """
+
+    read: Callable[..., Any] = lambda path, faults: None
+    empty: Any = ()
+    sited: bool = False
+
+    def check(self, value: Any, info: ValidationInfo) -> Any:
+        """Read the file; a model made from Python has what is in it already."""
+        if info.context is None:
+            return value
+        super().check(value, info)
+        further = (info,) if self.sited else ()
+        found = info.context.table(value, self.what, self.read, *further)
+        return self.empty if found is None else found
