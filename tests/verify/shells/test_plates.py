@@ -4,6 +4,7 @@ import scipy.linalg
 from numpy.polynomial import legendre
 
 from impactfem.building import section_forces
+from impactfem.verify import shells
 from impactfem.verify.shells import SHEAR, STEEL, curved, plates
 from impactfem.verify.shells.plates import LENGTH, mindlin_frequencies
 
@@ -28,7 +29,7 @@ def test_the_exact_frequencies_solve_the_equations_of_motion():
 
 
 def test_another_shear_factor_is_seen_in_a_thick_plate_only(monkeypatch):
-    monkeypatch.setattr(plates, "SHEAR", 1.0)
+    monkeypatch.setattr(shells, "SHEAR", 1.0)
     rows = plates.mindlin_plate()
     thick = [row for row in rows if "t/L = 0.1" in row.name]
     assert len(thick) == 7 and not any(row.passed for row in thick)

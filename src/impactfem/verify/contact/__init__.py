@@ -42,15 +42,6 @@ def collision(
 
 
 def against_wall(mass: Stick, law: Law, gap: float, speed: float, dt: float, n_t: int) -> Response:
-    """One mass of `mass_on_spring` that moves towards a rigid wall.
-
-    Args:
-        mass: The mass.
-        law: The contact law.
-        gap: Gap at rest [m].
-        speed: Initial speed towards the wall [m/s].
-        dt: Time step [s].
-        n_t: Number of times.
-    """
+    """One mass of `mass_on_spring` that moves towards a rigid wall, n_t steps of dt [s]."""
     system = System((mass,), (Pair("wall", End.of_floor(mass, 1), None, Y, gap, law),))
     return simulate(system, np.zeros((n_t, 3)), dt, v0=speed * np.eye(6)[1])

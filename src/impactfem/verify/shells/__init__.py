@@ -37,20 +37,12 @@ def flat(along: Vector, across: Vector, corner: Vector = (0.0, 0.0, 0.0)) -> Map
 
 
 def panel(columns: int, rows: int, place: Map, distortion: float = 0.0) -> tuple[Array, Ints]:
-    """Quadratic triangles on the image of the unit square.
+    """Quadratic triangles on the image of the unit square: nodes (n, 3) [m], cells (m, 6).
 
     The cells of a regular grid are all cut along the same diagonal, on which elements lock more
     than on diagonals by turns. Facets are flat: the vertices lie on the surface and the mid nodes
-    in the middle of the chords.
-
-    Args:
-        columns: Cells along the first coordinate.
-        rows: Cells along the second one.
-        place: Coordinates (x, y, z) [m] of points (a, b) of the unit square.
-        distortion: Largest shift of an inner vertex along each coordinate, in cells; below 0.5.
-
-    Returns:
-        Nodes, shape (n, 3) [m], and triangles, shape (m, 6), as in `Shells`.
+    in the middle of the chords. `place` maps points (a, b) of the square to coordinates [m], and
+    `distortion`, below 0.5, is how far inner vertices are shifted at most, in cells.
     """
     i, j = np.meshgrid(np.arange(columns + 1), np.arange(rows + 1), indexing="ij")
     inner = (i > 0) & (i < columns) & (j > 0) & (j < rows)
@@ -64,15 +56,28 @@ def panel(columns: int, rows: int, place: Map, distortion: float = 0.0) -> tuple
     return quadratic(vertices, halves)
 
 
-def joined(panels: list[tuple[Array, Ints]]) -> tuple[Array, Ints, Ints]:
-    """Panels as one mesh: nodes at the same place become one.
+def rectangle(
+    length: float, width: float, columns: int, rows: int, distortion: float = 0.0
+) -> tuple[Array, Ints]:
+    """A panel from the origin along x and y."""
+    return panel(columns, rows, flat((length, 0.0, 0.0), (0.0, width, 0.0)), distortion)
 
-    Args:
-        panels: Nodes and triangles of each panel.
 
-    Returns:
-        Nodes, triangles, and the panel of each triangle, shape (m,).
+def mindlin(k2: Array, t: float, material: Material) -> Array:
+    """Angular frequencies of waves k² in a plate of Mindlin [rad/s].
+
+    With S = κ G t and I = ρ t³/12, ω² is the smaller root of
+    (S k² − ρ t ω²) (D k² + S − I ω²) = S² k².
     """
+    E, nu, mass = material.E, material.nu, material.rho * t
+    D, S, rotary = E * t**3 / (12.0 * (1.0 - nu**2)), SHEAR * material.G * t, mass * t**2 / 12.0
+    a, b, c = mass * rotary, mass * (D * k2 + S) + rotary * S * k2, S * D * k2**2
+    # The smaller root, without the loss of digits of b − √(b² − 4 a c).
+    return np.asarray(np.sqrt(2.0 * c / (b + np.sqrt(b**2 - 4.0 * a * c))))
+
+
+def joined(panels: list[tuple[Array, Ints]]) -> tuple[Array, Ints, Ints]:
+    """Panels as one mesh, nodes at the same place as one; also gives each triangle's panel."""
     nodes = np.concatenate([panel[0] for panel in panels])
     starts = np.cumsum([0, *(len(panel[0]) for panel in panels)])
     triangles = np.concatenate(
@@ -95,12 +100,7 @@ def straight_beam(
 
 
 def lines_at(triangles: Ints, here: NDArray[np.bool_]) -> Ints:
-    """Sides of triangles with all three nodes among some: ends and middle, shape (k, 3).
-
-    Args:
-        triangles: Shape (m, 6).
-        here: Whether a node is among them, shape (n,).
-    """
+    """Sides of triangles (m, 6) with all three nodes `here` (n,): ends and middle, shape (k, 3)."""
     found = sides(triangles)
     lines: Ints = np.unique(found[here[found].all(axis=1)], axis=0)
     return lines

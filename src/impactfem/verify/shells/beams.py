@@ -139,14 +139,7 @@ def beam_rigid_body() -> list[Row]:
 def timoshenko_frequencies(
     section: BeamSection, material: Material, length: float, count: int
 ) -> list[float]:
-    """Lowest bending frequencies of a cantilever that moves along its depth [Hz].
-
-    Args:
-        section: Its section.
-        material: Its material.
-        length: Its length [m].
-        count: How many.
-    """
+    """Lowest bending frequencies of a cantilever that moves along its depth [Hz]."""
     EI, kGA = material.E * section.I1, section.k2 * material.G * section.A
     # Lengths over L, forces over EI/L²: the determinant has no large numbers.
     shear = EI / (kGA * length**2)

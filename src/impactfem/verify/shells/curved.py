@@ -68,13 +68,12 @@ class Cylinder:
 
         Args:
             n: Number of half waves along x.
-            even: Functions of φ for u, w and β_x.
-            odd: Functions of φ for v and β_φ.
+            even: Functions of φ for u, w and β_x; `odd` those for v and β_φ.
+            odd: See there.
             pressure: Amplitudes of the load along v and w at some angles [N/m2].
 
         Returns:
-            Coefficients of v and of w, and the work of the load amplitudes on the displacement
-            amplitudes around the panel, for unit length [N].
+            Coefficients of v and of w, and the work of the load amplitudes around the panel [N].
         """
         s, weights = roots_legendre(POINTS)
         phi, dA = 0.5 * self.span * (s + 1.0), 0.5 * self.span * self.radius * weights
@@ -140,13 +139,9 @@ def polynomials(span: float, count: int) -> tuple[Basis, Basis]:
 
 
 def weighed(roof: Cylinder, weight: float, terms: int = 20, count: int = 24) -> tuple[float, float]:
-    """A roof under a vertical load, from its crown φ = 0 to its free edge.
+    """A roof under a weight on its area [N/m2], from its crown φ = 0 to its free edge.
 
-    Args:
-        roof: The roof.
-        weight: Load on the area, downwards [N/m2].
-        terms: Number of terms along x.
-        count: Number of even, and of odd, functions around φ.
+    With `terms` along x, and `count` even and odd functions around φ.
 
     Returns:
         Deflection of the middle of the free edge, downwards [m], and the work of the load on a

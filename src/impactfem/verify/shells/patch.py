@@ -13,7 +13,16 @@ from impactfem.building.mesh import rigid_body
 from impactfem.building.section import BeamSection
 from impactfem.building.shell_model import Beams, ShellModel, Shells, shell_model
 from impactfem.verify.row import Row, Rows
-from impactfem.verify.shells import CONCRETE, ROTATION, SHEAR, flat, joined, lines_at, panel
+from impactfem.verify.shells import (
+    CONCRETE,
+    ROTATION,
+    SHEAR,
+    flat,
+    joined,
+    lines_at,
+    panel,
+    rectangle,
+)
 
 Array = NDArray[np.float64]
 
@@ -135,7 +144,7 @@ def _energy(kind: str, t: float, strain: tuple[float, float, float]) -> float:
 
 def _model(t: float) -> tuple[ShellModel, Array]:
     """A distorted rectangle, turned, and its nodes before the turn."""
-    place, triangles = panel(4, 4, flat((LENGTH, 0.0, 0.0), (0.0, WIDTH, 0.0)), 0.35)
+    place, triangles = rectangle(LENGTH, WIDTH, 4, 4, 0.35)
     return shell_model(place @ ROTATION.T, Shells(triangles, t, CONCRETE)), place
 
 
@@ -162,7 +171,7 @@ def shell_rigid_body() -> list[Row]:
     for label, model in _parts().items():
         rigid_body_rows(rows, label, model)
     length, width, t, phi = 6.0, 4.0, 0.3, 1e-3
-    nodes, triangles = panel(4, 3, flat((length, 0.0, 0.0), (0.0, width, 0.0)), 0.3)
+    nodes, triangles = rectangle(length, width, 4, 3, 0.3)
     model = shell_model(nodes @ ROTATION.T, Shells(triangles, t, CONCRETE))
     normal = ROTATION[:, 2]
     motion = np.zeros((len(nodes), 6))
@@ -202,13 +211,7 @@ def _parts() -> dict[str, ShellModel]:
 
 
 def rigid_body_rows(rows: Rows, label: str, model: ShellModel) -> None:
-    """|rᵀ K r| over the norm of K for unit rigid motions r, and the zero eigenvalues of K.
-
-    Args:
-        rows: Where they are written.
-        label: What the model is.
-        model: A model that nothing holds.
-    """
+    """|rᵀ K r| over the norm of K for unit rigid motions r, and the zero eigenvalues of K."""
     r = rigid_body(model.nodes, model.nodes.mean(axis=0))
     r /= np.linalg.norm(r, axis=0)
     energy = np.abs(r.T @ (model.K @ r)).max() / scipy.sparse.linalg.norm(model.K)

@@ -12,7 +12,7 @@ from impactfem.building.read_mesh import gmsh_session
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, ShellModel, Shells, shell_model
 from impactfem.system.own_process import in_own_process
 from impactfem.verify.row import Row, Rows
-from impactfem.verify.shells import SHEAR, STEEL, flat, panel, quadratic
+from impactfem.verify.shells import STEEL, mindlin, panel, quadratic, rectangle
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -55,19 +55,10 @@ def mindlin_plate_fine() -> list[Row]:
 
 
 def mindlin_frequencies(thickness: float, count: int = COUNT) -> Array:
-    """Lowest frequencies of Mindlin's plate, w ~ sin(m π x / L) sin(n π y / L) [Hz].
-
-    With k² = (m² + n²) π² / L², S = κ G t and I = ρ t³ / 12, ω² is the smaller root of
-    (S k² − ρ t ω²) (D k² + S − I ω²) = S² k².
-    """
-    E, nu, rho, t = STEEL.E, STEEL.nu, STEEL.rho, thickness
-    D, S = E * t**3 / (12.0 * (1.0 - nu**2)), SHEAR * STEEL.G * t
-    mass, rotary = rho * t, rho * t**3 / 12.0
+    """Lowest frequencies of Mindlin's plate, w ~ sin(m π x / L) sin(n π y / L) [Hz]."""
     waves = np.arange(1, 7)
     k2 = np.sort(np.add.outer(waves**2, waves**2).ravel())[:count] * (np.pi / LENGTH) ** 2
-    a, b, c = mass * rotary, mass * (D * k2 + S) + rotary * S * k2, S * D * k2**2
-    # The smaller root, without the loss of digits of b − √(b² − 4 a c).
-    return np.asarray(np.sqrt(2.0 * c / (b + np.sqrt(b**2 - 4.0 * a * c))) / (2.0 * np.pi))
+    return mindlin(k2, thickness, STEEL) / (2.0 * np.pi)
 
 
 def _mindlin(cells: tuple[int, ...], allowed: float) -> list[Row]:
@@ -88,8 +79,7 @@ def _mindlin(cells: tuple[int, ...], allowed: float) -> list[Row]:
 
 def _supported(length: float, thickness: float, cells: int) -> ShellModel:
     """A square plate on hard simple supports, on a distorted mesh."""
-    place = flat((length, 0.0, 0.0), (0.0, length, 0.0))
-    nodes, triangles = panel(cells, cells, place, 0.15)
+    nodes, triangles = rectangle(length, length, cells, cells, 0.15)
     model = shell_model(nodes, Shells(triangles, thickness, STEEL))
     x, y, _ = nodes.T
     at_x, at_y = (x == 0.0) | (x == length), (y == 0.0) | (y == length)
@@ -165,7 +155,7 @@ def navier(points: Array, count: int = 200) -> Array:
 def plate_bent_in_plane() -> list[Row]:
     """Pure bending in the plane, N11 = y: quadratic displacements, which the element holds."""
     t, E, nu = 0.2, STEEL.E, STEEL.nu
-    nodes, triangles = panel(4, 3, flat((3.0, 0.0, 0.0), (0.0, 2.0, 0.0)), 0.3)
+    nodes, triangles = rectangle(3.0, 2.0, 4, 3, 0.3)
     model = shell_model(nodes, Shells(triangles, t, STEEL))
     x, y, _ = nodes.T
     exact = np.zeros((len(nodes), 6))
@@ -237,7 +227,7 @@ def nafems_fv12() -> list[Row]:
     0.3 % beside that theory and, for modes 4 to 6, beside NAFEMS' four digits.
     """
     length, cells, t = 10.0, 32, 0.05
-    nodes, triangles = panel(cells, cells, flat((length, 0.0, 0.0), (0.0, length, 0.0)), 0.15)
+    nodes, triangles = rectangle(length, length, cells, cells, 0.15)
     model = shell_model(nodes, Shells(triangles, t, STEEL)).hold(nodes[:, 0] >= 0.0, UX, UY, RZ)
     found = model.modes(9, shift=0.5)[0][3:]
     rigidity = STEEL.E * t**2 / (12.0 * (1.0 - STEEL.nu**2) * STEEL.rho)  # D / (ρ t)

@@ -43,13 +43,9 @@ class MovingModel:
     def full(
         self, amplitudes: Array, time_step: float, damping: Rayleigh, start: Array | None = None
     ) -> History:
-        """Newmark's average acceleration in full order (`ShellModel.transient`).
+        """Newmark's average acceleration in full order, by amplitudes of the loads (n_t, m).
 
-        Args:
-            amplitudes: Of the loads at each time, shape (n_t, m).
-            time_step: Δt [s].
-            damping: The damping.
-            start: Velocity of all rows at the first time; from rest when None [m/s, rad/s].
+        It starts with a velocity of all rows, or from rest (`ShellModel.transient`).
         """
         return self.model.transient(
             list(self.patterns.T),
@@ -61,11 +57,9 @@ class MovingModel:
         )
 
     def reduced(self, shift: float, vectors: int) -> ReducedMotion:
-        """The reduced model of a Krylov basis, which serves all dampings.
+        """The model of a Krylov basis with its shift [Hz] and so many vectors at least.
 
-        Args:
-            shift: Frequency of the shift [Hz].
-            vectors: Fewest vectors of the basis, as far as the loads reach so many.
+        Fewer, where the loads do not reach so many. It serves all dampings.
         """
         return self.nested(shift, vectors)[0]
 
@@ -97,13 +91,9 @@ class ReducedMotion:
     def motion(
         self, amplitudes: Array, time_step: float, damping: Rayleigh, scheme: str = "exact"
     ) -> Motion:
-        """The probes' motion from rest.
+        """The probes' motion from rest by amplitudes of the loads, shape (n_t, m).
 
-        Args:
-            amplitudes: Of the loads at each time, shape (n_t, m).
-            time_step: Δt [s].
-            damping: The damping.
-            scheme: "exact" for loads that are straight between the times, or "newmark".
+        The scheme is "exact" for loads that are straight between the times, or "newmark".
         """
         from impactfem.reduction.modal_response import modal_response
 

@@ -25,14 +25,9 @@ IN_WALL = 8
 
 @dataclass(frozen=True)
 class EdgeWall:
-    """A wall below an end of the bar that bends out of its plane as a beam.
+    """A wall below an end of the bar that bends out of its plane: h [m], E I [N m2], mass [kg].
 
     It is clamped at the floor below; at the slab it is held along the bar and free to turn.
-
-    Args:
-        height: h [m].
-        bending: E I of the whole wall [N m2].
-        mass: Of the whole wall [kg].
     """
 
     height: float
@@ -41,16 +36,7 @@ class EdgeWall:
 
 
 class Bar:
-    """A free bar.
-
-    Args:
-        length: L [m].
-        stiffness: EA' [N].
-        mass: Of the bar, without its ends [kg].
-        end_mass: Lumped at the lower and the upper end [kg].
-        damping: The damping.
-        wall: Below each end; None for none.
-    """
+    """A free bar: L [m], EA' [N], its mass, and masses lumped at its ends [kg]."""
 
     def __init__(
         self,
@@ -85,17 +71,10 @@ class Bar:
         return np.asarray(np.sqrt(np.maximum(values, 0.0)) / (2.0 * math.pi))
 
     def pushed(self, force: Array, step: float, parts: int = 10) -> Array:
-        """Accelerations of the bar's nodes under a force on its lower end.
+        """Accelerations of its nodes under a force on its lower end, shape (n_t, nodes) [m/s2].
 
-        Average acceleration, between samples with the force straight.
-
-        Args:
-            force: Samples, shape (n_t,) [N].
-            step: Between them [s].
-            parts: Steps of the solver in one of the force.
-
-        Returns:
-            At the samples, shape (n_t, nodes) [m/s2].
+        Average acceleration, in `parts` steps from sample to sample of the force (n_t,) [N],
+        which is straight between them.
         """
         h = step / parts
         fine = np.arange((len(force) - 1) * parts + 1) / parts
@@ -115,15 +94,10 @@ class Bar:
         return found
 
     def against_wall(self, speed: float, step: float, window: float = 0.05) -> tuple[float, float]:
-        """The bar meets a rigid wall with its lower end, all of it at one speed.
+        """The bar meets a rigid wall with its lower end, all of it at one speed [m/s].
 
         Each step first goes free; where the end would then be behind the wall, an impulse stops it
         there. What moves the end has the mass of its element, which loses its energy.
-
-        Args:
-            speed: Of the bar before it touches [m/s].
-            step: Time step [s].
-            window: Time that is computed [s].
 
         Returns:
             Largest impulse on the wall [N s], and time from the touch to the last of it [s].

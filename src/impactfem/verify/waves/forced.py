@@ -11,7 +11,7 @@ from impactfem.building.section import BeamSection
 from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.verify.row import Row, Rows
-from impactfem.verify.shells import CONCRETE, SHEAR, flat, panel, straight_beam
+from impactfem.verify.shells import CONCRETE, SHEAR, mindlin, rectangle, straight_beam
 from impactfem.verify.waves import MovingModel, apart
 
 Array = NDArray[np.float64]
@@ -79,14 +79,14 @@ def strip_pulse() -> list[Row]:
     error of the frequency by mesh or step, 1e-5, grows with 2π and the six periods to 4e-4 where
     little damps it, and does not with critical damping and above.
     """
-    omega, moving = _strip()
+    omega, mass, moving = _strip()
     basis = moving.reduced(omega / (2.0 * math.pi), 20)
     time, pulse = _pulse(omega, 400)
     rows = Rows("slab strip under an oscillating pulse", SINGLE)
     for label, ratio in DAMPED.items():
         # Half of it by the mass and half by the stiffness.
         damping = Rayleigh(alpha=ratio * omega, beta=ratio / omega)
-        exact = response(time, omega, ratio) / _modal_mass(omega)
+        exact = response(time, omega, ratio) / mass
         at_peak, anywhere = (5e-4, 1e-3) if ratio < 1.0 else (2e-4, 2e-4)
         k = int(np.argmax(np.abs(exact)))
         for solver, motion in (
@@ -161,39 +161,28 @@ def _pulse(omega: float, samples: int) -> tuple[Array, Array]:
     return time, pulse
 
 
-def _frequency() -> tuple[float, float]:
-    """First frequency of Mindlin's strip [rad/s], and the slope of its section over k w.
+def _strip() -> tuple[float, float, MovingModel]:
+    """First frequency of the strip [rad/s], its modal mass over its load [kg/N], and its model.
 
-    With k = π/L, ω² is the smaller root of (S k² − ρ t ω²) (D k² + S − I ω²) = S² k²; the section
-    turns by S k/(D k² + S − I ω²) for w = 1.
+    M = ½ b L (ρ t + ρ t³/12 (k φ)²) over F = ½ b L p, with p = 1 Pa; for w = 1 the section turns
+    by k φ = S k/(D k² + S − I ω²).
     """
-    E, nu, rho, t = CONCRETE.E, CONCRETE.nu, CONCRETE.rho, THICKNESS
-    D, S, rotary = E * t**3 / (12.0 * (1.0 - nu**2)), SHEAR * CONCRETE.G * t, rho * t**3 / 12.0
-    k = math.pi / STRIP
-    a, b, c = rho * t * rotary, rho * t * (D * k**2 + S) + rotary * S * k**2, S * D * k**4
-    square = 2.0 * c / (b + math.sqrt(b**2 - 4.0 * a * c))
-    return math.sqrt(square), S / (D * k**2 + S - rotary * square)
-
-
-def _modal_mass(omega: float) -> float:
-    """Mass per load: M = ½ b L (ρ t + ρ t³/12 (k φ)²) over F = ½ b L p, with p = 1 Pa [kg/N]."""
-    k_phi = math.pi / STRIP * _frequency()[1]
-    return CONCRETE.rho * THICKNESS * (1.0 + THICKNESS**2 / 12.0 * k_phi**2)
-
-
-def _strip() -> tuple[float, MovingModel]:
-    place = flat((STRIP, 0.0, 0.0), (0.0, WIDTH, 0.0))
-    nodes, triangles = panel(CELLS, 1, place)
-    model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
+    k2, rho, t = (math.pi / STRIP) ** 2, CONCRETE.rho, THICKNESS
+    omega = float(mindlin(np.array([k2]), t, CONCRETE)[0])
+    D = CONCRETE.E * t**3 / (12.0 * (1.0 - CONCRETE.nu**2))
+    S, rotary = SHEAR * CONCRETE.G * t, rho * t**3 / 12.0
+    k_phi = math.sqrt(k2) * S / (D * k2 + S - rotary * omega**2)
+    mass = rho * t * (1.0 + t**2 / 12.0 * k_phi**2)
+    nodes, triangles = rectangle(STRIP, WIDTH, CELLS, 1)
+    model = shell_model(nodes, Shells(triangles, t, CONCRETE))
     x, y = nodes[:, 0], nodes[:, 1]
     model = model.hold(x >= 0.0, UX, UY, RX, RZ)  # RX would turn across the cylinder
     model = model.hold((x == 0.0) | (x == STRIP), UZ)
     load = np.zeros((6 * len(nodes), 1))
-    pressure = np.sin(np.pi * x / STRIP)
     # The mass of the deflections is ρ t ∫N Nᵀ dA: over ρ t it turns a pressure into its forces.
-    load[UZ::6, 0] = model.M[UZ::6, UZ::6] @ pressure / (CONCRETE.rho * THICKNESS)
+    load[UZ::6, 0] = model.M[UZ::6, UZ::6] @ np.sin(np.pi * x / STRIP) / (rho * t)
     middle = model.rows((x == 0.5 * STRIP) & (y == 0.0), UZ)
-    return _frequency()[0], MovingModel(model, load, middle)
+    return omega, mass, MovingModel(model, load, middle)
 
 
 def travelling_force() -> list[Row]:
@@ -224,10 +213,8 @@ def travelling_force() -> list[Row]:
             ("full", moving.full(nodal, dt, UNDAMPED).motion),
             ("reduced", basis.motion(sines, dt, UNDAMPED)),
         ):
-            found, at = (
-                motion["displacement"].T,
-                f"at {ratio:g} of the speed of resonance, {solver}",
-            )
+            found = motion["displacement"].T
+            at = f"at {ratio:g} of the speed of resonance, {solver}"
             largest, middle = found[0].max(), exact["middle"].max()
             rows.add(f"largest deflection of the middle {at}", middle, largest, "m", 5e-4)
             for (where, reference), values in zip(exact.items(), found, strict=True):
@@ -237,14 +224,7 @@ def travelling_force() -> list[Row]:
 
 
 def series(x: float, time: Array, speed: float, count: int = 200) -> Array:
-    """Deflection along the force at a point while the force is on the beam, shape of `time` [m].
-
-    Args:
-        x: The point [m].
-        time: Times [s].
-        speed: Speed of the force [m/s].
-        count: Terms of the series.
-    """
+    """Deflection at a point along the force while the force is on the beam, shape of `time` [m]."""
     n = np.arange(1, count + 1, dtype=np.float64)
     omega, drive = _omega(n), n * np.pi * speed / LENGTH
     t = time[:, None]
@@ -258,15 +238,7 @@ def series(x: float, time: Array, speed: float, count: int = 200) -> Array:
 
 
 def nodal_forces(x: Array, at: Array) -> Array:
-    """Forces on the nodes of quadratic elements of a unit force at a point.
-
-    Args:
-        x: Nodes, ends and middles in their order, shape (n,) [m].
-        at: Where the force is, at each time, shape (n_t,) [m].
-
-    Returns:
-        Shape (n_t, n).
-    """
+    """Forces on nodes x of quadratic elements of a unit force at places (n_t,): (n_t, n)."""
     length = x[2] - x[0]
     element = np.clip((at / length).astype(int), 0, len(x) // 2 - 1)
     s = 2.0 * (at / length - element) - 1.0

@@ -52,11 +52,8 @@ ENOUGH = 0.95
 class Frame:
     """The frame under a pulse on the edge of floor 1, on that of floor 2, and under the ground.
 
-    Args:
-        moving: Its matrices and the three loads.
-        damping: Rayleigh of the case.
-        weights: Share of each probe in the mean motion of the edges of floor 1 and of floor 2, as
-            the loads' shares of the nodes, shape (2, n_probes).
+    The weights are each probe's share in the mean motion of the edges of floor 1 and of floor 2, as
+    the loads' shares of the nodes, shape (2, n_probes).
     """
 
     moving: MovingModel

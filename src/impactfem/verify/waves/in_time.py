@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.row import Row, Rows, fitted_order
-from impactfem.verify.shells import CONCRETE, STEEL, flat, panel
+from impactfem.verify.shells import CONCRETE, STEEL, rectangle
 from impactfem.verify.waves import BALANCE, KRYLOV, MovingModel, apart, peak
 
 Array = NDArray[np.float64]
@@ -88,12 +88,7 @@ def nafems_13t() -> list[Row]:
 
 
 def series(time: Array | float, count: int = 60) -> Array:
-    """Deflection of the centre by Kirchhoff's plate [m]; at infinity the static one.
-
-    Args:
-        time: Times, any shape [s].
-        count: Odd waves m and n that are taken each.
-    """
+    """Deflection of the centre by Kirchhoff's plate at times [m]; at infinity the static one."""
     a, rho_t = LENGTH, STEEL.rho * THICKNESS
     D = STEEL.E * THICKNESS**3 / (12.0 * (1.0 - STEEL.nu**2))
     t = np.asarray(time, dtype=np.float64)
@@ -118,7 +113,7 @@ def series(time: Array | float, count: int = 60) -> Array:
 def _plate() -> MovingModel:
     """A quarter of the plate, its corner at a support and the centre at x = y = a/2."""
     half = 0.5 * LENGTH
-    nodes, triangles = panel(CELLS, CELLS, flat((half, 0.0, 0.0), (0.0, half, 0.0)), 0.15)
+    nodes, triangles = rectangle(half, half, CELLS, CELLS, 0.15)
     model = shell_model(nodes, Shells(triangles, THICKNESS, STEEL))
     x, y = nodes[:, 0], nodes[:, 1]
     model = model.hold(x >= 0.0, UX, UY, RZ).hold(x == 0.0, UZ, RX).hold(y == 0.0, UZ, RY)
@@ -179,8 +174,7 @@ def energy_identity_3d() -> list[Row]:
 
 def _strip() -> MovingModel:
     length, width, thickness, size = STRIP
-    place = flat((length, 0.0, 0.0), (0.0, width, 0.0))
-    nodes, triangles = panel(round(length / size), round(width / size), place, 0.2)
+    nodes, triangles = rectangle(length, width, round(length / size), round(width / size), 0.2)
     model = shell_model(nodes, Shells(triangles, thickness, CONCRETE))
     x, y = nodes[:, 0], nodes[:, 1]
     loads = np.zeros((6 * len(nodes), 2))

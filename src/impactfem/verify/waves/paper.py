@@ -219,16 +219,7 @@ def prepared_building(case: Case, folder: Path, window: float) -> Prepared:
 
 
 def spectrum_errors(spectra: Array, truth: Array, moved: NDArray[np.bool_]) -> Array:
-    """Largest relative error of each spectrum, of those that count, and 0 of the others.
-
-    Args:
-        spectra: Shape (n_points, 3, n_frequencies).
-        truth: Same shape.
-        moved: Whether a direction at a point counts, shape (n_points, 3).
-
-    Returns:
-        Shape (n_points, 3).
-    """
+    """Largest relative error of each spectrum where `moved`, 0 elsewhere, shape (n_points, 3)."""
     apart = np.abs(spectra[moved] / truth[moved] - 1.0).max(axis=-1)
     errors = np.zeros(moved.shape)
     errors[moved] = apart

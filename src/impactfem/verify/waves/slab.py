@@ -20,7 +20,7 @@ from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import UNDAMPED
 from impactfem.verify.row import Row, Rows, fitted_order
-from impactfem.verify.shells import CONCRETE, flat, panel, straight_beam
+from impactfem.verify.shells import CONCRETE, rectangle, straight_beam
 from impactfem.verify.waves import KRYLOV, Motion, MovingModel, apart
 
 Array = NDArray[np.float64]
@@ -117,8 +117,7 @@ def wave_speed_order() -> list[Row]:
 
 def _pulse(wave: Wave) -> tuple[float, float]:
     """Delay [s] between the stations, and the largest velocity [m/s] at the second one."""
-    strip = flat((LENGTH, 0.0, 0.0), (0.0, WIDTH, 0.0))
-    nodes, triangles = panel(round(LENGTH / SIZE), round(WIDTH / SIZE), strip, 0.2)
+    nodes, triangles = rectangle(LENGTH, WIDTH, round(LENGTH / SIZE), round(WIDTH / SIZE), 0.2)
     model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
     x, y = nodes[:, 0], nodes[:, 1]
     model = model.hold(x >= 0.0, UZ, RX, RY)  # a flat slab does not leave its plane
@@ -147,7 +146,7 @@ def _lag(first: Array, second: Array) -> float:
 
 def _standing(columns: int) -> float:
     """Frequency of the standing plate wave of one wavelength [Hz]."""
-    nodes, triangles = panel(columns, 1, flat((PULSE, 0.0, 0.0), (0.0, WIDTH, 0.0)))
+    nodes, triangles = rectangle(PULSE, WIDTH, columns, 1)
     model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
     x = nodes[:, 0]
     model = model.hold(x >= 0.0, UY, UZ, RX, RY, RZ).hold((x == 0.0) | (x == x.max()), UX)
@@ -187,8 +186,7 @@ def slab_strip_impact() -> list[Row]:
 
 
 def _strip() -> MovingModel:
-    place = flat((STRIP, 0.0, 0.0), (0.0, WIDE, 0.0))
-    nodes, triangles = panel(round(STRIP / FINE), round(WIDE / FINE), place, 0.2)
+    nodes, triangles = rectangle(STRIP, WIDE, round(STRIP / FINE), round(WIDE / FINE), 0.2)
     model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
     x, y = nodes[:, 0], nodes[:, 1]
     load = model.edge_load(x == 0.0, (FORCE, 0.0, 0.0)).reshape(-1, 1)
