@@ -9,7 +9,6 @@ import pytest
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Beam, Column, Geometry, MeshSize, Wall
 from impactfem.building.mesh import areas, radius_ratio, sides
-from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.read_mesh import read_mesh
 from impactfem.system.errors import ImpactfemError, InputError
 
@@ -39,10 +38,6 @@ def made(geometry, tmp_path, **options):
 def by_group(mesh, values, own, parts):
     total = np.bincount(own, weights=values, minlength=len(parts))
     return {part.group: value for part, value in zip(parts, total, strict=True)}
-
-
-def test_the_mesh_is_accepted(small_mesh, small_file):
-    check_mesh(small_mesh, small_file)
 
 
 def test_areas_are_those_of_the_drawing(small_mesh):

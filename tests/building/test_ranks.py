@@ -1,5 +1,4 @@
-"""The matrices of a building do not depend on the number of ranks."""
-
+import json
 import pickle
 import sys
 from dataclasses import replace
@@ -88,3 +87,19 @@ def test_a_torn_joint_would_be_seen(house, assembled, csr):
         for model in map(assembled, (house, torn))
     )
     assert wrong < 0.999 * right
+
+
+FRAME_SCRIPT = Path(__file__).with_name("frame_numbers.py")
+KNOWN = json.loads(FRAME_SCRIPT.with_suffix(".json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3, 4])
+def test_numbers_of_the_frame(ranks, under_mpirun, tmp_path):
+    out = tmp_path / "numbers.json"
+    ended = under_mpirun(ranks, sys.executable, "-m", "mpi4py", FRAME_SCRIPT, out)
+    assert ended.returncode == 0, ended.stderr
+    found = json.loads(out.read_text(encoding="utf-8"))
+    np.testing.assert_allclose(found["frequency"], KNOWN["frequency"], rtol=1e-9)
+    np.testing.assert_allclose(found["mass"], KNOWN["mass"], rtol=1e-12)
+    largest = np.abs(KNOWN["displacement"]).max()
+    np.testing.assert_allclose(found["displacement"], KNOWN["displacement"], atol=1e-8 * largest)

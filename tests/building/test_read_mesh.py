@@ -1,10 +1,342 @@
-"""The mesh that is shipped as a user's own, and the one of the paper's building."""
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from impactfem.building.mesh import areas, sides
-from impactfem.building.read_mesh import read_mesh
+from impactfem.building.mesh import Part, areas, sides
+from impactfem.building.read_mesh import Block, RawMesh, assemble, read_mesh, read_raw
+from impactfem.system.errors import InputError
+from impactfem.system.own_process import in_own_process
+
+KINDS = {"Point": 15, "Line 3": 8, "Triangle 6": 9}
+
+
+def msh2(raw) -> str:
+    """A mesh in gmsh's format 2: a cell of a block in two groups stands there twice."""
+    numbers = {group: i + 1 for i, group in enumerate(raw.groups)}
+    elements = []
+    for entity, block in enumerate(raw.blocks, start=1):
+        for name in block.groups:
+            group = numbers[name, block.dimension]
+            for cell in (block.nodes + 1).tolist():
+                head = [len(elements) + 1, KINDS[block.kind], 2, group, entity]
+                elements.append(" ".join(map(str, [*head, *cell])))
+    names = [f'{dim} {number} "{name}"' for (name, dim), number in numbers.items()]
+    nodes = [f"{i} {x!r} {y!r} {z!r}" for i, (x, y, z) in enumerate(raw.nodes.tolist(), 1)]
+    sections = {"PhysicalNames": names, "Nodes": nodes, "Elements": elements}
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat"]
+    for name, content in sections.items():
+        lines += [f"${name}", str(len(content)), *content, f"$End{name}"]
+    return "\n".join(lines) + "\n"
+
+
+def test_format_2_holds_the_same_mesh(small_raw, small_mesh, tmp_path):
+    path = tmp_path / "two.msh"
+    path.write_text(msh2(small_raw))
+    mesh = read_mesh(path)
+    assert mesh.shell_parts == small_mesh.shell_parts
+    assert mesh.beam_parts == small_mesh.beam_parts
+    assert mesh.centres == small_mesh.centres
+    np.testing.assert_array_equal(mesh.nodes, small_mesh.nodes)
+    np.testing.assert_array_equal(mesh.base, small_mesh.base)
+    for name in ("triangles", "lines"):
+        np.testing.assert_array_equal(
+            np.unique(getattr(mesh, name), axis=0), np.unique(getattr(small_mesh, name), axis=0)
+        )
+    for k in (1, 2):
+        found, known = (np.unique(m.edges[k], axis=0) for m in (mesh, small_mesh))
+        np.testing.assert_array_equal(found, known)
+
+
+def test_a_file_in_millimetres(small_raw, tmp_path):
+    path = tmp_path / "mm.msh"
+    path.write_text(msh2(replace(small_raw, nodes=1e3 * small_raw.nodes)))
+    with pytest.raises(InputError, match=r"mm\.msh: floor_1: .*is it in millimetres"):
+        read_mesh(path)
+
+
+def test_a_node_of_no_cell_is_dropped(frame_file, tmp_path):
+    """Format 4 keeps it on its entity; gmsh itself drops those of format 2."""
+    lines = frame_file.read_text().splitlines()
+    start = lines.index("$Nodes") + 1
+    blocks, nodes, first, last = map(int, lines[start].split())
+    dimension, entity, parametric, count = lines[start + 1].split()
+    assert count == "1"
+    lines[start : start + 4] = [
+        f"{blocks} {nodes + 1} {first} {last + 1}",
+        f"{dimension} {entity} {parametric} 2",
+        lines[start + 2],
+        str(last + 1),
+        lines[start + 3],
+        "1 1 9",
+    ]
+    path = tmp_path / "orphan.msh"
+    path.write_text("\n".join(lines) + "\n")
+    mesh = read_mesh(path)
+    np.testing.assert_array_equal(mesh.dropped, [[1.0, 1.0, 9.0]])
+    np.testing.assert_array_equal(mesh.nodes, read_mesh(frame_file).nodes)
+
+
+def test_groups_that_share_an_entity_in_format_2(small_raw, tmp_path):
+    """Gmsh gives all groups of an entity number to all of its cells."""
+    text = msh2(small_raw).splitlines()
+    start = text.index("$Elements") + 2
+    for i in range(start, len(text) - 1):
+        words = text[i].split()
+        words[4] = "1"
+        text[i] = " ".join(words)
+    path = tmp_path / "two.msh"
+    path.write_text("\n".join(text) + "\n")
+    with pytest.raises(InputError, match=r"in two groups.*format 2"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ("", r"no \$MeshFormat"),
+        ("Point(1) = {0, 0, 0};\n// $MeshFormat\n4.1 0 8\n", r"no \$MeshFormat"),
+        ("$MeshFormat", r"no \$MeshFormat"),
+        ("$MeshFormat\n1.0 0 8\n$EndMeshFormat\n", r"\$MeshFormat = '1\.0'"),
+        ("$MeshFormat\n3.0 0 8\n$EndMeshFormat\n", "expected a mesh of gmsh"),
+        ("solid\nfacet normal 0 0 1\n", "expected a mesh of gmsh"),
+        ("\x00\x01\x02", "expected a mesh of gmsh"),
+        ("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n", "floor_1: missing group"),
+    ],
+)
+def test_what_is_no_mesh(content, expected, tmp_path):
+    path = tmp_path / "no.msh"
+    path.write_text(content)
+    with pytest.raises(InputError, match=expected) as caught:
+        read_mesh(path)
+    assert all(fault.file == path for fault in caught.value.faults)
+
+
+@pytest.mark.parametrize("part", [0.01, 0.3, 0.6, 0.95])
+def test_a_file_that_is_cut_off(part, frame_file, tmp_path):
+    text = frame_file.read_text()
+    path = tmp_path / "cut.msh"
+    path.write_text(text[: int(part * len(text))])
+    with pytest.raises(InputError, match=r"cut\.msh: .*expected a mesh of gmsh"):
+        read_mesh(path)
+
+
+def test_a_folder_and_a_missing_file(tmp_path):
+    with pytest.raises(InputError, match="Is a directory"):
+        read_mesh(tmp_path)
+    with pytest.raises(InputError, match="No such file"):
+        read_mesh(tmp_path / "none.msh")
+
+
+def test_a_name_with_spaces_and_accents(frame_file, tmp_path):
+    path = tmp_path / "mon bâtiment.msh"
+    path.write_bytes(frame_file.read_bytes())
+    assert read_mesh(path).elements == read_mesh(frame_file).elements
+
+
+def test_a_group_without_a_name(frame_file, tmp_path):
+    text = frame_file.read_text()
+    lines = [line for line in text.splitlines() if '"floor_1"' not in line]
+    count = lines.index("$PhysicalNames") + 1
+    lines[count] = str(int(lines[count]) - 1)
+    path = tmp_path / "nameless.msh"
+    path.write_text("\n".join(lines) + "\n")
+    raw = in_own_process(read_raw, path)
+    with pytest.raises(InputError, match=r"number \d+: unknown physical group; expected floor_<k>"):
+        assemble(raw, path)
+
+
+def test_a_name_that_is_no_text(frame_file, tmp_path):
+    path = tmp_path / "latin.msh"
+    path.write_bytes(frame_file.read_bytes().replace(b"storey_1_west", b"storey_1_\xe9st"))
+    with pytest.raises(InputError, match=r"latin\.msh: a name that is not UTF-8"):
+        read_mesh(path)
+
+
+FILE = Path("own.msh")
+PLACE = r"\(-?\d+\.\d{3}, -?\d+\.\d{3}, -?\d+\.\d{3}\) m"
+
+
+def renamed(raw: RawMesh, names: dict[str, str | None]) -> RawMesh:
+    """The mesh with groups that have another name, or, with None, are not there."""
+    blocks = []
+    for block in raw.blocks:
+        groups = [names.get(group, group) for group in block.groups]
+        blocks.append(replace(block, groups=tuple(group for group in groups if group)))
+    every = [(names.get(group, group), dimension) for group, dimension in raw.groups]
+    return RawMesh(raw.nodes, tuple(blocks), tuple((g, d) for g, d in every if g))
+
+
+def without(raw: RawMesh, *groups: str) -> RawMesh:
+    """The mesh without the cells of some groups."""
+    blocks = tuple(block for block in raw.blocks if not set(block.groups) & set(groups))
+    kept = tuple((g, d) for g, d in raw.groups if g not in groups)
+    return RawMesh(raw.nodes, blocks, kept)
+
+
+def edited(raw: RawMesh, group: str, **changes) -> RawMesh:
+    blocks = tuple(replace(b, **changes) if group in b.groups else b for b in raw.blocks)
+    return replace(raw, blocks=blocks)
+
+
+def faults(raw: RawMesh) -> list[str]:
+    with pytest.raises(InputError) as caught:
+        assemble(raw, FILE)
+    assert {fault.file for fault in caught.value.faults} == {FILE}
+    return [f"{fault.key}: {fault.expected}" for fault in caught.value.faults]
+
+
+def test_the_mesh_as_it_is(small_raw):
+    mesh = assemble(small_raw, FILE)
+    assert Part("floor", 2, "acroterion") in mesh.shell_parts
+    assert len(mesh.dropped) == 0
+    assert mesh.triangles.max() < len(mesh.nodes)
+    np.testing.assert_array_equal(
+        np.unique(np.concatenate([mesh.triangles.ravel(), mesh.lines.ravel()])),
+        np.arange(len(mesh.nodes)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("missing", "expected"),
+    [
+        ("base", "base: missing group; expected the lines or points that are clamped"),
+        ("edge_1", "edge_1: missing group; expected the lines of the slab's edge"),
+        ("centre_2", "centre_2: missing group; expected the node at the floor's mass centre"),
+        ("floor_1", "floor_1: missing group; floor_2 is above it"),
+        ("floor", "floor_1: missing group; expected the slabs as floor_<k>"),
+        (
+            ("storey_2", "column_2"),
+            "storey_2: missing group; expected walls or columns below",
+        ),
+        (("storey", "column"), "storey_1: missing group; expected walls as storey_<k> or columns"),
+    ],
+)
+def test_missing_groups(small_raw, missing, expected):
+    groups = [group for group, _ in small_raw.groups if group.startswith(missing)]
+    assert any(fault.startswith(expected) for fault in faults(without(small_raw, *groups)))
+
+
+def test_a_storey_of_columns_alone_is_one(small_raw):
+    walls = [g for g, _ in small_raw.groups if g.startswith("storey_2")]
+    assert assemble(without(small_raw, *walls), FILE).floors == (1, 2)
+
+
+def test_a_number_above_the_top(small_raw):
+    names = {"beam_2_face": "beam_3_face", "edge_2": "edge_4"}
+    assert faults(renamed(small_raw, names)) == [
+        "edge_2: missing group; expected the lines of the slab's edge that faces the other "
+        "building",
+        "beam_3_face: expected a number from 1 to 2, that of the top floor",
+        "edge_4: expected a number from 1 to 2, that of the top floor",
+    ]
+
+
+def test_an_unknown_name(small_raw):
+    (fault,) = faults(renamed(small_raw, {"storey_1_inner": "wall_1_inner"}))
+    assert fault.startswith("wall_1_inner: unknown physical group; expected floor_<k>[_<part>]")
+
+
+def test_the_wrong_dimension(small_raw):
+    names = {"storey_1_inner": "beam_1_inner", "beam_1_rim": "storey_1_rim"}
+    assert faults(renamed(small_raw, names)) == [
+        "storey_1_rim: a group of lines; expected surfaces",
+        "beam_1_inner: a group of surfaces; expected lines",
+    ]
+
+
+def test_cells_without_a_group(small_raw):
+    (fault,) = faults(renamed(small_raw, {"storey_1_inner": None}))
+    assert fault.startswith(": ")
+    assert "cells of surfaces without a physical group, the first at (" in fault
+    (fault,) = faults(renamed(small_raw, {"beam_1_oblique": None}))
+    assert "cells of lines without a physical group, the first at (" in fault
+
+
+def test_points_without_a_group_are_let_be(small_raw):
+    corner = Block(0, "Point", np.array([[5]]), ())
+    mesh = assemble(replace(small_raw, blocks=(*small_raw.blocks, corner)), FILE)
+    assert len(mesh.centres) == 2
+
+
+def test_cells_in_two_groups(small_raw):
+    found = faults(edited(small_raw, "storey_1_inner", groups=("floor_1", "storey_1_inner")))
+    assert any(f.startswith("floor_1, storey_1_inner: ") for f in found)
+    assert any("cells, the first at (" in f and "in two groups" in f for f in found)
+
+
+def test_a_line_may_be_a_beam_an_edge_and_the_base(small_raw):
+    """As in the generated mesh: the beam on the face is the impact edge as well."""
+    shared = [b.groups for b in small_raw.blocks if len(b.groups) > 1]
+    assert ("beam_2_face", "edge_2") in shared
+    mesh = assemble(small_raw, FILE)
+    on_face = mesh.lines[mesh.line_part == mesh.beam_parts.index(Part("beam", 2, "face"))]
+    np.testing.assert_array_equal(np.unique(on_face), np.unique(mesh.edges[2]))
+
+
+def test_first_order(small_raw):
+    blocks = tuple(
+        replace(b, nodes=b.nodes[:, : b.dimension + 1], kind=kind)
+        for b in small_raw.blocks
+        for kind in [("Point", "Line 2", "Triangle 3")[b.dimension]]
+    )
+    (fault,) = faults(replace(small_raw, blocks=blocks))
+    assert "first-order cells, the first at (" in fault
+    assert "expected a mesh of second order (gmsh -order 2" in fault
+
+
+def test_quadrangles(small_raw):
+    (fault,) = faults(edited(small_raw, "storey_1_inner", kind="Quadrilateral 9"))
+    assert fault.startswith("storey_1_inner: ")
+    assert fault.endswith("expected triangles with 6 nodes and lines with 3")
+
+
+def test_nodes_of_no_element_are_dropped(small_raw):
+    nodes = np.vstack([[99.0, 98.0, 97.0], small_raw.nodes])
+    blocks = tuple(replace(b, nodes=b.nodes + 1) for b in small_raw.blocks)
+    mesh = assemble(replace(small_raw, nodes=nodes, blocks=blocks), FILE)
+    np.testing.assert_array_equal(mesh.dropped, [[99.0, 98.0, 97.0]])
+    np.testing.assert_array_equal(mesh.nodes, assemble(small_raw, FILE).nodes)
+
+
+def test_an_edge_that_is_not_the_slab_s(small_raw):
+    names = {"edge_1": "edge_2", "edge_2": "edge_1"}
+    found = faults(renamed(small_raw, names))
+    assert [f.split(" at")[0] for f in found] == ["edge_1:", "edge_2:"]
+    assert found[0].endswith("expected lines that are sides of triangles of floor_1")
+
+
+def test_a_centre_outside_the_slab(small_raw, small_mesh):
+    names = {"centre_1": "centre_2", "centre_2": "centre_1"}
+    found = faults(renamed(small_raw, names))
+    expected = "at (4.000, 2.500, 5.800) m: expected a node of floor_1 (in gmsh: a point embedded"
+    assert found[0].startswith(f"centre_1: {expected}")
+
+
+def test_two_centres(small_raw):
+    more = Block(0, "Point", np.array([[5]]), ("centre_1",))
+    (fault,) = faults(replace(small_raw, blocks=(*small_raw.blocks, more)))
+    assert fault.startswith("centre_1: at (")
+    assert fault.endswith("2 nodes; expected one")
+
+
+def test_a_base_of_points_alone(small_raw, small_mesh):
+    points = Block(0, "Point", np.array([[3], [1]]), ("base",))
+    raw = without(small_raw, "base")
+    mesh = assemble(
+        RawMesh(raw.nodes, (*raw.blocks, points), (*raw.groups, ("base", 0))), FILE
+    )  # fmt: skip
+    np.testing.assert_array_equal(mesh.base, [1, 3])
+
+
+def test_a_base_off_the_structure(small_raw):
+    nodes = np.vstack([small_raw.nodes, [4.0, 4.0, -1.0]])
+    point = Block(0, "Point", np.array([[len(small_raw.nodes)]]), ("base",))
+    raw = replace(small_raw, nodes=nodes, blocks=(*small_raw.blocks, point))
+    assert faults(raw) == [
+        "base: at (4.000, 4.000, -1.000) m: expected nodes of walls, columns, slabs or beams"
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -31,14 +363,6 @@ def test_the_shipped_mesh(frame):
     feet = frame.nodes[frame.base]
     assert sorted({tuple(p) for p in feet[feet[:, 0] > 1.0].round(9)}) == [(6, 0, 0), (6, 4, 0)]
     assert np.ptp(feet[feet[:, 0] < 1.0][:, 1]) == pytest.approx(4.0)
-
-
-def test_mid_nodes_are_in_the_middle(frame):
-    for a, b, m in ((0, 1, 3), (1, 2, 4), (2, 0, 5)):
-        middle = 0.5 * (frame.nodes[frame.triangles[:, a]] + frame.nodes[frame.triangles[:, b]])
-        np.testing.assert_allclose(frame.nodes[frame.triangles[:, m]], middle, atol=1e-12)
-    middle = frame.nodes[frame.lines[:, :2]].mean(axis=1)
-    np.testing.assert_allclose(frame.nodes[frame.lines[:, 2]], middle, atol=1e-12)
 
 
 def test_a_side_has_one_middle(frame):

@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+
+from impactfem.building.mesh import (
+    Mark,
+    Part,
+    areas,
+    parse_group,
+    radius_ratio,
+    rigid_body,
+    side_lengths,
+    usable_name,
+)
+
+
+@pytest.mark.parametrize(
+    ("group", "expected"),
+    [
+        ("floor_1", Part("floor", 1)),
+        ("floor_8_acroterion", Part("floor", 8, "acroterion")),
+        ("storey_3_gable_west", Part("storey", 3, "gable_west")),
+        ("beam_8_transverse_4", Part("beam", 8, "transverse_4")),
+        ("column_12_2", Part("column", 12, "2")),
+        ("edge_2", Mark("edge", 2)),
+        ("centre_10", Mark("centre", 10)),
+        ("base", Mark("base")),
+    ],
+)
+def test_a_name_is_read_and_written(group, expected):
+    meaning = parse_group(group)
+    assert meaning == expected
+    assert meaning.group == group
+
+
+@pytest.mark.parametrize(
+    "group",
+    ["floor", "floor_0", "floor_01", "Floor_1", "floor_1_", "floor_1__a", "floor_1_é", "floor_-1",
+     "wall_1", "edge_1_north", "edge_0", "base_1", "number 7", "", "floor_1\n"],
+)  # fmt: skip
+def test_another_name_is_none_of_the_scheme(group):
+    assert parse_group(group) is None
+
+
+def test_only_walls_and_columns_are_scaled():
+    scaled = {family: Part(family, 1).scaled for family in ("floor", "storey", "beam", "column")}
+    assert scaled == {"floor": False, "storey": True, "beam": False, "column": True}
+
+
+def test_dimensions():
+    assert [Part(f, 1).dimension for f in ("floor", "storey", "beam", "column")] == [2, 2, 1, 1]
+
+
+def test_parts_are_sorted_by_number_not_by_text():
+    assert sorted([Part("floor", 10), Part("floor", 9)])[0].level == 9
+
+
+def test_what_a_generated_name_may_be():
+    assert usable_name("gable_west")
+    assert not usable_name("gable west")
+    assert not usable_name("")
+    assert not usable_name("west_")
+
+
+# 3-4-5: inscribed circle 1, circumscribed 2.5. Legs 1, 1: (2 - √2)/2 and √2/2.
+TRIANGLES = [
+    ([(0, 0, 0), (1, 0, 0), (0.5, np.sqrt(0.75), 0)], 1.0, np.sqrt(3.0) / 4.0),
+    ([(0, 0, 0), (0, 3, 0), (0, 0, 4)], 0.8, 6.0),
+    ([(5, 0, 0), (6, 0, 0), (5, 0, 1)], 2.0 * np.sqrt(2.0) - 2.0, 0.5),
+    ([(0, 0, 0), (1, 1, 1), (2, 2, 2)], 0.0, 0.0),
+    ([(0, 0, 0), (0, 0, 0), (0, 0, 0)], 0.0, 0.0),
+]
+
+
+@pytest.mark.parametrize(("points", "ratio", "area"), TRIANGLES)
+def test_known_triangles(points, ratio, area):
+    nodes, triangles = np.array(points, dtype=float), np.array([[0, 1, 2, 0, 0, 0]])
+    assert radius_ratio(nodes, triangles) == pytest.approx(ratio, abs=1e-12)
+    assert areas(nodes, triangles) == pytest.approx(area, abs=1e-12)
+
+
+def test_side_lengths_in_order():
+    nodes = np.array([(0.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 4.0)])
+    np.testing.assert_allclose(side_lengths(nodes, np.array([[0, 1, 2]])), [[3.0, 5.0, 4.0]])
+
+
+def test_the_ratio_does_not_know_size_and_place():
+    nodes = np.random.default_rng(0).normal(size=(30, 3))
+    triangles = np.arange(30).reshape(10, 3)
+    turned = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    moved = 7.0 * nodes @ turned + 3.0
+    np.testing.assert_allclose(radius_ratio(moved, triangles), radius_ratio(nodes, triangles))
+
+
+def test_by_hand():
+    """A turn by b about x0 moves x by b × (x − x0)."""
+    motions = rigid_body(np.array([[3.0, 5.0, 9.0]]), np.array([1.0, 1.0, 1.0]))
+    # The arm is (2, 4, 8).
+    assert motions[:3, :3].tolist() == np.eye(3).tolist()
+    assert motions[3:, 3:].tolist() == np.eye(3).tolist()
+    assert not motions[3:, :3].any()
+    assert motions[:3, 3].tolist() == [0.0, -8.0, 4.0]
+    assert motions[:3, 4].tolist() == [8.0, 0.0, -2.0]
+    assert motions[:3, 5].tolist() == [-4.0, 2.0, 0.0]
+
+
+def test_distances_stay():
+    """Two points of a body keep their distance to first order."""
+    points = np.random.default_rng(4).normal(size=(2, 3))
+    u = rigid_body(points, np.array([0.3, -2.0, 5.0])).reshape(2, 6, 6)[:, :3]
+    between = points[1] - points[0]
+    assert between @ (u[1] - u[0]) == pytest.approx(np.zeros(6), abs=1e-14)
+
+
+def test_of_no_point():
+    assert rigid_body(np.zeros((0, 3)), np.zeros(3)).shape == (0, 6)
