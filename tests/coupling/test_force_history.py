@@ -6,12 +6,12 @@ import xarray as xr
 from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.force_history import (
     ForceHistory,
+    PairEnds,
     check_forces,
     read_forces,
     write_forces,
     write_forces_csv,
 )
-from impactfem.coupling.pair_ends import PairEnds
 from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.sticks.stick import build_stick
 from impactfem.system.errors import InputError

@@ -15,6 +15,7 @@ from numba.core.errors import TypingError
 from impactfem.coupling import restitution as relations
 from impactfem.coupling.contact import (
     Law,
+    compile_force,
     effective_mass,
     hertz,
     hertz_damp,
@@ -23,7 +24,6 @@ from impactfem.coupling.contact import (
     law_force,
 )
 from impactfem.coupling.impacts import impacts
-from impactfem.coupling.own_force import compile_force
 from impactfem.coupling.own_law import OwnLaw, own_law
 from impactfem.coupling.pounding import Response, simulate
 from impactfem.stages.pounding.compute import run_sticks, steps_of_law

@@ -1,7 +1,3 @@
-"""Checkpoints of one rank; those of several are in test_ranks.py."""
-
-from __future__ import annotations
-
 import logging
 from dataclasses import fields
 from pathlib import Path
@@ -10,7 +6,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
+from impactfem.dynamics.checkpoints import Checkpoints, joined, remove_checkpoints
 from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.history import History, State
 from impactfem.system.errors import ImpactfemError
@@ -115,3 +111,19 @@ def test_no_place(folder: Path) -> None:
     (folder / "state_0_10.npz").mkdir()
     with pytest.raises(ImpactfemError, match=r"cannot write .*state_0_10\.npz"):
         checkpoints(folder).write(*at(10))
+
+
+def piece(first: int, last: int) -> History:
+    step = np.arange(first, last + 1)
+    energy = Energy(*(factor * step.astype(float) for factor in (1.0, 2.0, 3.0, 4.0)))
+    return History(0.1 * step, {"velocity": np.column_stack([step, -step]).astype(float)}, energy)
+
+
+def test_pieces_one_after_the_other() -> None:
+    whole, known = joined([piece(0, 3), piece(4, 4), piece(5, 9)]), piece(0, 9)
+    np.testing.assert_array_equal(whole.time, known.time)
+    np.testing.assert_array_equal(whole.motion["velocity"], known.motion["velocity"])
+    np.testing.assert_array_equal(whole.energy.damped, 3.0 * np.arange(10))
+    np.testing.assert_array_equal(whole.energy.input, 4.0 * np.arange(10))
+    # In another order it is another one.
+    assert not np.array_equal(joined([piece(4, 9), piece(0, 3)]).time, known.time)

@@ -11,8 +11,7 @@ import pytest
 
 from impactfem.building.mesh import BuildingMesh, Part, outward_normal
 from impactfem.case import Case, Contact, ContactPoint, load_case
-from impactfem.coupling.force_history import ForceHistory, read_forces, write_forces_csv
-from impactfem.coupling.pair_ends import PairEnds
+from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces, write_forces_csv
 from impactfem.reduction.forces import check_contacts, checked_forces
 from impactfem.system.errors import InputError
 

@@ -11,15 +11,9 @@ from impactfem.case import (
     Case,
     Contact,
     ContactPoint,
-    HertzDampLaw,
-    HertzLaw,
-    JankowskiLaw,
-    KelvinVoigtLaw,
 )
 from impactfem.case.loads import ForceTable, read_force_table
-from impactfem.coupling import contact as laws
-from impactfem.coupling import restitution
-from impactfem.coupling.contact import Law, effective_mass
+from impactfem.coupling.contact import effective_mass, law_of
 from impactfem.coupling.pounding import End, Load, Pair, System
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
 from impactfem.sticks.element import Section
@@ -217,7 +211,11 @@ def _pair(case: Case, contact: Contact, sticks: dict[str, Stick]) -> Pair:
         b=ends[1],
         normal=normal,
         gap=contact.gap,
-        law=_law(case, contact.law, effective_mass(masses[0], masses[1])),
+        law=law_of(
+            contact.law,
+            case.contact_laws[contact.law],
+            effective_mass(masses[0], masses[1]),
+        ),
         area=contact.bearing_area,
     )
 
@@ -228,24 +226,3 @@ def _end(stick: Stick, point: ContactPoint) -> End:
     storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
     master = stick.storey_points[storey, height]
     return End(stick.name, master, point.offset, storey, height)
-
-
-def _law(case: Case, name: str, mass: float) -> Law:
-    law = case.contact_laws[name]
-    if isinstance(law, KelvinVoigtLaw):
-        if law.stiffness == "calibrated" or law.restitution == "calibrated":
-            raise ValueError(
-                f"the contact law {name} still asks for calibrated values; "
-                "study.calibrated_contact.with_calibrated_contact gives them"
-            )
-        xi = law.damping_ratio
-        if xi is None:
-            xi = restitution.kelvin_voigt_xi(law.restitution or 1.0, tension=law.tension)
-        return laws.kelvin_voigt(law.stiffness, xi, mass, tension=law.tension)
-    if isinstance(law, HertzLaw):
-        return laws.hertz(law.stiffness, mass)
-    exact = law.relation == "exact"
-    if isinstance(law, JankowskiLaw):
-        return laws.jankowski(law.stiffness, law.restitution, mass, exact=exact)
-    make = laws.hertz_damp if isinstance(law, HertzDampLaw) else laws.hunt_crossley
-    return make(law.stiffness, law.restitution, mass, exact=exact, slowest=law.slowest_approach)

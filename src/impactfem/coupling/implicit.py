@@ -15,7 +15,7 @@ With w = v₀ + v₁ the scheme satisfies, step by step and exactly,
 
     Δ(½ vᵀ M v) + Δ(½ uᵀ K u) + h/2 wᵀ C w = ½ Δuᵀ (f₀ + f₁) + ½ Δδᵀ (F₀ + F₁).               (3)
 
-The loop is plain numpy code; `march` is that code compiled, `march.py_func` the code itself.
+The loop is plain numpy code: `march` is it compiled by numba, `march.py_func` the code itself.
 """
 
 from __future__ import annotations

@@ -11,8 +11,7 @@ import numpy as np
 import scipy.integrate
 from numpy.typing import NDArray
 
-from impactfem.coupling.contact import N_PARAMETERS, Law, law_force
-from impactfem.coupling.own_force import Force, compile_force
+from impactfem.coupling.contact import N_PARAMETERS, Force, Law, compile_force, law_force
 from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]

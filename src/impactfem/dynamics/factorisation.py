@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any
+from abc import ABC, abstractmethod
+from types import TracebackType
+from typing import Any, Self
 
 import numpy as np
 import scipy.sparse
@@ -11,10 +13,29 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import random_column, row_of_largest, wrapped
-from impactfem.dynamics.held import Held
 from impactfem.system.errors import SolutionError
 from impactfem.system.memory import give_back
 from impactfem.system.parallel import all_blas_threads
+
+
+class Held(ABC):
+    """A context manager that frees what it holds when its block ends."""
+
+    @abstractmethod
+    def destroy(self) -> None:
+        """Free the memory. Collective."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.destroy()
+
 
 Array = NDArray[np.float64]
 

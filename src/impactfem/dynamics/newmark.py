@@ -22,8 +22,7 @@ from petsc4py import PETSc
 
 from impactfem.dynamics.columns import combined, product, wrapped
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
-from impactfem.dynamics.factorisation import Factorisation
-from impactfem.dynamics.held import Held
+from impactfem.dynamics.factorisation import Factorisation, Held
 from impactfem.dynamics.history import QUANTITIES, History, Recorder, State
 from impactfem.system.errors import SolutionError
 

@@ -23,8 +23,7 @@ from impactfem.case.contact_checks import (
 )
 from impactfem.case.contacts import Vector
 from impactfem.case.loads import read_force_table
-from impactfem.coupling.force_history import ForceHistory
-from impactfem.coupling.pair_ends import PairEnds
+from impactfem.coupling.force_history import ForceHistory, PairEnds
 from impactfem.reduction.loads import EdgeForce
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.log import LOGGER

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import combined, inner, product
-from impactfem.dynamics.factorisation import Factorisation
-from impactfem.dynamics.held import Held
+from impactfem.dynamics.factorisation import Factorisation, Held
 from impactfem.reduction.orthonormal import Orthonormal
 
 Array = NDArray[np.float64]

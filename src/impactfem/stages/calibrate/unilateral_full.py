@@ -23,8 +23,7 @@ from petsc4py import PETSc
 from impactfem.coupling.unilateral import check_rule
 from impactfem.dynamics.columns import combined, inner, product, wrapped
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
-from impactfem.dynamics.factorisation import BLOCK, Factorisation
-from impactfem.dynamics.held import Held
+from impactfem.dynamics.factorisation import BLOCK, Factorisation, Held
 from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.device.mounted import MountedHistory, mounted_histories
-from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
+from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints, resumable_march
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.history import QUANTITIES, History
 from impactfem.dynamics.newmark import Newmark
-from impactfem.dynamics.resumable import resumable_march
 from impactfem.reduction.loads import Loads
 from impactfem.stages.device.full_system import FullSystem
 

@@ -29,7 +29,7 @@ from impactfem.building.model import BuildingModel
 from impactfem.coupling.links import Attached, side_by_side
 from impactfem.device.mounted import MountedDevice
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.dynamics.held import Held
+from impactfem.dynamics.factorisation import Held
 from impactfem.reduction.loads import Loads
 
 Array = NDArray[np.float64]

@@ -12,10 +12,17 @@ from numpy.typing import NDArray
 
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors
-from impactfem.coupling.checks import ImpactCheck, Separation, impact_checks, separations
-from impactfem.coupling.facing import Approach, approaches
 from impactfem.coupling.from_case import calibration_of, loads_of, system_of
-from impactfem.coupling.impacts import Impact, impacts
+from impactfem.coupling.impacts import (
+    Approach,
+    Impact,
+    ImpactCheck,
+    Separation,
+    approaches,
+    impact_checks,
+    impacts,
+    separations,
+)
 from impactfem.coupling.pounding import Response, System, interpolate_ground, simulate
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.spectra import ResponseSpectra, response_spectra

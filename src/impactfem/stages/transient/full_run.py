@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.building.model import BuildingModel
-from impactfem.dynamics.checkpoints import Checkpoints
+from impactfem.dynamics.checkpoints import Checkpoints, resumable_march
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.newmark import Newmark
-from impactfem.dynamics.resumable import resumable_march
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.response import NodeResponse
 

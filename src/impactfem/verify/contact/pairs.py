@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from impactfem.case import Building, Case, ContactPoint, Damping, load_case
 from impactfem.case.facing import facing_floors
 from impactfem.coupling.contact import kelvin_voigt
-from impactfem.coupling.facing import approaches
 from impactfem.coupling.from_case import system_of
-from impactfem.coupling.impacts import impacts
+from impactfem.coupling.impacts import approaches, impacts
 from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks import stick as sticks
