@@ -88,11 +88,11 @@ class OneOf:
 def test_each_cell_on_one_rank(house: BuildingParts) -> None:
     shares = [shared_out(OneOf(rank, 3), house) for rank in range(3)]
     for k, kind in enumerate(shares[0].kinds):
-        cells = np.concatenate([share.mine[k] for share in shares])
+        cells = np.concatenate([share.cells_here[k] for share in shares])
         assert np.array_equal(np.sort(cells), np.arange(len(kind.cells)))
     owned = np.concatenate([share.numbering.owned for share in shares])
     assert np.array_equal(np.sort(owned), np.arange(len(house.mesh.nodes)))
-    assert all(share.mine[0].size for share in shares)
+    assert all(share.cells_here[0].size for share in shares)
 
 
 def test_free_rows(house: BuildingParts) -> None:

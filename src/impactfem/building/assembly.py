@@ -165,13 +165,13 @@ class Share:
 
     Args:
         kinds: All cells by kind, the same on all ranks.
-        mine: Of each kind the cells of this rank.
+        cells_here: Of each kind the cells of this rank, by number.
         numbering: Order of the rows.
         base: Nodes that are clamped.
     """
 
     kinds: list[Kind]
-    mine: list[Ints]
+    cells_here: list[Ints]
     numbering: Numbering
     base: Ints
 
@@ -202,8 +202,8 @@ def shared_out(comm: Any, parts: BuildingParts) -> Share:
     joint = bisect(centres, weights, comm.size)
     ranks = np.split(joint, np.cumsum([len(kind.cells) for kind in kinds])[:-1])
     numbering = number_nodes(comm, len(mesh.nodes), [kind.cells for kind in kinds], ranks)
-    mine = [np.flatnonzero(rank == comm.rank) for rank in ranks]
-    return Share(kinds, mine, numbering, mesh.base)
+    cells_here = [np.flatnonzero(rank == comm.rank) for rank in ranks]
+    return Share(kinds, cells_here, numbering, mesh.base)
 
 
 def global_matrix(local: Any | None, nodes: Ints, numbering: Numbering) -> Any:

@@ -29,7 +29,7 @@ class RigidLink:
     """Nodes that move as one rigid body with a master: u = u_m + θ_m × (x − x_m), θ = θ_m.
 
     Args:
-        master: The node whose motion is kept.
+        master: The node whose motion they follow.
         followers: The nodes that follow, shape (n,).
     """
 
@@ -48,21 +48,21 @@ def linked(
         coordinates: Coordinates of all nodes of the mesh, shape (n_nodes, 3) [m].
 
     Returns:
-        The building on the nodes that are kept, and T, which gives all free degrees of freedom
-        from the kept ones.
+        The building on the remaining nodes, and T, which gives all free degrees of freedom from
+        those of the remaining ones.
 
     Raises:
         SolutionError: A node follows two masters or itself, or is clamped.
     """
     master_of = _masters(model, links)
     following = master_of[model.nodes] >= 0
-    kept = model.nodes[~following]
-    # First row of each kept node in the smaller matrices.
+    remaining = model.nodes[~following]
+    # First row of each remaining node in the smaller matrices.
     first = np.full(model.n_nodes, -1, dtype=np.int64)
-    every = np.concatenate(model.comm.allgather(kept))
+    every = np.concatenate(model.comm.allgather(remaining))
     first[every] = DOFS * np.arange(len(every))
     T = PETSc.Mat().create(model.comm)
-    rows, columns = DOFS * len(model.nodes), DOFS * len(kept)
+    rows, columns = DOFS * len(model.nodes), DOFS * len(remaining)
     T.setSizes(((rows, None), (columns, None)), bsize=DOFS)
     T.setType("aij")
     T.setPreallocationNNZ(DOFS)
@@ -82,8 +82,8 @@ def linked(
     return (
         replace(
             model,
-            nodes=kept,
-            coordinates=coordinates[kept],
+            nodes=remaining,
+            coordinates=coordinates[remaining],
             fixed=_reduced(model.fixed, T),
             storeys=_reduced(model.storeys, T),
             mass=_reduced(model.mass, T),

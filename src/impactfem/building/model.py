@@ -142,8 +142,8 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
     numbering = share.numbering
     stiffness: dict[bool, list[Any]] = {False: [], True: []}
     masses: list[Any] = []
-    for kind, mine in zip(share.kinds, share.mine, strict=True):
-        K, M, local_nodes = local_matrices(parts, kind, mine)
+    for kind, cells in zip(share.kinds, share.cells_here, strict=True):
+        K, M, local_nodes = local_matrices(parts, kind, cells)
         stiffness[kind.storey].append(global_matrix(K, local_nodes, numbering))
         masses.append(global_matrix(M, local_nodes, numbering))
     fixed, storeys = (added(stiffness[storey], numbering) for storey in (False, True))
@@ -167,13 +167,13 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
     )
 
 
-def local_matrices(parts: BuildingParts, kind: Kind, mine: Ints) -> tuple[Any, Any, Ints]:
+def local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any, Any, Ints]:
     """Stiffness and mass of a rank's cells of one kind. Not collective.
 
     Args:
         parts: The building.
         kind: The kind.
-        mine: Which of its cells, shape (m,).
+        cells: Which of its cells, shape (m,).
 
     Returns:
         Both as PETSc AIJ on COMM_SELF, at the storey factor 1, and the nodes of their blocks of
@@ -182,10 +182,10 @@ def local_matrices(parts: BuildingParts, kind: Kind, mine: Ints) -> tuple[Any, A
     Raises:
         SolutionError: Mid nodes are not in the middle.
     """
-    if mine.size == 0:
-        return None, None, mine
-    local = local_cells(parts.mesh.nodes, kind.cells[mine])
-    chosen = mine[local.cells]
+    if cells.size == 0:
+        return None, None, cells
+    local = local_cells(parts.mesh.nodes, kind.cells[cells])
+    chosen = cells[local.cells]
     if isinstance(kind, ShellCells):
         shell = shell_fields(parts, kind, local, chosen)
         forms = shell_stiffness(local.space, shell), shell_mass(local.space, shell)
@@ -265,13 +265,13 @@ def damping_matrix(
     """
     share = shared_out(comm, parts)
     matrices = []
-    for kind, mine in zip(share.kinds, share.mine, strict=True):
+    for kind, cells in zip(share.kinds, share.cells_here, strict=True):
         by_part = dampings.shells if isinstance(kind, ShellCells) else dampings.beams
         factor = storey_factor if kind.storey else 1.0
         # All ranks make a matrix of each kind and damping, also those that have none of its cells.
         for damping in dampings.distinct:
             of_damping = np.array([d == damping for d in by_part], dtype=bool)
-            K, M, nodes = local_matrices(parts, kind, mine[of_damping[kind.part[mine]]])
+            K, M, nodes = local_matrices(parts, kind, cells[of_damping[kind.part[cells]]])
             if K is not None:
                 K.scale((damping.beta - whole.beta) * factor)
                 K.axpy(damping.alpha - whole.alpha, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)

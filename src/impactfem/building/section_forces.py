@@ -47,6 +47,11 @@ class SectionForces:
     moment: Array
     shear: Array
 
+    @classmethod
+    def of(cls, axes: Array, values: Array) -> SectionForces:
+        """From all eight of them, shape (..., n, 8)."""
+        return cls(axes, values[..., :3], values[..., 3:6], values[..., 6:])
+
 
 @dataclass(frozen=True, eq=False)
 class SectionForceField:
@@ -67,7 +72,7 @@ class SectionForceField:
 
     def centres(self) -> SectionForces:
         """At the centre of each triangle: the most accurate place."""
-        return _named(self.axes, _quadratic(np.full((1, 3), 1.0 / 3.0))[0] @ self.values)
+        return SectionForces.of(self.axes, _quadratic(np.full((1, 3), 1.0 / 3.0))[0] @ self.values)
 
     def at(self, points: Array) -> SectionForces:
         """At points on the triangles; the mean of those that share the point.
@@ -79,22 +84,22 @@ class SectionForceField:
             InputError: No triangle is there, or some with other axes are: choose among them when
                 the field is made.
         """
-        found, axes, faults = [], [], []
+        values, axes, faults = [], [], []
         corners = self.mesh.nodes[self.mesh.triangles[self.triangles, :3]]
         for i, point in enumerate(np.asarray(points, dtype=np.float64)):
-            own, coordinates = _containing(corners, point)
-            if not own.size:
+            here, coordinates = _containing(corners, point)
+            if not here.size:
                 faults.append(_fault(i, point, "a point on one of the field's triangles"))
-            elif np.ptp(self.axes[own], axis=0).max() > 1e-6:
+            elif np.ptp(self.axes[here], axis=0).max() > 1e-6:
                 faults.append(_fault(i, point, "triangles of one plane only: name them"))
             else:
                 weights = _quadratic(coordinates)
-                there = np.einsum("jn,...jnc->...jc", weights, self.values[..., own, :, :])
-                found.append(there.mean(axis=-2))
-                axes.append(self.axes[own[0]])
+                each = np.einsum("jn,...jnc->...jc", weights, self.values[..., here, :, :])
+                values.append(each.mean(axis=-2))
+                axes.append(self.axes[here[0]])
         if faults:
             raise InputError(faults)
-        return _named(np.array(axes).reshape(-1, 3, 3), np.stack(found, axis=-2))
+        return SectionForces.of(np.array(axes).reshape(-1, 3, 3), np.stack(values, axis=-2))
 
 
 def section_forces(
@@ -113,7 +118,7 @@ def section_forces(
             one rank: ``full[model.nodes] = x.reshape(-1, 6)`` in zeros. Where rotations are left
             zero, the membrane forces are right all the same.
         triangles: Which triangles, for example ``mesh.triangles_of("floor", 3)``; all when None.
-        storey_factor: Factor on the stiffness of walls that the displacements were found with.
+        storey_factor: Factor on the stiffness of walls that the displacements belong to.
 
     Raises:
         ValueError: The displacement is not that of all nodes.
@@ -144,9 +149,7 @@ def section_forces(
             part=part[some],
         )
         local = local_cells(mesh.nodes, cells[some])
-        own = np.zeros((len(vectors), len(some), 6, 8))
-        _fill(own, parts, kind, local, axes[some], vectors)
-        values[:, some] = own
+        values[:, some] = _values(parts, kind, local, axes[some], vectors)
     scaled = np.array([one.scaled for one in mesh.shell_parts], dtype=bool)[part]
     values[:, scaled] *= storey_factor
     return SectionForceField(
@@ -188,29 +191,22 @@ def facet_axes(nodes: Array, triangles: Index) -> Array:
     return np.stack([first, second, np.cross(first, second)], axis=1)
 
 
-def _fill(
-    values: Array,
-    parts: BuildingParts,
-    kind: ShellCells,
-    local: LocalCells,
-    axes: Array,
-    vectors: Array,
-) -> None:
-    """Evaluate at the nodes of dolfinx's cells, and put them where the mesh has them."""
-    own = axes[local.cells]
-    plane = cellwise(local.mesh, own[:, :2].reshape(-1, 6))
+def _values(
+    parts: BuildingParts, kind: ShellCells, local: LocalCells, axes: Array, vectors: Array
+) -> Array:
+    """Section forces at the nodes of cells of a kind, in the mesh's order, shape (k, m, 6, 8)."""
+    plane = cellwise(local.mesh, axes[local.cells, :2].reshape(-1, 6))
     w = function(local.space)
-    evaluate = evaluator(
-        section_force_vector(w, plane, shell_fields(parts, kind, local, local.cells)),
-        local.mesh,
-        _NODES,
-    )
+    fields = shell_fields(parts, kind, local, local.cells)
+    evaluate = evaluator(section_force_vector(w, plane, fields), local.mesh, _NODES)
+    # Where the mesh has each node that dolfinx's cell has.
     numbers = local.nodes[cell_nodes(local.space)]
-    rows = kind.cells[local.cells]
-    order = np.argmax(numbers[:, None, :] == rows[:, :, None], axis=2)
-    for vector, into in zip(vectors, values, strict=True):
+    order = np.argmax(numbers[:, None, :] == kind.cells[local.cells][:, :, None], axis=2)
+    values = np.zeros((len(vectors), len(local.cells), 6, 8))
+    for vector, of_vector in zip(vectors, values, strict=True):
         w.x.array[:] = vector[local.nodes].ravel()
-        into[local.cells] = np.take_along_axis(evaluate(), order[:, :, None], axis=1)
+        of_vector[local.cells] = np.take_along_axis(evaluate(), order[:, :, None], axis=1)
+    return values
 
 
 def _quadratic(barycentric: Array) -> Array:
@@ -235,12 +231,8 @@ def _containing(corners: Array, point: Array) -> tuple[Index, Array]:
     # A coordinate times the triangle's height is a distance from a side.
     sides = np.linalg.norm(np.stack([r - q, b, a], axis=1), axis=2)
     outside = -(coordinates * (twice[:, None] / sides)).min(axis=1)
-    found = np.flatnonzero((height < NEAR) & (outside < NEAR))
-    return found, coordinates[found]
-
-
-def _named(axes: Array, values: Array) -> SectionForces:
-    return SectionForces(axes, values[..., :3], values[..., 3:6], values[..., 6:])
+    near = np.flatnonzero((height < NEAR) & (outside < NEAR))
+    return near, coordinates[near]
 
 
 def _fault(number: int, point: Array, expected: str) -> Fault:

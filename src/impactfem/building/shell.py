@@ -277,9 +277,9 @@ def _reduced(gamma: Any, dd_beta: Any, triangle: _Triangle) -> Any:
         d / 24.0 - a / 36.0 * (gradients[j] - gradients[i])
         for d, a, (i, j) in zip(bends, along, SIDES, strict=True)
     )
-    found = gamma
+    reduced = gamma
     for k, (i, j) in enumerate(SIDES):
         whitney = at[i] * gradients[j] - at[j] * gradients[i]
-        found = found + 0.5 * at[i] * at[j] * bends[k]
-        found = found - (along[k] / 12.0 + 4.0 * ufl.dot(delta, sides[k]) * at[k]) * whitney
-    return found
+        reduced = reduced + 0.5 * at[i] * at[j] * bends[k]
+        reduced = reduced - (along[k] / 12.0 + 4.0 * ufl.dot(delta, sides[k]) * at[k]) * whitney
+    return reduced

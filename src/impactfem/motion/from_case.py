@@ -35,7 +35,7 @@ class GroundMotion:
         target: Pseudo-acceleration of the design spectrum at the same frequencies, shape (n_f,)
             [m/s2]; None for a record.
         misfit: How well it meets the design spectrum; None for a record.
-        acceptance: How it stands to a reviewer's criteria; None for a record, or when not asked.
+        acceptance: How it stands to a reviewer's criteria; None for a record, or without request.
     """
 
     direction: str

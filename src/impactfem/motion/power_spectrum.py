@@ -74,7 +74,7 @@ def power_spectrum(
 
     Args:
         accelerogram: The motion.
-        frequency: Where it is wanted, shape (n_f,) [Hz], positive.
+        frequency: Where it is evaluated, shape (n_f,) [Hz], positive.
         window: Half the relative width of the mean [-].
 
     Returns:
@@ -125,7 +125,7 @@ def compatible_power_spectrum(
 
     Args:
         target: The design spectrum.
-        frequency: Where it is wanted, shape (n_f,) [Hz], positive.
+        frequency: Where it is evaluated, shape (n_f,) [Hz], positive.
         duration: T, the strong phase [s].
 
     Returns:
@@ -134,11 +134,11 @@ def compatible_power_spectrum(
     Raises:
         ImpactfemError: The duration or a frequency is not positive.
     """
-    wanted = np.asarray(frequency, dtype=np.float64)
-    if not (np.isfinite(duration) and duration > 0.0 and np.all(wanted > 0.0)):
+    requested = np.asarray(frequency, dtype=np.float64)
+    if not (np.isfinite(duration) and duration > 0.0 and np.all(requested > 0.0)):
         raise ImpactfemError("duration and frequencies of a density must be positive")
-    lowest = min(_LOWEST, 0.9 * float(wanted.min()))
-    f = logarithmic_frequencies(lowest, 1.01 * float(wanted.max()), _PER_DECADE)
+    lowest = min(_LOWEST, 0.9 * float(requested.min()))
+    f = logarithmic_frequencies(lowest, 1.01 * float(requested.max()), _PER_DECADE)
     omega = 2.0 * np.pi * f
     xi = max(target.damping, 1e-4)
     transient = xi / (1.0 - np.exp(-2.0 * xi * omega * duration))
@@ -151,7 +151,7 @@ def compatible_power_spectrum(
         density[k] = max(mean_square[k] - below, 0.0) / white[k]
         if k + 1 < f.size:
             below += density[k] * (omega[k + 1] - omega[k])
-    return np.asarray(np.interp(wanted, f, density))
+    return np.asarray(np.interp(requested, f, density))
 
 
 def rg160_power_spectrum(frequency: npt.ArrayLike, pga: float) -> FloatArray:

@@ -13,7 +13,7 @@ by the ratio of the target to the response spectrum that the motion has,
 The phases and the envelope stay. Every time (1) is evaluated, two things are done before its
 spectrum is taken, so that (2) sees and mends what they change:
 
-* the peaks are brought to the peak ground acceleration asked. With k = 0.8 of it, a sample of
+* the peaks are brought to the requested peak ground acceleration. With k = 0.8 of it, a sample of
   size s = |a|/PGA > k becomes k + (1-k) u / (1 + (U-1) u/U), u = (s-k)/(1-k), U = u at the
   largest peak: smooth at k, ascending, and 1 at the largest. Smaller samples stay as they are;
   scaling the whole motion instead would move the whole spectrum;
@@ -117,7 +117,7 @@ def synthesise(
     e = envelope(np.arange(n) * time_step, duration, strong_phase)
     at_rest = BaselineCorrection(n, time_step)
     frequency = logarithmic_frequencies(*matched, _PER_DECADE)
-    wanted = target.pseudo_acceleration(frequency)
+    required = target.pseudo_acceleration(frequency)
     factor = upsampling_factor(time_step, matched[1], points_per_cycle)
     oscillators = step_coefficients(time_step / factor, frequency, [target.damping])
 
@@ -128,12 +128,13 @@ def synthesise(
     def harmonics() -> FloatArray:
         return np.asarray(e * fft.irfft(carrier, 2 * (f_k.size - 1))[:n])
 
-    carrier *= np.exp(np.mean(np.log(wanted / spectrum(harmonics()))))
+    # The level first: the iteration then corrects the shape.
+    carrier *= np.exp(np.mean(np.log(required / spectrum(harmonics()))))
     best: FloatArray = np.zeros(n)
     best_rms, best_iteration = math.inf, 0
     for iteration in range(iterations + 1):
         motion = _finished(harmonics(), pga, at_rest)
-        ratio = wanted / spectrum(motion)
+        ratio = required / spectrum(motion)
         rms = float(np.sqrt(np.mean((1.0 / ratio - 1.0) ** 2)))
         if rms < best_rms:
             best, best_rms, best_iteration = motion, rms, iteration
@@ -194,7 +195,7 @@ def envelope(
 
 
 def default_range(duration: float, time_step: float) -> tuple[float, float]:
-    """Give the frequencies that are matched unless others are asked for.
+    """Give the frequencies that are matched by default.
 
     Args:
         duration: Of the motion [s].
@@ -227,7 +228,7 @@ def _carrier(
 def _finished(
     acceleration: FloatArray, pga: float | None, at_rest: BaselineCorrection
 ) -> FloatArray:
-    """Bring a motion to rest at its end, and to its peak where one is asked.
+    """Bring a motion to rest at its end, and to its peak where one is requested.
 
     Each spoils the other a little, by a part that shrinks from pass to pass.
     """

@@ -19,7 +19,7 @@ from impactfem.system.errors import Fault, ImpactfemError, InputError
 FORMATS: dict[str, Format] = {
     module.FORMAT.name: module.FORMAT for module in (csv, at2, esm, cosmos, csmip, knet)
 }
-# Endings of several formats: the content tells. CESMD gives V2 to both of its own.
+# Endings of several formats: the content tells. CESMD gives V2 to two formats.
 AMBIGUOUS_ENDINGS = ("asc", "txt", "v2")
 FORMAT_OF_ENDING = {
     ending: name for name, record_format in FORMATS.items() for ending in record_format.endings

@@ -203,7 +203,7 @@ def _factor(file: RecordFile, i: int, match: re.Match[str], code: int) -> float:
     factor = factors.pop() if len(factors) == 1 else None
     if factor is None:
         given = " and ".join(dict.fromkeys(names)) or "no unit"
-        _fail(file, i, f"expected one unit of acceleration, found {given}")
+        _fail(file, i, f"expected one unit of acceleration, got {given}")
     return factor
 
 

@@ -69,7 +69,7 @@ def logarithmic_frequencies(minimum: float, maximum: float, per_decade: int = 10
 
 
 def rg_1_122_frequencies(maximum: float | None = None, per_decade: int = 100) -> FloatArray:
-    """List the frequencies of Regulatory Guide 1.122, and go on above them if asked.
+    """List the frequencies of Regulatory Guide 1.122, and go on above them on request.
 
     The 75 frequencies of US NRC Regulatory Guide 1.122, revision 1 (1978), table 1, which ASME
     III, appendix N, table N-1226-1 repeats, run from 0.2 Hz to 34 Hz: an earthquake has nothing

@@ -89,11 +89,11 @@ class FloorSpectrumSet:
         f = checked_frequency(self.frequency)
         checked_values(self.psa, f.size)
         shape = (len(self.motions), len(self.stations), len(self.directions))
-        wanted = (shape[0], self.damping.size, *shape[1:], f.size)
-        if self.psa.shape != wanted or self.zpa.shape != shape or 0 in wanted:
+        expected = (shape[0], self.damping.size, *shape[1:], f.size)
+        if self.psa.shape != expected or self.zpa.shape != shape or 0 in expected:
             raise ImpactfemError(
-                f"spectra over {', '.join(AXES)} need shape {wanted} and at least one of each, got "
-                f"{self.psa.shape} with zero-period accelerations {self.zpa.shape}"
+                f"spectra over {', '.join(AXES)} need shape {expected} and at least one of each, "
+                f"got {self.psa.shape} with zero-period accelerations {self.zpa.shape}"
             )
 
     def over_motions(self, statistic: Statistic) -> tuple[FloatArray, FloatArray]:

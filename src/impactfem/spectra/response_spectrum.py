@@ -91,11 +91,11 @@ def response_spectra(
         time_step: Step of the records [s].
         frequencies: Natural frequencies, shape (n_f,) [Hz], positive, in any order.
         dampings: Damping ratios, shape (n_d,) [-], 0 <= ratio < 1.
-        points_per_cycle: Samples wanted in a cycle of the highest frequency, at least 2 [-]; not
+        points_per_cycle: Least number of samples in a cycle of the highest frequency, >= 2 [-]; not
             used by "in-step".
         method: See above.
         threads: Records are shared out to so many threads ("upsampled" only) [-].
-        absolute: Whether ``sa`` is wanted; nan without, in about half the time ("upsampled" only).
+        absolute: Whether ``sa`` is computed; nan without, in about half the time ("upsampled").
 
     Returns:
         The spectra, with the points per cycle reached and the bound of the loss by the samples.

@@ -13,12 +13,12 @@ from impactfem.system.errors import ImpactfemError
 
 
 def upsampling_factor(time_step: float, frequency: float, points_per_cycle: float) -> int:
-    """Give the smallest whole factor that brings a record to the points per cycle asked.
+    """Give the smallest whole factor that brings a record to the requested points per cycle.
 
     Args:
         time_step: Step h of the record [s].
         frequency: Highest frequency f [Hz].
-        points_per_cycle: Samples wanted in one cycle of f [-].
+        points_per_cycle: Samples in one cycle of f [-].
 
     Returns:
         max(1, ⌈points_per_cycle f h⌉).

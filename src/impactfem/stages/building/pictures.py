@@ -79,9 +79,9 @@ def open_side(store: xr.Dataset) -> Side | None:
     sides = []
     for axis in (0, 1):
         for at in (nodes[:, axis].min(), nodes[:, axis].max()):
-            found = _side(store, nodes, axis, float(at))
-            if found is not None:
-                sides.append(found)
+            side = _side(store, nodes, axis, float(at))
+            if side is not None:
+                sides.append(side)
     return max(sides, key=lambda side: side.opened, default=None)
 
 
