@@ -79,14 +79,7 @@ def as_table(rows: list[Row]) -> Table:
     """The rows for a terminal."""
     table = Table("benchmark", "quantity", "reference", "computed", "unit", "error", "allowed", "")
     for row in rows:
-        table.add_row(
-            row.name,
-            row.quantity,
-            f"{row.reference:.6g}",
-            f"{row.computed:.6g}",
-            row.unit,
-            f"{row.error:.1e}",
-            f"{row.tolerance:.2g}",
-            "pass" if row.passed else "FAIL",
-        )
+        values = f"{row.reference:.6g}", f"{row.computed:.6g}", row.unit
+        errors = f"{row.error:.1e}", f"{row.tolerance:.2g}", "pass" if row.passed else "FAIL"
+        table.add_row(row.name, row.quantity, *values, *errors)
     return table

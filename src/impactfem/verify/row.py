@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, SupportsFloat
+from typing import SupportsFloat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,10 +133,3 @@ class Rows(list[Row]):
 def fitted_order(sizes: NDArray[np.float64], errors: NDArray[np.float64]) -> float:
     """Slope of log(error) over log(size)."""
     return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
-
-
-def order_at_least(*arguments: Any) -> Row:
-    """Transitional."""
-    rows = Rows(arguments[0])
-    rows.order(*arguments[1:])
-    return rows[0]

@@ -51,12 +51,6 @@ def test_a_response_that_is_not_linear_is_seen(monkeypatch, failed):
     }
 
 
-def test_band_is_one_to_ten_times_the_error(failed):
-    rows = frame.error_band()
-    assert failed(rows) == set()
-    assert 0.95 <= rows[0].computed < 1.0
-
-
 @pytest.mark.parametrize("factor", [0.25, 20.0])
 def test_too_narrow_or_too_wide_a_band(factor, monkeypatch, failed):
     monkeypatch.setitem(band.SAFETY, band.LARGER, factor * band.SAFETY[band.LARGER])

@@ -153,8 +153,7 @@ def contact_energy() -> list[Row]:
             ]
             defects.append(np.mean(found) / (0.5 * m * v0**2))
         order = fitted_order(1.0 / counts, np.array(defects))
-        quantity = f"fitted order in the step, {label}"
-        rows.add(quantity, expected, order, "-", 0.05, absolute=True)
+        rows.add(f"fitted order in the step, {label}", expected, order, "-", 0.05, absolute=True)
     return rows
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import solve_continuous_lyapunov
 
 from impactfem.device.anchor_force import (
@@ -34,8 +33,6 @@ from impactfem.device.spectrum_analysis import spectrum_analysis
 from impactfem.verify.devices import chain, mass_between, paper_device
 from impactfem.verify.row import Row, Rows
 from impactfem.verify.spectra import SDLD25_FREQUENCY, SDLD25_SOURCE, SDLD25_SPECTRA
-
-Array = npt.NDArray[np.float64]
 
 SDLD30_FREQUENCY = (2.18815, 5.30485)  # Hz, of the modes, at which its spectra are given
 SDLD30_SPECTRA = ((7.0, 5.0), (12.0, 6.0))  # m/s2, of the supports NO1 and NO4

@@ -107,7 +107,11 @@ class Bar:
         unit = np.zeros(size)
         unit[0] = 1.0
         response = scipy.linalg.cho_solve(factor, unit)
-        u, v = np.zeros(size), self._rigid(speed)
+        u, v, nodes = np.zeros(size), np.zeros(size), len(self.position)
+        v[:nodes] = -speed
+        if size > nodes:  # its walls move in their static shape
+            K = self.K[nodes:]
+            v[nodes:] = -np.linalg.solve(K[:, nodes:], K[:, :nodes] @ v[:nodes])
         total = last = 0.0
         for k in range(round(window / h)):
             # M (v1 − v0) = −h (C v + K u) at the middle of the step, towards the wall negative.
@@ -120,16 +124,6 @@ class Bar:
             u = u + h * (v + change / 2.0)
             v = v + change
         return total, last
-
-    def _rigid(self, speed: float) -> Array:
-        """All of the bar at a speed towards the wall; its walls move in their static shape."""
-        nodes = len(self.position)
-        v = np.zeros(len(self.M))
-        v[:nodes] = -speed
-        if len(v) > nodes:
-            inner, rim = slice(nodes, None), slice(0, nodes)
-            v[inner] = -np.linalg.solve(self.K[inner, inner], self.K[inner, rim] @ v[rim])
-        return v
 
 
 def _hang(K: Array, M: Array, wall: EdgeWall, top: int, first: int) -> None:

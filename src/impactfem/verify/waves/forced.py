@@ -114,10 +114,15 @@ def response(time: Array, omega: float, ratio: float) -> Array:
 
 
 def ramps(time: Array, omega: float, ratio: float, rise: float) -> Array:
-    """Response to a triangular pulse that rises in some time and falls in the same one."""
-    total = np.zeros_like(time)
+    """Response to a triangular pulse that rises in some time and falls in the same one.
+
+    To a load t from rest it is the steady state t/ω² − 2 ξ/ω³, and what starts it.
+    """
+    total, offset = np.zeros_like(time), 2.0 * ratio / omega**3
     for start, slope in ((0.0, 1.0), (rise, -2.0), (2.0 * rise, 1.0)):
-        total += slope / rise * _ramp(np.clip(time - start, 0.0, None), omega, ratio)
+        t = np.clip(time - start, 0.0, None)
+        ramp = t / omega**2 - offset + _free(t, omega, ratio, offset, -1.0 / omega**2)
+        total += slope / rise * ramp
     return total
 
 
@@ -127,12 +132,6 @@ def _sine(t: Array, omega: float, ratio: float) -> Array:
     X = 1.0 / (omega**2 - drive**2 + 2j * ratio * omega * drive)
     steady = (X * np.exp(1j * drive * t)).imag
     return np.asarray(steady + _free(t, omega, ratio, -X.imag, -(1j * drive * X).imag))
-
-
-def _ramp(t: Array, omega: float, ratio: float) -> Array:
-    """Response to the load t from rest: the steady state t/ω² − 2 ξ/ω³, and what starts it."""
-    offset = 2.0 * ratio / omega**3
-    return t / omega**2 - offset + _free(t, omega, ratio, offset, -1.0 / omega**2)
 
 
 def _free(t: Array, omega: float, ratio: float, z0: float, v0: float) -> Array:
