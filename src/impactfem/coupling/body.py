@@ -16,7 +16,7 @@ and springs and dashpots hold the base as a link to the ground does.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.linalg
@@ -111,10 +111,6 @@ class Body:
             raise ImpactfemError(f"body {self.name} has no port {name!r}; its ports: {known}")
         port = self.ports[name]
         return np.hstack([port.shapes, port.rigid]) if self.free_base else port.shapes
-
-    def with_ports(self, **ports: Port) -> Body:
-        """The same body with further ports."""
-        return replace(self, ports={**self.ports, **ports})
 
 
 def reduced_body(

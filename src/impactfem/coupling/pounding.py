@@ -16,7 +16,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from impactfem.coupling.body import Body, Port, modal_coordinates
+from impactfem.coupling.body import COMPONENTS, Body, Port, modal_coordinates
 from impactfem.coupling.contact import Law
 from impactfem.coupling.implicit import respond
 from impactfem.coupling.links import Assembly, Link
@@ -163,24 +163,31 @@ class System:
 
     @cached_property
     def modes(self) -> tuple[tuple[Array, Body], ...]:
-        """Of each stick the basis Φ with u = Φ z, shape (n, n), and the body, its ends as ports."""
+        """Of each stick the basis Φ with u = Φ z, shape (n, n), and the body.
+
+        Its ports are the mass centres "floor 1" and so on, with six components, and the ends of its
+        pairs, with three.
+        """
         found = []
         for stick in self.sticks:
             basis, mass, eigenvalue, damping = modal_coordinates(stick.M, stick.C, stick.K)
             R = stick.rigid_body()
-            ends = {
-                f"{pair.name} {side}": stick.translation(end.master, end.offset)
-                for pair in self.pairs
-                for side, end in (("a", pair.a), ("b", pair.b))
-                if end is not None and end.building == stick.name
-            }
+            ports = {}
+            for k, floor in enumerate(stick.floors):
+                rows = slice(6 * k, 6 * k + 6)
+                ports[f"floor {floor.number}"] = Port(basis[rows], R[rows], COMPONENTS)
+            for pair in self.pairs:
+                for side, end in (("a", pair.a), ("b", pair.b)):
+                    if end is not None and end.building == stick.name:
+                        row = stick.translation(end.master, end.offset)
+                        ports[f"{pair.name} {side}"] = Port(row @ basis, row @ R)
             body = Body(
                 name=stick.name,
                 eigenvalue=eigenvalue,
                 damping=damping,
                 participation=basis.T @ stick.M @ R,
                 rigid_mass=R.T @ stick.M @ R,
-                ports={name: Port(row @ basis, row @ R) for name, row in ends.items()},
+                ports=ports,
                 mass=mass,
             )
             found.append((basis, body))

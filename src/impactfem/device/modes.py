@@ -74,15 +74,6 @@ class DeviceModes:
         )
 
     @property
-    def reaction_mass(self) -> Array:
-        """Γ Γᵀ of each mode, shape (m, 6 p, 6 p).
-
-        Reaction in the first component to a unit pseudo-acceleration along the second: effective
-        masses on the diagonal, effective mass moments [kg m] between translations and rotations.
-        """
-        return np.asarray(np.einsum("im,jm->mij", self.participation, self.participation))
-
-    @property
     def rigid_mass(self) -> Array:
         """J - Σ Γ Γᵀ, the mass that these modes do not carry, shape (6 p, 6 p)."""
         return np.asarray(self.total - self.participation @ self.participation.T)

@@ -37,7 +37,6 @@ from impactfem.device.spectrum import MOVED, AnchorSpectrum, NotRigidError
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
-Cell = str | float | int | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,75 +114,6 @@ class SpectrumResponse:
             ImpactfemError: There is no such quantity.
         """
         return float(self.total[self._index(name)])
-
-    def mode_table(
-        self, name: str
-    ) -> tuple[tuple[tuple[str, str], ...], tuple[tuple[Cell, ...], ...]]:
-        """Each mode's part in one quantity, input by input.
-
-        Beside the pseudo-acceleration S stands the relative displacement S / ω² of the oscillator:
-        what an anchor would have to bear in a spectrum whose high accelerations are short.
-
-        Args:
-            name: The quantity.
-
-        Returns:
-            Names and units of the columns, and the rows: one for each mode that the input moves,
-            and one for the missing mass.
-
-        Raises:
-            ImpactfemError: There is no such quantity.
-        """
-        q = self._index(name)
-        columns = (
-            ("input", ""),
-            ("mode", ""),
-            ("frequency", "Hz"),
-            ("damping", "-"),
-            ("effective mass", "kg or kg m2"),
-            ("pseudo-acceleration", "m/s2 or rad/s2"),
-            ("displacement", "m or rad"),
-            ("rigid part", "-"),
-            (name, self.quantities.units[q]),
-            ("share", "-"),
-        )
-        rows: list[tuple[Cell, ...]] = []
-        for one, k in zip(self.inputs, self.columns, strict=True):
-            label = f"{one.spectrum.component} at anchor {one.spectrum.anchor}"
-            share = one.share[q]
-            for i, f in enumerate(self.modes.frequency):
-                if one.ordinate[i] == 0.0:
-                    continue
-                rows.append(
-                    (
-                        label,
-                        i + 1,
-                        float(f),
-                        float(self.modes.damping[i]),
-                        float(self.modes.effective_mass[k, i]),
-                        float(one.ordinate[i]),
-                        float(one.ordinate[i] / self.modes.omega[i] ** 2),
-                        float(one.rigid_fraction[i]),
-                        float(one.modal[q, i]),
-                        float(share[i]),
-                    )
-                )
-            rigid = max(float(self.modes.rigid_mass[k, k]), 0.0)
-            rows.append(
-                (
-                    label,
-                    "missing mass",
-                    None,
-                    None,
-                    rigid,
-                    one.spectrum.zpa,
-                    None,
-                    1.0,
-                    float(one.missing[q]),
-                    float(share[-1]),
-                )
-            )
-        return columns, tuple(rows)
 
     def _index(self, name: str) -> int:
         if name not in self.quantities.names:
