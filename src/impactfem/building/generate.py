@@ -65,7 +65,9 @@ def _generate(geometry: Geometry, path: Path, source: str, binary: bool) -> None
             _, became = gmsh.model.occ.fragment([entity for _, entity in inputs], [])
             gmsh.model.occ.synchronize()
             groups = _groups(gmsh.model, geometry, inputs, became, source)
-            _name(gmsh.model, groups)
+            for name in sorted(groups, key=lambda name: name.group):
+                for dimension, tags in sorted(groups[name].items()):
+                    gmsh.model.addPhysicalGroup(dimension, sorted(tags), name=name.group)
             _set_sizes(gmsh, geometry, groups)
             gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_DELAUNAY)
             gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
@@ -175,12 +177,6 @@ def _groups(
                 if abs(box[2] - foot) < _NEAR and abs(box[5] - foot) < _NEAR:
                     groups[base][d].add(tag)
     return groups
-
-
-def _name(model: Any, groups: Groups) -> None:
-    for name, by_dimension in sorted(groups.items(), key=lambda item: item[0].group):
-        for dimension, tags in sorted(by_dimension.items()):
-            model.addPhysicalGroup(dimension, sorted(tags), name=name.group)
 
 
 def _set_sizes(gmsh: Any, geometry: Geometry, groups: Groups) -> None:

@@ -23,6 +23,7 @@ from impactfem.building.beam import BeamFields, beam_mass, beam_stiffness
 from impactfem.building.mesh import DOFS, rigid_body
 from impactfem.building.parts import BeamCells, BuildingParts, Kind, PartDamping, ShellCells
 from impactfem.building.shell import ShellFields, shell_mass, shell_stiffness
+from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
 
 Array = NDArray[np.float64]
@@ -151,7 +152,7 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
     # Of the whole mass, clamped nodes included, what moves with the ground: M r.
     owned = numbering.owned
     r = rigid_body(parts.mesh.nodes[owned], np.zeros(3))
-    Mr = np.column_stack([_product(mass, column) for column in r.T])
+    Mr = product(mass, r)
     free = share.free_rows(mass)
     nodes = owned[share.free[::DOFS]]
     return BuildingModel(
@@ -279,13 +280,3 @@ def damping_matrix(
             matrices.append(global_matrix(K, nodes, share.numbering))
     C = added(matrices, share.numbering)
     return without(C, share.free_rows(C))
-
-
-def _product(matrix: Any, values: Array) -> Array:
-    x, y = matrix.createVecs()
-    x.setArray(values)
-    matrix.mult(x, y)
-    result = np.array(y.getArray())
-    x.destroy()
-    y.destroy()
-    return result

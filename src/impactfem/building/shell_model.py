@@ -386,7 +386,12 @@ def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0
         centres={},
         base=np.zeros(0, dtype=np.int64),
     )
-    _check_frames(mesh, [part.section for part in beams])
+    along = np.diff(mesh.nodes[mesh.lines[:, :2]], axis=1)[:, 0]
+    for line, k in enumerate(mesh.line_part):
+        try:
+            beams[k].section.frame(along[line] / np.linalg.norm(along[line]))
+        except ValueError as error:
+            raise ImpactfemError(f"at {place(mesh.nodes[mesh.lines[line, 2]])}: {error}") from error
     building = BuildingParts(
         mesh=mesh,
         sections=Sections(
@@ -492,14 +497,3 @@ def _check(points: Array, parts: Sequence[Shells | Beams]) -> None:
             raise ImpactfemError(f"{what}: {points_of}; there are {len(points)}, counted from 0")
         if isinstance(part, Shells) and not part.thickness > 0.0:
             raise ImpactfemError(f"{what}: expected a thickness above 0 m, got {part.thickness:g}")
-
-
-def _check_frames(mesh: BuildingMesh, sections: Sequence[BeamSection]) -> None:
-    along = np.diff(mesh.nodes[mesh.lines[:, :2]], axis=1)[:, 0]
-    for k, section in enumerate(sections):
-        for line in np.flatnonzero(mesh.line_part == k):
-            try:
-                section.frame(along[line] / np.linalg.norm(along[line]))
-            except ValueError as error:
-                where = place(mesh.nodes[mesh.lines[line, 2]])
-                raise ImpactfemError(f"at {where}: {error}") from error

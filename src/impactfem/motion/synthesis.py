@@ -109,10 +109,8 @@ def synthesise(
         ImpactfemError: An argument is out of range.
         SolutionError: The peak acceleration and the rest at the end cannot be had together.
     """
-    n = _number_of_samples(duration, time_step)
-    if matched is None:
-        matched = default_range(duration, time_step)
-    _check(seed, pga, iterations, matched, duration, time_step)
+    matched = _check(seed, pga, iterations, matched, duration, time_step)
+    n = round(duration / time_step) + 1
     f_k, carrier = _carrier(target, n, time_step, matched, seed)
     e = envelope(np.arange(n) * time_step, duration, strong_phase)
     at_rest = BaselineCorrection(n, time_step)
@@ -256,37 +254,35 @@ def _to_peak(acceleration: FloatArray, pga: float) -> FloatArray:
     return np.asarray(pga * np.copysign(size, acceleration))
 
 
-def _number_of_samples(duration: float, time_step: float) -> int:
-    if not (math.isfinite(time_step) and time_step > 0.0):
-        raise ImpactfemError(f"the time step must be positive, got {time_step!r} s")
-    if not (math.isfinite(duration) and duration > 0.0):
-        raise ImpactfemError(f"the duration must be positive, got {duration!r} s")
+def _check(
+    seed: int,
+    pga: float | None,
+    iterations: int,
+    matched: tuple[float, float] | None,
+    duration: float,
+    time_step: float,
+) -> tuple[float, float]:
+    """Refuse arguments out of range; gives the matched frequencies."""
+    for name, value in (("time step", time_step), ("duration", duration)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise ImpactfemError(f"the {name} must be positive, got {value!r} s")
     steps = duration / time_step
     if abs(steps - round(steps)) > 1e-6 * max(steps, 1.0) or round(steps) < 16:
         raise ImpactfemError(
             "the duration must be a whole number of time steps, at least 16:"
             f" {duration!r} s are {steps:.6g} steps of {time_step!r} s"
         )
-    return round(steps) + 1
-
-
-def _check(
-    seed: int,
-    pga: float | None,
-    iterations: int,
-    matched: tuple[float, float],
-    duration: float,
-    time_step: float,
-) -> None:
     if seed < 0 or iterations < 0:
         raise ImpactfemError(
             f"seed and iterations must not be negative, got {seed!r} and {iterations!r}"
         )
     if pga is not None and not (math.isfinite(pga) and pga > 0.0):
         raise ImpactfemError(f"the peak ground acceleration must be positive, got {pga!r} m/s2")
+    low, high = default_range(duration, time_step) if matched is None else matched
     lowest, nyquist = 1.0 / duration, 0.5 / time_step
-    if not lowest <= matched[0] < matched[1] <= nyquist:
+    if not lowest <= low < high <= nyquist:
         raise ImpactfemError(
             f"the matched frequencies must lie between {lowest:.4g} Hz (one cycle in the"
-            f" duration) and {nyquist:.4g} Hz (Nyquist), got {matched[0]!r} and {matched[1]!r} Hz"
+            f" duration) and {nyquist:.4g} Hz (Nyquist), got {low!r} and {high!r} Hz"
         )
+    return low, high

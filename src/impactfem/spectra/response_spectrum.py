@@ -120,7 +120,13 @@ def response_spectra(
         factor, zpa_interpolated = 1, zpa
         sd, sa = in_step_peak_responses(a, coarse)
     else:
-        factor = _affordable_factor(a.shape[1], h, highest, points_per_cycle)
+        factor, n = upsampling_factor(h, highest, points_per_cycle), a.shape[1]
+        if n * factor > _LONGEST_RECORD:
+            raise ImpactfemError(
+                f"{points_per_cycle:g} points in a cycle of {highest:g} Hz make the {n} samples of"
+                f" a record {factor} times finer, too many to hold; take a lower highest frequency,"
+                " fewer points per cycle, or the method 'in-step'"
+            )
         fine = step_coefficients(h / factor, f, d)
         sd, sa, zpa_interpolated = _upsampled_peaks(
             a, fine, factor, threads=threads, absolute=absolute
@@ -160,20 +166,6 @@ def _records(acceleration: npt.ArrayLike) -> FloatArray:
         first = int(np.argmin(np.isfinite(a).all(axis=1)))
         raise ImpactfemError(f"record {first} holds a value that is not a finite number")
     return a
-
-
-def _affordable_factor(
-    samples: int, time_step: float, highest: float, points_per_cycle: float
-) -> int:
-    """How many new steps an old one is cut into."""
-    factor = upsampling_factor(time_step, highest, points_per_cycle)
-    if samples * factor > _LONGEST_RECORD:
-        raise ImpactfemError(
-            f"{points_per_cycle:g} points in a cycle of {highest:g} Hz make the {samples}"
-            f" samples of a record {factor} times finer, too many to hold; take a lower highest"
-            " frequency, fewer points per cycle, or the method 'in-step'"
-        )
-    return factor
 
 
 def _upsampled_peaks(

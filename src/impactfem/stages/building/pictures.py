@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,6 +13,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
+from impactfem.building.mesh import areas
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
     FAMILIES,
@@ -37,8 +37,6 @@ Array = NDArray[np.float64]
 
 FLAT = 1e-6
 """How far the nodes of a side may be from its plane [m]."""
-
-
 SHOWN = 3
 AMPLITUDE = 0.12
 """Largest displacement in the picture of a mode over the size of the building."""
@@ -118,8 +116,7 @@ def _side(store: xr.Dataset, nodes: Array, axis: int, at: float) -> Side | None:
         return None
     plane = nodes[:, [1 - axis, 2]]
     walls = plane[cells]
-    a, b = walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0]
-    area = 0.5 * float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum())
+    area = float(areas(nodes, cells).sum())
     ends = store["line_node"].values[:, :2]
     extent = np.ptp(walls.reshape(-1, 2), axis=0)
     return Side(
@@ -175,7 +172,8 @@ def _mesh(store: xr.Dataset, path: Path) -> Path:
     if side is not None:
         parts.append(f"side at {side.axis} = {side.at:.4g} m ({chr(97 + len(pictures))})")
     count = store.sizes["triangle"] + store.sizes.get("line", 0)
-    size = float(np.sqrt(_areas(store).mean() * 4.0 / np.sqrt(3.0)))
+    area = areas(store["node_position"].values, store["triangle_node"].values).mean()
+    size = float(np.sqrt(area * 4.0 / np.sqrt(3.0)))
     caption = (
         f"Figure 1: Building {store.attrs.get('building', '')}: {', '.join(parts)}. {count:,} "
         f"elements with {store.sizes['node']:,} nodes; triangles with sides of {size:.2g} m in the "
@@ -195,13 +193,6 @@ def _mesh(store: xr.Dataset, path: Path) -> Path:
         drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
         letter(axes)
     return path
-
-
-def _areas(store: xr.Dataset) -> Array:
-    """Of the triangles [m2]."""
-    p = store["node_position"].values[store["triangle_node"].values[:, :3]]
-    normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    return np.asarray(0.5 * np.linalg.norm(normal, axis=1), dtype=np.float64)
 
 
 def _outside(store: xr.Dataset) -> tuple[Picture, list[tuple[str, str, str]]]:
@@ -250,13 +241,23 @@ def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
         scene.add_mesh(corners(floors), color="black", line_width=1.5)
     for grid in (shell_grid(store), beam_grid(store)):
         if grid.n_cells:
-            _bent(scene, grid, moved, length / length.max())
+            grid.points = moved
+            grid.point_data["value"] = length / length.max()
+            scene.add_mesh(
+                surface(grid),
+                scalars="value",
+                cmap=COLOURS,
+                clim=(0.0, 1.0),
+                show_scalar_bar=False,
+                line_width=2.0,
+                **SHADING,
+            )
     picture = render(scene, np.concatenate([rest, moved]), MODE_VIEW)
     direction = str(store.attrs.get("bending_direction", ""))
     axis = {"x": "y", "y": "x"}.get(direction)
     along = f" along $e_{direction}$" if direction else ""
     along += f", about $e_{axis}$," if axis is not None else ""
-    start = "Figure 3 (a): First" if number == 1 else f"{_ordinal(number)}"
+    start = {1: "Figure 3 (a): First", 2: "Second", 3: "Third"}[number]
     frequency = float(store["frequency"].sel(mode=mode))
     caption = (
         f"{start} mode of bending{along} of the 3D mesh of building "
@@ -269,21 +270,3 @@ def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
         bar = drawn.colorbar(scale, ax=axes[0], shrink=0.7, aspect=25, pad=0.02)
         bar.set_label("displacement over the largest [-]")
     return path
-
-
-def _ordinal(number: int) -> str:
-    return {2: "Second", 3: "Third"}.get(number, f"{number}th")
-
-
-def _bent(scene: Any, grid: Any, moved: Array, values: Array) -> None:
-    grid.points = moved
-    grid.point_data["value"] = values
-    scene.add_mesh(
-        surface(grid),
-        scalars="value",
-        cmap=COLOURS,
-        clim=(0.0, 1.0),
-        show_scalar_bar=False,
-        line_width=2.0,
-        **SHADING,
-    )
