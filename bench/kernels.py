@@ -44,11 +44,7 @@ def spectrum_figures(
 ) -> list[Figure]:
     """Rates of one core in double precision on random records; compilation is left out.
 
-    Args:
-        records: Number of records.
-        samples: Samples of each.
-        frequencies: Number of oscillators, 0.5 Hz to 500 Hz at 5 %.
-        repeats: How often the kernel is timed; the two slow ones run on a part of the work.
+    The two slow ones run on a tenth of the oscillators, which are 0.5 Hz to 500 Hz at 5 %.
     """
     a = np.random.default_rng(0).standard_normal((records, samples))
     listed = logarithmic_frequencies(0.5, 500.0, max(1, (frequencies - 1) // 3))
@@ -68,17 +64,9 @@ def spectrum_figures(
 
 
 def plain_peaks(acceleration: FloatArray, coefficients: StepCoefficients) -> FloatArray:
-    """Find max |x| at the samples with the recurrence as it is printed in textbooks.
+    """Peaks of |x| by the recurrence of textbooks, one oscillator at a time, (n_r, n_o) [m].
 
-    Displacement and velocity at the new sample from those at the old one and two input samples:
-    eight multiplications, one oscillator at a time.
-
-    Args:
-        acceleration: Shape (n_r, n) [m/s2].
-        coefficients: Of n_o oscillators.
-
-    Returns:
-        Shape (n_r, n_o) [m].
+    Displacement and velocity at the new sample from those at the old one and two input samples.
     """
     c = coefficients
     slope = c.xi * c.omega / c.omega_d
@@ -97,17 +85,10 @@ def plain_peaks(acceleration: FloatArray, coefficients: StepCoefficients) -> Flo
 
 
 def filtered(acceleration: FloatArray, coefficients: StepCoefficients) -> list[FloatArray]:
-    """Compute x at the samples with ``scipy.signal.lfilter``, one oscillator after the other.
+    """Histories of x by ``scipy.signal.lfilter``, an array (n_r, n) an oscillator [m].
 
     The transfer function of the complex step, d + g/(ζ - E) with ζ the shift of one sample, is
-    brought to real polynomials; its imaginary part over ω_d gives x.
-
-    Args:
-        acceleration: Shape (n_r, n) [m/s2]; the first sample zero, or the filter starts with it.
-        coefficients: Of n_o oscillators.
-
-    Returns:
-        One array of histories an oscillator, shape (n_r, n) [m].
+    brought to real polynomials; its imaginary part over ω_d gives x. The first sample is zero.
     """
     c = coefficients
     E, g, d = c.propagator, c.input_gain, c.feedthrough
