@@ -1,4 +1,6 @@
+import inspect
 import json
+from importlib import import_module
 
 import pytest
 from rich.console import Console
@@ -62,3 +64,10 @@ def test_groups(monkeypatch):
     expected = "GROUP = 'roof': expected one of the groups sticks, spectra"
     with pytest.raises(InputError, match=expected):
         suite.measure(["roof", "sticks"])
+
+
+def test_every_group_names_a_function():
+    """They are loaded where they are measured: nothing else would see another name."""
+    for run in suite.GROUPS.values():
+        named = inspect.getclosurevars(run).nonlocals
+        assert callable(getattr(import_module(f"bench.{named['module']}"), named["function"]))
