@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from impactfem.coupling.body import COMPONENTS, Port, modal_coordinates
+from impactfem.coupling.body import Port, modal_coordinates
 from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.implicit import respond
 from impactfem.coupling.links import Assembly, Inverse, Link, Mount, Spring
 from impactfem.coupling.pounding import System, simulate
 from impactfem.coupling.unilateral import ModalMotion, unilateral_response
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.stick import build_stick
 from impactfem.system.errors import ImpactfemError, SolutionError
 

@@ -14,7 +14,8 @@ from impactfem.device.anchor_force import (
 )
 from impactfem.device.device import coupled
 from impactfem.device.models import from_matrices
-from impactfem.device.parts import COMPONENTS, Beam
+from impactfem.device.parts import Beam
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 STEP = 1e-3

@@ -13,8 +13,8 @@ from impactfem.device.combination import (
     combine_modes,
     correlation,
 )
-from impactfem.device.parts import COMPONENTS
 from impactfem.device.spectrum import AnchorSpectrum
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 
 F = np.array([10.0, 10.8, 11.5, 40.0])

@@ -7,8 +7,9 @@ import pytest
 from impactfem.device.anchor_force import anchor_force
 from impactfem.device.models import TableMode, from_matrices, from_modes, on_springs
 from impactfem.device.modes import device_modes
-from impactfem.device.parts import COMPONENTS, BaseSprings, Beam, RigidBody
+from impactfem.device.parts import BaseSprings, Beam, RigidBody
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 
 

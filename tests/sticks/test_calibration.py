@@ -11,7 +11,8 @@ from impactfem.sticks.calibration import (
     calibrate,
     family_modes,
 )
-from impactfem.sticks.modes import DIRECTIONS, modes
+from impactfem.sticks.element import COMPONENTS
+from impactfem.sticks.modes import modes
 from impactfem.sticks.stick import build_stick
 from impactfem.system.errors import ImpactfemError, SolutionError
 
@@ -64,7 +65,7 @@ def test_family_modes_are_those_of_the_whole_stick(make, direction):
     family = whole.of_family(direction)
     frequency, mass = family_modes(stick, direction)
     assert frequency == pytest.approx(whole.frequency[family], rel=1e-9)
-    expected = whole.effective_mass[DIRECTIONS.index(direction), family]
+    expected = whole.effective_mass[COMPONENTS.index(direction), family]
     assert mass == pytest.approx(expected, rel=1e-6, abs=1e-6 * mass.max())
     assert mass.sum() == pytest.approx(720e3, rel=1e-9)
 

@@ -5,7 +5,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from impactfem.sticks.element import DOFS, Section, bending_stiffness, rigid_link, storey_stiffness
+from impactfem.sticks.element import (
+    COMPONENTS,
+    Section,
+    bending_stiffness,
+    rigid_link,
+    storey_stiffness,
+)
 
 L = 3.0
 UX, UY, UZ, RX, RY, RZ = range(6)
@@ -23,7 +29,7 @@ def unit(component):
 
 
 def test_components_in_order():
-    assert DOFS == ("x", "y", "z", "rx", "ry", "rz")
+    assert COMPONENTS == ("x", "y", "z", "rx", "ry", "rz")
 
 
 @pytest.mark.parametrize(

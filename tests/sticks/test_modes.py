@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from impactfem.sticks.modes import DIRECTIONS, FAMILIES, modes, natural_modes
+from impactfem.sticks.element import COMPONENTS
+from impactfem.sticks.modes import FAMILIES, modes, natural_modes
 from impactfem.sticks.stick import build_stick, mass_on_spring
 from impactfem.system.errors import SolutionError
 
@@ -51,10 +52,10 @@ def test_families_in_natural_order(stick):
     assert found.frequency[found.of_family("y")[0]] < found.frequency[found.of_family("x")[0]]
     for name in FAMILIES:
         family = found.of_family(name)
-        mass = found.effective_mass[DIRECTIONS.index(name), family]
-        assert mass.sum() == pytest.approx(found.total[DIRECTIONS.index(name)], rel=1e-9)
+        mass = found.effective_mass[COMPONENTS.index(name), family]
+        assert mass.sum() == pytest.approx(found.total[COMPONENTS.index(name)], rel=1e-9)
         assert np.all(np.diff(found.frequency[family]) > 0.0)
-    other = found.effective_mass[DIRECTIONS.index("x"), found.of_family("y")]
+    other = found.effective_mass[COMPONENTS.index("x"), found.of_family("y")]
     assert other.max() < 1e-12 * found.total[0]
 
 
@@ -115,8 +116,8 @@ def test_a_square_stick_has_clean_families(floors, n, height, area, moment, mass
         family = found.of_family(name)
         others = [k for k in range(stick.n) if k % 6 not in components]
         assert not found.shape[np.ix_(others, family)].any()
-        total = found.total[DIRECTIONS.index(name)]
-        assert found.effective_mass[DIRECTIONS.index(name), family].sum() == pytest.approx(total)
+        total = found.total[COMPONENTS.index(name)]
+        assert found.effective_mass[COMPONENTS.index(name), family].sum() == pytest.approx(total)
     along = [found.frequency[found.of_family(name)] for name in "xy"]
     assert along[0] == pytest.approx(along[1], rel=1e-9)
 

@@ -24,11 +24,10 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from impactfem.dynamics.damping import Damping, ModalDamping
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 
 Array = NDArray[np.float64]
-
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from impactfem.case import (
     Building,
     Case,
     Contact,
-    ContactPoint,
 )
 from impactfem.case.loads import ForceTable, read_force_table
 from impactfem.coupling.contact import effective_mass, law_of
@@ -197,12 +196,15 @@ def _warn_of_coarse_steps(table: ForceTable, time: Array, name: str) -> None:
 
 
 def _pair(case: Case, contact: Contact, sticks: dict[str, Stick]) -> Pair:
-    normal = np.array(contact.normal)
-    ends = []
-    masses = []
+    normal, ends, masses = np.array(contact.normal), list[End](), list[float]()
     for point in (contact.a, contact.b):
         stick = sticks[point.building]
-        end = _end(stick, point)
+        if point.floor is not None:
+            end = End.of_floor(stick, point.floor, point.offset)
+        else:
+            storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
+            master = stick.storey_points[storey, height]
+            end = End(stick.name, master, point.offset, storey, height)
         ends.append(end)
         masses.append(stick.point_mass(end.master, end.offset, normal))
     return Pair(
@@ -211,18 +213,6 @@ def _pair(case: Case, contact: Contact, sticks: dict[str, Stick]) -> Pair:
         b=ends[1],
         normal=normal,
         gap=contact.gap,
-        law=law_of(
-            contact.law,
-            case.contact_laws[contact.law],
-            effective_mass(masses[0], masses[1]),
-        ),
+        law=law_of(contact.law, case.contact_laws[contact.law], effective_mass(*masses)),
         area=contact.bearing_area,
     )
-
-
-def _end(stick: Stick, point: ContactPoint) -> End:
-    if point.floor is not None:
-        return End.of_floor(stick, point.floor, point.offset)
-    storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
-    master = stick.storey_points[storey, height]
-    return End(stick.name, master, point.offset, storey, height)

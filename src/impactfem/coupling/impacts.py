@@ -254,7 +254,7 @@ def impact_checks(
             for element, V in zip(stick.elements, shear, strict=True):
                 section = stick.floors[element.storey].section
                 stress = float(V / (n_x**2 * section.Avx + n_y**2 * section.Avy))
-                ratio = np.nan if f_c is None else stress / _mean_tensile_strength(f_c)
+                ratio = np.nan if f_c is None else stress / (0.30e6 * (f_c / 1e6) ** (2.0 / 3.0))
                 found.append((float(V), stress, ratio))
         shears, stresses, ratios = zip(*found, strict=True) if found else ((), (), ())
         pressure = np.nan if pair.area is None else impact.peak_force / pair.area
@@ -269,10 +269,6 @@ def impact_checks(
             )
         )
     return checks
-
-
-def _mean_tensile_strength(f_ck: float) -> float:
-    return float(0.30e6 * (f_ck / 1e6) ** (2.0 / 3.0))
 
 
 @dataclass(frozen=True)

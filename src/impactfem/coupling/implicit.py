@@ -127,7 +127,7 @@ def respond(
     force, history = np.zeros((n_t, m)), np.zeros((n_t, 3 * N + len(one.rows)))
     energy = np.zeros((n_t, 5))
     picked = [
-        np.ascontiguousarray(values[..., moving])
+        np.ascontiguousarray(values if moving.size == r else values[..., moving])
         for values in (
             *(assembly.mass, assembly.damping, assembly.eigenvalue, inverse.diagonal, loads),
             *(u, v, a, inverse.rows, assembly.gamma, X),

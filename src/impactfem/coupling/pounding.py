@@ -16,11 +16,12 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from impactfem.coupling.body import COMPONENTS, Body, Port, modal_coordinates
+from impactfem.coupling.body import Body, Port, modal_coordinates
 from impactfem.coupling.contact import Law
 from impactfem.coupling.implicit import respond
 from impactfem.coupling.links import Assembly, Link
 from impactfem.dynamics.energy import Energy
+from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.stick import Stick
 from impactfem.system.errors import ImpactfemError, SolutionError
 

@@ -301,15 +301,29 @@ def unilateral_response(
     if m == 0:
         raise SolutionError("there are no constraints that the structure could meet")
     gaps, neutral = _per_constraint(gap, m, "gaps"), (1.0 - theta) / theta
-    e = _restitutions(restitution, m, theta)
+    e = _per_constraint(restitution, m, "restitutions")
+    if np.any(e < 0.0) or np.any(e > neutral * (1.0 + 1e-12)):
+        raise SolutionError(
+            f"restitutions from {e.min():g} to {e.max():g}: with θ = {theta:g} they must be from 0"
+            f" to {neutral:g}"
+        )
     if steps < 1:
         raise SolutionError(f"{steps} steps: at least one is needed")
-    loads = _loads(amplitudes, (steps + 1, motion.patterns))
+    shape = (steps + 1, motion.patterns)
+    loads = np.zeros(shape) if amplitudes is None else np.asarray(amplitudes, dtype=np.float64)
+    if loads.shape != shape:
+        raise SolutionError(f"amplitudes of the loads of shape {loads.shape}, not {shape}")
     problem = Complementarity(motion.delassus(), name="the Delassus operator of the constraints")
 
     x, v = motion.start(displacement, velocity)
     records = _Records(steps, m, x.size)
-    _refuse_violated(gaps, x[:m])
+    clear = gaps - x[:m]
+    bad = np.flatnonzero(clear < -SLACK * np.maximum(np.abs(gaps), np.abs(x[:m])))
+    if bad.size:
+        raise SolutionError(
+            f"{bad.size} of {m} constraints are violated at the start: constraint {bad[0]}"
+            f" by {-clear[bad[0]]:g}"
+        )
     records.put(0, gaps, x, v, np.zeros(m), 0.0, (*motion.stored(), 0.0, 0.0, 0.0, 0.0))
     active: Mask = np.zeros(m, dtype=np.bool_)
     nothing: Array = np.zeros(m)
@@ -388,33 +402,6 @@ def _per_constraint(values: ArrayLike, m: int, name: str) -> Array:
             f"{name} of shape {given.shape}: {m} finite numbers, or one, are needed"
         )
     return np.full(m, given) if given.ndim == 0 else given
-
-
-def _restitutions(values: ArrayLike, m: int, theta: float) -> Array:
-    e, neutral = _per_constraint(values, m, "restitutions"), (1.0 - theta) / theta
-    if np.any(e < 0.0) or np.any(e > neutral * (1.0 + 1e-12)):
-        raise SolutionError(
-            f"restitutions from {e.min():g} to {e.max():g}: with θ = {theta:g} they must be from 0"
-            f" to {neutral:g}"
-        )
-    return e
-
-
-def _loads(amplitudes: Array | None, shape: tuple[int, int]) -> Array:
-    loads: Array = np.zeros(shape) if amplitudes is None else np.asarray(amplitudes, dtype=float)
-    if loads.shape != shape:
-        raise SolutionError(f"amplitudes of the loads of shape {loads.shape}, not {shape}")
-    return loads
-
-
-def _refuse_violated(gaps: Array, x: Array) -> None:
-    room = gaps - x
-    bad = np.flatnonzero(room < -SLACK * np.maximum(np.abs(gaps), np.abs(x)))
-    if bad.size:
-        raise SolutionError(
-            f"{bad.size} of {len(gaps)} constraints are violated at the start: constraint {bad[0]}"
-            f" by {-room[bad[0]]:g}"
-        )
 
 
 def _largest(values: Array) -> float:

@@ -37,8 +37,8 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.device.parts import COMPONENTS
 from impactfem.dynamics.damping import Rayleigh, checked_ratio
+from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import natural_modes
 from impactfem.system.errors import ImpactfemError
 

@@ -14,9 +14,10 @@ from impactfem.device.combination import Gupta, LindleyYow, RigidResponse, Rules
 from impactfem.device.device import Device
 from impactfem.device.models import TableMode, from_matrices, from_modes, on_springs
 from impactfem.device.modes import device_modes
-from impactfem.device.parts import COMPONENTS, BaseSprings, Beam, RigidBody, solid_cylinder
+from impactfem.device.parts import BaseSprings, Beam, RigidBody, solid_cylinder
 from impactfem.device.spectrum import NotRigidError, given_spectra, refuse_open_ends
 from impactfem.device.spectrum_analysis import spectrum_analysis
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import LOGGER
 

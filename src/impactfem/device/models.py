@@ -28,9 +28,9 @@ import numpy.typing as npt
 import scipy.linalg
 
 from impactfem.device.device import Device, refuse_mechanism
-from impactfem.device.parts import COMPONENTS, BaseSprings, Beam, RigidBody
+from impactfem.device.parts import BaseSprings, Beam, RigidBody
 from impactfem.dynamics.damping import Rayleigh, checked_ratio
-from impactfem.sticks.element import rigid_link
+from impactfem.sticks.element import COMPONENTS, rigid_link
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]

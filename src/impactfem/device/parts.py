@@ -8,13 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.sticks.element import bending_stiffness, rigid_link
+from impactfem.sticks.element import COMPONENTS, bending_stiffness, rigid_link
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
-
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
-"""Translations along and rotations about the axes; z points upwards."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,6 @@ import numpy.typing as npt
 from impactfem.case.device_tables import GivenSpectrum
 from impactfem.device.device import Device
 from impactfem.device.modes import DeviceModes
-from impactfem.device.parts import COMPONENTS
 from impactfem.spectra import (
     Method,
     at_common_frequencies,
@@ -29,6 +28,7 @@ from impactfem.spectra import (
     rigid_frequency,
 )
 from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]

@@ -32,8 +32,8 @@ from impactfem.device.anchor_force import Quantities, anchor_forces
 from impactfem.device.combination import PLANES, InputRule, Rules, combine_inputs, combine_modes
 from impactfem.device.device import Device
 from impactfem.device.modes import DeviceModes, device_modes
-from impactfem.device.parts import COMPONENTS
 from impactfem.device.spectrum import MOVED, AnchorSpectrum, NotRigidError
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 
 Array = npt.NDArray[np.float64]
@@ -153,10 +153,12 @@ def spectrum_analysis(
     rules = Rules() if rules is None else rules
     wanted = anchor_forces(device) if quantities is None else quantities
     columns = _columns(device, spectra)
-    modes = _modes_in_use(device, rules)
+    every = device_modes(device)
+    modes = every.below(rules.maximum_frequency)
+    modes.refuse_overdamped(device)
     static = wanted.static(device)
     inputs, notes = [], list[str]()
-    left_out = device_modes(device).frequency.size - modes.frequency.size
+    left_out = every.frequency.size - modes.frequency.size
     if left_out and not rules.missing_mass:
         notes.append(f"{left_out} modes above the maximum frequency left out, without missing mass")
     for spectrum, k in zip(spectra, columns, strict=True):
@@ -207,13 +209,6 @@ def _columns(device: Device, spectra: Sequence[AnchorSpectrum]) -> list[int]:
             f" {', '.join(s.label for s in spectra) or 'none'}"
         )
     return columns
-
-
-def _modes_in_use(device: Device, rules: Rules) -> DeviceModes:
-    every = device_modes(device)
-    modes = every.below(rules.maximum_frequency)
-    modes.refuse_overdamped(device)
-    return modes
 
 
 def _ordinates(

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-DOFS = ("x", "y", "z", "rx", "ry", "rz")
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+"""Translations along and rotations about the axes; z points upwards."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 
-DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FAMILIES = {"x": (0, 4), "y": (1, 3), "z": (2,), "rz": (5,)}
 """Components of a family: "y" is bending about e_x, which moves along y."""
 

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from impactfem.case import Spectra
 from impactfem.device.modes import DeviceModes
-from impactfem.device.parts import COMPONENTS
 from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.spectra import response_spectra
+from impactfem.sticks.element import COMPONENTS
 
 Array = NDArray[np.float64]
 

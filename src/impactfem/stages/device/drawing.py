@@ -21,8 +21,8 @@ from impactfem.case import DeviceSetup
 from impactfem.case.devices import RIGID
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
-from impactfem.device.parts import COMPONENTS, solid_cylinder
-from impactfem.sticks.element import rigid_link
+from impactfem.device.parts import solid_cylinder
+from impactfem.sticks.element import COMPONENTS, rigid_link
 
 Array = NDArray[np.float64]
 Variables = dict[str, tuple[Any, ...]]

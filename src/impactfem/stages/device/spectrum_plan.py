@@ -11,10 +11,10 @@ from impactfem.device.combination import Rules
 from impactfem.device.combination import SupportRule as SupportCombination
 from impactfem.device.device import Device
 from impactfem.device.from_case import first_method, rules_of
-from impactfem.device.parts import COMPONENTS
 from impactfem.device.spectrum import LAST, NO_SHIFT, AnchorSpectrum, NotRigidError, given_spectra
 from impactfem.device.spectrum_analysis import SpectrumResponse, spectrum_analysis
 from impactfem.stages.device.spectrum_choice import Source, SpectrumChoice
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 
 TRANSLATIONS = COMPONENTS[:3]

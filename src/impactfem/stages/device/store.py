@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from impactfem.device.anchor_force import own_weight
 from impactfem.device.modes import device_modes
-from impactfem.device.parts import COMPONENTS
 from impactfem.stages.device.analysis import DeviceResult
 from impactfem.stages.device.damping_study import DampedStudy, DeviceStudy
 from impactfem.stages.device.drawing import drawing_variables
@@ -34,6 +33,7 @@ from impactfem.stages.device.scalars import (
     tension_by_spectrum,
 )
 from impactfem.stages.device.spectrum_choice import SpectrumChoice
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import with_scalars
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from impactfem.motion import CORRELATION_LIMIT, pair_correlation
 from impactfem.stages.pounding.compute import StickStudy, station_dofs, steps_of_law
-from impactfem.sticks.modes import DIRECTIONS
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.scalar import Scalar
 
 LARGEST = "of the largest values"
@@ -91,7 +91,7 @@ def _modes(study: StickStudy) -> list[Scalar]:
         for number, index in enumerate(family[:6], start=1):
             note = f"mode {number} of the family bending about e_{axis}, natural order"
             prefix = f"sticks.{stick.name}"
-            mass = result.effective_mass[DIRECTIONS.index(direction), index]
+            mass = result.effective_mass[COMPONENTS.index(direction), index]
             scalars += [
                 Scalar(f"{prefix}.frequency.{number}", float(result.frequency[index]), "Hz", note),
                 Scalar(f"{prefix}.effective_mass.{number}", float(mass), "kg", note),

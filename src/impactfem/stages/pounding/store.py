@@ -17,8 +17,7 @@ from impactfem.case.contact_checks import pair_distance
 from impactfem.stages.pounding.compute import StickStudy, station_dofs
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.stores import Output, dataset
-from impactfem.sticks.element import DOFS
-from impactfem.sticks.modes import DIRECTIONS
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.files import write_netcdf
 
 Array = NDArray[np.float64]
@@ -210,7 +209,7 @@ def _histories(study: StickStudy) -> dict[str, Any]:
         "time": study.response.time,
         "axis": ["x", "y", "z"],
         "ground": study.response.ground,
-        "component": [DOFS[c] for c in moving],
+        "component": [COMPONENTS[c] for c in moving],
         "station": [f"{building}.floor_{number}" for building, number in study.stations],
         "station_building": [building for building, _ in study.stations],
         "station_floor": [number for _, number in study.stations],
@@ -240,7 +239,7 @@ def _spectra(study: StickStudy) -> dict[str, Any]:
 def _modes(study: StickStudy) -> dict[str, Any]:
     sticks, count = study.system.sticks, max(found.frequency.size for found in study.modes)
     frequency = np.full((len(sticks), count), np.nan)
-    mass = np.full((len(sticks), len(DIRECTIONS), count), np.nan)
+    mass = np.full((len(sticks), len(COMPONENTS), count), np.nan)
     family = np.full((len(sticks), count), "", dtype=object)
     shapes = []
     for k, (stick, found) in enumerate(zip(sticks, study.modes, strict=True)):
@@ -256,8 +255,8 @@ def _modes(study: StickStudy) -> dict[str, Any]:
         "plan": ["x", "y"],
         "building_axis": [stick.axis for stick in sticks],
         "building_base": [stick.base for stick in sticks],
-        "mode_direction": DIRECTIONS,
-        "mode_component": DOFS,
+        "mode_direction": COMPONENTS,
+        "mode_component": COMPONENTS,
         "mode_frequency": frequency,
         "mode_family": family,
         "mode_effective_mass": mass,
