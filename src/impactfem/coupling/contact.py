@@ -114,7 +114,7 @@ class Law:
 
     Args:
         name: What it is, in the words of the case file.
-        code: Which compiled law; above JANKOWSKI, the address of one's own.
+        code: Which compiled law; above JANKOWSKI, the address of a user-defined one.
         parameters: Its parameters, shape (N_PARAMETERS,): the stiffness K [N/m or N/m^1.5], then
             those of the law's function.
         asked: The restitution asked [-].
@@ -253,7 +253,7 @@ def hertz_damp(
 
     Args:
         K: Stiffness [N/m^1.5].
-        epsilon: Restitution asked, 0 < ε <= 1 [-].
+        epsilon: Restitution requested, 0 < ε <= 1 [-].
         mass: Effective mass of the pair [kg].
         exact: Take the χ that returns ε exactly instead of the published one.
         slowest: Least v₀ that the law takes into account [m/s]: a contact that begins at rest
@@ -283,7 +283,7 @@ def jankowski(K: float, epsilon: float, mass: float, *, exact: bool = False) -> 
 
     Args:
         K: Stiffness β [N/m^1.5].
-        epsilon: Restitution asked, 0 < ε <= 1 [-].
+        epsilon: Restitution requested, 0 < ε <= 1 [-].
         mass: Effective mass of the pair [kg].
         exact: Take the ξ that returns ε exactly instead of the published one.
     """

@@ -88,8 +88,8 @@ def calibration_of(case: Case) -> Calibration | None:
     Returns:
         None when the case has no calibration.
     """
-    asked = case.calibration
-    if asked is None:
+    given = case.calibration
+    if given is None:
         return None
     buildings = {building.name: building for building in case.buildings}
     targets = [
@@ -101,7 +101,7 @@ def calibration_of(case: Case) -> Calibration | None:
             row.frequency_weight,
             row.mass_weight,
         )
-        for row in asked.targets
+        for row in given.targets
     ]
     first = buildings[targets[0].building]
     start = given_parameters(first)
@@ -109,23 +109,23 @@ def calibration_of(case: Case) -> Calibration | None:
     def make(name: str, parameters: Parameters) -> Stick:
         return stick_of(buildings[name], parameters)
 
-    if asked.mode == "given":
-        return assess(make, targets, start, direction=asked.direction)
+    if given.mode == "given":
+        return assess(make, targets, start, direction=given.direction)
     bounds = Bounds(
-        factor=asked.stiffness_factor,
+        factor=given.stiffness_factor,
         height_min=np.array([row.storey_height_min for row in first.floors]),
         height_max=np.array([row.storey_height_max for row in first.floors]),
-        height=asked.height,
-        rigid_depth=asked.rigid_depth,
+        height=given.height,
+        rigid_depth=given.rigid_depth,
     )
     return calibrate(
         make,
         targets,
         bounds,
-        direction=asked.direction,
+        direction=given.direction,
         start=start,
-        starts=asked.starts,
-        seed=asked.seed,
+        starts=given.starts,
+        seed=given.seed,
     )
 
 

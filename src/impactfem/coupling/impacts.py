@@ -197,7 +197,7 @@ def separations(free: Response, response: Response) -> list[Separation]:
 
 @dataclass(frozen=True)
 class ImpactCheck:
-    """What an impact asks of the buildings, during its time.
+    """What an impact demands of the buildings while it lasts.
 
     Args:
         impact: The impact.

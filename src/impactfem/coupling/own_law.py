@@ -1,4 +1,4 @@
-"""A contact law of one's own, beside those of `contact`: written in Python, run as they are."""
+"""User-defined contact laws, in addition to those of `contact`: written and run in Python."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LIKE = 1e-3
 
 @dataclass(frozen=True)
 class OwnLaw(Law):
-    """A contact law of one's own for one pair; `own_law` makes it.
+    """A user-defined contact law for one pair; `own_law` makes it.
 
     Args:
         unit: Unit of its first parameter, the stiffness.
@@ -98,7 +98,7 @@ def own_law(
         force: ``(parameters, p, v, v0) -> (F, dF/dp, dF/dv)``.
         parameters: Its parameters, one to four, the stiffness first.
         mass: Effective mass of the pair [kg].
-        speed: Speed of approach at which it is tested, and at which its restitution is told [m/s].
+        speed: Speed of approach at which it is tested and its restitution is reported [m/s].
         asked: Restitution asked [-]; that of two free masses when None.
         unit: Unit of the stiffness.
 
@@ -152,8 +152,8 @@ def _faults(code: int, parameters: Array, p: float, v: float, v0: float) -> list
         before = (F - law_force(code, parameters, p - dp, v - dv, v0)[0]) / (dp + dv)
         size = _LIKE * (max(abs(after), abs(before)) + abs(F) / (p if dp else v0))
         if not min(abs(given - after), abs(given - before)) <= size:
-            told = f"dF/d{symbol} = {given:.6g}, expected {after:.6g}, as F changes there"
-            found.append(told)
+            wrong = f"dF/d{symbol} = {given:.6g}, expected {after:.6g}, as F changes there"
+            found.append(wrong)
         elif max(after, before) < -size:
             found.append(f"F falls with {symbol}; expected a force that does not")
     return found
@@ -164,7 +164,7 @@ def _part(compiled: Any, parameters: tuple[float, ...], mass: float, v0: float) 
     """Two free masses from touch to p = 0, by integration of m p'' = -F(p, p').
 
     In the variables x = p / (v₀ T) and τ = t / T, where T is the time in which the force on masses
-    that go on with v₀ reaches m v₀ / T. The compiled function itself is asked for, not its address:
+    that go on with v₀ reaches m v₀ / T. The key is the compiled function itself, not its address:
     an address may be used again.
     """
     code, values = int(compiled.address), np.array(parameters)

@@ -272,7 +272,7 @@ def coupled(
             element model; on those relative to the anchors otherwise.
 
     Raises:
-        ImpactfemError: The coordinates are unknown, or `drag` is asked for a device without
+        ImpactfemError: The coordinates are unknown, or `drag` is requested of a device without
             Rayleigh damping.
     """
     if coordinates not in get_args(Coordinates):

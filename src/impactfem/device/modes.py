@@ -199,7 +199,7 @@ def fit_device(
     direction: str = "y",
     masses: bool = True,
 ) -> Fit:
-    """Find parameters that give the modes asked for.
+    """Find parameters that give the requested modes.
 
     Args:
         build: Makes the device from the parameters, given by name.

@@ -92,7 +92,7 @@ class SingularMatrixError(SolutionError):
 class Factorisation(Held):
     """A = L D Lᵀ by MUMPS, for solving A x = b. A context manager that frees the memory.
 
-    The matrix may be changed or destroyed afterwards. MUMPS options of one's own can be given in
+    The matrix may be changed or destroyed afterwards. Further MUMPS options can be given in
     the environment, as ``PETSC_OPTIONS="-impactfem_mat_mumps_icntl_14 80"``.
 
     Args:

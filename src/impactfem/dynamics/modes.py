@@ -51,7 +51,7 @@ class Modes:
 def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -> Modes:
     """The lowest modes of K φ = ω² M φ. Collective.
 
-    SLEPc's Krylov-Schur iteration on K⁻¹ M finds a few modes more than asked for. Then the inertia
+    SLEPc's Krylov-Schur iteration on K⁻¹ M finds a few modes more than requested. Then the inertia
     of K - σ M, with σ in a gap above the last wanted mode, counts how many lie below (Sturm). One
     that was missed, as the second of two equal ones can be, is looked for in the space orthogonal
     to those that were found. On one rank the results are the same from run to run.
@@ -64,7 +64,7 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
 
     Raises:
         SingularMatrixError: The stiffness is singular: the model is a mechanism.
-        SolutionError: The stiffness is not positive definite; fewer modes than asked for exist or
+        SolutionError: The stiffness is not positive definite; fewer modes than requested exist or
             were found; one that is missing could not be found.
     """
     n = int(K.getSize()[0])

@@ -170,7 +170,7 @@ def calibrate(
 
     Raises:
         ImpactfemError: The bounds of the heights leave no room for the total height; no frequency
-            has a weight; or a building has fewer modes than a target asks for.
+            has a weight; or a building has fewer modes than a target requests.
         SolutionError: No start led to a result.
     """
     _refuse_unsolvable(targets, bounds)

@@ -127,7 +127,7 @@ class Stick:
         """Operator from the displacements to the motion of the axis inside a storey.
 
         The storey carries no load between its nodes, and its damping is proportional to its
-        stiffness: a massless node at the point, of which the two elements beside it are in
+        stiffness: a massless node at the point, of which the two adjacent elements are in
         equilibrium, moves as the Timoshenko beam does between its ends.
 
         Args:
@@ -173,7 +173,7 @@ class Stick:
 
         m = 1 / (j M⁻¹ jᵀ), j the point's translation along the direction: the floor's mass for a
         point on a line through its mass centre, less for an eccentric one. A point inside a storey
-        has no mass of its own; it gets the interpolation of the floors beside it.
+        has no mass of its own; it gets the interpolation of the adjacent floors.
 
         Args:
             master: Index of the point's master.
@@ -344,7 +344,7 @@ class _End:
 def _flexible_part(
     name: str, floors: Sequence[Floor], z: Array, base: float, index: int
 ) -> tuple[_End, _End]:
-    """Lower and upper end of a storey between the rigid zones of the floors beside it."""
+    """Lower and upper end of a storey between the rigid zones of the adjacent floors."""
     floor = floors[index]
     low = _End(-1, 0.0, base)
     if index:
