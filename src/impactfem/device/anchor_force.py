@@ -15,8 +15,8 @@ Both must agree: action equals reaction.
 
 Its weight acts on the floor in addition to F, which is that of the motion alone: -J g with the
 gravity g as an upward acceleration of all anchors. Anchors evenly spaced on a circle of radius r
-about the anchor point, under a rigid plate and as stiff in tension as in pressure, carry the force N upward
-and the overturning moment M with at most (N + 2 M / r) / n each of n, so that
+about the anchor point, under a rigid plate and as stiff in tension as in pressure, carry the force
+N upward and the overturning moment M with at most (N + 2 M / r) / n each of n, so that
 
     T = F_z + 2 √(M_x² + M_y²) / r                                                         (3)
 
