@@ -162,6 +162,7 @@ def contact_edge(mesh: BuildingMesh, floor: int) -> ContactEdge:
     vertices = vertices[np.argsort(mesh.nodes[vertices, axis])]
     position = np.linalg.norm(mesh.nodes[vertices] - mesh.nodes[vertices[0]], axis=1)
     nodes = np.unique(lines)
+    # Constraint of each vertex of the edge, and place of each of its nodes among `nodes`.
     column = np.zeros(len(mesh.nodes), dtype=np.int64)
     column[vertices] = np.arange(len(vertices), dtype=np.int64)
     row = np.zeros(len(mesh.nodes), dtype=np.int64)

@@ -67,6 +67,7 @@ def linked(
     T.setType("aij")
     T.setPreallocationNNZ(DOFS)
     start = T.getOwnershipRange()[0]
+    # T: the identity at remaining nodes, the rigid motion of its master at each follower.
     for i, node in enumerate(model.nodes):
         row = np.arange(start + DOFS * i, start + DOFS * (i + 1), dtype=PETSc.IntType)
         master = master_of[node]

@@ -100,6 +100,7 @@ def power_spectrum(
     padded = fft.next_fast_len(8 * a.size, real=True)  # bins fine enough for the mean's borders
     transform = h * fft.rfft(a, padded)
     density = 2.0 * np.abs(transform) ** 2 / (2.0 * np.pi * duration)
+    # Means over windows of bins as differences of running sums.
     sums = np.concatenate([[0.0], np.cumsum(density)])
     step = 1.0 / (padded * h)
     half = np.maximum(window * f, 0.5 / duration)
@@ -145,6 +146,7 @@ def compatible_power_spectrum(
     cycles = np.maximum(omega * duration / (np.pi * np.log(2.0)), np.e)
     mean_square = target.pseudo_acceleration(f) ** 2 / (2.0 * np.log(cycles))
     white = omega * np.maximum(np.pi / (4.0 * transient) - 1.0, 0.1)
+    # From low to high: the integral in (2) holds only what is known already.
     density = np.zeros(f.size)
     below = 0.0
     for k in range(f.size):

@@ -136,6 +136,7 @@ def _filtered(accelerogram: Accelerogram, band: tuple[float, float]) -> Accelero
             f"the low corner of {band[0]:.6g} Hz must be at least a tenth of a cycle in the"
             f" duration, {0.1 / accelerogram.duration:.6g} Hz"
         )
+    # Zeros at both ends, so that the filter rings out before the record is turned round.
     pad = math.ceil(1.5 * FILTER_ORDER / band[0] / h)
     sections = signal.butter(FILTER_ORDER, band, btype="bandpass", fs=1.0 / h, output="sos")
     forward = signal.sosfilt(sections, np.pad(a, pad))
@@ -267,5 +268,6 @@ class BaselineCorrection:
         Returns:
             Shape (n,) [m/s2]; its end velocity and displacement are zero to round-off.
         """
+        # c_1, c_2 from v(T) and d(T).
         coefficients = self._inverse @ (self._ends @ acceleration)
         return np.asarray(acceleration - coefficients @ self._shapes)
