@@ -1,8 +1,8 @@
 """Links between ports, and bodies and links put together.
 
-A *link* is a law: one force between two ports, or a port and the ground, from their gap
-δ = g + n · (u_b - u_a), its rate and the state of the contact. A *spring* (with dashpot) and a
-*mount* are linear: they hang matrices on rows a = B z of the coordinates,
+A link is a law: one force between two ports, or a port and the ground, from their gap
+δ = g + n · (u_b - u_a), its rate and the state of the contact. A spring (with dashpot) and a
+mount are linear: they hang matrices on rows a = B z of the coordinates,
 
     M_y ÿ + C_y ẏ + K_y y = (-T, 0) - N g̈,    y = (a, ζ),                                 (1)
 

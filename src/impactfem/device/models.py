@@ -1,6 +1,6 @@
 """Devices from what is known of them: a body on springs, matrices, or a table of modes.
 
-*On springs.* The base moves by a + E s: the anchor's motion a, and s in the motions E that are not
+On springs: the base moves by a + E s: the anchor's motion a, and s in the motions E that are not
 blocked. A point at the height z is carried by the rigid link R(z) and deforms by d, so that with
 the own coordinates x = (s, d) every node moves by
 
@@ -8,7 +8,7 @@ the own coordinates x = (s, d) every node moves by
 
     M = Tᵀ m T,    L = Tᵀ m R,    J = Rᵀ m R,    K = diag(Eᵀ k E, k_beam)                   (2)
 
-*Of matrices.* The degrees of freedom are those of the anchors, a, and the others, q, which are
+Of matrices: the degrees of freedom are those of the anchors, a, and the others, q, which are
 absolute. Without any force, q follows the anchors by r = -K_qq⁻¹ K_qa, and with x = q - r a
 
     M = M_qq,    L = M_qq r + M_qa,    J = rᵀ M_qq r + rᵀ M_qa + M_aq r + M_aa              (3)
