@@ -68,7 +68,7 @@ PACKAGES = {
         *("stages.pounding", "stages.transient"),
     },
     "report": {
-        *("plot", "spectra", "stages", "stages.design", "stages.device", "stages.transient"),
+        *("plot", "spectra", "stages", "stages.device", "stages.transient"),
     },
     "verify": {
         *("building", "case", "coupling", "device", "dynamics", "motion", "reduction"),

@@ -19,12 +19,14 @@ from impactfem.plot.style import BLUE, HANDLE, figure, letter
 
 Array = NDArray[np.float64]
 
-SAMPLES = 4000
+SAMPLES = 2400
 """Points of a curve at most where it is shown in a page; extremes of each interval are kept."""
 HEIGHT = 430
 """Of a row of panels in a page [pixel]; less where there are several."""
 DASHES = {"-": "solid", "--": "dash", "-.": "dashdot", ":": "dot"}
 SETTINGS = {"displaylogo": False, "responsive": True, "toImageButtonOptions": {"format": "svg"}}
+THIN = 2e-3
+"""Width of a band over the largest value of its curve, below which a page cannot show it."""
 BAND = 0.3
 """Opacity of a band."""
 
@@ -254,7 +256,7 @@ def _traces(curve: Curve, *, listed: bool) -> list[dict[str, Any]]:
             "showlegend": listed and bool(curve.label),
         }
     ]
-    if curve.band is not None:
+    if curve.band is not None and np.ptp(curve.band, axis=0).max() > THIN * np.abs(y).max():
         low, high = curve.band
         around = np.float32(np.concatenate([high, np.maximum(low[::-1], 1e-9)]))
         both = np.float32(np.concatenate([curve.x, curve.x[::-1]]))

@@ -14,6 +14,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
+from impactfem.plot.curves import CurveFigure, plain
 from impactfem.report.assumptions import assumptions
 from impactfem.report.beside import (
     ABSENT,
@@ -30,7 +31,6 @@ from impactfem.report.beside import (
     places,
 )
 from impactfem.report.overview import facts, number, quantity, tiles
-from impactfem.report.plots import Plot, plots_of
 from impactfem.report.run_files import COMPARISON, RunFiles
 from impactfem.stages.stage import Stage
 from impactfem.system.errors import Fault, ImpactfemError, InputError
@@ -51,7 +51,7 @@ COMPARED = (
 STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
 FARTHEST = 8
 """So many results that differ stand on the first page."""
-GOVERNING = ("plot_structure_spectra", "plot_figure_10_floor_spectra")
+GOVERNING = ("plot_figure_13_centre_spectrum", "plot_figure_10_floor_spectra")
 KEY_WORDS = ("energy", "steps", "points in a cycle", "band", "Sturm", "mass matrix")
 """What the checks of the first page speak of."""
 
@@ -124,7 +124,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         )
         raise InputError([Fault(run.folder, "", None, expected)])
     stages = [_stage(run, name, known.get(name)) for name in shown]
-    plots: dict[str, Plot] = {plot.name: plot for stage in stages for plot in stage["plots"]}
+    plots = {plot["name"]: plot for stage in stages for plot in stage["plots"]}
     checks = run.checks
     reference = run.case["report"]["reference"]
     compared = (
@@ -197,13 +197,19 @@ def _stage(run: RunFiles, name: str, stage: Stage | None) -> dict[str, Any]:
         "title": title,
         "about": about,
         "checks": [check for check in run.checks if check["stage"] == name],
-        "plots": [Plot.of(figure) for figure in curves] + plots_of(run, name),
+        "plots": [_plot(figure) for figure in curves],
         "scene": frame_document(scenes[0]) if scenes else "",
         "figures": [_embedded(path) for path in pictures],
         "films": [_embedded(path) for path in films],
         "tables": [_table(path) for path in tables],
         "files": [str(path.relative_to(run.folder)) for path in (*figures, *tables)],
     }
+
+
+def _plot(drawn: CurveFigure) -> dict[str, str]:
+    """A figure of curves to zoom into."""
+    caption = plain(html.escape(drawn.caption))
+    return {"name": f"plot_{drawn.name}", "caption": caption, "markup": drawn.to_html()}
 
 
 def _embedded(path: Path) -> dict[str, str]:

@@ -72,6 +72,7 @@ def test_with_pictures(transient_folder, monkeypatch):
     pictures = [folder / "figures" / "figure_14_probes.png"]
     monkeypatch.setattr(transient_figures, "transient_pictures", lambda _: pictures)
     monkeypatch.setattr(transient_figures, "_of_probes", lambda response, sticks: {})
+    monkeypatch.setattr(transient_figures, "spectra_figures", lambda response, sticks: [])
     assert transient_figures.transient_figures(folder) == pictures
 
 
@@ -100,7 +101,7 @@ def test_the_band_is_drawn(transient_folder, monkeypatch):
             xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
         ):
             response = shown(store)
-            centre_spectrum(folder / "one.png", response, sticks)
+            centre_spectrum(response, sticks).write_png(folder)
             return at_floor(response, "centre", 3)["psa"].values
 
     psa = draw_one()

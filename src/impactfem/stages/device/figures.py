@@ -8,6 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from impactfem.plot.curves import CurveFigure
 from impactfem.stages.device import history_figures as device_histories
 from impactfem.stages.device import input_figures as device_inputs
 from impactfem.stages.device import model_figures as device_models
@@ -45,7 +46,7 @@ def device_figures(folder: Path) -> list[Path]:
         for device in range(len(view.devices)):
             own = _of_device(view, device, building)
             makers |= {view.of_device(stem, device): draw for stem, draw in own.items()}
-        drawn = []
+        drawn = [one.write_png(target) for one in _curves(view)]
         for name, draw in sorted(makers.items()):
             path = target / f"{name}.png"
             draw(path)
@@ -53,12 +54,19 @@ def device_figures(folder: Path) -> list[Path]:
     return sorted([*drawn, *device_pictures(folder)])
 
 
+def device_curves(folder: Path) -> list[CurveFigure]:
+    """Figures 27 and 29 of all devices, for the report; argument as above."""
+    with open_stores(folder) as opened:
+        return _curves(DeviceView(opened("device.nc")))
+
+
+def _curves(view: DeviceView) -> list[CurveFigure]:
+    makers = (device_spectra.spectra_figure, device_histories.force_figure)
+    return [make(view, device) for make in makers for device in range(len(view.devices))]
+
+
 def _of_device(view: DeviceView, device: int, building: xr.Dataset | None) -> Makers:
     makers: Makers = {
-        "figure_27_shear_force": partial(device_histories.force_figure, view=view, device=device),
-        "figure_29_anchor_spectra": partial(
-            device_spectra.spectra_figure, view=view, device=device
-        ),
         "device_demand": partial(device_spectra.demand_figure, view=view, device=device),
     }
     if len(device_inputs.input_choices(view, device)) > 1:

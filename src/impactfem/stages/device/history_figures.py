@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.style import BLUE, RED, figure, letter, span
 from impactfem.stages.device.view import WITH, WITHOUT, DeviceView
 
@@ -29,7 +30,7 @@ def case_dashes(case: int) -> str:
     return DASHES[(case - 1) % len(DASHES)] if case else "--"
 
 
-def force_figure(path: Path, view: DeviceView, device: int) -> None:
+def force_figure(view: DeviceView, device: int) -> CurveFigure:
     """Figure 27: the force without and with impacts, with the buildings' own damping."""
     name, axis = view.devices[device], view.direction
     caption = (
@@ -37,27 +38,21 @@ def force_figure(path: Path, view: DeviceView, device: int) -> None:
         "and with impacts (b), with the building's own damping. Dashed: largest value by response "
         f"spectrum analysis ({view.headline})."
     )
-    with figure(path, (1, 2), (9.0, 3.4), caption) as (_, axes):
-        for panel, impact, colour in zip(axes, (WITHOUT, WITH), (BLUE, RED), strict=True):
-            force = 1e-3 * view.force(device, impact)
-            panel.plot(view.time, force, color=colour, lw=0.6)
-            k = int(np.argmax(np.abs(force)))
-            panel.plot(
-                view.time[k],
-                force[k],
-                "o",
-                color="black",
-                ms=3.5,
-                label=f"{1e-3 * view.detailed(device, impact):.4g} kN at {view.time[k]:.3f} s",
-            )
-            level = 1e-3 * view.by_spectrum(device, impact)
-            for sign, label in ((1.0, f"±{level:.4g} kN by spectrum"), (-1.0, None)):
-                panel.axhline(sign * level, color="0.35", ls="--", lw=0.9, label=label)
-            _force_axis(panel, axis)
-            span(panel, view.time)
-            _room_above(panel)
-            panel.legend(loc="upper right")
-        letter(axes)
+    panels = []
+    for impact, colour in ((WITHOUT, BLUE), (WITH, RED)):
+        force, ends = 1e-3 * view.force(device, impact), view.time[[0, -1]]
+        k, level = int(np.argmax(np.abs(force))), 1e-3 * view.by_spectrum(device, impact)
+        peak = f"{1e-3 * view.detailed(device, impact):.4g} kN at {view.time[k]:.3f} s"
+        around = (f"±{level:.4g} kN by spectrum", "0.35", "--", 0.9)
+        curves = [
+            Curve(view.time, force, "", colour, width=0.6),
+            Curve(view.time[k : k + 1], force[k : k + 1], peak, "black", "", marker="o"),
+            Curve(ends, np.full(2, level), *around),
+            Curve(ends, np.full(2, -level), "", *around[1:]),
+        ]
+        panels.append(Panel("time [s]", f"force $F_{axis}$ [kN]", curves, room=0.3))
+    stem = view.of_device("figure_27_shear_force", device)
+    return CurveFigure(stem, caption, panels, size=(9.0, 3.4))
 
 
 def damping_forces_figure(path: Path, view: DeviceView, device: int) -> None:
@@ -113,8 +108,3 @@ def _largest_at(view: DeviceView, device: int, impact: int, cases: list[int]) ->
 def _force_axis(panel: Axes, axis: str) -> None:
     panel.set_xlabel("time [s]")
     panel.set_ylabel(f"force $F_{axis}$ [kN]")
-
-
-def _room_above(panel: Axes, share: float = 0.3) -> None:
-    low, high = panel.get_ylim()
-    panel.set_ylim(low, high + share * (high - low))

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter, span
 from impactfem.stages.device.history_figures import case_colour, case_dashes
 from impactfem.stages.device.verdict import rigid_words
@@ -43,8 +43,11 @@ def damping_figure(path: Path, view: DeviceView) -> None:
         panel = axes[0]
         for c in _drawn_order(view):
             ratio = 100.0 * view.damping(c).ratio(frequency)
-            panel.loglog(frequency, ratio, label=view.cases[c], **_line(view, c))
-        _mark_modes(panel, view, 0)
+            colour, dashes, width = _look(view, c)
+            look = {"color": colour, "ls": dashes, "lw": width}
+            panel.loglog(frequency, ratio, label=view.cases[c], **look)
+        for k in view.shown_modes(0):
+            panel.axvline(float(view.mode_frequency(0)[k]), color="0.5", ls=":", lw=0.9)
         panel.set_xlabel("frequency [Hz]")
         panel.set_ylabel("damping ratio [%]")
         panel.xaxis.set_major_formatter("{x:g}")
@@ -53,7 +56,7 @@ def damping_figure(path: Path, view: DeviceView) -> None:
         panel.legend(loc="upper left")
 
 
-def spectra_figure(path: Path, view: DeviceView, device: int) -> None:
+def spectra_figure(view: DeviceView, device: int) -> CurveFigure:
     """Figure 29: spectra of the floor at the anchor, without and with impacts, by damping case."""
     ratio = 100.0 * float(view.mode_damping(device)[0])
     caption = (
@@ -61,22 +64,27 @@ def spectra_figure(path: Path, view: DeviceView, device: int) -> None:
         f"along $e_{view.direction}$ at {ratio:.3g} % damping, without the device, by the damping "
         "of the buildings: without impact (a) and with impacts (b). Dotted: modes of the device."
     )
-    with figure(path, (1, 2), (9.0, 3.6), caption) as (_, axes):
-        for panel, impact in zip(axes, (WITHOUT, WITH), strict=True):
-            for c in _drawn_order(view):
-                spectrum = view.spectrum(device, impact, c)
-                top = int(np.argmax(spectrum))
-                label = f"{view.cases[c]}: {spectrum[top]:.3g} m/s² at {view.frequency[top]:.3g} Hz"
-                panel.semilogx(view.frequency, spectrum, label=label, **_line(view, c))
-            _mark_modes(panel, view, device)
-            panel.set_xlabel("frequency [Hz]")
-            panel.set_ylabel("pseudo-acceleration [m/s²]")
-            panel.xaxis.set_major_formatter("{x:g}")
-            span(panel, view.frequency)
-            # Room for a line of the legend each.
-            panel.set_ylim(0.0, (1.15 + 0.11 * len(view.cases)) * panel.get_ylim()[1])
-            panel.legend(loc="upper left", fontsize=7.5)
-        letter(axes)
+    panels = []
+    for impact in (WITHOUT, WITH):
+        curves = []
+        for c in _drawn_order(view):
+            spectrum, (colour, dash, width) = view.spectrum(device, impact, c), _look(view, c)
+            top = int(np.argmax(spectrum))
+            label = f"{view.cases[c]}: {spectrum[top]:.3g} m/s² at {view.frequency[top]:.3g} Hz"
+            curves.append(Curve(view.frequency, spectrum, label, colour, dash, width))
+        panel = Panel(
+            "frequency [Hz]",
+            "pseudo-acceleration [m/s²]",
+            curves,
+            log="x",
+            bottom=0.0,
+            room=0.15 + 0.11 * len(view.cases),  # for a line of the legend each
+            marks=[float(view.mode_frequency(device)[k]) for k in view.shown_modes(device)],
+            legend="upper left",
+        )
+        panels.append(panel)
+    name = view.of_device("figure_29_anchor_spectra", device)
+    return CurveFigure(name, caption, panels, size=(9.0, 3.6))
 
 
 def demand_figure(path: Path, view: DeviceView, device: int) -> None:
@@ -161,14 +169,11 @@ def _drawn_order(view: DeviceView) -> list[int]:
     return [*range(1, len(view.cases)), 0]
 
 
-def _line(view: DeviceView, case: int) -> dict[str, object]:
-    """The own damping is dashed over the others, so that these are seen below it."""
+def _look(view: DeviceView, case: int) -> tuple[str, str, float]:
+    """Colour, dashes and width of a damping case.
+
+    The own damping is dashed over the others, so that these are seen below it.
+    """
     dashed = case == 0 and len(view.cases) > 1
     dashes = case_dashes(case) if dashed or case else "-"
-    return {"color": case_colour(case), "ls": dashes, "lw": 0.9 if dashed else 1.2}
-
-
-def _mark_modes(panel: Axes, view: DeviceView, device: int) -> None:
-    for k in view.shown_modes(device):
-        frequency = float(view.mode_frequency(device)[k])
-        panel.axvline(frequency, color="0.5", ls=":", lw=0.9)
+    return case_colour(case), dashes, 0.9 if dashed else 1.2

@@ -11,7 +11,7 @@ from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.calibrated_contact import calibrated_laws, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE, DAMPINGS
 from impactfem.stages.device.checks import device_checks
-from impactfem.stages.device.figures import device_figures
+from impactfem.stages.device.figures import device_curves, device_figures
 from impactfem.stages.device.tables import device_tables
 from impactfem.stages.inputs import matrices_key, published_values
 from impactfem.stages.pounding.stage import POUNDING
@@ -117,6 +117,7 @@ DEVICE = Stage(
     drawn_by=("figures", "tables"),
     stores={"device": "device.nc"},
     compute=_compute,
+    curves=device_curves,
     draw=lambda case, folder: [
         *device_tables(folder, published_values(case)),
         *device_figures(folder),

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.plot.style import BLUE, ORANGE, RED, figure, letter, span
+from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.style import BLUE, ORANGE, RED, figure
 from impactfem.plot.table import Cell, Table
 from impactfem.stages.check import Check
 from impactfem.stages.stores import open_store
@@ -33,8 +34,7 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
             (folder / part).mkdir(exist_ok=True)
         table = bands(store, published)
         files = [table.comparing({"published", "inside"}).write_csv(folder / "tables")]
-        files.append(folder / "figures" / "ensemble_floor_spectra.png")
-        _spectra_figure(files[-1], store)
+        files.append(_spectra_figure(store).write_png(folder / "figures"))
         if any(row[-2] is not None for row in table.rows):
             files.append(folder / "figures" / "ensemble_published.png")
             _published_figure(files[-1], table)
@@ -91,38 +91,56 @@ def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
     )
 
 
-def _spectra_figure(path: Path, store: xr.Dataset) -> None:
+def ensemble_curves(folder: Path) -> list[CurveFigure]:
+    """The floor spectra with their bands, for the report; argument as `ensemble_results`."""
+    with open_store(folder / "ensemble.nc") as store:
+        return [_spectra_figure(store)]
+
+
+def _spectra_figure(store: xr.Dataset) -> CurveFigure:
+    """Median and band of some floors; the page has all other percentiles in addition."""
     direction = str(store.attrs["shown_direction"])
     spectra = store.sel(direction=direction).isel(damping=0)
     floors = store["station_floor"].values
     shown = np.unique(np.linspace(0, len(floors) - 1, 4).round().astype(int))[::-1]
-    frequency = store["frequency"].values
     damping = float(spectra["damping"])
     caption = (
         f"Floor response spectra ({100 * damping:g} % damping) of building "
         f"{store.attrs['studied_building']} along $e_{direction}$ over {store.sizes['motion']} "
         "motions: median and 16 % to 84 %, with pounding and without contact."
     )
-    rows = (len(shown) + 1) // 2
-    with figure(path, (rows, min(2, len(shown))), (9.0, 2.8 * rows), caption) as (_, axes):
-        for panel, station in zip(axes, shown, strict=False):
-            for name, colour, label in (
-                ("psa_percentile", BLUE, "with pounding"),
-                ("psa_free_percentile", ORANGE, "without contact"),
-            ):
-                band = spectra[name].isel(station=station).sel(percentile=[16.0, 50.0, 84.0])
-                low, middle, high = band.transpose("percentile", "frequency").values
-                panel.fill_between(frequency, low, high, color=colour, alpha=0.3, lw=0)
-                panel.semilogx(frequency, middle, color=colour, label=label)
-            panel.set_title(f"floor {floors[station]}", fontsize=9.0, loc="right")
-            span(panel, frequency)
-            panel.set_ylim(bottom=0.0)
-            panel.set_xlabel("frequency [Hz]")
-            panel.set_ylabel("pseudo-acceleration [m/s²]")
-        for panel in axes[len(shown) :]:
-            panel.set_axis_off()
-        axes[0].legend(loc="upper left")
-        letter(axes[: len(shown)])
+    panels = [
+        Panel(
+            "frequency [Hz]",
+            "pseudo-acceleration [m/s²]",
+            [
+                *_with_band(spectra["psa_percentile"][{"station": s}], BLUE, "with pounding"),
+                *_with_band(
+                    spectra["psa_free_percentile"][{"station": s}], ORANGE, "without contact"
+                ),
+            ],
+            title=f"floor {floors[s]}",
+            log="x",
+            bottom=0.0,
+            legend="upper left" if s == shown[0] else "",
+        )
+        for s in shown
+    ]
+    rows, columns = (len(shown) + 1) // 2, min(2, len(shown))
+    size = (9.0, 2.8 * rows)
+    return CurveFigure("ensemble_floor_spectra", caption, panels, columns=columns, size=size)
+
+
+def _with_band(spectra: xr.DataArray, colour: str, label: str) -> list[Curve]:
+    """The median with the band from 16 % to 84 %, and the other percentiles."""
+    frequency = spectra["frequency"].values
+    low, middle, high = (spectra.sel(percentile=q).values for q in (16.0, 50.0, 84.0))
+    curves = [Curve(frequency, middle, label, colour, band=(low, high))]
+    for q in spectra["percentile"].values:
+        if q != 50.0:
+            y, name = spectra.sel(percentile=q).values, f"{label}, {q:g} %"
+            curves.append(Curve(frequency, y, name, colour, ":", further=True))
+    return curves
 
 
 def _published_figure(path: Path, table: Table) -> None:

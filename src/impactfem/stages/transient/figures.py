@@ -16,11 +16,7 @@ from impactfem.stages.transient.history_figures import across_figure, centre_fig
 from impactfem.stages.transient.map_figures import map_file, peak_map, spectrum_map, spectrum_maps
 from impactfem.stages.transient.pictures import transient_pictures
 from impactfem.stages.transient.selection import main_impact, of_kind, shown
-from impactfem.stages.transient.spectrum_figures import (
-    across_spectra,
-    centre_spectrum,
-    edge_spectra,
-)
+from impactfem.stages.transient.spectrum_figures import spectra_figures
 from impactfem.stages.transient.wave_figures import membrane_figure, snapshots_figure, wave_map
 
 FIELDS: tuple[str, ...] = Transient.model_fields["fields"].default
@@ -59,7 +55,7 @@ def transient_figures(
             maps = opened("transient_maps.nc")
             makers |= _of_waves(response, maps)
             makers |= _of_floors(response, maps, fields, field_frequencies)
-        drawn = []
+        drawn = [one.write_png(target) for one in spectra_figures(response, opened("pounding.nc"))]
         for name, draw in makers.items():
             draw(target / name)
             drawn.append(target / name)
@@ -72,10 +68,8 @@ def _of_probes(response: xr.Dataset, sticks: xr.Dataset) -> Makers:
     line, edges = (of_kind(response, kind).sizes["probe"] for kind in ("line", "edge"))
     of_run: dict[str, tuple[Callable[..., None], bool]] = {
         "figure_11_impact_forces.png": (forces_figure, hit and response.sizes["edge"] > 0),
-        "figure_15_across_spectra.png": (across_spectra, line > 0),
         "figure_16_across.png": (across_figure, line > 0),
         "figure_17_map.png": (wave_map, hit and line > 1),
-        "figure_19_edge_spectra.png": (edge_spectra, edges > 0),
         "figure_20_edge.png": (edge_figure, edges > 0),
         "figure_21_force_spectra.png": (force_figure, hit and response.sizes["edge"] > 0),
         "figure_22_transfer.png": (
@@ -85,7 +79,6 @@ def _of_probes(response: xr.Dataset, sticks: xr.Dataset) -> Makers:
     }
     return {
         "figure_12_centre.png": partial(centre_figure, response=response, sticks=sticks),
-        "figure_13_centre_spectrum.png": partial(centre_spectrum, response=response, sticks=sticks),
         **{name: partial(f, response=response) for name, (f, can) in of_run.items() if can},
     }
 

@@ -21,7 +21,7 @@ from impactfem.stages.transient.selection import (
     transfer_bound,
     wave_floor,
 )
-from impactfem.stages.transient.spectrum_figures import mark_unknown
+from impactfem.stages.transient.spectrum_figures import unknown
 
 Array = NDArray[np.float64]
 
@@ -137,7 +137,8 @@ def transfer_figure(path: Path, response: xr.Dataset) -> None:
             panel.set_ylabel("acceleration / force [10⁻⁶ kg⁻¹]")
             panel.set_xlim(f[0], f[-1])
             panel.set_ylim(bottom=0.0)
-            mark_unknown(panel, response, f[-1])
+            if (above := unknown(response, f[-1])) is not None:
+                panel.axvspan(*above, facecolor="none", edgecolor="0.6", hatch="///", lw=0.0)
             panel.legend(loc="upper left")
         top = 1.1 * max(panel.get_ylim()[1] for panel in axes)
         for panel in axes:

@@ -2,32 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from impactfem.plot.style import (
-    BLUE,
-    HANDLE,
-    RED,
-    figure,
-    floor_looks,
-    letter,
-    ordered_looks,
-    span,
-)
+from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.style import BLUE, RED, floor_looks, ordered_looks
 from impactfem.spectra.design import ENDED
+from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.selection import (
     at_floor,
     known,
     of_kind,
     of_sticks,
     sd_band,
+    shown,
     shown_line,
     wave_floor,
 )
@@ -35,8 +29,31 @@ from impactfem.stages.transient.selection import (
 Array = NDArray[np.float64]
 
 
-def centre_spectrum(path: Path, response: xr.Dataset, sticks: xr.Dataset) -> None:
-    """Figure 13: the spectrum of the top floor's mass centre, 3D and sticks."""
+def transient_curves(folder: Path) -> list[CurveFigure]:
+    """Figures 13, 15 and 19, for the report.
+
+    Args:
+        folder: The run's folder, with `transient.nc` and `pounding.nc`.
+    """
+    with open_stores(folder) as opened:
+        return spectra_figures(shown(opened("transient.nc")), opened("pounding.nc"))
+
+
+def spectra_figures(response: xr.Dataset, sticks: xr.Dataset) -> list[CurveFigure]:
+    """Figures 13, 15 and 19, as far as there are probes for them."""
+    figures = [centre_spectrum(response, sticks)]
+    if of_kind(response, "line").sizes["probe"]:
+        figures.append(across_spectra(response))
+    if of_kind(response, "edge").sizes["probe"]:
+        figures.append(edge_spectra(response))
+    return figures
+
+
+def centre_spectrum(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
+    """Figure 13: the spectrum of the top floor's mass centre, 3D and sticks.
+
+    The page has those of all other mass centres and points in addition.
+    """
     top = wave_floor(response)
     centre = at_floor(response, "centre", top)
     other = of_sticks(sticks, "psa", response)
@@ -45,17 +62,27 @@ def centre_spectrum(path: Path, response: xr.Dataset, sticks: xr.Dataset) -> Non
         f"along $e_{response['component'].item()}$ at the mass centre of floor {top}: 3D model and "
         f"sticks.{_note(response, [centre['probe'].item()])}"
     )
-    look, sticks_look = {"color": BLUE}, {"color": RED, "ls": "--"}
-    with figure(path, (1, 1), (6.5, 4.0), caption) as (_, axes):
-        if other is not None:
-            _curve(axes[0], other, sticks_look, "sticks", peak=True)
-        _curve(axes[0], centre["psa"], look, "3D", centre["psa_band"], peak=True)
-        _finish(axes[0], response, "pseudo-acceleration [m/s²]")
-        axes[0].legend(loc="upper left")
+    curves = [] if other is None else _with_peak(_curve(other, "sticks", (RED, "--")))
+    curves += _with_peak(_curve(centre["psa"], "3D", (BLUE, "-"), centre["psa_band"]))
+    good = known(response)
+    points = [
+        (f"floor {psa['probe_floor'].item()}, mass centre", psa)
+        for psa in of_kind(good, "centre")["psa"][::-1]
+        if psa["probe_floor"].item() != top
+    ]
+    for psa in of_kind(good, "point")["psa"]:
+        points.append((str(psa["probe"].item()).replace("_", " "), psa))
+    looks = ordered_looks(len(points))
+    curves += [
+        _curve(psa, label, tuple(look.values()), further=True)
+        for look, (label, psa) in zip(looks, points, strict=True)
+    ]
+    panel = _panel(response, "pseudo-acceleration [m/s²]", curves)
+    return CurveFigure("figure_13_centre_spectrum", caption, [panel], columns=1, size=(6.5, 4.0))
 
 
-def across_spectra(path: Path, response: xr.Dataset) -> None:
-    """Figure 15: spectra at some distances from the impact."""
+def across_spectra(response: xr.Dataset) -> CurveFigure:
+    """Figure 15: spectra at some distances from the impact; the page has all of them."""
     line = shown_line(response)
     caption = (
         f"Figure 15: Floor response spectra ({_percent(response)} damping) along "
@@ -63,11 +90,16 @@ def across_spectra(path: Path, response: xr.Dataset) -> None:
         "its impact edge: displacement (a) and pseudo-acceleration (b)."
         f"{_note(response, line['probe'].values)}"
     )
-    labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
-    _displacement_and_acceleration(path, line, labels, caption)
+    every = of_kind(response, "line")
+    labels = [f"d = {distance:.1f} m" for distance in every["distance"].values]
+    drawn = set(line["probe"].values)
+    further = [probe not in drawn for probe in every["probe"].values]
+    shades = iter(ordered_looks(len(drawn)))
+    looks = [{"color": "0.6", "ls": ":"} if late else next(shades) for late in further]
+    return _both("figure_15_across_spectra", every, labels, looks, caption, further=further)
 
 
-def edge_spectra(path: Path, response: xr.Dataset) -> None:
+def edge_spectra(response: xr.Dataset) -> CurveFigure:
     """Figure 19: spectra at the impact edges of all floors."""
     edges = of_kind(response, "edge")
     caption = (
@@ -77,70 +109,93 @@ def edge_spectra(path: Path, response: xr.Dataset) -> None:
         f"{_note(response, edges['probe'].values)}"
     )
     labels = [f"floor {floor}" for floor in edges["probe_floor"].values]
-    _displacement_and_acceleration(path, edges, labels, caption, from_top=True)
+    looks = floor_looks(len(labels))
+    return _both("figure_19_edge_spectra", edges, labels, looks, caption, reverse=True)
 
 
 def _percent(response: xr.Dataset) -> str:
     return f"{100 * response['damping'].item():g} %"
 
 
-def _displacement_and_acceleration(
-    path: Path,
+def _both(
+    name: str,
     probes: xr.Dataset,
     labels: Sequence[str],
+    looks: Sequence[dict[str, Any]],
     caption: str,
     *,
-    from_top: bool = False,
-) -> None:
+    further: Sequence[bool] = (),
+    reverse: bool = False,
+) -> CurveFigure:
+    """Spectral displacement and pseudo-acceleration of probes."""
     sd, band = 1e2 * probes["sd"], 1e2 * sd_band(probes)
-    with figure(path, (1, 2), (9.0, 4.0), caption) as (_, axes):
-        looks = (floor_looks if from_top else ordered_looks)(probes.sizes["probe"])
-        for k, (look, label) in enumerate(zip(looks, labels, strict=True)):
-            one = probes.isel(probe=k)
-            _curve(axes[0], sd.isel(probe=k), look, label, band.isel(probe=k))
-            _curve(axes[1], one["psa"], look, label, one["psa_band"])
-        _finish(axes[0], probes, "spectral displacement [cm]")
-        _finish(axes[1], probes, "pseudo-acceleration [m/s²]")
-        handles, names = axes[1].get_legend_handles_labels()
-        order = slice(None, None, -1) if from_top else slice(None)
-        axes[1].legend(handles[order], names[order], loc="upper left", handlelength=HANDLE)
-        letter(axes)
+    late = further or [False] * len(labels)
+    displacement, acceleration = (
+        [
+            _curve(one, label, tuple(look.values()), half, further=only)
+            for one, label, look, half, only in zip(values, labels, looks, bands, late, strict=True)
+        ]
+        for values, bands in ((sd, band), (probes["psa"], probes["psa_band"]))
+    )
+    panels = [
+        _panel(probes, "spectral displacement [cm]", displacement, legend=""),
+        _panel(probes, "pseudo-acceleration [m/s²]", acceleration, reverse=reverse),
+    ]
+    return CurveFigure(name, caption, panels)
 
 
 def _curve(
-    panel: Axes,
     spectrum: xr.DataArray,
-    look: Mapping[str, Any],
     label: str,
+    look: Sequence[Any],
     band: xr.DataArray | None = None,
     *,
-    peak: bool = False,
-) -> None:
+    further: bool = False,
+) -> Curve:
     frequency, values = spectrum["frequency"].values, spectrum.values
-    if band is not None and band.any():
-        low, high = values - band.values, values + band.values
-        panel.fill_between(frequency, low, high, color=look["color"], alpha=0.35, lw=0.0)
-    if peak:
-        k = int(np.argmax(values))
-        panel.plot(frequency[k], values[k], "o", color=look["color"], ms=4)
-        label = f"{label}: {values[k]:.1f} m/s² at {frequency[k]:.0f} Hz"
-    panel.semilogx(frequency, values, label=label, **look)
+    colour, dash = look
+    around = None
+    if band is not None and band.any() and not further:
+        around = (values - band.values, values + band.values)
+    return Curve(frequency, values, label, colour, dash, band=around, further=further)
 
 
-def _finish(panel: Axes, response: xr.Dataset, label: str) -> None:
-    frequency = response["frequency"].values
-    panel.set_xlabel("frequency [Hz]")
-    panel.set_ylabel(label)
-    span(panel, frequency)
-    panel.set_ylim(bottom=0.0)
-    mark_unknown(panel, response, frequency[-1])
+def _with_peak(curve: Curve) -> list[Curve]:
+    """A spectrum whose label says its peak, which is marked."""
+    k = int(np.argmax(curve.y))
+    label = f"{curve.label}: {curve.y[k]:.1f} m/s² at {curve.x[k]:.0f} Hz"
+    at = slice(k, k + 1)
+    return [
+        Curve(curve.x[at], curve.y[at], "", curve.colour, "", marker="o"),
+        replace(curve, label=label),
+    ]
 
 
-def mark_unknown(panel: Axes, response: xr.Dataset, highest: float) -> None:
-    """Hatch the frequencies above those that the reduced model is meant for."""
+def _panel(
+    response: xr.Dataset,
+    label: str,
+    curves: Sequence[Curve],
+    *,
+    legend: str = "upper left",
+    reverse: bool = False,
+) -> Panel:
+    hatched = unknown(response, float(response["frequency"][-1]))
+    return Panel(
+        "frequency [Hz]",
+        label,
+        curves,
+        log="x",
+        bottom=0.0,
+        hatched=hatched,
+        legend=legend,
+        reverse=reverse,
+    )
+
+
+def unknown(response: xr.Dataset, highest: float) -> tuple[float, float] | None:
+    """The frequencies above those that the reduced model is meant for, up to the highest [Hz]."""
     meant = float(response.attrs["maximum_frequency"])
-    if response.attrs["solver"] != "full" and meant < highest:
-        panel.axvspan(meant, highest, facecolor="none", edgecolor="0.6", hatch="///", lw=0.0)
+    return (meant, highest) if response.attrs["solver"] != "full" and meant < highest else None
 
 
 def _note(response: xr.Dataset, probes: Sequence[str] | Array) -> str:

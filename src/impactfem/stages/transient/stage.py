@@ -15,6 +15,7 @@ from impactfem.stages.stores import open_store
 from impactfem.stages.transient.checks import log_samples, stick_against_model, transient_checks
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
+from impactfem.stages.transient.spectrum_figures import transient_curves
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
@@ -149,6 +150,7 @@ TRANSIENT = Stage(
     stores={"transient": "transient.nc", "maps": "transient_maps.nc"},
     compute=_compute,
     draw=_draw,
+    curves=transient_curves,
     checks=_checks,
     announces=_announce,
     lacks=lambda case: "transient" if case.transient is None else None,
