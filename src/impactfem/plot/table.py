@@ -133,6 +133,12 @@ def _text(cell: Cell) -> str:
     return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
 
 
+def heads(text: str) -> tuple[tuple[str, str], ...]:
+    """Names and units of columns from a line like "pair; force [MN]; steps"."""
+    parts = (head.strip().rstrip("]").partition(" [") for head in text.split(";"))
+    return tuple((name, unit) for name, _, unit in parts)
+
+
 def columns_of(
     store: xr.Dataset, name: str, title: str, columns: Iterable[tuple[str, str, str]]
 ) -> Table:

@@ -15,8 +15,9 @@ import xarray as xr
 from impactfem.report.assumptions import wall_is_used
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members
+from impactfem.stages.device import selection as of_device
 from impactfem.stages.device.verdict import LOADS, anchors, rigid_words, shortfall
-from impactfem.stages.device.view import DeviceView
+from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import floors_of, known, shown
 
 UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
@@ -190,22 +191,22 @@ def _structure_spectra(run: RunFiles) -> Facts:
 
 def _devices(run: RunFiles) -> Facts:
     with run.store("device.nc") as store:
-        view = DeviceView(store)
-        choices: dict[str, str | None] = {"3D model": None, f"RSA, {view.headline}": view.headline}
-        for method, choice in view.rigid_variants().items():
+        headline, own = of_device.headline(store), names_of(store, "case")[0]
+        choices: dict[str, str | None] = {"3D model": None, f"RSA, {headline}": headline}
+        for method, choice in of_device.rigid_variants(store).items():
             choices[f"RSA, {rigid_words(method)}"] = choice
         rows, notes = [], []
-        for d, device in enumerate(view.devices):
+        for device in names_of(store, "device"):
             for impact, load in LOADS.items():
                 rows += [
-                    [device, load, label, *_anchor_row(view, d, impact, choice)]
+                    [device, load, label, *_anchor_row(store, device, impact, choice)]
                     for label, choice in choices.items()
-                    if choice is None or view.done(d, impact, 0, choice)
+                    if choice is None or of_device.was_done(store, device, impact, own, choice)
                 ]
-            notes += [f"{device}: {text}." for text in shortfall(view, d)]
-            if (pulled := anchors(view, d)) is not None:
+            notes += [f"{device}: {text}." for text in shortfall(store, device)]
+            if (pulled := anchors(store, device)) is not None:
                 notes.append(f"{device}, net tension at the anchor: {pulled}.")
-        direction = view.direction
+        direction = of_device.direction(store)
     head = ["device", "load", "analysis", *(f"F{a} [kN]" for a in "xyz")]
     head += [f"M{a} [kN m]" for a in "xyz"]
     head += [f"difference of F{direction} [%]", "net tension [kN]"]
@@ -217,15 +218,16 @@ def _devices(run: RunFiles) -> Facts:
     return Facts("Forces of the devices on the floor", head, rows, note + " ".join(notes))
 
 
-def _anchor_row(view: DeviceView, device: int, impact: int, choice: str | None) -> list[str]:
+def _anchor_row(store: xr.Dataset, device: str, impact: str, choice: str | None) -> list[str]:
     """Forces, moments, difference and net tension of one analysis, or the detailed one."""
-    row = [f"{1e-3 * value:.2f}" for value in view.components(device, impact, 0, choice)]
-    pull = view.pull(device, impact)
+    load = (device, impact, names_of(store, "case")[0])
+    row = [f"{1e-3 * value:.2f}" for value in of_device.components(store, *load, choice).values]
+    pull = of_device.pull_of(store, *load)
     tension = None if pull is None else pull.tension
     difference = None
     if choice is not None:
-        difference = view.difference(device, impact, 0, choice)
-        tension = view.tension_by_spectrum(device, impact, 0, choice)
+        difference = of_device.relative_difference(store, *load, choice)
+        tension = of_device.tension_by_spectrum(store, *load, choice)
     row.append("" if difference is None else f"{100.0 * difference:+.1f}")
     row.append("not known" if tension is None else f"{1e-3 * tension:.2f}")
     return row

@@ -33,8 +33,8 @@ from impactfem.plot.scene import (
 from impactfem.plot.style import BLUE, GREEN, RED
 from impactfem.report.run_files import SCENE
 from impactfem.stages.device.pictures import device_size, standing
-from impactfem.stages.device.view import DeviceView
-from impactfem.stages.stores import open_store
+from impactfem.stages.device.selection import anchor_of
+from impactfem.stages.stores import names_of, open_store
 from impactfem.system.files import atomic
 from impactfem.system.own_process import in_own_process
 
@@ -112,7 +112,7 @@ def draw(folder: Path) -> list[Path]:
         _edges(scene, notes, building)
         if (folder / "device.nc").is_file():
             with open_store(folder / "device.nc") as store:
-                _devices(scene, notes, building, DeviceView(store))
+                _devices(scene, notes, building, store)
         scene.view_vector(impact_view(building), viewup=(0.0, 0.0, 1.0))
         scene.reset_camera()
     with atomic(target / SCENE) as temporary:
@@ -189,12 +189,12 @@ def _edges(scene: Any, notes: Notes, building: xr.Dataset) -> None:
         notes.entries.append(("impact edges", RED))
 
 
-def _devices(scene: Any, notes: Notes, building: xr.Dataset, view: DeviceView) -> None:
+def _devices(scene: Any, notes: Notes, building: xr.Dataset, store: xr.Dataset) -> None:
     """Each device to scale on its anchor, in a ball that is seen from afar."""
     size = float(np.ptp(building["node_position"].values, axis=0).max())
-    for device, name in enumerate(view.devices):
-        point, floor, _ = view.anchor(device)
-        radius, height = device_size(view, device)
+    for name in names_of(store, "device"):
+        point, floor, _ = anchor_of(store, name)
+        radius, height = device_size(store, name)
         scene.add_mesh(_light(standing(point, radius, height)), color=BLUE)
         ball = balls(point[None] + [0.0, 0.0, 0.5 * height], BALL * size)
         scene.add_mesh(_light(ball), color=BLUE, opacity=0.4)

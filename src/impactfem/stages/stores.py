@@ -146,6 +146,11 @@ def number_of(store: xr.Dataset, name: str, **labels: str) -> float:
     return value
 
 
+def names_of(store: xr.Dataset, dimension: str) -> list[str]:
+    """The labels of a dimension, as texts."""
+    return [str(name) for name in store[dimension].values]
+
+
 def time_step(store: xr.Dataset) -> float:
     """Step of the histories of a store [s]."""
     return float(store["time"][1] - store["time"][0])

@@ -48,14 +48,11 @@ class WantedDevice:
         detailed: Largest force without and with impacts by damping [N].
         impact_force: Largest impact force of all dampings [N].
         imbalance: Of action and reaction.
-        pulls: Net tension without and with impacts [N]; nan for a weight that is not known, None
-            for a store of before.
+        pulls: Net tension without and with impacts [N]; nan for a weight that is not known.
         nodes: Number of nodes of an anchor.
         from_modes: Whether the devices have modes in place of springs and a body.
         beam: Whether they have a beam.
         cylinder: Whether the body is a cylinder.
-        drawings: Whether there are springs, bodies and shapes at all.
-        ordinates: Whether there are the pseudo-accelerations of the modes.
         scalars: Scalars that differ from `DEVICE_SCALARS`; None for one that does not exist.
         notes: Of the analyses.
     """
@@ -67,28 +64,27 @@ class WantedDevice:
     detailed: tuple[tuple[float, float], ...] = DETAILED
     impact_force: float = 120e6
     imbalance: float = 1e-12
-    pulls: tuple[float, float] | None = (-4e3, -1e3)
+    pulls: tuple[float, float] = (-4e3, -1e3)
     nodes: int = 5
     from_modes: bool = False
     beam: bool = True
     cylinder: bool = True
-    drawings: bool = True
-    ordinates: bool = True
     scalars: dict[str, float | None] = field(default_factory=dict)
-    notes: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def device_store(asked: WantedDevice) -> xr.Dataset:
     """The store."""
     names = list(DAMPINGS)[: asked.dampings]
     scalars = [Scalar(f"device.{k}", v, "-") for k, v in (DEVICE_SCALARS | asked.scalars).items()]
-    variables = {**_responses(asked), **_modes(asked), **_cases(asked)}
-    if asked.drawings:
-        variables |= _drawings(asked)
-    if asked.pulls is not None:
-        variables |= _pulls(asked, asked.pulls)
-    if asked.ordinates:
-        variables |= _ordinates(asked)
+    variables = {
+        **_responses(asked),
+        **_modes(asked),
+        **_cases(asked),
+        **_drawings(asked),
+        **_pulls(asked, asked.pulls),
+        **_ordinates(asked),
+    }
     store = xr.Dataset(
         variables,
         coords={
@@ -96,6 +92,10 @@ def device_store(asked: WantedDevice) -> xr.Dataset:
             "impact": ["without", "with"],
             "device": ("device", np.array(asked.devices, dtype=object)),
             "component": COMPONENTS,
+            "axis": ["x", "y", "z"],
+            "bending_about": ["x", "y"],
+            "mode": np.arange(1, 6),
+            "note": ("note", np.array(asked.notes, dtype=object)),
             "choice": ("choice", np.array(list(asked.choices), dtype=object)),
             "frequency": ("frequency", np.geomspace(0.5, 450.0, 60)),
             "time": ("time", DEVICE_STEP * np.arange(2001)),
@@ -104,7 +104,6 @@ def device_store(asked: WantedDevice) -> xr.Dataset:
             "building": "one",
             "shown_direction": asked.direction,
             "headline": "srss",
-            "notes": asked.notes,
         },
     )
     return with_scalars(store, scalars)

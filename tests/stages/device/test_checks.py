@@ -113,7 +113,7 @@ def test_a_given_restitution(tmp_path, caplog):
 
 
 def test_what_the_analyses_assumed(tmp_path, caplog):
-    found = logged(device_folder(tmp_path, notes="pump: one\npump: two"), caplog)
+    found = logged(device_folder(tmp_path, notes=("pump: one", "pump: two")), caplog)
     assert found[len(LINES) :] == [("INFO", "device: pump: one"), ("INFO", "device: pump: two")]
 
 
@@ -146,11 +146,6 @@ def test_net_tension_with_a_further_damping_alone(tmp_path, caplog):
 def test_a_weight_that_is_not_known(tmp_path):
     found = device_checks(device_folder(tmp_path, pulls=(np.nan, np.nan)))
     assert (None, "device: the weight of pump is not known, nor its tension") in found
-
-
-def test_a_store_of_before_says_nothing_of_tension(tmp_path):
-    found = [text for _, text in device_checks(device_folder(tmp_path, pulls=None))]
-    assert not any("tension" in text for text in found)
 
 
 def following(tmp_path, ratios, shares, summed=None):

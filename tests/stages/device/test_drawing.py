@@ -9,7 +9,7 @@ from impactfem.case import DeviceSetup
 from impactfem.case.device_tables import DeviceMode
 from impactfem.device.from_case import device_of
 from impactfem.device.modes import device_modes
-from impactfem.stages.device.drawing import drawing_variables, mode_shapes
+from impactfem.stages.device.drawing import drawing_values, mode_shapes
 
 SPRINGS = {"x": "1.4e8 N/m", "y": "1.2e8 N/m", "z": "rigid"}
 SPRINGS |= {"rx": "3e7 N m/rad", "ry": "2.5e7 N m/rad", "rz": "rigid"}
@@ -38,8 +38,7 @@ def of_modes():
 
 
 def variables(*setups):
-    found = drawing_variables(setups, [device_of(one) for one in setups])
-    return {name: values for name, (_, values, _) in found.items()}
+    return drawing_values(setups, [device_of(one) for one in setups])
 
 
 @pytest.mark.parametrize("beam", [None, BEAM | {"mass": "0 kg"}])

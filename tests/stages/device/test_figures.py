@@ -13,7 +13,7 @@ from impactfem.stages.device import figures
 from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.model_figures import elements_figure, model_figure, modes_figure
 from impactfem.stages.device.position import Floor
-from impactfem.stages.device.view import DeviceView
+from impactfem.stages.device.selection import drawing_of
 from impactfem.system.errors import ImpactfemError
 
 from .device_store import FREQUENCIES, HEIGHT, WantedDevice, device_folder, device_store
@@ -42,7 +42,7 @@ CASES = {
         False,
         [*FORCES, *SPRINGS],
     ),
-    "no springs in the store": ({"drawings": False, "nodes": 1}, True, [*FORCES, *POSITION]),
+    "no springs": ({"from_modes": True, "nodes": 1}, True, [*FORCES, *POSITION]),
 }
 
 
@@ -225,17 +225,17 @@ def test_values_of_the_mechanical_model(drawn):
 def test_a_rigid_spring(tmp_path):
     store = device_store(WantedDevice())
     store["base_stiffness"][0, 1] = np.inf
-    drawing = DeviceView(store).drawing(0)
+    drawing = drawing_of(store, "pump")
     assert drawing is not None and drawing.spring == np.inf
-    model_figure(tmp_path / "model.png", DeviceView(store), 0)
+    model_figure(tmp_path / "model.png", store, "pump")
     assert (tmp_path / "model.png").is_file()
 
 
 @pytest.mark.parametrize("make", [elements_figure, modes_figure, model_figure])
 def test_no_drawing_of_a_device_from_modes(tmp_path, make):
-    view = DeviceView(device_store(WantedDevice(from_modes=True)))
+    store = device_store(WantedDevice(from_modes=True))
     with pytest.raises(ValueError, match="device pump is made of modes"):
-        make(tmp_path / "figure.png", view, 0)
+        make(tmp_path / "figure.png", store, "pump")
     assert not list(tmp_path.iterdir())
 
 

@@ -9,7 +9,6 @@ from PIL import Image
 from impactfem.plot import style
 from impactfem.stages.device.input_figures import input_choices, inputs_figure
 from impactfem.stages.device.tables import device_tables
-from impactfem.stages.device.view import DeviceView
 
 from .device_store import WantedDevice, device_folder, device_store
 
@@ -26,14 +25,14 @@ CHOICES = {
 
 
 def test_which_there_are():
-    view = DeviceView(device_store(WantedDevice(choices=CHOICES)))
-    assert input_choices(view, 0) == {
+    store = device_store(WantedDevice(choices=CHOICES))
+    assert input_choices(store, "pump") == {
         "computed spectra": "srss",
         "envelope with further points": "srss.envelope",
         "envelope over all dampings": "srss.envelope-dampings",
         "supports by absolute sum": "srss.supports-abs",
     }
-    assert list(input_choices(DeviceView(device_store(WantedDevice())), 0)) == ["computed spectra"]
+    assert list(input_choices(device_store(WantedDevice()), "pump")) == ["computed spectra"]
 
 
 def test_figure_shows_the_force_over_the_detailed_one(tmp_path, monkeypatch):
@@ -45,11 +44,11 @@ def test_figure_shows_the_force_over_the_detailed_one(tmp_path, monkeypatch):
         return right(self, x, *args, **options)
 
     monkeypatch.setattr(Axes, "plot", plot)
-    view = DeviceView(device_store(WantedDevice(choices=CHOICES, dampings=2)))
-    inputs_figure(tmp_path / "inputs.png", view, 0)
+    store = device_store(WantedDevice(choices=CHOICES, dampings=2))
+    inputs_figure(tmp_path / "inputs.png", store, "pump")
     with Image.open(tmp_path / "inputs.png") as picture:
         assert picture.size[0] > 300
-    assert [label for label, _ in drawn] == 2 * view.cases
+    assert [label for label, _ in drawn] == 2 * store["case"].values.tolist()
     assert drawn[0][1] == pytest.approx([0.6, 0.9, 1.1, 0.8])
     assert drawn[-1][1] == pytest.approx([0.8, 1.1, 1.3, 0.9])
 

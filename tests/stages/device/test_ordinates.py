@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactfem.stages.device.spectrum_choice import SpectrumChoice
-from impactfem.stages.device.store import ordinate_variables
+from impactfem.stages.device.store import mode_ordinates
 from impactfem.stages.device.support import Support
 
 PLAIN = SpectrumChoice("srss", rotations=False, broadened=False)
@@ -41,9 +41,8 @@ def study():
 
 
 def test_ordinates_by_component_and_mode():
-    dims, values, attributes = ordinate_variables(study(), TURNED, 3)["mode_psa"]
-    assert dims == ("case", "impact", "device", "component", "mode")
-    assert values.shape == (2, 2, 2, 6, 3) and attributes["units"] == "m/s2"
+    values = mode_ordinates(study(), TURNED, 3)
+    assert values.shape == (2, 2, 2, 6, 3)
     assert values[0, 0, 0, 1].tolist() == [1.0, 2.0, 3.0]
     assert values[1, 1, 0, 3].tolist() == [80.0, 100.0, 120.0]
     # Beyond the modes of a device, and of what is no input.
@@ -56,10 +55,10 @@ def test_each_of_two_anchors_has_its_own():
     one = result(1.0, [1.0], [4.0], support=first)
     other = result(1.0, [1.0], [4.0], support=second)
     cases = [SimpleNamespace(no_impact=[one, other], impact=[one, other])]
-    values = ordinate_variables(cases, PLAIN, 1)["mode_psa"][1][0, 0, :, :, 0]
+    values = mode_ordinates(cases, PLAIN, 1)[0, 0, :, :, 0]
     assert values[0, 1] == 1.0 and values[1, 1] == 4.0 and np.isfinite(values).sum() == 2
 
 
 def test_without_rotations():
-    values = ordinate_variables(study(), PLAIN, 3)["mode_psa"][1]
+    values = mode_ordinates(study(), PLAIN, 3)
     assert np.isnan(values[..., 3, :]).all() and np.isfinite(values[0, 0, 0, 1]).all()

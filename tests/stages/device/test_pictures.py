@@ -5,7 +5,6 @@ import pytest
 from PIL import Image
 
 from impactfem.stages.device.pictures import _cut, device_pictures, device_size
-from impactfem.stages.device.view import DeviceView
 
 from .device_store import WantedDevice, device_folder, device_store
 from .test_figures import one_floor
@@ -26,7 +25,7 @@ def test_pictures_of_two_devices(tmp_path):
 
 def test_size_of_a_device():
     def size(**wanted):
-        return device_size(DeviceView(device_store(WantedDevice(**wanted))), 0)
+        return device_size(device_store(WantedDevice(**wanted)), "pump")
 
     assert size() == pytest.approx((0.5, 1.0))
     radius, height = size(cylinder=False)

@@ -221,11 +221,6 @@ def test_parts_of_modes(tmp_path):
     assert float(found[0]["displacement [mm or mrad]"]) == pytest.approx(displacement)
 
 
-def test_a_store_without_the_ordinates_of_the_modes(tmp_path):
-    found = tables(tmp_path, ordinates=False)
-    assert list(found) == [name for name in TABLES if name != "shares"]
-
-
 def verdicts(folder, **wanted):
     found = tables(folder, **wanted)["verdict"]
     return {(row["damping"], row["question"]): row["finding"] for row in found}, found

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
+import xarray as xr
 
 from impactfem.stages.check import Check
+from impactfem.stages.device.selection import (
+    anchor_of,
+    detailed_force,
+    direction,
+    is_calibrated,
+    loaded,
+    pull_of,
+    restitution,
+)
 from impactfem.stages.device.verdict import LOADS, anchors, pounding, shortfall
-from impactfem.stages.device.view import DeviceView
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import names_of, open_store
+from impactfem.system.scalar import values_of
 
 IMBALANCE = 1e-8
 """Largest difference of action and reaction at an anchor, of the largest force."""
@@ -25,37 +34,37 @@ def device_checks(folder: Path) -> list[Check]:
     Args:
         folder: The run's folder, with `device.nc`.
     """
-    with open_store(folder / "device.nc") as store:
-        view = DeviceView(store)
+    with open_store(folder / "device.nc") as opened:
+        store = loaded(opened)
         return [
-            *_verdict(view),
-            *_anchors(view),
-            *_tension(view),
-            *_balance(view),
-            *_basis(view),
-            *_impacts(view),
-            *_notes(view),
+            *_verdict(store),
+            *_anchors(store),
+            *_tension(store),
+            *_balance(store),
+            *_basis(store),
+            *_impacts(store),
+            *_notes(store),
         ]
 
 
-def _verdict(view: DeviceView) -> list[Check]:
+def _verdict(store: xr.Dataset) -> list[Check]:
     """With the building's own damping; the table has that of all dampings."""
     lines: list[Check] = []
-    for d, name in enumerate(view.devices):
+    for name in names_of(store, "device"):
         demand = ", ".join(
-            f"{1e-3 * view.detailed(d, k):.4g} kN {load}" for k, load in LOADS.items()
+            f"{1e-3 * detailed_force(store, name, k):.4g} kN {load}" for k, load in LOADS.items()
         )
-        force = f"F{view.direction}"
+        force = f"F{direction(store)}"
         lines.append((None, f"device: {force} of {name} on the floor: {demand}"))
-        lines += [(None, f"device: {text}") for text in shortfall(view, d)]
-        lines.append((None, f"device: does pounding lower the difference: {pounding(view, d)}"))
+        lines += [(None, f"device: {text}") for text in shortfall(store, name)]
+        lines.append((None, f"device: does pounding lower the difference: {pounding(store, name)}"))
     return lines
 
 
-def _anchors(view: DeviceView) -> list[Check]:
+def _anchors(store: xr.Dataset) -> list[Check]:
     lines: list[Check] = []
-    for d, name in enumerate(view.devices):
-        _, floor, nodes = view.anchor(d)
+    for name in names_of(store, "device"):
+        _, floor, nodes = anchor_of(store, name)
         text = (
             f"device: {name} is anchored to {nodes} node{'s' * (nodes > 1)} of floor {floor}, "
             f"at least {NODES} asked"
@@ -66,46 +75,43 @@ def _anchors(view: DeviceView) -> list[Check]:
     return lines
 
 
-def _tension(view: DeviceView) -> list[Check]:
+def _tension(store: xr.Dataset) -> list[Check]:
     """Whether the weight holds every device down, with any damping; else it needs its anchors."""
     lines: list[Check] = []
-    for d, name in enumerate(view.devices):
-        text = anchors(view, d)
+    for name in names_of(store, "device"):
+        text = anchors(store, name)
         if text is None:
-            # An older store says nothing; a table of modes has no weight.
-            if "net_tension" in view.store:
-                lines.append((None, f"device: the weight of {name} is not known, nor its tension"))
+            lines.append((None, f"device: the weight of {name} is not known, nor its tension"))
             continue
-        pulls = [view.pull(d, k, c) for k in LOADS for c in range(len(view.cases))]
+        pulls = [pull_of(store, name, k, case) for k in LOADS for case in names_of(store, "case")]
         held = not any(pull.tension > 0.0 for pull in pulls if pull is not None)
         words = "its weight holds it down" if held else "it needs anchors in tension"
         lines.append((held, f"device: {name}: {words}; net tension at the anchor: {text}"))
     return lines
 
 
-def _balance(view: DeviceView) -> list[Check]:
-    found = view.store["imbalance"].values
+def _balance(store: xr.Dataset) -> list[Check]:
     lines: list[Check] = []
-    for d, name in enumerate(view.devices):
-        own = found[:, :, d]
-        if not np.isfinite(own).any():
+    for name in names_of(store, "device"):
+        own = store["imbalance"].sel(device=name)
+        if not own.notnull().any():
             text = f"device: {name} has no free spring, its base forces cannot be compared"
             lines.append((None, text))
             continue
-        case, impact = np.unravel_index(int(np.nanargmax(own)), own.shape)
-        worst = float(own[case, impact])
+        largest = own.isel(own.argmax(...))
+        worst = float(largest)
         text = (
             f"device: action and reaction at the anchor of {name} within {worst:.1e}, "
             f"{IMBALANCE:g} asked"
         )
         if worst > IMBALANCE:
-            text += f"; with the damping {view.cases[case]} {LOADS[int(impact)]}"
+            text += f"; with the damping {largest['case'].item()} {LOADS[largest['impact'].item()]}"
         lines.append((worst <= IMBALANCE, text))
     return lines
 
 
-def _basis(view: DeviceView) -> list[Check]:
-    values = view.values
+def _basis(store: xr.Dataset) -> list[Check]:
+    values = values_of(store)
     error = values["device.basis_error"]
     text = (
         f"device: transfer functions of the reduced basis of {values['device.basis_vectors']:.0f} "
@@ -114,15 +120,15 @@ def _basis(view: DeviceView) -> list[Check]:
     return [(error <= BASIS, text)]
 
 
-def _impacts(view: DeviceView) -> list[Check]:
+def _impacts(store: xr.Dataset) -> list[Check]:
     """The largest impact force is told; without an impact there is nothing to compare."""
     lines: list[Check] = []
-    for c, case in enumerate(view.cases):
-        peak, epsilon = float(view.impact_force[c]), view.epsilon(c)
+    for case in names_of(store, "case"):
+        peak, epsilon = float(store["impact_force"].sel(case=case)), restitution(store, case)
         if epsilon is None:
             which = "the restitution of the contact laws"
         else:
-            which = f"ε = {epsilon:.3g}, {'calibrated' if view.calibrated(c) else 'given'}"
+            which = f"ε = {epsilon:.3g}, {'calibrated' if is_calibrated(store, case) else 'given'}"
         text = f"device: damping {case}: {which}; "
         if peak > 0.0:
             lines.append((None, f"{text}largest impact force {1e-6 * peak:.4g} MN"))
@@ -131,7 +137,6 @@ def _impacts(view: DeviceView) -> list[Check]:
     return lines
 
 
-def _notes(view: DeviceView) -> list[Check]:
+def _notes(store: xr.Dataset) -> list[Check]:
     """What the response spectrum analyses assumed."""
-    notes = str(view.store.attrs["notes"]) if "notes" in view.store.attrs else ""
-    return [(None, f"device: {note}") for note in notes.splitlines()]
+    return [(None, f"device: {note}") for note in store["note"].values]

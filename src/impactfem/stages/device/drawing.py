@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +24,12 @@ from impactfem.device.parts import solid_cylinder
 from impactfem.sticks.element import COMPONENTS, rigid_link
 
 Array = NDArray[np.float64]
-Variables = dict[str, tuple[Any, ...]]
 
 TOUCH = 1e-9
 """Heights that differ by less are the same [m]."""
 
 
-def drawing_variables(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> Variables:
+def drawing_values(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> dict[str, Array]:
     """Variables of `device.nc` that figures of the devices need; nan for a device from modes.
 
     Args:
@@ -39,88 +37,35 @@ def drawing_variables(setups: Sequence[DeviceSetup], devices: Sequence[Device]) 
         devices: They as matrices, in the same order.
 
     Returns:
-        By name: dimensions, values and attributes. A rigid spring has an infinite stiffness.
+        Values by name. A rigid spring has an infinite stiffness.
     """
+    shapes, beams = [setup.shape for setup in setups], [setup.beam for setup in setups]
     return {
-        "base_stiffness": (
-            ("device", "component"),
-            np.array([_springs(setup) for setup in setups]),
-            {"units": "N/m", "note": "N m/rad for rx, ry, rz; infinite for a rigid one"},
-        ),
-        **_bodies(setups),
-        **_beams(setups),
+        "base_stiffness": np.array([_springs(setup) for setup in setups]),
+        "body_mass": _numbers([_of(s, s.mass) for s in setups]),
+        "body_height": _numbers([_of(s, s.mass_height) for s in setups]),
+        "body_inertia": np.array([_inertia(setup) for setup in setups]),
+        "body_radius": _numbers([None if s is None else s.radius for s in shapes]),
+        "body_length": _numbers([None if s is None else s.length for s in shapes]),
+        "beam_length": _numbers([None if b is None else b.length for b in beams]),
+        "beam_mass": _numbers([None if b is None else b.mass for b in beams]),
+        "beam_bending": np.array([(math.nan,) * 2 if b is None else b.bending for b in beams]),
         **_modes(setups, devices),
     }
 
 
-def _bodies(setups: Sequence[DeviceSetup]) -> Variables:
-    shapes = [setup.shape for setup in setups]
-    return {
-        "body_mass": ("device", _numbers([_of(s, s.mass) for s in setups]), {"units": "kg"}),
-        "body_height": (
-            "device",
-            _numbers([_of(s, s.mass_height) for s in setups]),
-            {"units": "m"},
-        ),
-        "body_inertia": (
-            ("device", "axis"),
-            np.array([_inertia(s) for s in setups]),
-            {"units": "kg m2", "note": "about x, y, z through the mass centre"},
-        ),
-        "body_radius": (
-            "device",
-            _numbers([None if s is None else s.radius for s in shapes]),
-            {"units": "m", "note": "of a body that is a cylinder"},
-        ),
-        "body_length": (
-            "device",
-            _numbers([None if s is None else s.length for s in shapes]),
-            {"units": "m", "note": "of a body that is a cylinder"},
-        ),
-    }
-
-
-def _beams(setups: Sequence[DeviceSetup]) -> Variables:
-    beams, nan = [setup.beam for setup in setups], math.nan
-    return {
-        "beam_length": (
-            "device",
-            _numbers([None if b is None else b.length for b in beams]),
-            {"units": "m"},
-        ),
-        "beam_mass": (
-            "device",
-            _numbers([None if b is None else b.mass for b in beams]),
-            {"units": "kg"},
-        ),
-        "beam_bending": (
-            ("device", "bending_about"),
-            np.array([(nan, nan) if b is None else b.bending for b in beams], dtype=np.float64),
-            {"units": "N m2", "note": "about x, about y"},
-        ),
-    }
-
-
-def _modes(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> Variables:
+def _modes(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> dict[str, Array]:
     """Modes over the height, with nan where a device has fewer modes or levels than others."""
-    count = [
-        device_modes(d).below(s.maximum_frequency).frequency.size for s, d in _both(setups, devices)
-    ]
+    both = list(zip(setups, devices, strict=True))
+    count = [device_modes(d).below(s.maximum_frequency).frequency.size for s, d in both]
     levels = [_levels(setup) for setup in setups]
     shapes = np.full((len(setups), max(count), max(map(len, levels)), 6), np.nan)
     heights = np.full(shapes.shape[::2], np.nan)
-    for k, (setup, device) in enumerate(_both(setups, devices)):
+    for k, (setup, device) in enumerate(both):
         heights[k, : len(levels[k])] = levels[k]
         if len(levels[k]):
             shapes[k, : count[k], : len(levels[k])] = mode_shapes(setup, device)
-    return {
-        "level_height": (("device", "level"), heights, {"units": "m", "note": "above the anchor"}),
-        "mode_shape": (
-            ("device", "mode", "level", "component"),
-            shapes,
-            {"units": "1/sqrt(kg)", "note": "relative to the anchor"},
-        ),
-    }
+    return {"level_height": heights, "mode_shape": shapes}
 
 
 def mode_shapes(setup: DeviceSetup, device: Device) -> Array:
@@ -166,12 +111,6 @@ def _levels(setup: DeviceSetup) -> Array:
     if abs(heights[-1] - setup.mass_height) > TOUCH:
         heights = np.append(heights, setup.mass_height)
     return heights
-
-
-def _both(
-    setups: Sequence[DeviceSetup], devices: Sequence[Device]
-) -> list[tuple[DeviceSetup, Device]]:
-    return list(zip(setups, devices, strict=True))
 
 
 def _of(setup: DeviceSetup, value: float | None) -> float | None:

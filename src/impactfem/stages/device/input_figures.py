@@ -8,9 +8,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import xarray as xr
+
+from impactfem.case.damping import OWN
 from impactfem.plot.style import figure, letter
 from impactfem.stages.device.history_figures import case_colour
-from impactfem.stages.device.view import BROADENED, RIGID, ROTATIONS, WITH, WITHOUT, DeviceView
+from impactfem.stages.device.selection import (
+    BROADENED,
+    RIGID,
+    ROTATIONS,
+    WITH,
+    WITHOUT,
+    detailed_force,
+    direction,
+    force_by_spectrum,
+    headline,
+    was_done,
+)
+from impactfem.stages.stores import names_of
 
 WORDS = {
     "": "computed spectra",
@@ -25,45 +40,46 @@ WORDS = {
 MARKERS = "os^Dvp*X"
 
 
-def input_choices(view: DeviceView, device: int) -> dict[str, str]:
+def input_choices(store: xr.Dataset, device: str) -> dict[str, str]:
     """Analyses of a device with the headline's combination that differ by their input.
 
     Args:
-        view: The store.
-        device: Number of the device.
+        store: The store.
+        device: Name of the device.
 
     Returns:
         By what they are in words: their names, the headline first.
     """
-    found = {WORDS[""]: view.headline}
-    for choice in view.choices:
-        parts = choice.removeprefix(f"{view.headline}.").split(".")
+    found = {WORDS[""]: headline(store)}
+    for choice in names_of(store, "choice"):
+        parts = choice.removeprefix(f"{headline(store)}.").split(".")
         other = {ROTATIONS, BROADENED, *RIGID}
-        if not choice.startswith(f"{view.headline}.") or other & set(parts):
+        if not choice.startswith(f"{headline(store)}.") or other & set(parts):
             continue
-        if view.done(device, WITH, 0, choice):
+        if was_done(store, device, WITH, OWN, choice):
             found[", ".join(WORDS[part] for part in parts)] = choice
     return found
 
 
-def inputs_figure(path: Path, view: DeviceView, device: int) -> None:
+def inputs_figure(path: Path, store: xr.Dataset, device: str) -> None:
     """Force by response spectrum analysis over the detailed one, by the input of the analysis."""
-    choices = input_choices(view, device)
-    axis = view.direction
+    choices = input_choices(store, device)
+    axis = direction(store)
     caption = (
-        f"Largest force of {view.devices[device]} on the floor along $e_{axis}$ by response "
-        f"spectrum analysis ({view.headline}) over that of the 3D model in detail, by the input of "
-        "the analysis and by the damping of the buildings: without impact (a) and with impacts (b)."
+        f"Largest force of {device} on the floor along $e_{axis}$ by response spectrum analysis "
+        f"({headline(store)}) over that of the 3D model in detail, by the input of the analysis "
+        "and by the damping of the buildings: without impact (a) and with impacts (b)."
     )
     with figure(path, (1, 2), (9.0, 1.5 + 0.34 * len(choices)), caption) as (drawn, axes):
         for panel, impact in zip(axes, (WITHOUT, WITH), strict=True):
             panel.axvline(1.0, color="black", lw=0.8)
-            for c, case in enumerate(view.cases):
-                detailed = view.detailed(device, impact, c)
+            for c, case in enumerate(names_of(store, "case")):
+                detailed = detailed_force(store, device, impact, case)
                 if not detailed > 0.0:
                     continue
                 ratio = [
-                    view.by_spectrum(device, impact, c, one) / detailed for one in choices.values()
+                    force_by_spectrum(store, device, impact, case, one) / detailed
+                    for one in choices.values()
                 ]
                 panel.plot(
                     ratio,

@@ -6,11 +6,17 @@ import math
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
-from impactfem.stages.device.view import DeviceView, Drawing
+from impactfem.stages.device.selection import (
+    Drawing,
+    anchor_of,
+    drawing_of,
+    modes_of,
+)
 
 Array = NDArray[np.float64]
 
@@ -21,19 +27,20 @@ AMPLITUDE = 0.3
 """Largest displacement of a drawn mode over the height of the device."""
 
 
-def modes_figure(path: Path, view: DeviceView, device: int) -> None:
+def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
     """Figure 25: the modes that move along the shown direction.
 
     Raises:
         ValueError: The device is made of modes and has no shapes.
     """
-    drawn = _drawing(view, device)
+    drawn = _drawing(store, device)
     axis = drawn.axis
-    mass = view.effective_mass(device)["xyz".index(axis)]
+    every = modes_of(store, device)
+    mass, frequency = every["effective_mass"].sel(component=axis).values, every["mode_frequency"]
     modes = [int(k) for k in np.flatnonzero(mass > 1e-6 * mass.sum())][:SHOWN]
     about = "x" if axis == "y" else "y"
     caption = (
-        f"Figure 25: Modes of {view.devices[device]} that move along $e_{axis}$ and rotate about "
+        f"Figure 25: Modes of {device} that move along $e_{axis}$ and rotate about "
         f"$e_{about}$, relative to the anchor and not to scale, with their effective masses "
         f"along $e_{axis}$ and the parts of their sum, {mass.sum():.5g} kg. Dashed: at rest."
     )
@@ -43,7 +50,7 @@ def modes_figure(path: Path, view: DeviceView, device: int) -> None:
             panel.text(
                 0.03,
                 0.98,
-                f"f = {view.mode_frequency(device)[mode]:.2f} Hz\n"
+                f"f = {float(frequency[mode]):.2f} Hz\n"
                 f"{mass[mode]:.5g} kg, {100.0 * mass[mode] / mass.sum():.3g} %",
                 transform=panel.transAxes,
                 va="top",
@@ -54,16 +61,16 @@ def modes_figure(path: Path, view: DeviceView, device: int) -> None:
         letter(axes)
 
 
-def elements_figure(path: Path, view: DeviceView, device: int) -> None:
+def elements_figure(path: Path, store: xr.Dataset, device: str) -> None:
     """Figure 24: the elements of the device to scale.
 
     Raises:
         ValueError: The device is made of modes and has no springs.
     """
-    drawn = _drawing(view, device)
-    _, floor, nodes = view.anchor(device)
+    drawn = _drawing(store, device)
+    _, floor, nodes = anchor_of(store, device)
     caption = (
-        f"Figure 24: Elements of {view.devices[device]}, in elevation in the plane "
+        f"Figure 24: Elements of {device}, in elevation in the plane "
         f"$(e_{drawn.axis}, e_z)$: a body on {'a beam' if _has_beam(drawn) else 'a rigid link'} on "
         f"springs, anchored by rigid links to {nodes} node{'s' * (nodes > 1)} of floor {floor}."
     )
@@ -72,26 +79,26 @@ def elements_figure(path: Path, view: DeviceView, device: int) -> None:
         drawing.legend(loc="outside upper center", ncols=3)
 
 
-def model_figure(path: Path, view: DeviceView, device: int) -> None:
+def model_figure(path: Path, store: xr.Dataset, device: str) -> None:
     """Figure 26: the mechanical model of the device, with its values and modes.
 
     Raises:
         ValueError: The device is made of modes and has no springs.
     """
-    drawn = _drawing(view, device)
+    drawn = _drawing(store, device)
     axis = drawn.axis
     caption = (
-        f"Figure 26: Mechanical model of {view.devices[device]} in the plane $(e_{axis}, e_z)$, "
+        f"Figure 26: Mechanical model of {device} in the plane $(e_{axis}, e_z)$, "
         "and its modes in this plane with their effective masses."
     )
     with figure(path, (1, 1), (6.5, 4.4), caption) as (_, axes):
-        _mechanics(axes[0], drawn, _mode_lines(view, device, axis))
+        _mechanics(axes[0], drawn, _mode_lines(store, device, axis))
 
 
-def _drawing(view: DeviceView, device: int) -> Drawing:
-    drawn = view.drawing(device)
+def _drawing(store: xr.Dataset, device: str) -> Drawing:
+    drawn = drawing_of(store, device)
     if drawn is None:
-        raise ValueError(f"device {view.devices[device]} is made of modes")
+        raise ValueError(f"device {device} is made of modes")
     return drawn
 
 
@@ -224,13 +231,19 @@ def _mechanics(panel: Axes, drawn: Drawing, modes: list[str]) -> None:
     panel.set_axis_off()
 
 
-def _mode_lines(view: DeviceView, device: int, axis: str) -> list[str]:
-    mass = view.effective_mass(device)["xyz".index(axis)]
-    modes = [int(k) for k in np.flatnonzero(mass > 1e-6 * mass.sum())][:SHOWN]
+def _mode_lines(store: xr.Dataset, device: str, axis: str) -> list[str]:
+    modes = modes_of(store, device)
+    mass = modes["effective_mass"].sel(component=axis)
+    modes = modes.isel(mode=(mass > 1e-6 * mass.sum()).values).isel(mode=slice(SHOWN))
     return [
-        f"mode {k + 1}: {view.mode_frequency(device)[k]:.2f} Hz, {mass[k]:.5g} kg, "
-        f"damping {100.0 * view.mode_damping(device)[k]:.3g} %"
-        for k in modes
+        f"mode {k}: {f:.2f} Hz, {m:.5g} kg, damping {100.0 * damping:.3g} %"
+        for k, f, m, damping in zip(
+            modes["mode"].values,
+            modes["mode_frequency"].values,
+            modes["effective_mass"].sel(component=axis).values,
+            modes["mode_damping"].values,
+            strict=True,
+        )
     ]
 
 

@@ -28,8 +28,8 @@ from impactfem.plot.scene import (
 )
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.stages.device.position import Floor
-from impactfem.stages.device.view import DeviceView
-from impactfem.stages.stores import open_store
+from impactfem.stages.device.selection import anchor_of, drawing_of, file_stem
+from impactfem.stages.stores import names_of, open_store
 from impactfem.system.own_process import in_own_process
 
 Array = NDArray[np.float64]
@@ -67,32 +67,31 @@ def draw(folder: Path) -> list[Path]:
         open_store(folder / "building.nc") as building,
         open_store(folder / "device.nc") as store,
     ):
-        view = DeviceView(store)
         return [
-            _model(target / f"{view.of_device(STEM, k)}.png", building, view, k)
-            for k in range(len(view.devices))
+            _model(target / f"{file_stem(store, STEM, device)}.png", building, store, device)
+            for device in names_of(store, "device")
         ]
 
 
-def _model(path: Path, building: xr.Dataset, view: DeviceView, device: int) -> Path:
-    point, number, count = view.anchor(device)
-    name = view.devices[device]
+def _model(path: Path, building: xr.Dataset, store: xr.Dataset, device: str) -> Path:
+    point, number, count = anchor_of(store, device)
     caption = (
-        f"Figure 23: Position of {name} in the 3D model of building {view.building} (a), and its "
-        f"connection by rigid links to {count} node{'s' * (count > 1)} of floor {number} (b)."
+        f"Figure 23: Position of {device} in the 3D model of building {store.attrs['building']} "
+        f"(a), and its connection by rigid links to {count} node{'s' * (count > 1)} of floor "
+        f"{number} (b)."
     )
     legend = [
         ("slab", GHOST, "face"),
         ("beams", ORANGE, "line"),
         ("rigid links", GREEN, "line"),
         ("nodes", BLUE, "ball"),
-        (name, RED, "face"),
+        (device, RED, "face"),
     ]
     whole = _whole(building, point)
-    near = _near(building, view, device)
+    near = _near(building, store, device)
     with figure(path, (1, 2), (9.0, 4.0), caption) as (drawn, axes):
         show(axes[0], whole)
-        note(axes[0], whole, point, name)
+        note(axes[0], whole, point, device)
         show(axes[1], near)
         drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
         letter(axes)
@@ -107,11 +106,11 @@ def _whole(building: xr.Dataset, point: Array) -> Picture:
     return render(scene, nodes, impact_view(building))
 
 
-def _near(building: xr.Dataset, view: DeviceView, device: int) -> Picture:
+def _near(building: xr.Dataset, store: xr.Dataset, device: str) -> Picture:
     """The device on a piece of its floor."""
-    point, number, count = view.anchor(device)
+    point, number, count = anchor_of(store, device)
     floor = Floor(building, number)
-    radius, height = device_size(view, device)
+    radius, height = device_size(store, device)
     links = floor.anchor_nodes(point, count)
     reach = max(radius, 0.5 * height, float(np.linalg.norm(links - point[:2], axis=1).max()))
     half = AROUND * reach
@@ -150,12 +149,12 @@ def standing(point: Array, radius: float, height: float, *, capping: bool = True
     )
 
 
-def device_size(view: DeviceView, device: int) -> tuple[float, float]:
+def device_size(store: xr.Dataset, device: str) -> tuple[float, float]:
     """Radius and height of the cylinder that shows a device [m]; of its body where that is known.
 
     A device that is made of modes is shown 1 m high.
     """
-    drawing = view.drawing(device)
+    drawing = drawing_of(store, device)
     if drawing is None:
         return UNKNOWN, 1.0
     height = float(np.nanmax([drawing.length, drawing.height, drawing.beam_length]))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.mesh import Part, parse_group
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
-from impactfem.stages.device.view import DeviceView
+from impactfem.stages.device.selection import anchor_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -104,22 +104,21 @@ class Floor:
         return np.asarray(lines[np.all(inside, axis=1)], dtype=np.int64)
 
 
-def position_figure(path: Path, view: DeviceView, device: int, building: xr.Dataset) -> None:
+def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dataset) -> None:
     """Figure 23: plan of the floor (a) and the base plate between the anchor and the mesh (b)."""
-    point, number, count = view.anchor(device)
+    point, number, count = anchor_of(store, device)
     floor = Floor(building, number)
     low, high = floor.size()
-    name = view.devices[device]
     caption = (
-        f"Figure 23: Position of {name} on floor {number} of building {view.building} at "
-        f"({point[0]:g}, {point[1]:g}, {point[2]:g}) m (a), and its rigid connection to "
+        f"Figure 23: Position of {device} on floor {number} of building {store.attrs['building']} "
+        f"at ({point[0]:g}, {point[1]:g}, {point[2]:g}) m (a), and its rigid connection to "
         f"{count} node{'s' * (count > 1)} of the mesh (b)."
     )
     with figure(path, (1, 2), (9.0, 3.7), caption) as (drawn, axes):
         grid = axes[0].get_gridspec()
         if grid is not None:
             grid.set_width_ratios((1.7, 1.0))
-        _plan(axes[0], floor, point, name)
+        _plan(axes[0], floor, point, device)
         _base_plate(axes[1], floor, point, count)
         beyond = MARGIN * float((high - low).max())
         axes[0].set_xlim(low[0] - beyond, high[0] + beyond)

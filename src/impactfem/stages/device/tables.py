@@ -3,21 +3,47 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import product
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
-from impactfem.plot.table import Cell, Table
+from impactfem.plot.table import Cell, Table, heads, write_tables
+from impactfem.stages.device.selection import (
+    ROTATIONS,
+    WITH,
+    WITHOUT,
+    building_damping,
+    components,
+    detailed_force,
+    direction,
+    force_by_spectrum,
+    headline,
+    is_calibrated,
+    loaded,
+    modal_mass,
+    mode_ordinates,
+    modes_of,
+    pull_of,
+    relative_difference,
+    restitution,
+    rigid_variants,
+    scalar_name,
+    scalar_start,
+    shown_modes,
+    tension_by_spectrum,
+    variant,
+    was_done,
+)
 from impactfem.stages.device.verdict import verdict
-from impactfem.stages.device.view import ROTATIONS, WITH, WITHOUT, XYZ, DeviceView
-from impactfem.stages.stores import open_store
-from impactfem.system.log import LOGGER
+from impactfem.stages.stores import names_of, open_store
 
 Published = Mapping[str, float]
-Columns = tuple[tuple[str, str], ...]
+Rows = list[tuple[Cell, ...]]
 
-LOADS = {WITHOUT: "without", WITH: "with"}
+COMPONENTS = "Fx [N]; Fy [N]; Fz [N]; Mx [N m]; My [N m]; Mz [N m]"
 SMALL = 1e-4
 """Parts of a force below this part of the largest one are left out."""
 PRINTED = "printed"
@@ -37,24 +63,24 @@ def device_tables(folder: Path, published: Published) -> list[Path]:
     Raises:
         ImpactfemError: A file cannot be written.
     """
-    with open_store(folder / "device.nc") as store:
-        view = DeviceView(store)
+    with open_store(folder / "device.nc") as opened:
+        store = loaded(opened)
         tables = [
-            _modes(view, published),
-            _demand(view, published),
-            _dampings(view, published),
-            _study(view, published),
-            _analyses(view),
-            _anchors(view),
-            verdict(view),
+            _modes(store, published),
+            _demand(store, published),
+            _dampings(store, published),
+            _study(store, published),
+            _analyses(store),
+            _anchors(store),
+            verdict(store),
+            _shares(store),
         ]
-        if view.ordinates(0, WITH) is not None:
-            tables.append(_shares(view))
-    target = folder / "tables"
-    target.mkdir(exist_ok=True)
-    for table in tables:
-        LOGGER.debug("\n%s", table.as_text())
-    return [table.write_csv(target) for table in tables]
+    return write_tables(folder, tables)
+
+
+def _loads(store: xr.Dataset) -> Iterator[tuple[str, str, str]]:
+    """Every device, damping case and impact."""
+    return product(names_of(store, "device"), names_of(store, "case"), (WITHOUT, WITH))
 
 
 def _ratio(ours: float | None, theirs: float | None) -> float | None:
@@ -65,104 +91,79 @@ def _percent(value: float | None) -> float | None:
     return None if value is None else 100.0 * value
 
 
-def _modes(view: DeviceView, published: Published) -> Table:
+def _modes(store: xr.Dataset, published: Published) -> Table:
     """Table 6 of the paper.
 
     Its modes of one frequency come in the order y, x, with the same values for both.
     """
-    rows: list[tuple[Cell, ...]] = []
-    for d, device in enumerate(view.devices):
-        mass = view.effective_mass(d)
-        for k, frequency in enumerate(view.mode_frequency(d)):
-            axis = int(mass[:3, k].argmax())
-            names = [f"{view.start(d)}.{word}.{k + 1}" for word in ("frequency", "effective_mass")]
-            theirs = [published.get(name) for name in names]
+    rows: Rows = []
+    for device in names_of(store, "device"):
+        modes = modes_of(store, device)
+        along = modes["effective_mass"].sel(component=["x", "y", "z"])
+        axes = along.idxmax("component")
+        for mode in modes["mode"]:
+            one, axis = modes.sel(mode=mode), axes.sel(mode=mode).item()
+            mass, start = one["effective_mass"], f"{scalar_start(store, device)}."
             rows.append(
                 (
                     device,
-                    k + 1,
-                    float(frequency),
-                    theirs[0],
-                    XYZ[axis],
-                    float(mass[axis, k]),
-                    theirs[1],
-                    100.0 * float(mass[axis, k] / mass[axis].sum()),
-                    *(float(m) for m in mass[3:, k]),
-                    100.0 * float(view.mode_damping(d)[k]),
+                    mode.item(),
+                    one["mode_frequency"].item(),
+                    published.get(f"{start}frequency.{mode.item()}"),
+                    axis,
+                    mass.sel(component=axis).item(),
+                    published.get(f"{start}effective_mass.{mode.item()}"),
+                    100.0 * float(mass.sel(component=axis) / along.sel(component=axis).sum()),
+                    *mass.sel(component=["rx", "ry", "rz"]).values.tolist(),
+                    100.0 * one["mode_damping"].item(),
                 )
             )
     return Table(
         "device_modes",
         "Modes of the devices; of one frequency in the order x, y",
-        (
-            ("device", ""),
-            ("mode", ""),
-            ("f", "Hz"),
-            ("published f", "Hz"),
-            ("along", ""),
-            ("effective mass", "kg"),
-            ("published mass", "kg"),
-            ("of the modes along it", "%"),
-            ("about x", "kg m2"),
-            ("about y", "kg m2"),
-            ("about z", "kg m2"),
-            ("damping", "%"),
+        heads(
+            "device; mode; f [Hz]; published f [Hz]; along; effective mass [kg]; "
+            "published mass [kg]; of the modes along it [%]; about x [kg m2]; about y [kg m2]; "
+            "about z [kg m2]; damping [%]"
         ),
         tuple(rows),
     ).comparing({"published f", "published mass"}, ", beside the published ones")
 
 
-def _demand(view: DeviceView, published: Published) -> Table:
+def _demand(store: xr.Dataset, published: Published) -> Table:
     """Table 7: the loading demand, and as the paper has it over the sum of effective masses."""
-    axis = view.direction
-    rows: list[tuple[Cell, ...]] = []
-    for d, device in enumerate(view.devices):
-        mass = view.modal_mass(d)
-        theirs_mass = _published_mass(view, d, published)
-        for label, choice in (("detailed", None), *_headlines(view)):
-            key = {None: "detailed", view.headline: "rsa"}.get(choice)
-            forces = [
-                view.detailed(d, k) if choice is None else view.by_spectrum(d, k, choice=choice)
-                for k in (WITHOUT, WITH)
-            ]
-            for impact, force in zip((WITHOUT, WITH), forces, strict=True):
-                if choice is not None and not view.done(d, impact, 0, choice):
-                    continue
-                theirs = published.get(view.name(d, f"f{axis}.{key}", impact, 0)) if key else None
-                rows.append(
-                    (
-                        device,
-                        LOADS[impact],
-                        label,
-                        force,
-                        theirs,
-                        _ratio(force, theirs),
-                        _ratio(force, mass),
-                        _ratio(theirs, theirs_mass),
-                        None
-                        if choice is None
-                        else _percent(view.difference(d, impact, choice=choice)),
-                        _percent(published.get(view.name(d, "relative_difference", impact, 0)))
-                        if key == "rsa"
-                        else None,
-                    )
+    axis, own = direction(store), names_of(store, "case")[0]
+    rows: Rows = []
+    for device in names_of(store, "device"):
+        mass = modal_mass(store, device)
+        theirs_mass = _published_mass(store, device, published)
+        for (label, choice), impact in product(_analyses_shown(store), (WITHOUT, WITH)):
+            if choice is not None and not was_done(store, device, impact, own, choice):
+                continue
+            key = {None: "detailed", headline(store): "rsa"}.get(choice)
+            name = scalar_name(store, device, f"f{axis}.{key}", impact, own)
+            theirs = published.get(name) if key else None
+            gap = scalar_name(store, device, "relative_difference", impact, own)
+            off = relative_difference(store, device, impact, own, choice)
+            force = float(components(store, device, impact, own, choice).sel(component=axis))
+            rows.append(
+                (
+                    *(device, impact, label, force, theirs, _ratio(force, theirs)),
+                    _ratio(force, mass),
+                    _ratio(theirs, theirs_mass),
+                    None if choice is None else _percent(off),
+                    _percent(published.get(gap)) if key == "rsa" else None,
                 )
+            )
     return Table(
         "device_demand",
         f"Largest force of the devices along {axis} on the floor: in the 3D model in detail and by "
         "response spectrum analysis (RSA); equivalent acceleration: over the sum of the effective "
         f"masses along {axis}; difference: from detailed, over it, positive where RSA is too low",
-        (
-            ("device", ""),
-            ("impacts", ""),
-            ("analysis", ""),
-            ("force", "N"),
-            ("published", "N"),
-            ("over published", ""),
-            ("equivalent", "m/s2"),
-            ("published equivalent", "m/s2"),
-            ("difference", "%"),
-            ("published difference", "%"),
+        heads(
+            "device; impacts; analysis; force [N]; published [N]; over published; "
+            "equivalent [m/s2]; published equivalent [m/s2]; difference [%]; "
+            "published difference [%]"
         ),
         tuple(rows),
     ).comparing(
@@ -171,62 +172,60 @@ def _demand(view: DeviceView, published: Published) -> Table:
     )
 
 
-def _headlines(view: DeviceView) -> list[tuple[str, str]]:
-    """The headline analysis, and those with rotations and other rigid parts: labels and names."""
-    found = (view.headline, view.variant(ROTATIONS), *view.rigid_variants().values())
-    return [(f"RSA, {name.replace('.', ', ')}", name) for name in found if name is not None]
+def _analyses_shown(store: xr.Dataset) -> list[tuple[str, str | None]]:
+    """The detailed analysis, and the headline with rotations and other rigid parts: what they are.
+
+    The name is that of a response spectrum analysis; None for the detailed one.
+    """
+    names = (headline(store), variant(store, ROTATIONS), *rigid_variants(store).values())
+    found = [(f"RSA, {name.replace('.', ', ')}", name) for name in names if name is not None]
+    return [("detailed", None), *found]
 
 
-def _published_mass(view: DeviceView, device: int, published: Published) -> float | None:
+def _published_mass(store: xr.Dataset, device: str, published: Published) -> float | None:
     """Sum of the published effective masses of the modes along the shown direction [kg]."""
-    names = [f"{view.start(device)}.effective_mass.{k + 1}" for k in view.shown_modes(device)]
+    start = scalar_start(store, device)
+    names = [f"{start}.effective_mass.{k}" for k in shown_modes(store, device)["mode"].values]
     found = [published[name] for name in names if name in published]
     return sum(found) if found else None
 
 
-def _dampings(view: DeviceView, published: Published) -> Table:
+def _dampings(store: xr.Dataset, published: Published) -> Table:
     """Table 8, whose restitutions are printed in one order and described in the other.
 
     The text says that ε grows as damping falls; the printed row falls with it.
     """
-    modes = view.shown_modes(0)
-    shown = sorted({float(f"{view.mode_frequency(0)[k]:.3g}") for k in modes})[:2]
-    rows: list[tuple[Cell, ...]] = []
-    for c, case in enumerate(view.cases):
-        name = f"calibration.epsilon.{case}" if c else "calibration.epsilon"
+    first, *_ = names_of(store, "device")
+    frequencies = shown_modes(store, first)["mode_frequency"].values
+    shown = sorted({float(f"{f:.3g}") for f in frequencies})[:2]
+    own, *_ = names_of(store, "case")
+    rows: Rows = []
+    for case in names_of(store, "case"):
+        name = "calibration.epsilon" if case == own else f"calibration.epsilon.{case}"
         described = published.get(name)
-        damping = view.damping(c)
-        epsilon = view.epsilon(c)
+        damping, epsilon = building_damping(store, case), restitution(store, case)
         source = "contact laws" if epsilon is None else "given"
         rows.append(
             (
-                case,
-                damping.alpha,
-                damping.beta,
-                *(100.0 * float(view.damping(c).ratio(f)) for f in shown),
+                *(case, damping.alpha, damping.beta),
+                *(100.0 * float(damping.ratio(f)) for f in shown),
                 epsilon,
-                "calibrated" if view.calibrated(c) else source,
+                "calibrated" if is_calibrated(store, case) else source,
                 described,
                 # One that is not printed elsewhere is the same in both orders.
                 published.get(f"{name}.{PRINTED}", described),
-                1e-6 * float(view.impact_force[c]),
+                1e-6 * float(store["impact_force"].sel(case=case)),
             )
         )
+    ratios = "".join(f"xi at {f:g} Hz [%]; " for f in shown)
     return Table(
         "device_dampings",
         "Dampings of the buildings and restitution of their impacts (calibrated: by the wall, on "
         "the reduced model of this stage, so that it is not quite that of wall_damping.csv), with "
         "the largest impact force as resampled to the steps of the 3D model",
-        (
-            ("damping", ""),
-            ("alpha", "1/s"),
-            ("beta", "s"),
-            *((f"xi at {f:g} Hz", "%") for f in shown),
-            ("epsilon", "-"),
-            ("where from", ""),
-            ("by the text", "-"),
-            ("as printed", "-"),
-            ("impact force", "MN"),
+        heads(
+            f"damping; alpha [1/s]; beta [s]; {ratios}epsilon [-]; where from; by the text [-]; "
+            "as printed [-]; impact force [MN]"
         ),
         tuple(rows),
     ).comparing(
@@ -235,58 +234,38 @@ def _dampings(view: DeviceView, published: Published) -> Table:
     )
 
 
-def _study(view: DeviceView, published: Published) -> Table:
+def _study(store: xr.Dataset, published: Published) -> Table:
     """Table 9: detailed and response spectrum analysis by damping, the paper's behind ours."""
-    axis = view.direction
-    turned = view.variant(ROTATIONS)
-    rows: list[tuple[Cell, ...]] = []
-    for d, device in enumerate(view.devices):
-        for c, case in enumerate(view.cases):
-            for impact, load in LOADS.items():
-                names = [
-                    view.name(d, word, impact, c)
-                    for word in (f"f{axis}.detailed", f"f{axis}.rsa", "relative_difference")
-                ]
-                theirs = [published.get(name) for name in names]
-                more = (
-                    (
-                        view.by_spectrum(d, impact, c, turned),
-                        _percent(view.difference(d, impact, c, turned)),
-                    )
-                    if turned
-                    else (None, None)
-                )
-                rows.append(
-                    (
-                        device,
-                        case,
-                        load,
-                        view.detailed(d, impact, c),
-                        theirs[0],
-                        view.by_spectrum(d, impact, c),
-                        theirs[1],
-                        _percent(view.difference(d, impact, c)),
-                        _percent(theirs[2]),
-                        *more,
-                    )
-                )
+    axis, turned = direction(store), variant(store, ROTATIONS)
+    rows: Rows = []
+    for device, case, impact in _loads(store):
+        theirs = [
+            published.get(scalar_name(store, device, word, impact, case))
+            for word in (f"f{axis}.detailed", f"f{axis}.rsa", "relative_difference")
+        ]
+        load = (device, impact, case)
+        rows.append(
+            (
+                *(device, case, impact),
+                detailed_force(store, *load),
+                theirs[0],
+                force_by_spectrum(store, *load),
+                theirs[1],
+                _percent(relative_difference(store, *load)),
+                _percent(theirs[2]),
+                force_by_spectrum(store, *load, turned) if turned else None,
+                _percent(relative_difference(store, *load, turned)) if turned else None,
+            )
+        )
     return Table(
         "device_damping_study",
         f"Largest force of the devices along {axis} on the floor by the damping of the buildings: "
-        f"in detail and by response spectrum analysis (RSA, {view.headline}); difference: from "
+        f"in detail and by response spectrum analysis (RSA, {headline(store)}); difference: from "
         "detailed, over it, positive where RSA is too low",
-        (
-            ("device", ""),
-            ("damping", ""),
-            ("impacts", ""),
-            ("detailed", "N"),
-            ("published detailed", "N"),
-            ("RSA", "N"),
-            ("published RSA", "N"),
-            ("difference", "%"),
-            ("published difference", "%"),
-            ("RSA with rotations", "N"),
-            ("its difference", "%"),
+        heads(
+            "device; damping; impacts; detailed [N]; published detailed [N]; RSA [N]; "
+            "published RSA [N]; difference [%]; published difference [%]; "
+            "RSA with rotations [N]; its difference [%]"
         ),
         tuple(rows),
     ).comparing(
@@ -295,30 +274,17 @@ def _study(view: DeviceView, published: Published) -> Table:
     )
 
 
-def _analyses(view: DeviceView) -> Table:
+def _analyses(store: xr.Dataset) -> Table:
     """Every response spectrum analysis of every device, load and damping, all components."""
-    store = view.store
-    found = store["spectrum_force"].values
-    detailed = store["largest_force"].values
-    rows: list[tuple[Cell, ...]] = []
-    for d, device in enumerate(view.devices):
-        for c, case in enumerate(view.cases):
-            for impact in (WITHOUT, WITH):
-                start: tuple[Cell, ...] = (device, case, LOADS[impact])
-                exact = (float(v) for v in detailed[c, impact, d])
-                rows.append((*start, "detailed", *exact, None))
-                for k, choice in enumerate(view.choices):
-                    if not view.done(d, impact, c, choice):
-                        continue
-                    rows.append(
-                        (
-                            *start,
-                            choice.replace(".", ", "),
-                            *(float(v) for v in found[c, impact, d, k]),
-                            _percent(view.difference(d, impact, c, choice)),
-                        )
-                    )
-    components: Columns = tuple((f"F{a}", "N") for a in XYZ) + tuple((f"M{a}", "N m") for a in XYZ)
+    rows: Rows = []
+    for device, case, impact in _loads(store):
+        start, load = (device, case, impact), (device, impact, case)
+        rows.append((*start, "detailed", *components(store, *load).values.tolist(), None))
+        for choice in names_of(store, "choice"):
+            if was_done(store, *load, choice):
+                found = components(store, *load, choice).values.tolist()
+                off = _percent(relative_difference(store, *load, choice))
+                rows.append((*start, choice.replace(".", ", "), *found, off))
     return Table(
         "device_analyses",
         "Largest forces and moments of the devices on the floor: in the 3D model in detail, and by "
@@ -326,39 +292,30 @@ def _analyses(view: DeviceView) -> Table:
         "anchor and further points; envelope-dampings: over all dampings; given: spectra of a "
         "file; spectra of the anchor's rotations as input; broadened peaks; supports: combination "
         "of several anchors where it is not the first that was asked; difference of the force "
-        f"along {view.direction}",
-        (
-            ("device", ""),
-            ("damping", ""),
-            ("impacts", ""),
-            ("analysis", ""),
-            *components,
-            ("difference", "%"),
-        ),
+        f"along {direction(store)}",
+        heads(f"device; damping; impacts; analysis; {COMPONENTS}; difference [%]"),
         tuple(rows),
     )
 
 
-def _anchors(view: DeviceView) -> Table:
+def _anchors(store: xr.Dataset) -> Table:
     """Forces and moments at the anchor beside the weight: is it pulled, and how much."""
-    rows: list[tuple[Cell, ...]] = []
-    for d, device in enumerate(view.devices):
-        for c, case in enumerate(view.cases):
-            for impact, load in LOADS.items():
-                pull = view.pull(d, impact, c)
-                for label, choice in (("detailed", None), *_headlines(view)):
-                    if choice is not None and not view.done(d, impact, c, choice):
-                        continue
-                    found = view.components(d, impact, c, choice)
-                    if pull is None:
-                        less: tuple[Cell, ...] = (None, None, None)
-                    elif choice is None:
-                        less = (pull.weight, pull.uplift, pull.tension)
-                    else:
-                        tension = view.tension_by_spectrum(d, impact, c, choice)
-                        less = (pull.weight, float(found[2]) - pull.weight, tension)
-                    rows.append((device, case, load, label, *(float(v) for v in found), *less))
-    components: Columns = tuple((f"F{a}", "N") for a in XYZ) + tuple((f"M{a}", "N m") for a in XYZ)
+    rows: Rows = []
+    for device, case, impact in _loads(store):
+        load = (device, impact, case)
+        pull = pull_of(store, *load)
+        for label, choice in _analyses_shown(store):
+            if choice is not None and not was_done(store, *load, choice):
+                continue
+            found = components(store, *load, choice)
+            if pull is None:
+                less: tuple[Cell, ...] = (None, None, None)
+            elif choice is None:
+                less = (pull.weight, pull.uplift, pull.tension)
+            else:
+                uplift = float(found.sel(component="z")) - pull.weight
+                less = (pull.weight, uplift, tension_by_spectrum(store, *load, choice))
+            rows.append((device, case, impact, label, *found.values.tolist(), *less))
     return Table(
         "device_anchors",
         "Largest forces and moments of the devices on the floor by their motion, and with their "
@@ -367,68 +324,49 @@ def _anchors(view: DeviceView) -> Table:
         "the device's anchors, is n times the pull of the most loaded of n anchors evenly on the "
         "circle, under a rigid plate that bears pressure by them alone. In detail at each instant, "
         "by response spectrum analysis (RSA) with all largest values at one instant",
-        (
-            ("device", ""),
-            ("damping", ""),
-            ("impacts", ""),
-            ("analysis", ""),
-            *components,
-            ("weight", "N"),
-            ("net uplift", "N"),
-            ("net tension", "N"),
+        heads(
+            f"device; damping; impacts; analysis; {COMPONENTS}; weight [N]; net uplift [N]; "
+            "net tension [N]"
         ),
         tuple(rows),
     )
 
 
-def _shares(view: DeviceView) -> Table:
+def _shares(store: xr.Dataset) -> Table:
     """What each mode gives to the force, and the displacement that its oscillator has.
 
     A mode with the effective mass M along the direction and M_i along or about the component i of
     the anchor gives √(M M_i) S to the force under the pseudo-acceleration S of that component.
     """
-    rows: list[tuple[Cell, ...]] = []
-    for d, device in enumerate(view.devices):
-        mass, frequency = view.effective_mass(d), view.mode_frequency(d)
-        for c, case in enumerate(view.cases):
-            for impact, load in LOADS.items():
-                S = view.ordinates(d, impact, c)
-                if S is None:
-                    raise ValueError("the store has no ordinates of the modes")
-                force = np.sqrt(mass[view.column] * mass) * np.nan_to_num(S)
-                whole = float((force**2).sum())
-                for i, k in zip(*np.nonzero(force > SMALL * force.max()), strict=True):
-                    rows.append(
-                        (
-                            device,
-                            case,
-                            load,
-                            str(view.store["component"].values[i]),
-                            int(k) + 1,
-                            float(frequency[k]),
-                            float(S[i, k]),
-                            1e3 * float(S[i, k] / (2.0 * math.pi * frequency[k]) ** 2),
-                            float(force[i, k]),
-                            100.0 * float(force[i, k] ** 2) / whole,
-                        )
-                    )
+    rows: Rows = []
+    for device, case, impact in _loads(store):
+        modes = modes_of(store, device)
+        mass, frequency = modes["effective_mass"], modes["mode_frequency"].values
+        S = mode_ordinates(store, device, impact, case).transpose("component", "mode").values
+        both = (mass.sel(component=direction(store)) * mass).transpose("component", "mode")
+        force = np.sqrt(both.values) * np.nan_to_num(S)
+        whole = float((force**2).sum())
+        names = names_of(store, "component")
+        for i, k in zip(*np.nonzero(force > SMALL * force.max()), strict=True):
+            rows.append(
+                (
+                    *(device, case, impact, names[i], int(k) + 1),
+                    float(frequency[k]),
+                    float(S[i, k]),
+                    1e3 * float(S[i, k] / (2.0 * math.pi * frequency[k]) ** 2),
+                    float(force[i, k]),
+                    100.0 * float(force[i, k] ** 2) / whole,
+                )
+            )
     return Table(
         "device_shares",
         f"What each mode and each component of the anchor gives to the force along "
-        f"{view.direction} by response spectrum analysis, without the missing mass; pseudo-"
+        f"{direction(store)} by response spectrum analysis, without the missing mass; pseudo-"
         "acceleration and relative displacement of its oscillator; of several anchors each by "
         "its own motion; part: of the sum of squares",
-        (
-            ("device", ""),
-            ("damping", ""),
-            ("impacts", ""),
-            ("component", ""),
-            ("mode", ""),
-            ("f", "Hz"),
-            ("pseudo-acceleration", "m/s2 or rad/s2"),
-            ("displacement", "mm or mrad"),
-            ("force", "N"),
-            ("part", "%"),
+        heads(
+            "device; damping; impacts; component; mode; f [Hz]; "
+            "pseudo-acceleration [m/s2 or rad/s2]; displacement [mm or mrad]; force [N]; part [%]"
         ),
         tuple(rows),
     )
