@@ -89,6 +89,18 @@ rigid_above = "0.79 m"
     assert case.published == base.published
 
 
+def test_tables_of_an_array_by_name(write: Write, pair: Path) -> None:
+    base = load_case(pair)
+    case = load_case(write(top=f'{BASE}[buildings.B2]\nbase = "1 m"\nstiffness_factor = 0.2\n'))
+    changed = base.buildings[1].model_copy(update={"base": 1.0, "stiffness_factor": 0.2})
+    assert case.buildings == (base.buildings[0], changed)
+    found = the_fault(write(top=f'{BASE}[buildings.B2]\nbase = "1 s"\n'))
+    assert found[:3] == ("top.toml", "buildings[1].base", "1 s")
+    name, key, _, expected = the_fault(write(top=f"{BASE}[buildings.b2]\naxis = 3\n"))
+    assert (name, key) == ("top.toml", "buildings.b2") and "did you mean 'B2'?" in expected
+    assert "one or more tables" in the_fault(write(top=f"{BASE}buildings = {{}}\n"))[3]
+
+
 def test_chain(write: Write) -> None:
     path = write(
         middle=f'{BASE}title = "middle"\n[pounding]\npoints_per_impact = 5\nupdate = "lagged"\n',

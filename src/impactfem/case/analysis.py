@@ -20,18 +20,15 @@ MOST_FREQUENCIES = 100_000
 class Pounding(Section):
     """Time integration of the sticks with contact: Newmark, average acceleration."""
 
-    duration: Duration | None = Field(
-        default=None, description="Time that is computed; default that of the longest motion."
-    )
-    time_step: TimeStep = Field(description="Time step.")
-    update: Literal["implicit", "lagged"] = Field(
-        default="implicit",
-        description="'implicit' takes the contact force at the new time; 'lagged' at the old one, "
-        "as equation 2 of the paper is printed, which raises the restitution.",
-    )
-    points_per_impact: Annotated[int, Whole(1, 100_000)] = Field(
-        default=16, description="Least number of steps in an impact; fewer are reported."
-    )
+    duration: Duration | None = None
+    """Time that is computed; default that of the longest motion."""
+    time_step: TimeStep
+    """Time step."""
+    update: Literal["implicit", "lagged"] = "implicit"
+    """'implicit' takes the contact force at the new time; 'lagged' at the old one, as equation 2 of
+    the paper is printed, which raises the restitution."""
+    points_per_impact: Annotated[int, Whole(1, 100_000)] = 16
+    """Least number of steps in an impact; fewer are reported."""
 
     @field_validator("time_step")
     @classmethod
@@ -51,24 +48,14 @@ class FrequencyGrid(Section):
     earthquakes.
     """
 
-    list: Literal["logarithmic", "rg1.122"] = Field(
-        default="logarithmic", description="The rule: 'logarithmic' or 'rg1.122', see above."
-    )
-    minimum: Frequency | None = Field(
-        default=None,
-        validate_default=True,
-        description="Lowest frequency; required by 'logarithmic', fixed in 'rg1.122'.",
-    )
-    maximum: Frequency | None = Field(
-        default=None,
-        validate_default=True,
-        description="Highest frequency; required by 'logarithmic', above 34 Hz in 'rg1.122'.",
-    )
-    per_decade: Annotated[int, Whole(1)] = Field(
-        default=100,
-        validate_default=True,
-        description="Number of logarithmic frequencies in a decade, at least.",
-    )
+    list: Literal["logarithmic", "rg1.122"] = "logarithmic"
+    """The rule: 'logarithmic' or 'rg1.122', see above."""
+    minimum: Frequency | None = Field(default=None, validate_default=True)
+    """Lowest frequency; required by 'logarithmic', fixed in 'rg1.122'."""
+    maximum: Frequency | None = Field(default=None, validate_default=True)
+    """Highest frequency; required by 'logarithmic', above 34 Hz in 'rg1.122'."""
+    per_decade: Annotated[int, Whole(1)] = Field(default=100, validate_default=True)
+    """Number of logarithmic frequencies in a decade, at least."""
 
     @field_validator("minimum")
     @classmethod
@@ -130,33 +117,26 @@ def _form(value: Any) -> str:
 class Spectra(Section):
     """Floor response spectra: their dampings, frequencies and accuracy."""
 
-    damping: tuple[DampingRatio, ...] = Field(
-        min_length=1, description="Damping ratios of the oscillators."
-    )
+    damping: tuple[DampingRatio, ...] = Field(min_length=1)
+    """Damping ratios of the oscillators."""
     frequencies: Annotated[
         Annotated[FrequencyGrid, Tag("grid")]
         | Annotated[tuple[Frequency, ...], Field(min_length=1), Tag("list")],
         Discriminator(_form),
-    ] = Field(description="Frequencies of the oscillators: a list by rule, or the frequencies.")
-    points_per_cycle: Annotated[int, Whole(2, 1000)] = Field(
-        default=20, description="Least number of samples in a cycle of the highest frequency."
-    )
-    method: Literal["upsampled", "in-step"] = Field(
-        default="upsampled",
-        description="'upsampled' makes the record finer once, band-limited; 'in-step' looks for "
-        "the maximum inside each step of the record as it is.",
-    )
-    broadening: Annotated[float, Ratio(at_least=0, below=1)] = Field(
-        default=0.15,
-        description="How far the peaks of the floors' design spectra are broadened, of their "
-        "frequency to either side; Regulatory Guide 1.122 gives 15 %, and at least 10 % where the "
-        "uncertainty of the frequencies is computed. 0 leaves the peaks as computed.",
-    )
-    clipping: StrictBool = Field(
-        default=False,
-        description="Whether narrow peaks are reduced by 15 % before they are broadened, at "
-        "dampings below 10 %, as ASCE 4-98, section 3.4.2.3, allows.",
-    )
+    ]
+    """Frequencies of the oscillators: a list by rule, or the frequencies."""
+    points_per_cycle: Annotated[int, Whole(2, 1000)] = 20
+    """Least number of samples in a cycle of the highest frequency."""
+    method: Literal["upsampled", "in-step"] = "upsampled"
+    """'upsampled' makes the record finer once, band-limited; 'in-step' looks for the maximum inside
+    each step of the record as it is."""
+    broadening: Annotated[float, Ratio(at_least=0, below=1)] = 0.15
+    """How far the peaks of the floors' design spectra are broadened, of their frequency to either
+    side; Regulatory Guide 1.122 gives 15 %, and at least 10 % where the uncertainty of the
+    frequencies is computed. 0 leaves the peaks as computed."""
+    clipping: StrictBool = False
+    """Whether narrow peaks are reduced by 15 % before they are broadened, at dampings below 10 %,
+    as ASCE 4-98, section 3.4.2.3, allows."""
 
     @field_validator("frequencies")
     @classmethod

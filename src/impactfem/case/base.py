@@ -93,7 +93,7 @@ class Written:
 class Section(BaseModel):
     """A table of the case file: frozen, and a key it does not know is an error."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
 def present(info: ValidationInfo, names: Iterable[str]) -> bool:

@@ -38,19 +38,14 @@ from impactfem.system.errors import Fault
 class Material(Section):
     """An isotropic, linear elastic material."""
 
-    young_modulus: Stress = Field(description="Young's modulus E.")
-    poisson_ratio: Annotated[float, Ratio(at_least=0, below=0.5)] = Field(
-        description="Poisson's ratio ν."
-    )
-    density: Density | None = Field(
-        default=None,
-        description="Mass density; the sticks take their masses from the floor table instead.",
-    )
-    compressive_strength: Stress | None = Field(
-        default=None,
-        description="Compressive strength, which the mean bearing pressure of an impact is "
-        "compared with.",
-    )
+    young_modulus: Stress
+    """Young's modulus E."""
+    poisson_ratio: Annotated[float, Ratio(at_least=0, below=0.5)]
+    """Poisson's ratio ν."""
+    density: Density | None = None
+    """Mass density; the sticks take their masses from the floor table instead."""
+    compressive_strength: Stress | None = None
+    """Compressive strength, which the mean bearing pressure of an impact is compared with."""
 
 
 MOST_FLOORS = 200
@@ -99,38 +94,40 @@ class Floor(Section):
     area along y and ``A_vz`` the one along x; ``I_z`` is close to I_x + I_y there and so polar.
     """
 
-    floor: Annotated[int, Whole(1)] = Field(description="Number of the floor, increasing upwards.")
-    mass: Mass = Field(description="Mass of the floor, lumped at its mass centre.")
-    Jx: Inertia = Field(description="Moment of inertia of the floor's mass about x.")
-    Jy: Inertia = Field(description="Moment of inertia of the floor's mass about y.")
-    Jz: Inertia = Field(description="Moment of inertia of the floor's mass about z.")
-    Ix: SecondMoment = Field(description="Second moment of area of the storey, bending about x.")
-    Iy: SecondMoment = Field(description="Second moment of area of the storey, bending about y.")
-    Iz: SecondMoment = Field(description="Torsion constant of the storey about z.")
-    A: Area = Field(description="Area of the storey's cross-section.")
-    Avy: Area = Field(description="Shear area of the storey along y.")
-    Avz: Area = Field(description="Shear area of the storey along x.")
-    storey_height: PositiveLength = Field(
-        description="Height of the storey between mass centres; of the lowest one from the base."
-    )
-    storey_height_min: PositiveLength = Field(
-        default=math.nan,
-        description="Lower bound of the height in the calibration; default the height itself.",
-    )
-    storey_height_max: PositiveLength = Field(
-        default=math.nan,
-        description="Upper bound of the height in the calibration; default the height itself.",
-    )
-    storey_stiffness_factor: PositiveFactor = Field(
-        default=1.0,
-        description="Factor on all stiffnesses of this storey, besides the building's.",
-    )
-    length: Annotated[float | None, Quantity(LENGTH, above=0)] = Field(
-        default=None, description="Length of this floor along x; default that of the building."
-    )
-    width: Annotated[float | None, Quantity(LENGTH, above=0)] = Field(
-        default=None, description="Width of this floor along y; default that of the building."
-    )
+    floor: Annotated[int, Whole(1)]
+    """Number of the floor, increasing upwards."""
+    mass: Mass
+    """Mass of the floor, lumped at its mass centre."""
+    Jx: Inertia
+    """Moment of inertia of the floor's mass about x."""
+    Jy: Inertia
+    """Moment of inertia of the floor's mass about y."""
+    Jz: Inertia
+    """Moment of inertia of the floor's mass about z."""
+    Ix: SecondMoment
+    """Second moment of area of the storey, bending about x."""
+    Iy: SecondMoment
+    """Second moment of area of the storey, bending about y."""
+    Iz: SecondMoment
+    """Torsion constant of the storey about z."""
+    A: Area
+    """Area of the storey's cross-section."""
+    Avy: Area
+    """Shear area of the storey along y."""
+    Avz: Area
+    """Shear area of the storey along x."""
+    storey_height: PositiveLength
+    """Height of the storey between mass centres; of the lowest one from the base."""
+    storey_height_min: PositiveLength = math.nan
+    """Lower bound of the height in the calibration; default the height itself."""
+    storey_height_max: PositiveLength = math.nan
+    """Upper bound of the height in the calibration; default the height itself."""
+    storey_stiffness_factor: PositiveFactor = 1.0
+    """Factor on all stiffnesses of this storey, besides the building's."""
+    length: Annotated[float | None, Quantity(LENGTH, above=0)] = None
+    """Length of this floor along x; default that of the building."""
+    width: Annotated[float | None, Quantity(LENGTH, above=0)] = None
+    """Width of this floor along y; default that of the building."""
 
     @model_validator(mode="before")
     @classmethod
@@ -191,48 +188,35 @@ def _order_faults(path: Path, table: Table[Floor]) -> Iterator[Fault]:
 class Building(Section):
     """A building as a stick of storeys and rigid floors, clamped at its base."""
 
-    name: Name = Field(description="Name of the building, unique in the file.")
-    material: Annotated[Material, MaterialOf()] = Field(
-        description="Name of the material of the storeys."
-    )
-    floors: Annotated[tuple[Floor, ...], TableFile(FLOORS, read_floors)] = Field(
-        description="Floor table: a CSV file, one row a floor, bottom to top."
-    )
-    axis: tuple[Length, Length] = Field(
-        default=(0.0, 0.0), description="Position (x, y) of the stick's vertical axis in plan."
-    )
-    base: Length = Field(default=0.0, description="Elevation of the clamped base.")
-    length: PositiveLength | None = Field(
-        default=None,
-        description="Length of the floors along x, with the axis in the middle. Only the search "
-        "for facing floors that are in no pair uses it; left out, offsets of [[contacts]] and a "
-        "generated mesh say how far the edges are.",
-    )
-    width: PositiveLength | None = Field(
-        default=None, description="Width of the floors along y, as length."
-    )
-    setback: Depth = Field(
-        default=0.0,
-        description="How far columns and walls stand behind the edges of the floors: so much "
-        "later a neighbour's floor meets a storey. Only the search for facing floors uses it.",
-    )
-    rigid_below: Depth = Field(
-        description="Rigid zone from a floor's mass centre down to the lower edge of its beams."
-    )
-    rigid_above: Depth = Field(
-        description="Rigid zone from a floor's mass centre up to the upper edge of its beams."
-    )
-    stiffness_factor: PositiveFactor = Field(
-        default=1.0, description="Factor on all stiffnesses of the storeys."
-    )
-    second_moment_factor: PositiveFactor = Field(
-        default=1.0, description="Factor on the second moments of area I_x and I_y of the storeys."
-    )
-    damping: Damping = Field(
-        default=None,
-        validate_default=True,
-        description="Damping of this building in place of [damping].",
-    )
+    name: Name
+    """Name of the building, unique in the file."""
+    material: Annotated[Material, MaterialOf()]
+    """Name of the material of the storeys."""
+    floors: Annotated[tuple[Floor, ...], TableFile(FLOORS, read_floors)]
+    """Floor table: a CSV file, one row a floor, bottom to top."""
+    axis: tuple[Length, Length] = (0.0, 0.0)
+    """Position (x, y) of the stick's vertical axis in plan."""
+    base: Length = 0.0
+    """Elevation of the clamped base."""
+    length: PositiveLength | None = None
+    """Length of the floors along x, with the axis in the middle. Only the search for facing floors
+    that are in no pair uses it; left out, offsets of [[contacts]] and a generated mesh say how far
+    the edges are."""
+    width: PositiveLength | None = None
+    """Width of the floors along y, as length."""
+    setback: Depth = 0.0
+    """How far columns and walls stand behind the edges of the floors: so much later a neighbour's
+    floor meets a storey. Only the search for facing floors uses it."""
+    rigid_below: Depth
+    """Rigid zone from a floor's mass centre down to the lower edge of its beams."""
+    rigid_above: Depth
+    """Rigid zone from a floor's mass centre up to the upper edge of its beams."""
+    stiffness_factor: PositiveFactor = 1.0
+    """Factor on all stiffnesses of the storeys."""
+    second_moment_factor: PositiveFactor = 1.0
+    """Factor on the second moments of area I_x and I_y of the storeys."""
+    damping: Damping = Field(default=None, validate_default=True)
+    """Damping of this building in place of [damping]."""
 
     @field_validator("rigid_above")
     @classmethod

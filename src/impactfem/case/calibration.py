@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, StrictBool, ValidationInfo, field_validator
+from pydantic import StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, nearest, refuse
 from impactfem.case.buildings import Floor, floors_of
@@ -20,18 +20,18 @@ from impactfem.system.errors import Fault
 class Target(Section):
     """What the calibrated stick of a building shall reach in one mode of the bending family."""
 
-    building: Text = Field(description="Name of the building.")
-    mode: Annotated[int, Whole(1)] = Field(
-        description="Number of the mode within the bending family, in the order of frequency."
-    )
-    frequency: Frequency = Field(description="Natural frequency to reach.")
-    effective_mass: Mass = Field(description="Effective modal mass to reach.")
-    frequency_weight: Weight = Field(
-        default=1.0, description="Weight of the relative error of the frequency; 0 leaves it out."
-    )
-    mass_weight: Weight = Field(
-        default=1.0, description="Weight of the relative error of the mass; 0 leaves it out."
-    )
+    building: Text
+    """Name of the building."""
+    mode: Annotated[int, Whole(1)]
+    """Number of the mode within the bending family, in the order of frequency."""
+    frequency: Frequency
+    """Natural frequency to reach."""
+    effective_mass: Mass
+    """Effective modal mass to reach."""
+    frequency_weight: Weight = 1.0
+    """Weight of the relative error of the frequency; 0 leaves it out."""
+    mass_weight: Weight = 1.0
+    """Weight of the relative error of the mass; 0 leaves it out."""
 
 
 def read_targets(
@@ -83,37 +83,26 @@ class Calibration(Section):
     The fitted values are shared by all buildings named in the target table.
     """
 
-    mode: Literal["fit", "given"] = Field(
-        default="fit",
-        description="'fit' fits the sticks to the targets; 'given' takes the values of "
-        "[[buildings]] and reports how far they are from the targets.",
-    )
-    targets: Annotated[tuple[Target, ...], TARGETS] = Field(
-        description="Target table: a CSV file with frequencies and effective masses of modes."
-    )
-    direction: Literal["x", "y"] = Field(
-        description="Direction in which the bending family of the targets moves."
-    )
-    stiffness_factor: tuple[PositiveFactor, PositiveFactor] = Field(
-        description="Bounds of the stiffness factor that the buildings share."
-    )
-    rigid_depth: PositiveLength = Field(
-        description="Depth rigid_below + rigid_above, which is kept; its split is fitted."
-    )
-    height: PositiveLength = Field(
-        description="Height from the base to the highest mass centre, which is kept."
-    )
-    from_structure: StrictBool = Field(
-        default=False,
-        description="Whether the bending modes of the 3D model take the place of the frequencies "
-        "and masses in the target table's rows of its building; their weights stay.",
-    )
-    starts: Annotated[int, Whole(1, 1000)] = Field(
-        default=8, description="Number of starting points of the least-squares fit."
-    )
-    seed: Annotated[int, Whole(0)] = Field(
-        default=0, description="Seed of the random starting points."
-    )
+    mode: Literal["fit", "given"] = "fit"
+    """'fit' fits the sticks to the targets; 'given' takes the values of [[buildings]] and reports
+    how far they are from the targets."""
+    targets: Annotated[tuple[Target, ...], TARGETS]
+    """Target table: a CSV file with frequencies and effective masses of modes."""
+    direction: Literal["x", "y"]
+    """Direction in which the bending family of the targets moves."""
+    stiffness_factor: tuple[PositiveFactor, PositiveFactor]
+    """Bounds of the stiffness factor that the buildings share."""
+    rigid_depth: PositiveLength
+    """Depth rigid_below + rigid_above, which is kept; its split is fitted."""
+    height: PositiveLength
+    """Height from the base to the highest mass centre, which is kept."""
+    from_structure: StrictBool = False
+    """Whether the bending modes of the 3D model take the place of the frequencies and masses in the
+    target table's rows of its building; their weights stay."""
+    starts: Annotated[int, Whole(1, 1000)] = 8
+    """Number of starting points of the least-squares fit."""
+    seed: Annotated[int, Whole(0)] = 0
+    """Seed of the random starting points."""
 
     @field_validator("stiffness_factor")
     @classmethod

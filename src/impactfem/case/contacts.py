@@ -68,25 +68,20 @@ class KelvinVoigtLaw(Section):
     "calibrated" takes a value from the impact of [wall_impact].
     """
 
-    type: Literal["kelvin-voigt"] = Field(description="Spring and dashpot in parallel.")
-    stiffness: CalibratedStiffness = Field(
-        description="Stiffness K_C of the contact; calibrated by the paper's equation 6."
-    )
-    restitution: CalibratedRestitution | None = Field(
-        default=None,
-        description="Coefficient of restitution asked: velocity after over velocity before; "
-        "calibrated by the paper's equation 5.",
-    )
+    type: Literal["kelvin-voigt"]
+    """Spring and dashpot in parallel."""
+    stiffness: CalibratedStiffness
+    """Stiffness K_C of the contact; calibrated by the paper's equation 6."""
+    restitution: CalibratedRestitution | None = None
+    """Coefficient of restitution asked: velocity after over velocity before; calibrated by the
+    paper's equation 5."""
     damping_ratio: Annotated[float, Ratio(at_least=0, below=1)] | None = Field(
-        default=None,
-        validate_default=True,
-        description="Damping ratio ξ_C of the contact, with the reduced mass of the two floors.",
+        default=None, validate_default=True
     )
-    tension: StrictBool = Field(
-        default=True,
-        description="true keeps the tensile force at the end of an impact, as the paper does; "
-        "false clips the force at zero.",
-    )
+    """Damping ratio ξ_C of the contact, with the reduced mass of the two floors."""
+    tension: StrictBool = True
+    """true keeps the tensile force at the end of an impact, as the paper does; false clips the
+    force at zero."""
 
     @field_validator("damping_ratio")
     @classmethod
@@ -115,8 +110,10 @@ def _refuse_word(value: Any) -> Any:
 class HertzLaw(Section):
     """An elastic spring whose force goes with the penetration to the power 1.5."""
 
-    type: Literal["hertz"] = Field(description="Elastic contact of Hertz, without restitution.")
-    stiffness: HertzStiffness = Field(description="Stiffness K of F = K p^1.5.")
+    type: Literal["hertz"]
+    """Elastic contact of Hertz, without restitution."""
+    stiffness: HertzStiffness
+    """Stiffness K of F = K p^1.5."""
 
     _as_given = field_validator("stiffness", mode="before")(_refuse_word)
 
@@ -124,49 +121,42 @@ class HertzLaw(Section):
 class _DampedHertzLaw(Section):
     """What the laws have in common that damp a contact of Hertz."""
 
-    stiffness: HertzStiffness = Field(description="Stiffness K of the elastic part K p^1.5.")
-    restitution: Restitution = Field(
-        description="Coefficient of restitution asked: velocity after over velocity before."
-    )
-    relation: Literal["published", "exact"] = Field(
-        default="published",
-        description="How the damping follows from the restitution: by the formula of the law's "
-        "authors, or so that two free masses get exactly what is asked.",
-    )
+    stiffness: HertzStiffness
+    """Stiffness K of the elastic part K p^1.5."""
+    restitution: Restitution
+    """Coefficient of restitution asked: velocity after over velocity before."""
+    relation: Literal["published", "exact"] = "published"
+    """How the damping follows from the restitution: by the formula of the law's authors, or so that
+    two free masses get exactly what is asked."""
 
     _as_given = field_validator("stiffness", "restitution", mode="before")(_refuse_word)
 
 
 class _SpeedDampedLaw(_DampedHertzLaw):
-    slowest_approach: PositiveSpeed = Field(
-        default=1e-3,
-        description="Least speed of approach that the damping counts with; a contact that begins "
-        "at rest would be damped without bound.",
-    )
+    slowest_approach: PositiveSpeed = 1e-3
+    """Least speed of approach that the damping counts with; a contact that begins at rest would be
+    damped without bound."""
 
 
 class HertzDampLaw(_SpeedDampedLaw):
     """Hertz contact with the damping of Lankarani and Nikravesh: no jump of the force at onset."""
 
-    type: Literal["hertz-damp"] = Field(
-        description="F = K p^1.5 (1 + 3/4 (1 - ε²) v/v_0), Muthukumar and DesRoches 2006."
-    )
+    type: Literal["hertz-damp"]
+    """F = K p^1.5 (1 + 3/4 (1 - ε²) v/v_0), Muthukumar and DesRoches 2006."""
 
 
 class HuntCrossleyLaw(_SpeedDampedLaw):
     """Hertz contact with the damping of Hunt and Crossley: no jump of the force at onset."""
 
-    type: Literal["hunt-crossley"] = Field(
-        description="F = K p^1.5 (1 + 3/2 (1 - ε) v/v_0), Hunt and Crossley 1975."
-    )
+    type: Literal["hunt-crossley"]
+    """F = K p^1.5 (1 + 3/2 (1 - ε) v/v_0), Hunt and Crossley 1975."""
 
 
 class JankowskiLaw(_DampedHertzLaw):
     """Hertz contact that is damped while the floors approach, and elastic while they part."""
 
-    type: Literal["jankowski"] = Field(
-        description="Damped approach, elastic separation; Jankowski 2005 and 2006."
-    )
+    type: Literal["jankowski"]
+    """Damped approach, elastic separation; Jankowski 2005 and 2006."""
 
 
 ContactLaw = KelvinVoigtLaw | HertzLaw | HertzDampLaw | HuntCrossleyLaw | JankowskiLaw
@@ -176,26 +166,20 @@ ContactLawEntry = Annotated[ContactLaw, Field(discriminator="type")]
 class ContactEnd(Section):
     """A point of a building, or one point a floor: on floors, or inside storeys."""
 
-    building: BuildingName = Field(description="Name of the building.")
-    floor: FloorNumbers | None = Field(
-        default=None, description="Floor the point is on; a list makes one pair of points each."
-    )
-    storey: FloorNumbers | None = Field(
-        default=None,
-        validate_default=True,
-        description="In place of floor: the storey below this floor, between its rigid zones.",
-    )
+    building: BuildingName
+    """Name of the building."""
+    floor: FloorNumbers | None = None
+    """Floor the point is on; a list makes one pair of points each."""
+    storey: FloorNumbers | None = Field(default=None, validate_default=True)
+    """In place of floor: the storey below this floor, between its rigid zones."""
     relative_height: Annotated[float, Ratio(above=0, below=1)] | None = Field(
-        default=None,
-        validate_default=True,
-        description="With storey: height of the point in the flexible part, between 0, its lower "
-        "end, and 1, its upper end.",
+        default=None, validate_default=True
     )
-    offset: tuple[Length, Length, Length] = Field(
-        default=(0.0, 0.0, 0.0),
-        description="Vector (x, y, z) from the stick's axis, at the floor's mass centre or the "
-        "height in the storey, to the point.",
-    )
+    """With storey: height of the point in the flexible part, between 0, its lower end, and 1, its
+    upper end."""
+    offset: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    """Vector (x, y, z) from the stick's axis, at the floor's mass centre or the height in the
+    storey, to the point."""
 
     @field_validator("floor", "storey")
     @classmethod
@@ -237,17 +221,18 @@ class ContactEnd(Section):
 class ContactEntry(Section):
     """One pair of points that may touch, or one pair a floor when the ends list floors."""
 
-    a: ContactEnd = Field(description="The point on the first building.")
-    b: ContactEnd = Field(description="The point on the second building.")
-    normal: tuple[Number, Number, Number] = Field(
-        description="Direction (x, y, z) from a to b, of any length."
-    )
-    gap: Depth = Field(description="Distance of the points along the normal at rest.")
-    law: LawName = Field(description="Name of the contact law.")
-    bearing_area: Area | None = Field(
-        default=None,
-        description="Area the force is spread over, for the mean bearing pressure.",
-    )
+    a: ContactEnd
+    """The point on the first building."""
+    b: ContactEnd
+    """The point on the second building."""
+    normal: tuple[Number, Number, Number]
+    """Direction (x, y, z) from a to b, of any length."""
+    gap: Depth
+    """Distance of the points along the normal at rest."""
+    law: LawName
+    """Name of the contact law."""
+    bearing_area: Area | None = None
+    """Area the force is spread over, for the mean bearing pressure."""
 
     @field_validator("b")
     @classmethod

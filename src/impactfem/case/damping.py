@@ -19,20 +19,16 @@ class Damping(Section):
     Either ``ratio`` and ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``.
     """
 
-    ratio: Annotated[float, Ratio(above=0, below=1)] | None = Field(
-        default=None, description="Damping ratio ξ reached at both frequencies."
-    )
-    frequencies: tuple[Frequency, Frequency] | None = Field(
-        default=None,
-        validate_default=True,
-        description="The two frequencies f_1 < f_2 at which the ratio is reached.",
-    )
-    mass_coefficient: Rate | None = Field(
-        default=None, validate_default=True, description="Coefficient α_R of the mass matrix."
-    )
+    ratio: Annotated[float, Ratio(above=0, below=1)] | None = None
+    """Damping ratio ξ reached at both frequencies."""
+    frequencies: tuple[Frequency, Frequency] | None = Field(default=None, validate_default=True)
+    """The two frequencies f_1 < f_2 at which the ratio is reached."""
+    mass_coefficient: Rate | None = Field(default=None, validate_default=True)
+    """Coefficient α_R of the mass matrix."""
     stiffness_coefficient: Annotated[float, Quantity(TIME, at_least=0)] | None = Field(
-        default=None, validate_default=True, description="Coefficient β_R of the stiffness matrix."
+        default=None, validate_default=True
     )
+    """Coefficient β_R of the stiffness matrix."""
 
     @field_validator("frequencies")
     @classmethod
@@ -81,11 +77,9 @@ class Damping(Section):
 class Parts(Section):
     """Parts of the 3D model, by patterns of their names."""
 
-    parts: tuple[Text, ...] = Field(
-        min_length=1,
-        description="Patterns of the names of its parts, with * and ? as in a shell: `floor_*`, "
-        "`column_1_*`. Each part matches one entry or none, and each pattern a part.",
-    )
+    parts: tuple[Text, ...] = Field(min_length=1)
+    """Patterns of the names of its parts, with * and ? as in a shell: `floor_*`, `column_1_*`. Each
+    part matches one entry or none, and each pattern a part."""
 
 
 # The parts come first in the order of the fields, which is that of the bases from right to left.
@@ -120,10 +114,7 @@ class DampingCase(Damping, _Named):
     Either ``ratio`` and ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``.
     """
 
-    restitution: CalibratedRestitution = Field(
-        default="calibrated",
-        description="Coefficient of restitution with this damping, of contact laws of type "
-        "'kelvin-voigt'; calibrated by the impact of [wall_impact] with this damping, for those "
-        "laws that say 'calibrated' where one does. Left out in a case without [wall_impact], the "
-        "laws keep theirs.",
-    )
+    restitution: CalibratedRestitution = "calibrated"
+    """Coefficient of restitution with this damping, of contact laws of type 'kelvin-voigt';
+    calibrated by the impact of [wall_impact] with this damping, for those laws that say
+    'calibrated' where one does. Left out in a case without [wall_impact], the laws keep theirs."""

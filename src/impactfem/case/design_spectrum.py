@@ -26,20 +26,16 @@ _SAME_DAMPING = 1e-6
 class DesignSpectrum(Section):
     """Elastic design spectrum in the form of Eurocode 8, given by its level and corner periods."""
 
-    ground_acceleration: Acceleration = Field(
-        description="Level of the spectrum at zero period: a_g S, the ground acceleration on the "
-        "soil of the site."
-    )
-    amplification: PositiveFactor = Field(
-        default=2.5, description="Ratio of the plateau to the level, at 5 % damping."
-    )
-    corner_periods: tuple[PositiveTime, PositiveTime, PositiveTime] = Field(
-        description="Corner periods T_B < T_C < T_D: the plateau lies between the first two, "
-        "constant velocity between the last two."
-    )
-    type: Literal["corner-periods"] = Field(
-        default="corner-periods", description="Given by its level and corner periods."
-    )
+    ground_acceleration: Acceleration
+    """Level of the spectrum at zero period: a_g S, the ground acceleration on the soil of the
+    site."""
+    amplification: PositiveFactor = 2.5
+    """Ratio of the plateau to the level, at 5 % damping."""
+    corner_periods: tuple[PositiveTime, PositiveTime, PositiveTime]
+    """Corner periods T_B < T_C < T_D: the plateau lies between the first two, constant velocity
+    between the last two."""
+    type: Literal["corner-periods"] = "corner-periods"
+    """Given by its level and corner periods."""
 
     @field_validator("corner_periods")
     @classmethod
@@ -52,45 +48,38 @@ class DesignSpectrum(Section):
 class EurocodeSpectrum(Section):
     """Elastic spectrum of EN 1998-1:2004 with the values that the standard recommends."""
 
-    type: Literal["ec8"] = Field(description="That of EN 1998-1.")
-    spectrum_type: Annotated[int, Whole(1, 2)] = Field(
-        description="Type of spectrum: 2 where no earthquake that matters has a surface-wave "
-        "magnitude above 5.5, else 1."
-    )
-    ground: Ground = Field(
-        description="Type of ground, table 3.1; without influence on the vertical spectrum."
-    )
-    reference_acceleration: Acceleration = Field(
-        description="Reference peak ground acceleration a_gR on ground A."
-    )
-    importance_factor: PositiveFactor = Field(
-        default=1.0, description="Importance factor γ_I on the reference acceleration."
-    )
-    vertical: StrictBool = Field(
-        default=False, description="true gives the vertical spectrum, 3.2.2.3."
-    )
+    type: Literal["ec8"]
+    """That of EN 1998-1."""
+    spectrum_type: Annotated[int, Whole(1, 2)]
+    """Type of spectrum: 2 where no earthquake that matters has a surface-wave magnitude above 5.5,
+    else 1."""
+    ground: Ground
+    """Type of ground, table 3.1; without influence on the vertical spectrum."""
+    reference_acceleration: Acceleration
+    """Reference peak ground acceleration a_gR on ground A."""
+    importance_factor: PositiveFactor = 1.0
+    """Importance factor γ_I on the reference acceleration."""
+    vertical: StrictBool = False
+    """true gives the vertical spectrum, 3.2.2.3."""
 
 
 class DecreeSpectrum(Section):
     """Elastic spectrum of the French decrees: zones of seismicity 1 to 5."""
 
-    type: Literal["french-decree"] = Field(description="That of the French decrees.")
-    text: Literal["ordinary", "special"] = Field(
-        default="ordinary",
-        description="The text: 'ordinary' risk, arrêté of 22 October 2010, or 'special' risk, "
-        "arrêté of 4 October 2010, article 12-3.",
-    )
-    zone: Annotated[int, Whole(1, 5)] = Field(description="Zone of seismicity.")
-    ground: Ground = Field(
-        description="Type of ground; without influence on the vertical spectrum."
-    )
-    importance_factor: PositiveFactor | None = Field(
-        default=None,
-        validate_default=True,
-        description="Importance factor γ_I, default 1; required with text 'special': the "
-        "acceleration of that text over a_gr of the zone (0.4, 0.7, 1.1, 1.6, 3.0 m/s2).",
-    )
-    vertical: StrictBool = Field(default=False, description="true gives the vertical spectrum.")
+    type: Literal["french-decree"]
+    """That of the French decrees."""
+    text: Literal["ordinary", "special"] = "ordinary"
+    """The text: 'ordinary' risk, arrêté of 22 October 2010, or 'special' risk, arrêté of 4 October
+    2010, article 12-3."""
+    zone: Annotated[int, Whole(1, 5)]
+    """Zone of seismicity."""
+    ground: Ground
+    """Type of ground; without influence on the vertical spectrum."""
+    importance_factor: PositiveFactor | None = Field(default=None, validate_default=True)
+    """Importance factor γ_I, default 1; required with text 'special': the acceleration of that text
+    over a_gr of the zone (0.4, 0.7, 1.1, 1.6, 3.0 m/s2)."""
+    vertical: StrictBool = False
+    """true gives the vertical spectrum."""
 
     @field_validator("importance_factor")
     @classmethod
@@ -105,11 +94,11 @@ class DecreeSpectrum(Section):
 class TableSpectrum(Section):
     """Spectrum given by points, straight between them on logarithmic axes."""
 
-    type: Literal["table"] = Field(description="Read from a table.")
-    file: Annotated[Path, FileName(TABLE)] = Field(
-        description="The table (CSV): frequency or period, acceleration, and the damping where "
-        "the table has several."
-    )
+    type: Literal["table"]
+    """Read from a table."""
+    file: Annotated[Path, FileName(TABLE)]
+    """The table (CSV): frequency or period, acceleration, and the damping where the table has
+    several."""
 
     @field_validator("file", mode="wrap")
     @classmethod
@@ -140,17 +129,14 @@ SpectrumEntry = Annotated[
 class SpectrumPoint(Section):
     """One row of the table of a design spectrum."""
 
-    frequency: Frequency = Field(
-        default=math.nan, description="Frequency; the table has this column or the next."
-    )
-    period: PositiveTime = Field(
-        default=math.nan, description="Period; the table has this column or the one before."
-    )
-    acceleration: Acceleration = Field(description="Pseudo-acceleration there.")
-    damping: Annotated[float, Ratio(at_least=0, below=1)] = Field(
-        default=math.nan,
-        description="Damping ratio it holds for; without this column, that of the motion.",
-    )
+    frequency: Frequency = math.nan
+    """Frequency; the table has this column or the next."""
+    period: PositiveTime = math.nan
+    """Period; the table has this column or the one before."""
+    acceleration: Acceleration
+    """Pseudo-acceleration there."""
+    damping: Annotated[float, Ratio(at_least=0, below=1)] = math.nan
+    """Damping ratio it holds for; without this column, that of the motion."""
 
 
 @dataclass(frozen=True)

@@ -26,19 +26,14 @@ STEPS = 8
 class RigidPart(Section):
     """The part of a mode's response that follows the anchor rigidly (Regulatory Guide 1.92)."""
 
-    method: Annotated[tuple[RigidMethod, ...], OneOrMore(get_args(RigidMethod))] = Field(
-        description="'gupta' by two frequencies; 'lindley-yow' by the zero-period acceleration; "
-        "'none': all is periodic. Of a list there is a result each; the first one is reported "
-        "where only one is, further ones are left out where a spectrum says too little for them.",
-    )
-    f1: Frequency | None = Field(
-        default=None, description="Of 'gupta': below it nothing is rigid; default by the spectrum."
-    )
-    f2: Frequency | None = Field(
-        default=None,
-        validate_default=True,
-        description="Of 'gupta': above it all is rigid; default by the spectrum.",
-    )
+    method: Annotated[tuple[RigidMethod, ...], OneOrMore(get_args(RigidMethod))]
+    """'gupta' by two frequencies; 'lindley-yow' by the zero-period acceleration; 'none': all is
+    periodic. Of a list there is a result each; the first one is reported where only one is, further
+    ones are left out where a spectrum says too little for them."""
+    f1: Frequency | None = None
+    """Of 'gupta': below it nothing is rigid; default by the spectrum."""
+    f2: Frequency | None = Field(default=None, validate_default=True)
+    """Of 'gupta': above it all is rigid; default by the spectrum."""
 
     @field_validator("f1", "f2")
     @classmethod
@@ -54,69 +49,42 @@ class RigidPart(Section):
 class DeviceAnalysis(Section):
     """The response spectrum analysis of all devices, and how the detailed one is done."""
 
-    solver: Literal["reduced", "full"] = Field(
-        default="reduced",
-        description="Of the 3D model with the devices in it: 'reduced' on a basis of few vectors; "
-        "'full' integrates all unknowns, without and with impacts, with the building's own damping "
-        "only, which takes much longer. The response spectrum analyses and [[damping_cases]] have "
-        "the basis either way, which is then held against the full order.",
-    )
+    solver: Literal["reduced", "full"] = "reduced"
+    """Of the 3D model with the devices in it: 'reduced' on a basis of few vectors; 'full'
+    integrates all unknowns, without and with impacts, with the building's own damping only, which
+    takes much longer. The response spectrum analyses and [[damping_cases]] have the basis either
+    way, which is then held against the full order."""
 
-    combination: tuple[Combination, ...] = Field(
-        default=("srss", "cqc"),
-        min_length=1,
-        description="Combinations of the modes, a result each: sum of absolute values, root of the "
-        "sum of squares, complete quadratic, double sum with signs ('dsc') and without, 10 %, "
-        "grouping.",
-    )
-    duration: Duration | None = Field(
-        default=None,
-        validate_default=True,
-        description="Duration of the strong motion, for 'dsc' and 'dsc-abs'.",
-    )
-    rigid: RigidPart | None = Field(
-        default=None, description="Rigid part of the modes; left out, all is periodic."
-    )
-    missing_mass: StrictBool = Field(
-        default=True,
-        description="Whether what the modes up to maximum_frequency do not carry is added, with "
-        "the zero-period acceleration.",
-    )
-    directions: Literal["srss", "100-40-40"] = Field(
-        default="srss", description="Combination of the directions."
-    )
-    supports: tuple[SupportRule, ...] = Field(
-        default=("srss", "abs", "envelope"),
-        min_length=1,
-        description="Of devices with several supports: combination of the responses to the "
-        "supports, a result each. 'srss' and 'abs' take them as independent, 'algebraic' as moving "
-        "in step, 'envelope' lets all move in step by the envelope of their spectra.",
-    )
-    displacements: Literal["srss", "abs"] = Field(
-        default="abs",
-        description="Combination of the forces by displacements of the supports against each "
-        "other, among themselves and with the rest.",
-    )
-    envelope_dampings: StrictBool = Field(
-        default=False,
-        description="Whether the analysis is also done with the envelope of the spectra over all "
-        "[[damping_cases]], with those of envelope where a device has any.",
-    )
-    rotations: StrictBool = Field(
-        default=True,
-        description="Whether the analysis is also done with the spectra of the anchor's rotations "
-        "as further input.",
-    )
-    broadening: Annotated[float, Ratio(at_least=0, below=1)] = Field(
-        default=0.15,
-        description="How far the peaks of the spectra are broadened, of their frequency to either "
-        "side, for a result beside that of the spectra as computed; 0 for none.",
-    )
-    time_step: TimeStep | None = Field(
-        default=None,
-        description="Time step of the 3D model with the devices; default an eighth of that of "
-        "[transient].",
-    )
+    combination: tuple[Combination, ...] = Field(default=("srss", "cqc"), min_length=1)
+    """Combinations of the modes, a result each: sum of absolute values, root of the sum of squares,
+    complete quadratic, double sum with signs ('dsc') and without, 10 %, grouping."""
+    duration: Duration | None = Field(default=None, validate_default=True)
+    """Duration of the strong motion, for 'dsc' and 'dsc-abs'."""
+    rigid: RigidPart | None = None
+    """Rigid part of the modes; left out, all is periodic."""
+    missing_mass: StrictBool = True
+    """Whether what the modes up to maximum_frequency do not carry is added, with the zero-period
+    acceleration."""
+    directions: Literal["srss", "100-40-40"] = "srss"
+    """Combination of the directions."""
+    supports: tuple[SupportRule, ...] = Field(default=("srss", "abs", "envelope"), min_length=1)
+    """Of devices with several supports: combination of the responses to the supports, a result
+    each. 'srss' and 'abs' take them as independent, 'algebraic' as moving in step, 'envelope' lets
+    all move in step by the envelope of their spectra."""
+    displacements: Literal["srss", "abs"] = "abs"
+    """Combination of the forces by displacements of the supports against each other, among
+    themselves and with the rest."""
+    envelope_dampings: StrictBool = False
+    """Whether the analysis is also done with the envelope of the spectra over all
+    [[damping_cases]], with those of envelope where a device has any."""
+    rotations: StrictBool = True
+    """Whether the analysis is also done with the spectra of the anchor's rotations as further
+    input."""
+    broadening: Annotated[float, Ratio(at_least=0, below=1)] = 0.15
+    """How far the peaks of the spectra are broadened, of their frequency to either side, for a
+    result beside that of the spectra as computed; 0 for none."""
+    time_step: TimeStep | None = None
+    """Time step of the 3D model with the devices; default an eighth of that of [transient]."""
 
     @field_validator("combination", "supports")
     @classmethod

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present, refuse
 from impactfem.case.leaf import Whole, Words
@@ -31,23 +31,20 @@ class DeviceMode(Section):
     A mode that moves along two axes, or along one and about another, has a row for each.
     """
 
-    frequency: Frequency = Field(description="Natural frequency.")
-    effective_mass: Annotated[float, Quantity(MASS, at_least=0)] = Field(
-        default=0.0, description="Effective mass along the axis; 0 for a mode about one."
-    )
-    effective_inertia: Annotated[float, Quantity(INERTIA, at_least=0)] = Field(
-        default=0.0, description="Effective moment of inertia about the axis; 0 along one."
-    )
-    height: Length = Field(
-        default=0.0,
-        description="Of x and y: where it acts above the anchor, overturning moment over force.",
-    )
+    frequency: Frequency
+    """Natural frequency."""
+    effective_mass: Annotated[float, Quantity(MASS, at_least=0)] = 0.0
+    """Effective mass along the axis; 0 for a mode about one."""
+    effective_inertia: Annotated[float, Quantity(INERTIA, at_least=0)] = 0.0
+    """Effective moment of inertia about the axis; 0 along one."""
+    height: Length = 0.0
+    """Of x and y: where it acts above the anchor, overturning moment over force."""
     direction: Annotated[
         str, Words("'x', 'y', 'z', 'rx', 'ry' or 'rz': along or about an axis", "r?[xyz]")
-    ] = Field(description="How it moves: along an axis, or about one.")
-    damping: Annotated[float | None, Ratio(at_least=0, below=1)] = Field(
-        default=None, description="Damping ratio; without this column, by damping of the device."
-    )
+    ]
+    """How it moves: along an axis, or about one."""
+    damping: Annotated[float | None, Ratio(at_least=0, below=1)] = None
+    """Damping ratio; without this column, by damping of the device."""
 
     # Checked at the only one of these columns that each table has.
     @field_validator("direction")
@@ -172,10 +169,10 @@ class DeviceMatrices(Section):
     the device's own, absolute. Below it is the symmetric matrix, a line a row.
     """
 
-    mass: Annotated[NamedMatrix, MATRIX_FILE] = Field(description="Mass matrix [kg, kg m, kg m2].")
-    stiffness: Annotated[NamedMatrix, MATRIX_FILE] = Field(
-        description="Stiffness matrix [N/m, N, N m]."
-    )
+    mass: Annotated[NamedMatrix, MATRIX_FILE]
+    """Mass matrix [kg, kg m, kg m2]."""
+    stiffness: Annotated[NamedMatrix, MATRIX_FILE]
+    """Stiffness matrix [N/m, N, N m]."""
 
     @field_validator("stiffness")
     @classmethod
@@ -235,17 +232,17 @@ Direction = Annotated[str, Words("'x', 'y' or 'z': along an axis", "[xyz]")]
 class GivenPoint(Section):
     """One row of a table of floor spectra: a point of the spectrum of a direction and damping."""
 
-    frequency: Frequency = Field(description="Frequency, ascending or descending.")
-    acceleration: Acceleration = Field(description="Pseudo-acceleration there.")
-    direction: Direction = Field(description="Direction of the motion.")
-    damping: Annotated[float, Ratio(at_least=0, below=1)] = Field(
-        description="Damping ratio it holds for; those of the modes must lie between the table's."
-    )
-    support: Annotated[int, Whole(1)] = Field(
-        default=0,
-        description="Number of the support, from 1, of a device with several; without this column "
-        "the spectra are those of all.",
-    )
+    frequency: Frequency
+    """Frequency, ascending or descending."""
+    acceleration: Acceleration
+    """Pseudo-acceleration there."""
+    direction: Direction
+    """Direction of the motion."""
+    damping: Annotated[float, Ratio(at_least=0, below=1)]
+    """Damping ratio it holds for; those of the modes must lie between the table's."""
+    support: Annotated[int, Whole(1)] = 0
+    """Number of the support, from 1, of a device with several; without this column the spectra are
+    those of all."""
 
 
 class GivenSpectrum(Section):

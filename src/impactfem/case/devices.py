@@ -52,13 +52,12 @@ _LINE_POINTS = 9
 class DeviceSupport(Section):
     """One of several places where a device is anchored."""
 
-    point: Point = Field(description="The anchor (x, y, z), on a floor of the building.")
-    radius: PositiveLength = Field(
-        description="Radius around it within which the nodes of the floor are tied to it."
-    )
-    envelope: tuple[ProbePattern, ...] = Field(
-        default=(), description="As for a device with one anchor."
-    )
+    point: Point
+    """The anchor (x, y, z), on a floor of the building."""
+    radius: PositiveLength
+    """Radius around it within which the nodes of the floor are tied to it."""
+    envelope: tuple[ProbePattern, ...] = ()
+    """As for a device with one anchor."""
 
     @field_validator("envelope")
     @classmethod
@@ -118,12 +117,18 @@ _TurningSpring = Annotated[
 class BaseStiffness(Section):
     """The springs between the base of a device and its anchor, one a motion; none may be zero."""
 
-    x: _Spring = Field(description="Stiffness along x; 'rigid' lets the base move with the anchor.")
-    y: _Spring = Field(description="Stiffness along y.")
-    z: _Spring = Field(description="Stiffness along z.")
-    rx: _TurningSpring = Field(description="Stiffness about x.")
-    ry: _TurningSpring = Field(description="Stiffness about y.")
-    rz: _TurningSpring = Field(description="Stiffness about z.")
+    x: _Spring
+    """Stiffness along x; 'rigid' lets the base move with the anchor."""
+    y: _Spring
+    """Stiffness along y."""
+    z: _Spring
+    """Stiffness along z."""
+    rx: _TurningSpring
+    """Stiffness about x."""
+    ry: _TurningSpring
+    """Stiffness about y."""
+    rz: _TurningSpring
+    """Stiffness about z."""
 
     @field_validator("x", "y", "z", "rx", "ry", "rz")
     @classmethod
@@ -141,27 +146,24 @@ class BaseStiffness(Section):
 class DeviceBeam(Section):
     """An upright beam from the base of a device to its body."""
 
-    length: PositiveLength = Field(description="Length of the beam.")
-    bending: Annotated[tuple[float, float], OneOrTwo(_BENDING)] = Field(
-        description="Bending stiffness E I; of two, the first one bends about x, which moves along "
-        "y, the second one about y."
-    )
+    length: PositiveLength
+    """Length of the beam."""
+    bending: Annotated[tuple[float, float], OneOrTwo(_BENDING)]
+    """Bending stiffness E I; of two, the first one bends about x, which moves along y, the second
+    one about y."""
     shear: Annotated[tuple[float | Rigid, float | Rigid], OneOrTwo(OrWord(_SECTION, RIGID))] = (
-        Field(
-            default=(RIGID, RIGID),
-            description="Shear stiffness G A_v; of two, along x and along y.",
-        )
+        RIGID,
+        RIGID,
     )
-    stretching: Annotated[float | Rigid, OrWord(_SECTION, RIGID)] = Field(
-        default=RIGID, description="Stiffness E A along the beam."
-    )
-    twisting: Annotated[float | Rigid, OrWord(_BENDING, RIGID)] = Field(
-        default=RIGID, description="Torsional stiffness G J."
-    )
-    mass: Annotated[float, Quantity(units.MASS, at_least=0)] = Field(
-        default=0.0, description="Mass of the whole beam, evenly distributed."
-    )
-    elements: Annotated[int, Whole(1, 1000)] = Field(default=4, description="Number of elements.")
+    """Shear stiffness G A_v; of two, along x and along y."""
+    stretching: Annotated[float | Rigid, OrWord(_SECTION, RIGID)] = RIGID
+    """Stiffness E A along the beam."""
+    twisting: Annotated[float | Rigid, OrWord(_BENDING, RIGID)] = RIGID
+    """Torsional stiffness G J."""
+    mass: Annotated[float, Quantity(units.MASS, at_least=0)] = 0.0
+    """Mass of the whole beam, evenly distributed."""
+    elements: Annotated[int, Whole(1, 1000)] = 4
+    """Number of elements."""
 
 
 _Moment = Annotated[float, Quantity(INERTIA, at_least=0)]
@@ -172,9 +174,12 @@ _BESIDE_MATRICES = "expected nothing here beside matrices: they say how the devi
 class Cylinder(Section):
     """A solid upright cylinder, from whose mass and size its moments of inertia follow."""
 
-    type: Literal["cylinder"] = Field(description="A solid upright cylinder.")
-    radius: PositiveLength = Field(description="Its radius.")
-    length: PositiveLength = Field(description="Its height.")
+    type: Literal["cylinder"]
+    """A solid upright cylinder."""
+    radius: PositiveLength
+    """Its radius."""
+    length: PositiveLength
+    """Its height."""
 
 
 class DeviceSetup(Section):
@@ -185,83 +190,45 @@ class DeviceSetup(Section):
     counted from the anchor.
     """
 
-    name: Name = Field(description="Name of the device, unique in the file.")
-    supports: tuple[DeviceSupport, ...] = Field(
-        default=(),
-        description="In place of point and radius: several anchors, of a device with matrices.",
-    )
-    point: tuple[Length, Length, Length] | None = Field(
-        default=None,
-        validate_default=True,
-        description="Its anchor (x, y, z), on a floor of the building of [structure].",
-    )
-    radius: PositiveLength | None = Field(
-        default=None,
-        validate_default=True,
-        description="Radius around the anchor within which the nodes of the floor are tied to it, "
-        "as to a rigid plate.",
-    )
-    envelope: tuple[ProbePattern, ...] = Field(
-        default=(),
-        description="Probes of [transient] whose spectra, with those of the anchor, make an "
-        "envelope for further response spectrum analyses: names, or patterns with * and ?.",
-    )
-    spectra: Annotated[tuple[GivenSpectrum, ...], SPECTRA_FILE] | None = Field(
-        default=None,
-        description="Floor spectra (CSV) that a further response spectrum analysis is done with: "
-        "frequency, acceleration, direction, damping, and support where the device has several; "
-        "or products/floor_spectra.csv of a run, whose broadened spectra of the floor are taken.",
-    )
-    modes: Annotated[tuple[DeviceMode, ...], MODES_FILE] | None = Field(
-        default=None,
-        description="Table of the modes of the device (CSV), in place of springs and beam.",
-    )
-    matrices: DeviceMatrices | None = Field(
-        default=None,
-        validate_default=True,
-        description="Mass and stiffness matrices of the device, in place of springs and beam.",
-    )
-    mass: Mass | None = Field(
-        default=None,
-        validate_default=True,
-        description="Mass of the body, with mass_height and either inertia or shape; beside modes "
-        "that of the whole device, whose rest follows the anchor.",
-    )
-    mass_height: Length | None = Field(
-        default=None,
-        validate_default=True,
-        description="Height of the mass centre above the anchor.",
-    )
-    inertia: tuple[_Moment, _Moment, _Moment] | None = Field(
-        default=None,
-        description="Moments of inertia of the body about x, y, z through its mass centre.",
-    )
-    shape: Cylinder | None = Field(
-        default=None,
-        validate_default=True,
-        description="In place of inertia: the shape it follows from.",
-    )
-    stiffness: BaseStiffness | None = Field(
-        default=None,
-        validate_default=True,
-        description="Springs between the base of the device and its anchor.",
-    )
-    beam: DeviceBeam | None = Field(
-        default=None,
-        validate_default=True,
-        description="Beam from the base to the body, which sits on its upper end; left out, base "
-        "and body are one.",
-    )
-    damping: Damping | None = Field(
-        default=None,
-        validate_default=True,
-        description="Damping of the device alone, of its mass and stiffness; not needed where "
-        "each row of modes has its own.",
-    )
-    maximum_frequency: Frequency = Field(
-        default=1000.0,
-        description="Modes of the device above it follow the anchor rigidly.",
-    )
+    name: Name
+    """Name of the device, unique in the file."""
+    supports: tuple[DeviceSupport, ...] = ()
+    """In place of point and radius: several anchors, of a device with matrices."""
+    point: tuple[Length, Length, Length] | None = Field(default=None, validate_default=True)
+    """Its anchor (x, y, z), on a floor of the building of [structure]."""
+    radius: PositiveLength | None = Field(default=None, validate_default=True)
+    """Radius around the anchor within which the nodes of the floor are tied to it, as to a rigid
+    plate."""
+    envelope: tuple[ProbePattern, ...] = ()
+    """Probes of [transient] whose spectra, with those of the anchor, make an envelope for further
+    response spectrum analyses: names, or patterns with * and ?."""
+    spectra: Annotated[tuple[GivenSpectrum, ...], SPECTRA_FILE] | None = None
+    """Floor spectra (CSV) that a further response spectrum analysis is done with: frequency,
+    acceleration, direction, damping, and support where the device has several; or
+    products/floor_spectra.csv of a run, whose broadened spectra of the floor are taken."""
+    modes: Annotated[tuple[DeviceMode, ...], MODES_FILE] | None = None
+    """Table of the modes of the device (CSV), in place of springs and beam."""
+    matrices: DeviceMatrices | None = Field(default=None, validate_default=True)
+    """Mass and stiffness matrices of the device, in place of springs and beam."""
+    mass: Mass | None = Field(default=None, validate_default=True)
+    """Mass of the body, with mass_height and either inertia or shape; beside modes that of the
+    whole device, whose rest follows the anchor."""
+    mass_height: Length | None = Field(default=None, validate_default=True)
+    """Height of the mass centre above the anchor."""
+    inertia: tuple[_Moment, _Moment, _Moment] | None = None
+    """Moments of inertia of the body about x, y, z through its mass centre."""
+    shape: Cylinder | None = Field(default=None, validate_default=True)
+    """In place of inertia: the shape it follows from."""
+    stiffness: BaseStiffness | None = Field(default=None, validate_default=True)
+    """Springs between the base of the device and its anchor."""
+    beam: DeviceBeam | None = Field(default=None, validate_default=True)
+    """Beam from the base to the body, which sits on its upper end; left out, base and body are
+    one."""
+    damping: Damping | None = Field(default=None, validate_default=True)
+    """Damping of the device alone, of its mass and stiffness; not needed where each row of modes
+    has its own."""
+    maximum_frequency: Frequency = 1000.0
+    """Modes of the device above it follow the anchor rigidly."""
 
     @property
     def anchors(self) -> tuple[DeviceSupport, ...]:

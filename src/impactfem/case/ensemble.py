@@ -21,25 +21,19 @@ Folder = Annotated[Path, FileName()]
 class Ensemble(Section):
     """Many motions through the sticks: other seeds of the synthetic motions, or other records."""
 
-    motions: Annotated[int, Whole(2, 100_000)] | None = Field(
-        default=None,
-        description="Number of members with synthetic motions; member i takes the seed "
-        "first_seed + i, and a further component a seed of its own.",
-    )
-    first_seed: Annotated[int, Whole(0)] = Field(default=0, description="Seed of the first member.")
-    records: Folder | None = Field(
-        default=None,
-        validate_default=True,
-        description="In place of motions: a folder of records, each in place of the file of the "
-        "case's one motion, with the same scale, component and treatment.",
-    )
+    motions: Annotated[int, Whole(2, 100_000)] | None = None
+    """Number of members with synthetic motions; member i takes the seed first_seed + i, and a
+    further component a seed of its own."""
+    first_seed: Annotated[int, Whole(0)] = 0
+    """Seed of the first member."""
+    records: Folder | None = Field(default=None, validate_default=True)
+    """In place of motions: a folder of records, each in place of the file of the case's one motion,
+    with the same scale, component and treatment."""
 
-    structure_motions: Annotated[int, Whole(0, 100_000)] = Field(
-        default=0,
-        description="Number of members, from the first, that are carried through the 3D model of "
-        "[transient] and the devices, with their impact forces: statistics of design spectra and "
-        "of forces on anchors. 0 carries none; statistics need at least two.",
-    )
+    structure_motions: Annotated[int, Whole(0, 100_000)] = 0
+    """Number of members, from the first, that are carried through the 3D model of [transient] and
+    the devices, with their impact forces: statistics of design spectra and of forces on anchors. 0
+    carries none; statistics need at least two."""
 
     @field_validator("structure_motions")
     @classmethod

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
 from impactfem.case.base import Section, nearest
 from impactfem.case.buildings import floors_of
@@ -39,13 +39,11 @@ class FloorForces(Section):
     [transient].
     """
 
-    file: Annotated[Path, FileName("a table of forces (CSV)")] = Field(
-        description="Table of the forces (CSV): `time [s]`, then a column `<building>.floor_<k> "
-        "[MN]` for each floor; straight between its times, zero outside of them."
-    )
-    direction: tuple[Number, Number, Number] = Field(
-        description="Direction (x, y, z) of positive forces, of any length."
-    )
+    file: Annotated[Path, FileName("a table of forces (CSV)")]
+    """Table of the forces (CSV): `time [s]`, then a column `<building>.floor_<k> [MN]` for each
+    floor; straight between its times, zero outside of them."""
+    direction: tuple[Number, Number, Number]
+    """Direction (x, y, z) of positive forces, of any length."""
 
     @field_validator("file", mode="wrap")
     @classmethod

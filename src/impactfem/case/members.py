@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, TypeVar
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
 from impactfem.case.base import Section, nearest, present, refuse
 from impactfem.case.leaf import LONGEST_NAME, Floors, Storeys, Text, Whole, Words
@@ -195,18 +195,24 @@ class Beam(Line):
     kind: ClassVar[str] = "beam"
     levels_column: ClassVar[str] = "floors"
 
-    beam: MemberName = Field(description="Name of the beam, unique in the table.")
-    floors: Floors = Field(description="Floors it carries.")
-    x1: Length = Field(description="Position along the building of one end.")
-    y1: Length = Field(description="Position across the building of that end.")
-    x2: Length = Field(description="Position along the building of the other end.")
-    y2: Length = Field(description="Position across the building of the other end.")
-    width: PositiveLength = Field(description="Horizontal side of the section.")
-    depth: PositiveLength = Field(description="Vertical side of the section.")
-    offset: Length = Field(
-        default=0.0,
-        description="Height of its axis above the mid-plane of the slab; negative below it.",
-    )
+    beam: MemberName
+    """Name of the beam, unique in the table."""
+    floors: Floors
+    """Floors it carries."""
+    x1: Length
+    """Position along the building of one end."""
+    y1: Length
+    """Position across the building of that end."""
+    x2: Length
+    """Position along the building of the other end."""
+    y2: Length
+    """Position across the building of the other end."""
+    width: PositiveLength
+    """Horizontal side of the section."""
+    depth: PositiveLength
+    """Vertical side of the section."""
+    offset: Length = 0.0
+    """Height of its axis above the mid-plane of the slab; negative below it."""
 
 
 class Column(Member):
@@ -215,14 +221,18 @@ class Column(Member):
     kind: ClassVar[str] = "column"
     levels_column: ClassVar[str] = "storeys"
 
-    column: MemberName = Field(description="Name of the column, unique in the table.")
-    storeys: Storeys = Field(
-        description="Storeys it stands in, each from the floor below to the floor of its number."
-    )
-    x: Length = Field(description="Position along the building.")
-    y: Length = Field(description="Position across the building.")
-    width_x: PositiveLength = Field(description="Side of the section along x.")
-    width_y: PositiveLength = Field(description="Side of the section along y.")
+    column: MemberName
+    """Name of the column, unique in the table."""
+    storeys: Storeys
+    """Storeys it stands in, each from the floor below to the floor of its number."""
+    x: Length
+    """Position along the building."""
+    y: Length
+    """Position across the building."""
+    width_x: PositiveLength
+    """Side of the section along x."""
+    width_y: PositiveLength
+    """Side of the section along y."""
 
     @property
     def coordinates(self) -> dict[str, float]:
@@ -241,15 +251,20 @@ class Wall(Line):
     kind: ClassVar[str] = "wall"
     levels_column: ClassVar[str] = "storeys"
 
-    wall: MemberName = Field(description="Name of the wall, unique in the table.")
-    storeys: Storeys = Field(
-        description="Storeys it stands in, each from the floor below to the floor of its number."
-    )
-    x1: Length = Field(description="Position along the building of the end where bays are counted.")
-    y1: Length = Field(description="Position across the building of that end.")
-    x2: Length = Field(description="Position along the building of the other end.")
-    y2: Length = Field(description="Position across the building of the other end.")
-    thickness: PositiveLength = Field(description="Thickness of the wall.")
+    wall: MemberName
+    """Name of the wall, unique in the table."""
+    storeys: Storeys
+    """Storeys it stands in, each from the floor below to the floor of its number."""
+    x1: Length
+    """Position along the building of the end where bays are counted."""
+    y1: Length
+    """Position across the building of that end."""
+    x2: Length
+    """Position along the building of the other end."""
+    y2: Length
+    """Position across the building of the other end."""
+    thickness: PositiveLength
+    """Thickness of the wall."""
 
 
 class Bay(Section):
@@ -258,13 +273,20 @@ class Bay(Section):
     Two rectangles that touch make one opening of another shape.
     """
 
-    bay: Text = Field(description="Name or index of the bay; several may share it.")
-    wall: Text = Field(description="Name of the wall it is in.")
-    storey: Annotated[int, Whole(1)] = Field(description="The storey it is in.")
-    centre: Length = Field(description="Position of its middle along the wall, from (x1, y1).")
-    sill: Depth = Field(description="Height of its lower edge above the floor below it.")
-    width: PositiveLength = Field(description="Width of the opening.")
-    height: PositiveLength = Field(description="Height of the opening.")
+    bay: Text
+    """Name or index of the bay; several may share it."""
+    wall: Text
+    """Name of the wall it is in."""
+    storey: Annotated[int, Whole(1)]
+    """The storey it is in."""
+    centre: Length
+    """Position of its middle along the wall, from (x1, y1)."""
+    sill: Depth
+    """Height of its lower edge above the floor below it."""
+    width: PositiveLength
+    """Width of the opening."""
+    height: PositiveLength
+    """Height of the opening."""
 
     @property
     def left(self) -> float:

@@ -28,66 +28,51 @@ from impactfem.case.wall_impact import WallImpactSetup
 class CaseFile(Section):
     """A case of impactfem: buildings side by side, a ground motion, and what is computed."""
 
-    extends: File | None = Field(
-        default=None,
-        description="Another case file, which this one is laid over: it says only what differs.",
-    )
-    title: Text = Field(description="Title of the case, for the report and the figures.")
-    published: Annotated[dict[str, Published], PUBLISHED_FILE] = Field(
-        default={},
-        description="Table of published values (CSV), put beside the results in summary.json.",
-    )
-    materials: dict[Key, Material] = Field(description="Materials by name.")
-    damping: Damping = Field(description="Rayleigh damping of all buildings without their own.")
-    damping_cases: tuple[DampingCase, ...] = Field(
-        default=(), description="Further dampings of all buildings; none: the study is done once."
-    )
-    buildings: tuple[Building, ...] = Field(min_length=1, description="The buildings.")
-    calibration: Calibration | None = Field(
-        default=None, description="Calibration of the sticks; left out, they are taken as given."
-    )
-    structure: Structure | None = Field(
-        default=None, description="The 3D model of one building; left out, there is none."
-    )
-    wall_impact: WallImpactSetup | None = Field(
-        default=None,
-        description="The impact of the 3D model on a rigid wall, which needs [structure]; left "
-        "out, there is none.",
-    )
-    transient: Transient | None = Field(
-        default=None,
-        description="The response of the 3D model in time, which needs [structure]; left out, it "
-        "is not computed.",
-    )
-    devices: tuple[DeviceSetup, ...] = Field(
-        default=(),
-        description="Devices on floors of the 3D model, which need [structure] and [transient].",
-    )
-    device_analysis: DeviceAnalysis | None = Field(
-        default=None, description="How the forces on their anchors are computed."
-    )
-    motions: Annotated[tuple[Motion, ...], Written(tuple[MotionEntry, ...], tuple)] = Field(
-        default=(),
-        description="The ground motions, one a direction; with [[loads]] they may be left out, "
-        "and the ground rests.",
-    )
-    loads: tuple[FloorForces, ...] = Field(
-        default=(), description="Forces on floors in addition to the ground motion."
-    )
-    contact_laws: dict[Key, ContactLawEntry] = Field(
-        default={}, description="Laws of the contact force by name."
-    )
-    contacts: Annotated[tuple[Contact, ...], Written(tuple[ContactEntry, ...], expand)] = Field(
-        default=(), description="Pairs of points that may touch; none: the buildings never pound."
-    )
-    pounding: Pounding = Field(description="Time integration of the sticks.")
-    spectra: Spectra = Field(description="Response spectra of the floors.")
-    ensemble: Ensemble | None = Field(
-        default=None, description="Ensemble of motions; left out, there is none."
-    )
-    report: Report = Field(
-        default_factory=Report, description="What the report of the run says beside the results."
-    )
+    extends: File | None = None
+    """Another case file, which this one is laid over: it says only what differs."""
+    title: Text
+    """Title of the case, for the report and the figures."""
+    published: Annotated[dict[str, Published], PUBLISHED_FILE] = Field(default={})
+    """Table of published values (CSV), put beside the results in summary.json."""
+    materials: dict[Key, Material]
+    """Materials by name."""
+    damping: Damping
+    """Rayleigh damping of all buildings without their own."""
+    damping_cases: tuple[DampingCase, ...] = ()
+    """Further dampings of all buildings; none: the study is done once."""
+    buildings: tuple[Building, ...] = Field(min_length=1)
+    """The buildings."""
+    calibration: Calibration | None = None
+    """Calibration of the sticks; left out, they are taken as given."""
+    structure: Structure | None = None
+    """The 3D model of one building; left out, there is none."""
+    wall_impact: WallImpactSetup | None = None
+    """The impact of the 3D model on a rigid wall, which needs [structure]; left out, there is
+    none."""
+    transient: Transient | None = None
+    """The response of the 3D model in time, which needs [structure]; left out, it is not
+    computed."""
+    devices: tuple[DeviceSetup, ...] = ()
+    """Devices on floors of the 3D model, which need [structure] and [transient]."""
+    device_analysis: DeviceAnalysis | None = None
+    """How the forces on their anchors are computed."""
+    motions: Annotated[tuple[Motion, ...], Written(tuple[MotionEntry, ...], tuple)] = ()
+    """The ground motions, one a direction; with [[loads]] they may be left out, and the ground
+    rests."""
+    loads: tuple[FloorForces, ...] = ()
+    """Forces on floors in addition to the ground motion."""
+    contact_laws: dict[Key, ContactLawEntry] = Field(default={})
+    """Laws of the contact force by name."""
+    contacts: Annotated[tuple[Contact, ...], Written(tuple[ContactEntry, ...], expand)] = ()
+    """Pairs of points that may touch; none: the buildings never pound."""
+    pounding: Pounding
+    """Time integration of the sticks."""
+    spectra: Spectra
+    """Response spectra of the floors."""
+    ensemble: Ensemble | None = None
+    """Ensemble of motions; left out, there is none."""
+    report: Report = Field(default_factory=Report)
+    """What the report of the run says beside the results."""
 
 
 class Case(CaseFile):

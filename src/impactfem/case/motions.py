@@ -49,29 +49,31 @@ class Component(Words):
 class _Motion(Section):
     """What all ground motions have."""
 
-    direction: Direction = Field(
-        description="Direction in which the ground moves; one motion a direction."
-    )
+    direction: Direction
+    """Direction in which the ground moves; one motion a direction."""
 
 
 class SyntheticMotion(_Motion):
     """A motion synthesised to a design spectrum, with random phases and an envelope."""
 
-    type: Literal["synthetic"] = Field(description="Synthesised to a design spectrum.")
-    seed: Annotated[int, Whole(0)] = Field(description="Seed of the random phases.")
-    pga: Acceleration = Field(description="Peak ground acceleration of the motion.")
-    duration: Duration = Field(description="Duration of the motion.")
-    time_step: TimeStep = Field(description="Time step of the motion.")
-    strong_phase: tuple[Time, Time] = Field(
-        description="Begin and end of the strong phase, in which the envelope is constant."
-    )
-    iterations: Annotated[int, Whole(1, 10_000)] = Field(
-        default=30, description="Number of iterations that match the motion to the spectrum."
-    )
-    damping: Annotated[float, Ratio(above=0, below=1)] = Field(
-        default=0.05, description="Damping ratio of the spectrum that is matched."
-    )
-    spectrum: SpectrumEntry = Field(description="The design spectrum that is matched.")
+    type: Literal["synthetic"]
+    """Synthesised to a design spectrum."""
+    seed: Annotated[int, Whole(0)]
+    """Seed of the random phases."""
+    pga: Acceleration
+    """Peak ground acceleration of the motion."""
+    duration: Duration
+    """Duration of the motion."""
+    time_step: TimeStep
+    """Time step of the motion."""
+    strong_phase: tuple[Time, Time]
+    """Begin and end of the strong phase, in which the envelope is constant."""
+    iterations: Annotated[int, Whole(1, 10_000)] = 30
+    """Number of iterations that match the motion to the spectrum."""
+    damping: Annotated[float, Ratio(above=0, below=1)] = 0.05
+    """Damping ratio of the spectrum that is matched."""
+    spectrum: SpectrumEntry
+    """The design spectrum that is matched."""
 
     @field_validator("time_step")
     @classmethod
@@ -106,45 +108,29 @@ class RecordMotion(_Motion):
     ``resample``, ``baseline`` "rest", ``scale`` or ``pga``. Each is logged.
     """
 
-    type: Literal["record"] = Field(description="Read from a file.")
-    file: Annotated[Path, FileName("a record")] = Field(
-        description="The record: CSV with units in its header, PEER NGA (.AT2), ESM or ITACA "
-        "(.ASC), COSMOS (.V2c) or CSMIP (.V2) of CESMD, K-NET or KiK-net (.EW, .NS2, ...)."
-    )
-    format: RecordFormat | None = Field(
-        default=None,
-        validate_default=True,
-        description="Format of the file; default by its ending, and by its first lines for .asc, "
-        ".txt and .v2.",
-    )
-    component: Annotated[str, Component()] | None = Field(
-        default=None,
-        description="Which component of a file that holds several: the name of a column, the "
-        "number, orientation or code of a channel.",
-    )
-    baseline: Literal["none", "mean", "linear", "rest"] = Field(
-        default="none",
-        description="Baseline correction: the mean or the straight line of least squares is taken "
-        "out; 'rest' brings end velocity and displacement to zero.",
-    )
-    taper: PositiveTime | None = Field(
-        default=None, description="Time over which half a cosine takes either end to zero."
-    )
-    filter: tuple[Frequency, Frequency] | None = Field(
-        default=None,
-        description="Low and high corner of a Butterworth band-pass of order 4, run forward and "
-        "backward.",
-    )
-    resample: TimeStep | None = Field(
-        default=None, description="Time step that the record is brought to, band-limited."
-    )
-    scale: Annotated[float, Ratio(above=0)] = Field(
-        default=1.0, description="Factor on the accelerations of the record."
-    )
-    pga: Acceleration | None = Field(
-        default=None,
-        description="Peak ground acceleration the record is scaled to, in place of scale.",
-    )
+    type: Literal["record"]
+    """Read from a file."""
+    file: Annotated[Path, FileName("a record")]
+    """The record: CSV with units in its header, PEER NGA (.AT2), ESM or ITACA (.ASC), COSMOS (.V2c)
+    or CSMIP (.V2) of CESMD, K-NET or KiK-net (.EW, .NS2, ...)."""
+    format: RecordFormat | None = Field(default=None, validate_default=True)
+    """Format of the file; default by its ending, and by its first lines for .asc, .txt and .v2."""
+    component: Annotated[str, Component()] | None = None
+    """Which component of a file that holds several: the name of a column, the number, orientation
+    or code of a channel."""
+    baseline: Literal["none", "mean", "linear", "rest"] = "none"
+    """Baseline correction: the mean or the straight line of least squares is taken out; 'rest'
+    brings end velocity and displacement to zero."""
+    taper: PositiveTime | None = None
+    """Time over which half a cosine takes either end to zero."""
+    filter: tuple[Frequency, Frequency] | None = None
+    """Low and high corner of a Butterworth band-pass of order 4, run forward and backward."""
+    resample: TimeStep | None = None
+    """Time step that the record is brought to, band-limited."""
+    scale: Annotated[float, Ratio(above=0)] = 1.0
+    """Factor on the accelerations of the record."""
+    pga: Acceleration | None = None
+    """Peak ground acceleration the record is scaled to, in place of scale."""
 
     @field_validator("format")
     @classmethod

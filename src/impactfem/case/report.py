@@ -27,13 +27,15 @@ Kind = Literal["result", "input", "fitted", "scaled", "selected", "derived"]
 class PublishedRow(Section):
     """One row of the table of published values, in the units of the publication."""
 
-    name: Text = Field(description="Name of the result, as in summary.json.")
-    value: Text = Field(
-        description="The published value; '> 110' or '< 110' where an inequality is published, "
-        "which then holds or does not, whatever the tolerance."
-    )
-    unit: Text = Field(description="Unit of the value; '-' when it has none.")
-    source: Text = Field(description="Where it is published: table, figure or section.")
+    name: Text
+    """Name of the result, as in summary.json."""
+    value: Text
+    """The published value; '> 110' or '< 110' where an inequality is published, which then holds or
+    does not, whatever the tolerance."""
+    unit: Text
+    """Unit of the value; '-' when it has none."""
+    source: Text
+    """Where it is published: table, figure or section."""
 
 
 class Published(Section):
@@ -99,69 +101,68 @@ REFERENCE = "what the study stands beside (TOML)"
 class ReferenceValue(Section):
     """A result that has a published value, and how near it has to come."""
 
-    name: Text = Field(description="Name of the result, as in summary.json and in 'published'.")
-    tolerance: Weight = Field(
-        description="Largest difference from the published value that counts as reproduced; an "
-        "inequality has none, it holds or does not."
-    )
-    reason: Prose | None = Field(default=None, description="Why it differs by more, if it does.")
+    name: Text
+    """Name of the result, as in summary.json and in 'published'."""
+    tolerance: Weight
+    """Largest difference from the published value that counts as reproduced; an inequality has
+    none, it holds or does not."""
+    reason: Prose | None = None
+    """Why it differs by more, if it does."""
 
 
 class ReferenceItem(Section):
     """An equation, figure or table of a publication, with its place in the run."""
 
-    kind: Literal["equation", "figure", "table"] = Field(description="What it is.")
-    number: Text = Field(description="Its number in the publication.")
-    title: Text = Field(description="What it shows.")
-    shows: tuple[Text, ...] = Field(
-        default=(),
-        description="Files of the run that show ours, relative to its folder; * for any letters.",
-    )
-    tells: Prose | None = Field(
-        default=None, description="What is to be said of ours: where it differs and why."
-    )
-    given: StrictBool = Field(
-        default=False, description="Whether all that it prints is an input of the case."
-    )
-    values: tuple[ReferenceValue, ...] = Field(default=(), description="Results compared.")
+    kind: Literal["equation", "figure", "table"]
+    """What it is."""
+    number: Text
+    """Its number in the publication."""
+    title: Text
+    """What it shows."""
+    shows: tuple[Text, ...] = ()
+    """Files of the run that show ours, relative to its folder; * for any letters."""
+    tells: Prose | None = None
+    """What is to be said of ours: where it differs and why."""
+    given: StrictBool = False
+    """Whether all that it prints is an input of the case."""
+    values: tuple[ReferenceValue, ...] = ()
+    """Results compared."""
 
 
 class GivenValues(Section):
     """Published values that ours did not have to find: they never count as reproduced."""
 
-    kind: Literal["input", "fitted", "scaled", "selected", "derived"] = Field(
-        description="'input': ours is an input, or follows from inputs by a formula alone; "
-        "'fitted': a parameter was fitted to it; 'scaled': ours was scaled to it; 'selected': ours "
-        "is one of many that were tried, chosen because it comes near; 'derived': the publication "
-        "does not print it, it was derived from what it prints."
-    )
-    names: tuple[Text, ...] = Field(
-        min_length=1, description="Names of the table of published values; * for any letters."
-    )
-    reason: Prose = Field(
-        description="What was given, fitted, scaled, selected or derived, and how."
-    )
+    kind: Literal["input", "fitted", "scaled", "selected", "derived"]
+    """'input': ours is an input, or follows from inputs by a formula alone; 'fitted': a parameter
+    was fitted to it; 'scaled': ours was scaled to it; 'selected': ours is one of many that were
+    tried, chosen because it comes near; 'derived': the publication does not print it, it was
+    derived from what it prints."""
+    names: tuple[Text, ...] = Field(min_length=1)
+    """Names of the table of published values; * for any letters."""
+    reason: Prose
+    """What was given, fitted, scaled, selected or derived, and how."""
 
 
 class Assumption(Section):
     """Something that is assumed, and why."""
 
-    text: Prose = Field(description="What is assumed.")
-    reason: Prose = Field(description="Why, and what it does to the results as far as it is known.")
+    text: Prose
+    """What is assumed."""
+    reason: Prose
+    """Why, and what it does to the results as far as it is known."""
 
 
 class Reference(Section):
     """A publication that a case reproduces, place by place."""
 
-    title: Text = Field(description="The publication.")
-    assumptions: tuple[Assumption, ...] = Field(
-        default=(), description="What it leaves out, and what the case takes in its place."
-    )
-    given: tuple[GivenValues, ...] = Field(
-        default=(),
-        description="Published values that are no test of ours; all others are results.",
-    )
-    items: tuple[ReferenceItem, ...] = Field(description="Its equations, figures and tables.")
+    title: Text
+    """The publication."""
+    assumptions: tuple[Assumption, ...] = ()
+    """What it leaves out, and what the case takes in its place."""
+    given: tuple[GivenValues, ...] = ()
+    """Published values that are no test of ours; all others are results."""
+    items: tuple[ReferenceItem, ...]
+    """Its equations, figures and tables."""
 
     def kind(self, name: str) -> Kind:
         """What a result of ours is beside the published value of the same name."""
@@ -252,11 +253,8 @@ REFERENCE_FILE = TableFile(REFERENCE, _read_reference, None, sited=True)
 class Report(Section):
     """The report that a run ends in: one page that shows all results with their checks."""
 
-    reference: Annotated[Reference, REFERENCE_FILE] | None = Field(
-        default=None,
-        description="Equations, figures and tables of a publication, with tolerances (TOML); the "
-        "report puts the results beside them.",
-    )
-    assumptions: tuple[Assumption, ...] = Field(
-        default=(), description="What the case assumes, beside what the method does."
-    )
+    reference: Annotated[Reference, REFERENCE_FILE] | None = None
+    """Equations, figures and tables of a publication, with tolerances (TOML); the report puts the
+    results beside them."""
+    assumptions: tuple[Assumption, ...] = ()
+    """What the case assumes, beside what the method does."""

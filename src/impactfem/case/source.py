@@ -11,6 +11,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
+from impactfem.case.base import nearest
 from impactfem.case.leaf import FileName
 from impactfem.case.place import Place, dotted, field_at, value_at
 from impactfem.system.errors import CONTROL, Fault, InputError
@@ -67,7 +68,8 @@ def read_source(path: Path, model: type[BaseModel]) -> Source:
     """Read a case file and those it extends, and lay it over them.
 
     Tables are laid over one another key by key; a list and any other value replaces what the
-    extended file says, and so does a table of another ``type``.
+    extended file says, and so does a table of another ``type``. A table in the place of an array of
+    tables with names is laid over those of its keys: ``[buildings.B1]``.
 
     Args:
         path: The case file.
@@ -185,7 +187,14 @@ def _lay_over(
     """
     for key, value in over.items():
         place, below = (*table, key), under.get(key)
-        if isinstance(value, dict) and isinstance(below, dict) and _same_type(below, value):
+        named = _by_name(below) if isinstance(value, dict) else {}
+        if named and value and all(isinstance(table, dict) for table in value.values()):
+            for name, table in value.items():
+                if name not in named:
+                    expected = f"no table of this name is extended; {nearest(name, list(named))}"
+                    raise InputError([Fault(file, dotted((*place, name)), None, expected)])
+                _lay_over(below[named[name]], table, (*place, named[name]), file, speakers)
+        elif isinstance(value, dict) and isinstance(below, dict) and _same_type(below, value):
             _lay_over(below, value, place, file, speakers)
         else:
             if key in under:
@@ -195,6 +204,14 @@ def _lay_over(
             if isinstance(value, dict):
                 _lay_over(under[key], value, place, file, speakers)
         speakers[place] = file
+
+
+def _by_name(below: Any) -> dict[str, int]:
+    """The index of each table of an array of tables by its name; none where one has none."""
+    tables = below if isinstance(below, list) else []
+    names = [table.get("name") if isinstance(table, dict) else None for table in tables]
+    known = {name: k for k, name in enumerate(names) if isinstance(name, str)}
+    return known if len(known) == len(names) else {}
 
 
 def _same_type(below: dict[str, Any], above: dict[str, Any]) -> bool:

@@ -26,28 +26,23 @@ from impactfem.case.reading import TableFile, reading_of
 class ShellGroup(Section):
     """The thickness of shells, by the names of their physical groups."""
 
-    groups: Text = Field(
-        description="Pattern of the names of the groups, with * and ? as in a shell: `floor_*`."
-    )
-    thickness: PositiveLength = Field(description="Thickness of the shells.")
+    groups: Text
+    """Pattern of the names of the groups, with * and ? as in a shell: `floor_*`."""
+    thickness: PositiveLength
+    """Thickness of the shells."""
 
 
 class BeamGroup(Section):
     """The rectangular section of beams or columns, by the names of their physical groups."""
 
-    groups: Text = Field(
-        description="Pattern of the names of the groups, with * and ? as in a shell: `column_*`."
-    )
-    width: PositiveLength = Field(
-        description="Side of the section: of beams the horizontal one, of columns that along x."
-    )
-    depth: PositiveLength = Field(
-        description="Side of the section: of beams the vertical one, of columns that along y."
-    )
-    offset: Length = Field(
-        default=0.0,
-        description="Of beams: height of the axis above the line of nodes; negative below it.",
-    )
+    groups: Text
+    """Pattern of the names of the groups, with * and ? as in a shell: `column_*`."""
+    width: PositiveLength
+    """Side of the section: of beams the horizontal one, of columns that along x."""
+    depth: PositiveLength
+    """Side of the section: of beams the vertical one, of columns that along y."""
+    offset: Length = 0.0
+    """Of beams: height of the axis above the line of nodes; negative below it."""
 
 
 class FileMesh(Section):
@@ -57,16 +52,14 @@ class FileMesh(Section):
     pattern.
     """
 
-    type: Literal["file"] = Field(description="Read from a file.")
-    file: Annotated[Path, FileName("a mesh of gmsh (.msh)")] = Field(
-        description="The mesh: a .msh file of gmsh."
-    )
-    shells: tuple[ShellGroup, ...] = Field(
-        min_length=1, description="Thicknesses of the groups of shells."
-    )
-    beams: tuple[BeamGroup, ...] = Field(
-        default=(), description="Sections of the groups of beams and columns."
-    )
+    type: Literal["file"]
+    """Read from a file."""
+    file: Annotated[Path, FileName("a mesh of gmsh (.msh)")]
+    """The mesh: a .msh file of gmsh."""
+    shells: tuple[ShellGroup, ...] = Field(min_length=1)
+    """Thicknesses of the groups of shells."""
+    beams: tuple[BeamGroup, ...] = ()
+    """Sections of the groups of beams and columns."""
 
     @field_validator("shells", "beams")
     @classmethod
@@ -105,8 +98,10 @@ _BAYS = TableFile(
 class Acroterion(Section):
     """The low wall on the edges of the top floor."""
 
-    height: PositiveLength = Field(description="Height above the mid-plane of the top slab.")
-    thickness: PositiveLength = Field(description="Thickness of the low wall.")
+    height: PositiveLength
+    """Height above the mid-plane of the top slab."""
+    thickness: PositiveLength
+    """Thickness of the low wall."""
 
 
 class GeneratedMesh(Section):
@@ -115,41 +110,36 @@ class GeneratedMesh(Section):
     Positions in plan are counted from a corner of the building, x along its length, y across.
     """
 
-    type: Literal["generated"] = Field(description="Made by the generator from tables.")
-    length: Extent = Field(description="Length of the rectangular plan, along x.")
-    width: Extent = Field(description="Width of the plan, along y.")
-    slab_thickness: PositiveLength = Field(description="Thickness of all slabs.")
-    walls: Annotated[tuple[Wall, ...], _member_file(Wall)] = Field(
-        description="Wall table: a CSV file, one row a wall."
-    )
-    bays: Annotated[tuple[Bay, ...], _BAYS] = Field(
-        default=(), description="Bay table: a CSV file, one row an opening in a wall."
-    )
-    beams: Annotated[tuple[Beam, ...], _member_file(Beam)] = Field(
-        default=(), description="Beam table: a CSV file, one row a beam."
-    )
-    columns: Annotated[tuple[Column, ...], _member_file(Column)] = Field(
-        default=(), description="Column table: a CSV file, one row a column."
-    )
-    acroterion: Acroterion | None = Field(
-        default=None, description="Low wall on the edges of the top floor; default none."
-    )
-    impact_edge: Literal["x-", "x+", "y-", "y+"] = Field(
-        description="Side of the plan that faces the other building."
-    )
-    size: ElementSize = Field(description="Target size of the elements.")
-    floor_size: ElementSize | None = Field(
-        default=None, description="Target size in the slabs, in place of size."
-    )
-    storey_size: ElementSize | None = Field(
-        default=None, description="Target size in the walls, in place of size."
-    )
-    beam_size: ElementSize | None = Field(
-        default=None, description="Target size along the beams, in place of size."
-    )
-    column_size: ElementSize | None = Field(
-        default=None, description="Target size along the columns, in place of size."
-    )
+    type: Literal["generated"]
+    """Made by the generator from tables."""
+    length: Extent
+    """Length of the rectangular plan, along x."""
+    width: Extent
+    """Width of the plan, along y."""
+    slab_thickness: PositiveLength
+    """Thickness of all slabs."""
+    walls: Annotated[tuple[Wall, ...], _member_file(Wall)]
+    """Wall table: a CSV file, one row a wall."""
+    bays: Annotated[tuple[Bay, ...], _BAYS] = ()
+    """Bay table: a CSV file, one row an opening in a wall."""
+    beams: Annotated[tuple[Beam, ...], _member_file(Beam)] = ()
+    """Beam table: a CSV file, one row a beam."""
+    columns: Annotated[tuple[Column, ...], _member_file(Column)] = ()
+    """Column table: a CSV file, one row a column."""
+    acroterion: Acroterion | None = None
+    """Low wall on the edges of the top floor; default none."""
+    impact_edge: Literal["x-", "x+", "y-", "y+"]
+    """Side of the plan that faces the other building."""
+    size: ElementSize
+    """Target size of the elements."""
+    floor_size: ElementSize | None = None
+    """Target size in the slabs, in place of size."""
+    storey_size: ElementSize | None = None
+    """Target size in the walls, in place of size."""
+    beam_size: ElementSize | None = None
+    """Target size along the beams, in place of size."""
+    column_size: ElementSize | None = None
+    """Target size along the columns, in place of size."""
 
 
 Mesh = GeneratedMesh | FileMesh
@@ -158,16 +148,17 @@ Mesh = GeneratedMesh | FileMesh
 class FrequencyFit(Section):
     """Fit of the factor on walls and columns to a known frequency."""
 
-    frequency: Frequency = Field(description="Frequency of the first bending mode to reach.")
-    direction: Literal["x", "y"] = Field(description="Direction in which that mode moves.")
+    frequency: Frequency
+    """Frequency of the first bending mode to reach."""
+    direction: Literal["x", "y"]
+    """Direction in which that mode moves."""
 
 
 class PartMaterial(Parts):
     """The material of some parts of the 3D model, in place of that of the structure."""
 
-    material: Annotated[Material, MaterialOf(dense=True)] = Field(
-        description="Name of the material, which has a density."
-    )
+    material: Annotated[Material, MaterialOf(dense=True)]
+    """Name of the material, which has a density."""
 
 
 class Structure(Section):
@@ -177,43 +168,31 @@ class Structure(Section):
     material and another damping.
     """
 
-    building: BuildingName = Field(description="Name of the building.")
+    building: BuildingName
+    """Name of the building."""
     material: Annotated[Material, MaterialOf(dense=True)] = Field(
-        default=None,
-        validate_default=True,
-        description="Name of the material, which has a density; default that of the building.",
+        default=None, validate_default=True
     )
-    materials: tuple[PartMaterial, ...] = Field(
-        default=(),
-        description="Materials of parts of the 3D model in place of that of the structure. The "
-        "stick has one material.",
-    )
-    storey_stiffness_factor: PositiveFactor = Field(
-        default=1.0,
-        description="Factor on the stiffness of walls and columns, never on that of slabs and "
-        "beams; with calibration the value it starts from.",
-    )
-    calibration: FrequencyFit | None = Field(
-        default=None,
-        description="Fit of storey_stiffness_factor to a frequency; left out, it is as given.",
-    )
-    floor_masses: StrictBool = Field(
-        default=True,
-        description="Whether mass is added until each floor has that of the floor table.",
-    )
-    modes: Annotated[int, Whole(1, 10_000)] = Field(default=20, description="Number of modes.")
-    drilling: PositiveFactor = Field(
-        default=1.0,
-        description="Factor on the drilling stiffness of the shells, shear modulus by thickness.",
-    )
-    damping: tuple[PartDamping, ...] = Field(
-        default=(),
-        description="Damping of parts of the 3D model in place of that of the building; only with "
-        "[transient] solver 'full'.",
-    )
-    mesh: Annotated[Mesh, Field(discriminator="type")] = Field(
-        description="The mesh: generated from tables, or from a file."
-    )
+    """Name of the material, which has a density; default that of the building."""
+    materials: tuple[PartMaterial, ...] = ()
+    """Materials of parts of the 3D model in place of that of the structure. The stick has one
+    material."""
+    storey_stiffness_factor: PositiveFactor = 1.0
+    """Factor on the stiffness of walls and columns, never on that of slabs and beams; with
+    calibration the value it starts from."""
+    calibration: FrequencyFit | None = None
+    """Fit of storey_stiffness_factor to a frequency; left out, it is as given."""
+    floor_masses: StrictBool = True
+    """Whether mass is added until each floor has that of the floor table."""
+    modes: Annotated[int, Whole(1, 10_000)] = 20
+    """Number of modes."""
+    drilling: PositiveFactor = 1.0
+    """Factor on the drilling stiffness of the shells, shear modulus by thickness."""
+    damping: tuple[PartDamping, ...] = ()
+    """Damping of parts of the 3D model in place of that of the building; only with [transient]
+    solver 'full'."""
+    mesh: Annotated[Mesh, Field(discriminator="type")]
+    """The mesh: generated from tables, or from a file."""
 
     @field_validator("building")
     @classmethod

@@ -39,26 +39,18 @@ class Probe(Section):
     contacts may strike; without contacts across the top floor.
     """
 
-    name: Name = Field(description="Name of the probe; that of several ones gets a number each.")
-    point: _Point | None = Field(
-        default=None, description="Coordinates (x, y, z) of one point; the nearest node is taken."
-    )
-    start: _Point | None = Field(
-        default=None, alias="from", description="First of several points on a straight line."
-    )
-    end: _Point | None = Field(
-        default=None, alias="to", validate_default=True, description="Last of these points."
-    )
-    count: Annotated[int, Whole(2, 10_000)] | None = Field(
-        default=None,
-        validate_default=True,
-        description="Number of these points, equally far apart, both ends included.",
-    )
-    group: _GroupName | None = Field(
-        default=None,
-        validate_default=True,
-        description="Physical group of the mesh: every node of it.",
-    )
+    name: Name
+    """Name of the probe; that of several ones gets a number each."""
+    point: _Point | None = None
+    """Coordinates (x, y, z) of one point; the nearest node is taken."""
+    start: _Point | None = Field(default=None, alias="from")
+    """First of several points on a straight line."""
+    end: _Point | None = Field(default=None, alias="to", validate_default=True)
+    """Last of these points."""
+    count: Annotated[int, Whole(2, 10_000)] | None = Field(default=None, validate_default=True)
+    """Number of these points, equally far apart, both ends included."""
+    group: _GroupName | None = Field(default=None, validate_default=True)
+    """Physical group of the mesh: every node of it."""
 
     @field_validator("start")
     @classmethod
@@ -190,94 +182,57 @@ class Transient(Section):
     damping is that of the building, on all its parts that have none of their own.
     """
 
-    solver: Literal["reduced", "full", "both"] = Field(
-        default="reduced",
-        description="'reduced' on a basis of few vectors; 'full' integrates all unknowns, which "
-        "takes much longer, and records the probes only, without maps, waves and export; 'both' "
-        "holds the reduced one against the full one.",
-    )
-    duration: Duration | None = Field(
-        default=None,
-        description="Time that is computed; default what is computed of the sticks, or as long as "
-        "the forces of another program last.",
-    )
-    time_step: TimeStep = Field(description="Time step of the 3D model.")
-    maximum_frequency: Frequency = Field(
-        default=450.0,
-        description="Frequency up to which the reduced basis is good; spectra above are marked.",
-    )
-    tolerance: Annotated[float, Ratio(above=0, below=1)] = Field(
-        default=0.001,
-        description="Relative error of the reduced transfer functions at the probes, by nested "
-        "bases.",
-    )
-    serve_damping_cases: StrictBool = Field(
-        default=False,
-        description="Whether the reduced basis is made for the lightest damping among the "
-        "building's own and those of [[damping_cases]], at maximum_frequency; it then serves all "
-        "of them, with more vectors.",
-    )
-    shift: Frequency = Field(
-        default=SHIFT, description="Frequency that the reduced basis is expanded about."
-    )
-    largest_basis: Annotated[int, Whole(1, 100_000)] = Field(
-        default=1200, description="Largest number of vectors of the reduced basis."
-    )
-    band: Literal["larger", "smaller"] = Field(
-        default="larger",
-        description="What tells the error band of the reduced model: 'larger' bases, of up to a "
-        "fifth more vectors, which take time and memory; or 'smaller' ones, at no cost, whose band "
-        "is often more than ten times too wide.",
-    )
-    eccentricity: Length = Field(
-        default=0.0,
-        description="Distance of the impact forces from the middle of the edges, along them.",
-    )
-    forces: Annotated[Path, FileName("a force history (NetCDF or CSV)")] | None = Field(
-        default=None,
-        description="Impact forces of another program (NetCDF or CSV) in place of the sticks'.",
-    )
-    fields: tuple[Literal["pfa", "psa"], ...] = Field(
-        default=("pfa", "psa"),
-        description="Maps over all nodes of the floors: of the peak acceleration, of the "
-        "pseudo-acceleration at field_frequencies.",
-    )
-    field_frequencies: tuple[Frequency, ...] = Field(
-        default=(10.0, 75.0, 85.0),
-        description="Frequencies of the maps of pseudo-acceleration.",
-    )
-    snapshots: StrictBool = Field(
-        default=True, description="Whether pictures of the waves at the main impact are made."
-    )
-    export: StrictBool = Field(
-        default=False,
-        description="Whether the motion of the whole model is written for ParaView; not with "
-        "solver 'full'.",
-    )
-    export_nodes: Literal["vertices", "all"] = Field(
-        default="vertices",
-        description="Which nodes of the elements are written; 'all' takes about four times the "
-        "room and shows shorter waves.",
-    )
-    export_start: Time | None = Field(
-        default=None,
-        description="First time that is written; default 10 ms before the main impact, or, where "
-        "nothing touches, before the largest ground acceleration.",
-    )
-    export_duration: PositiveTime = Field(
-        default=0.2, description="Time that is written, at most to the end of what is computed."
-    )
-    export_step: PositiveTime | None = Field(
-        default=None,
-        description="Time between two pictures, rounded to whole time steps; default one step.",
-    )
-    checkpoint_every: PositiveTime = Field(
-        default=1.0,
-        description="Computed time between two states from which the full solver can go on.",
-    )
-    probes: tuple[Probe, ...] = Field(
-        default=(), description="Points that are looked at, beside those that are always there."
-    )
+    solver: Literal["reduced", "full", "both"] = "reduced"
+    """'reduced' on a basis of few vectors; 'full' integrates all unknowns, which takes much longer,
+    and records the probes only, without maps, waves and export; 'both' holds the reduced one
+    against the full one."""
+    duration: Duration | None = None
+    """Time that is computed; default what is computed of the sticks, or as long as the forces of
+    another program last."""
+    time_step: TimeStep
+    """Time step of the 3D model."""
+    maximum_frequency: Frequency = 450.0
+    """Frequency up to which the reduced basis is good; spectra above are marked."""
+    tolerance: Annotated[float, Ratio(above=0, below=1)] = 0.001
+    """Relative error of the reduced transfer functions at the probes, by nested bases."""
+    serve_damping_cases: StrictBool = False
+    """Whether the reduced basis is made for the lightest damping among the building's own and those
+    of [[damping_cases]], at maximum_frequency; it then serves all of them, with more vectors."""
+    shift: Frequency = SHIFT
+    """Frequency that the reduced basis is expanded about."""
+    largest_basis: Annotated[int, Whole(1, 100_000)] = 1200
+    """Largest number of vectors of the reduced basis."""
+    band: Literal["larger", "smaller"] = "larger"
+    """What tells the error band of the reduced model: 'larger' bases, of up to a fifth more
+    vectors, which take time and memory; or 'smaller' ones, at no cost, whose band is often more
+    than ten times too wide."""
+    eccentricity: Length = 0.0
+    """Distance of the impact forces from the middle of the edges, along them."""
+    forces: Annotated[Path, FileName("a force history (NetCDF or CSV)")] | None = None
+    """Impact forces of another program (NetCDF or CSV) in place of the sticks'."""
+    fields: tuple[Literal["pfa", "psa"], ...] = ("pfa", "psa")
+    """Maps over all nodes of the floors: of the peak acceleration, of the pseudo-acceleration at
+    field_frequencies."""
+    field_frequencies: tuple[Frequency, ...] = (10.0, 75.0, 85.0)
+    """Frequencies of the maps of pseudo-acceleration."""
+    snapshots: StrictBool = True
+    """Whether pictures of the waves at the main impact are made."""
+    export: StrictBool = False
+    """Whether the motion of the whole model is written for ParaView; not with solver 'full'."""
+    export_nodes: Literal["vertices", "all"] = "vertices"
+    """Which nodes of the elements are written; 'all' takes about four times the room and shows
+    shorter waves."""
+    export_start: Time | None = None
+    """First time that is written; default 10 ms before the main impact, or, where nothing touches,
+    before the largest ground acceleration."""
+    export_duration: PositiveTime = 0.2
+    """Time that is written, at most to the end of what is computed."""
+    export_step: PositiveTime | None = None
+    """Time between two pictures, rounded to whole time steps; default one step."""
+    checkpoint_every: PositiveTime = 1.0
+    """Computed time between two states from which the full solver can go on."""
+    probes: tuple[Probe, ...] = ()
+    """Points that are looked at, beside those that are always there."""
 
     _step_in_duration = field_validator("time_step")(half_of_duration)
 

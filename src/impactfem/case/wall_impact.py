@@ -31,38 +31,29 @@ class WallImpactSetup(Section):
     the impact edges of the mesh.
     """
 
-    floors: FloorNumbers = Field(
-        default=None,
-        validate_default=True,
-        description="Floors that may hit the wall; default the three top floors.",
-    )
-    displaced_floor: Annotated[int, Whole(1)] = Field(
-        default=None,
-        validate_default=True,
-        description="Floor that is displaced; default the top floor.",
-    )
-    gap: Depth = Field(description="Distance of the wall from the building at rest.")
-    displacement: Length = Field(
-        description="Displacement of displaced_floor before the release, towards the wall: "
-        "negative away from it; with loads, see pull, that of its mass centre."
-    )
-    pull: Pull = Field(
-        default="whole_floor",
-        description="How displaced_floor is drawn aside: 'whole_floor' holds every node of its "
-        "slab at the displacement; 'even_load' pulls with an even load over the slab, under which "
-        "it arrives bowed; 'mass_centre' with one force at its mass centre. The floor of the "
-        "stick is rigid: for it the three are the same.",
-    )
-    duration: Duration = Field(description="Time that is computed.")
-    time_step: TimeStep = Field(description="Time step.")
-    theta: Annotated[float, Ratio(at_least=0.5, at_most=1, percent=False)] = Field(
-        default=0.5,
-        description="θ of the θ-scheme: 0.5 keeps the energy of free motion, 1 is implicit Euler, "
-        "which damps it.",
-    )
-    separation: Time = Field(
-        default=5e-3, description="Shortest time without a force that parts two impacts."
-    )
+    floors: FloorNumbers = Field(default=None, validate_default=True)
+    """Floors that may hit the wall; default the three top floors."""
+    displaced_floor: Annotated[int, Whole(1)] = Field(default=None, validate_default=True)
+    """Floor that is displaced; default the top floor."""
+    gap: Depth
+    """Distance of the wall from the building at rest."""
+    displacement: Length
+    """Displacement of displaced_floor before the release, towards the wall: negative away from it;
+    with loads, see pull, that of its mass centre."""
+    pull: Pull = "whole_floor"
+    """How displaced_floor is drawn aside: 'whole_floor' holds every node of its slab at the
+    displacement; 'even_load' pulls with an even load over the slab, under which it arrives bowed;
+    'mass_centre' with one force at its mass centre. The floor of the stick is rigid: for it the
+    three are the same."""
+    duration: Duration
+    """Time that is computed."""
+    time_step: TimeStep
+    """Time step."""
+    theta: Annotated[float, Ratio(at_least=0.5, at_most=1, percent=False)] = 0.5
+    """θ of the θ-scheme: 0.5 keeps the energy of free motion, 1 is implicit Euler, which damps
+    it."""
+    separation: Time = 5e-3
+    """Shortest time without a force that parts two impacts."""
 
     @field_validator("floors", "displaced_floor", mode="before")
     @classmethod
