@@ -189,6 +189,28 @@ axis = ["{length / 2} m", "{width / 2} m"]
 rigid_below = "0.4 m"
 rigid_above = "0.1 m"
 
+[buildings.structure]
+storey_stiffness_factor = 0.5
+modes = 6
+[buildings.structure.mesh]
+type = "file"
+file = "frame.msh"
+[[buildings.structure.mesh.shells]]
+groups = "floor_*"
+thickness = "{slab} m"
+[[buildings.structure.mesh.shells]]
+groups = "storey_*"
+thickness = "0.2 m"
+[[buildings.structure.mesh.beams]]
+groups = "beam_*"
+width = "0.3 m"
+depth = "0.5 m"
+offset = "-0.15 m"
+[[buildings.structure.mesh.beams]]
+groups = "column_*"
+width = "0.4 m"
+depth = "0.4 m"
+
 [[buildings]]
 name = "neighbour"
 material = "concrete"
@@ -206,29 +228,6 @@ stiffness_factor = [0.01, 1.0]
 rigid_depth = "0.5 m"
 height = "{levels[-1]} m"
 starts = 4
-
-[structure]
-building = "mine"
-storey_stiffness_factor = 0.5
-modes = 6
-[structure.mesh]
-type = "file"
-file = "frame.msh"
-[[structure.mesh.shells]]
-groups = "floor_*"
-thickness = "{slab} m"
-[[structure.mesh.shells]]
-groups = "storey_*"
-thickness = "0.2 m"
-[[structure.mesh.beams]]
-groups = "beam_*"
-width = "0.3 m"
-depth = "0.5 m"
-offset = "-0.15 m"
-[[structure.mesh.beams]]
-groups = "column_*"
-width = "0.4 m"
-depth = "0.4 m"
 
 [transient]
 time_step = "0.5 ms"

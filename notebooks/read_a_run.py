@@ -17,7 +17,7 @@
 # What this notebook teaches: to open the stores of a finished run with xarray, to draw the paper's
 # figures 15 and 19 again (floor response spectra across the top floor, and at the impact edges of
 # all floors), and to look at the peak floor accelerations on the 3D building with pyvista. It
-# reads any run whose case has a 3D building (`[structure]` and `[transient]`), for example that of
+# reads any run whose case has a 3D building (and `[transient]`), for example that of
 # `scripts/run`; nothing is computed.
 #
 # pyvista and dolfinx do not go together in one process. A notebook that draws with pyvista reads

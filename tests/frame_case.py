@@ -23,7 +23,7 @@ floors = "frame_floors.csv"
 rigid_below = "0.2 m"
 rigid_above = "0.1 m"
 """
-    return "\n[structure]\n", f"{table}{more}\n[structure]\n"
+    return "\n[[motions]]\n", f"{table}{more}\n[[motions]]\n"
 
 
 SOFT_NEIGHBOUR = neighbour('axis = ["0 m", "8 m"]\nsecond_moment_factor = 0.2\n')

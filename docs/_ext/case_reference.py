@@ -16,12 +16,13 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from impactfem.case.base import Section
-from impactfem.case.buildings import Floor
 from impactfem.case.calibration import Target
 from impactfem.case.design_spectrum import SpectrumPoint
 from impactfem.case.device_tables import DeviceMode
+from impactfem.case.floors import Floor
 from impactfem.case.members import Bay, Beam, Column, Wall
 from impactfem.case.model import CaseFile
+from impactfem.case.place import one_line
 from impactfem.case.quantity import Quantity, Ratio
 from impactfem.case.report import PublishedRow, Reference
 from impactfem.case.table import leaf_of
@@ -36,10 +37,14 @@ _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
         "or period; several dampings one after another.",
         SpectrumPoint,
     ),
-    ("Wall table", "`walls` of `[structure.mesh]`: one row a wall.", Wall),
-    ("Bay table", "`bays` of `[structure.mesh]`: one row a rectangular opening in a wall.", Bay),
-    ("Beam table", "`beams` of `[structure.mesh]`: one row a beam.", Beam),
-    ("Column table", "`columns` of `[structure.mesh]`: one row a column.", Column),
+    ("Wall table", "`walls` of `[buildings.structure.mesh]`: one row a wall.", Wall),
+    (
+        "Bay table",
+        "`bays` of `[buildings.structure.mesh]`: one row a rectangular opening in a wall.",
+        Bay,
+    ),
+    ("Beam table", "`beams` of `[buildings.structure.mesh]`: one row a beam.", Beam),
+    ("Column table", "`columns` of `[buildings.structure.mesh]`: one row a column.", Column),
     ("Mode table", "`modes` of `[[devices]]`: one row a mode and a direction.", DeviceMode),
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
@@ -75,6 +80,7 @@ def json_schema(
 def _finished(key: str, entry: dict[str, Any]) -> dict[str, Any]:
     """A property with its title, without what TOML cannot say, and its default with a unit."""
     entry = _without_null(entry) | {"title": key.replace("_", " ").capitalize()}
+    entry["description"] = " ".join(entry["description"].split())
     if entry.get("default", ...) is None:
         del entry["default"]  # what is left out follows from other keys
     if "default" in entry:
@@ -236,8 +242,7 @@ def _default(entry: dict[str, Any]) -> str:
 
 def _csv_section(title: str, about: str, model: type[Section]) -> str:
     rows = [
-        (f"`{name}`", *_column(info), info.description or "")
-        for name, info in model.model_fields.items()
+        (f"`{name}`", *_column(info), one_line(info)) for name, info in model.model_fields.items()
     ]
     return f"### {title}\n\n{about}\n\n" + _markdown(
         ("Column", "Value", "SI", "Default", "Meaning"), rows

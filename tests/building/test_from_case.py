@@ -265,16 +265,16 @@ def test_patterns_that_do_not_fit(house: BuildingParts) -> None:
     caught = part_faults(structure, every, case.path)
     faults = {(fault.key, fault.value): fault.expected for fault in caught}
     assert set(faults) == {
-        ("structure.materials[0].parts[1]", "roof"),
-        ("structure.materials[1].parts", "floor_2"),
-        ("structure.damping[0].parts[1]", "floor_3"),
-        ("structure.damping[1].parts[0]", "roof"),
-        ("structure.damping[1].parts", "floor_2"),
+        ("buildings.F.structure.materials[0].parts[1]", "roof"),
+        ("buildings.F.structure.materials[1].parts", "floor_2"),
+        ("buildings.F.structure.damping[0].parts[1]", "floor_3"),
+        ("buildings.F.structure.damping[1].parts[0]", "roof"),
+        ("buildings.F.structure.damping[1].parts", "floor_2"),
     }
     names = "expected a pattern of the parts of the mesh: floor_1, floor_2, floor_2_acroterion"
-    assert names in faults["structure.damping[1].parts[0]", "roof"]
-    also = "also matched by structure.damping[0]; expected one entry for floor_2"
-    assert faults["structure.damping[1].parts", "floor_2"] == also
+    assert names in faults["buildings.F.structure.damping[1].parts[0]", "roof"]
+    also = "also matched by buildings.F.structure.damping[0]; expected one entry for floor_2"
+    assert faults["buildings.F.structure.damping[1].parts", "floor_2"] == also
 
 
 def test_read_with_the_mesh() -> None:

@@ -13,12 +13,11 @@ from .texts import replaced
 DATA = Path(__file__).parent / "data"
 
 STRUCTURE = """
-[structure]
-building = "B1"
+[buildings.structure]
 storey_stiffness_factor = 0.13
 calibration = { frequency = "1.80 Hz", direction = "y" }
 
-[structure.mesh]
+[buildings.structure.mesh]
 type = "generated"
 length = "46.20 m"
 width = "15.60 m"
@@ -86,8 +85,12 @@ def structured(tmp_path: Path) -> Callable[..., Path]:
     def copy(*edits: Edit) -> Path:
         for source in DATA.glob("pair*"):
             shutil.copy(source, tmp_path)
-        with (tmp_path / "pair.toml").open("a", encoding="utf-8") as stream:
-            stream.write(STRUCTURE)
+        path = tmp_path / "pair.toml"
+        text = path.read_text(encoding="utf-8")
+        # B1 comes last, so that what is added at the end of the file is its own.
+        first = text[text.index("[[buildings]]") : text.rindex("[[buildings]]")]
+        text = text.replace(first, "").replace("[calibration]", f"{first}[calibration]")
+        path.write_text(text + STRUCTURE, encoding="utf-8")
         for name, text in TABLES.items():
             (tmp_path / name).write_text(text, encoding="utf-8")
         _edit(tmp_path, edits)

@@ -311,8 +311,8 @@ def test_what_devices_need(broken: Structured, with_devices: With) -> None:
     with path.open("a", encoding="utf-8") as stream:
         stream.write(PUMP)
     assert faults_of(path) == {
-        "devices": "None expected beside them [structure]: the 3D model of their building, and "
-        "[transient]: the response of that model in time"
+        "devices": "None expected beside them [buildings.structure]: the 3D model of their "
+        "building, and [transient]: the response of that model in time"
     }
 
 
@@ -342,9 +342,9 @@ def test_mesh_of_a_file(with_devices: With) -> None:
     """Its plan is not known before it is read."""
     path = with_devices(PUMP, ('["23.1 m"', '["-23.1 m"'), ('"30.3 m"', '"31 m"'))
     text = path.read_text(encoding="utf-8")
-    begin, end = text.index("[structure.mesh]"), text.index("[transient]")
+    begin, end = text.index("[buildings.structure.mesh]"), text.index("[transient]")
     shells = 'shells = [{groups = "*", thickness = "1 m"}]'
-    mesh = f'[structure.mesh]\ntype = "file"\nfile = "a.msh"\n{shells}\n'
+    mesh = f'[buildings.structure.mesh]\ntype = "file"\nfile = "a.msh"\n{shells}\n'
     path.write_text(text[:begin] + mesh + text[end:], encoding="utf-8")
     path.with_name("a.msh").write_bytes(b"a mesh")
     (pump,) = load_case(path).devices

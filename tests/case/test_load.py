@@ -399,7 +399,7 @@ def test_case_is_frozen_and_travels_between_processes(pair: Path) -> None:
         ('young_modulus = "33 GPa"', 'young_modulus = "33"', "materials.concrete.young_modulus"),
         ('frequencies = ["1 Hz", "20 Hz"]', "frequencies = 3", "damping.frequencies"),
         ("seed = 1\n", "seed = -1\n", "motions[0].seed"),
-        ('name = "B2"', 'name = "B2"\nsetback = "-1 m"', "buildings[1].setback"),
+        ('name = "B2"', 'name = "B2"\nsetback = "-1 m"', "buildings[0].setback"),
     ],
 )
 def test_a_section_at_fault_hides_no_other_fault(

@@ -1,4 +1,4 @@
-"""The tables [[structure.damping]] of a case file."""
+"""The tables [[buildings.structure.damping]] of a case file."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from .texts import added
 Structured = Callable[..., Path]
 
 TABLES = """
-[[structure.damping]]
+[[buildings.structure.damping]]
 parts = ["column_*", "floor_8"]
 ratio = "2 %"
 frequencies = ["1 Hz", "20 Hz"]
-[[structure.damping]]
+[[buildings.structure.damping]]
 parts = ["beam_*"]
 mass_coefficient = "0.2 1/s"
 stiffness_coefficient = "1 ms"
@@ -53,7 +53,7 @@ def test_only_in_full_order(structured: Structured, solver: str | None) -> None:
     transient = "" if solver is None else FULL.replace('"full"', f'"{solver}"')
     faults = faults_of(added(structured(), TABLES + transient))
     assert list(faults) == ["transient.solver"]
-    assert "expected 'full' beside [[structure.damping]]" in faults["transient.solver"]
+    assert "expected 'full' beside [[buildings.structure.damping]]" in faults["transient.solver"]
 
 
 def test_default_solver(structured: Structured) -> None:
@@ -65,7 +65,7 @@ def test_default_solver(structured: Structured) -> None:
 def test_nothing_that_needs_the_basis(structured: Structured, name: str) -> None:
     faults = faults_of(added(structured(), TABLES + FULL + OTHERS[name]))
     assert list(faults) == [name]
-    assert "expected none beside [[structure.damping]]" in faults[name]
+    assert "expected none beside [[buildings.structure.damping]]" in faults[name]
     assert load_case(added(structured(), FULL + OTHERS[name])).structure is not None
 
 
@@ -78,11 +78,11 @@ def test_no_devices(structured: Structured) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "key"),
     [
-        ('parts = ["beam_*"]', "parts = []", "structure.damping[1].parts"),
-        ('parts = ["beam_*"]\n', "", "structure.damping[1].parts"),
-        ('ratio = "2 %"', 'ratio = "120 %"', "structure.damping[0].ratio"),
-        ('"1 ms"', '"1 m"', "structure.damping[1].stiffness_coefficient"),
-        ('parts = ["beam_*"]', 'part = ["beam_*"]', "structure.damping[1].part"),
+        ('parts = ["beam_*"]', "parts = []", "buildings[1].structure.damping[1].parts"),
+        ('parts = ["beam_*"]\n', "", "buildings[1].structure.damping[1].parts"),
+        ('ratio = "2 %"', 'ratio = "120 %"', "buildings[1].structure.damping[0].ratio"),
+        ('"1 ms"', '"1 m"', "buildings[1].structure.damping[1].stiffness_coefficient"),
+        ('parts = ["beam_*"]', 'part = ["beam_*"]', "buildings[1].structure.damping[1].part"),
     ],
 )
 def test_refused(structured: Structured, old: str, new: str, key: str) -> None:
@@ -92,8 +92,8 @@ def test_refused(structured: Structured, old: str, new: str, key: str) -> None:
 
 def test_template() -> None:
     text = files("impactfem.case").joinpath("templates/case.toml").read_text(encoding="utf-8")
-    block = text[text.index("# [[structure.damping]]") :].split("\n\n")[0]
-    (entry,) = tomllib.loads(block.replace("# ", "", 1).replace("\n# ", "\n"))["structure"][
-        "damping"
-    ]
+    block = text[text.index("# [[buildings.structure.damping]]") :].split("\n\n")[0]
+    (entry,) = tomllib.loads(block.replace("# ", "", 1).replace("\n# ", "\n"))["buildings"][
+        "structure"
+    ]["damping"]
     assert PartDamping.model_validate(entry).ratio == pytest.approx(0.02)

@@ -104,7 +104,7 @@ def test_one_value(
     ("file", "old", "new", "key"),
     [
         (None, 'slab_thickness = "30 cm"', 'slab_thickness = "1 nm"',
-         "structure.mesh.slab_thickness = '1 nm'"),
+         "buildings[1].structure.mesh.slab_thickness = '1 nm'"),
         ("pair_walls.csv", "south,1-8,0,0,46.2,0,60", "south,1-8,0,0,46.2,0,1e-7",
          "pair_walls.csv: row 1, thickness = 1e-09"),
         ("pair_columns.csv", "0.8,1.2", "1e-9,1.2", "pair_columns.csv: row 1, width_x = 1e-09"),

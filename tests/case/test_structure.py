@@ -1,4 +1,4 @@
-"""The section [structure] of a case file, and its tables."""
+"""The section [buildings.structure] of a case file, and its tables."""
 
 import json
 import pickle
@@ -25,16 +25,16 @@ DOOR = "6,south,5,10,0,2,2.7"
 WINDOW = "1,gable,2,2,2.05,3.3,57e-2"
 ALONG = "along,1-8,0,7.8,46.2,7.8"
 COLUMN = "row_1,2-8,5.775,7.8,0.8,1.2"
-FILE = """[structure.mesh]
+FILE = """[buildings.structure.mesh]
 type = "file"
 file = "pair.msh"
-[[structure.mesh.shells]]
+[[buildings.structure.mesh.shells]]
 groups = "floor_*"
 thickness = "25 cm"
-[[structure.mesh.shells]]
+[[buildings.structure.mesh.shells]]
 groups = "storey_*"
 thickness = "20 cm"
-[[structure.mesh.beams]]
+[[buildings.structure.mesh.beams]]
 groups = "column_*"
 width = "40 cm"
 depth = "50 cm"
@@ -51,7 +51,7 @@ def faults_of(path: Path) -> dict[str, str]:
 def from_file(structured: Structured, old: str = "", new: str = "") -> Path:
     path = structured()
     text = path.read_text(encoding="utf-8")
-    text = text[: text.index("[structure.mesh]")] + FILE
+    text = text[: text.index("[buildings.structure.mesh]")] + FILE
     if old not in text:
         raise ValueError(f"{old!r} is not there: the test does not test")
     path.write_text(text.replace(old, new) if old else text, encoding="utf-8")
@@ -111,7 +111,7 @@ def test_only_walls_are_needed(structured: Structured) -> None:
 
 def test_own_material(structured: Structured) -> None:
     other = '[materials.other]\nyoung_modulus = "20 GPa"\npoisson_ratio = 0.2\n\n[damping]'
-    names = ((None, 'building = "B1"\nstorey', 'building = "B1"\nmaterial = "other"\nstorey'),)
+    names = ((None, "factor = 0.13\n", 'factor = 0.13\nmaterial = "other"\n'),)
     path = structured(
         (None, "[damping]", other.replace("\n\n", '\ndensity = "2 t/m3"\n\n')), *names
     )
@@ -120,13 +120,13 @@ def test_own_material(structured: Structured) -> None:
     assert structure.material.density == 2000.0
     path = structured((None, "[damping]", other), *names)
     expected = "expected a material with a density, which is missing in [materials.other]"
-    assert faults_of(path) == {"pair.toml: structure.material": expected}
+    assert faults_of(path) == {"pair.toml: buildings[1].structure.material": expected}
 
 
 def test_material_of_the_building_without_density(structured: Structured) -> None:
     faults = faults_of(structured((None, 'density = "2400 kg/m3"', "")))
-    assert list(faults) == ["pair.toml: structure.material"]
-    assert "missing in [materials.concrete]" in faults["pair.toml: structure.material"]
+    assert list(faults) == ["pair.toml: buildings[1].structure.material"]
+    assert "missing in [materials.concrete]" in faults["pair.toml: buildings[1].structure.material"]
 
 
 def test_mesh_from_a_file(structured: Structured, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,15 +166,40 @@ def test_tables_are_in_the_hash(structured: Structured) -> None:
         (
             '"pair.msh"',
             '"none.msh"',
-            "structure.mesh.file",
+            "buildings[1].structure.mesh.file",
             "no such file; expected a mesh of gmsh",
         ),
-        ('"25 cm"', '"0 cm"', "structure.mesh.shells[0].thickness", "expected a length above 0"),
-        ('"storey_*"', '"floor_*"', "structure.mesh.shells", "'floor_*' twice"),
-        ('depth = "50 cm"', "", "structure.mesh.beams[0].depth", "missing; expected a length"),
-        ('type = "file"', "", "structure.mesh.type", "missing; expected 'generated' or 'file'"),
-        ('type = "file"', 'type = "fil"', "structure.mesh.type", "expected 'generated' or 'file'"),
-        ('file = "pair.msh"', 'walls = "pair_walls.csv"', "structure.mesh.walls", "unknown key"),
+        (
+            '"25 cm"',
+            '"0 cm"',
+            "buildings[1].structure.mesh.shells[0].thickness",
+            "expected a length above 0",
+        ),
+        ('"storey_*"', '"floor_*"', "buildings[1].structure.mesh.shells", "'floor_*' twice"),
+        (
+            'depth = "50 cm"',
+            "",
+            "buildings[1].structure.mesh.beams[0].depth",
+            "missing; expected a length",
+        ),
+        (
+            'type = "file"',
+            "",
+            "buildings[1].structure.mesh.type",
+            "missing; expected 'generated' or 'file'",
+        ),
+        (
+            'type = "file"',
+            'type = "fil"',
+            "buildings[1].structure.mesh.type",
+            "expected 'generated' or 'file'",
+        ),
+        (
+            'file = "pair.msh"',
+            'walls = "pair_walls.csv"',
+            "buildings[1].structure.mesh.walls",
+            "unknown key",
+        ),
     ],
 )
 def test_broken_mesh_from_a_file(
@@ -187,7 +212,6 @@ def test_broken_mesh_from_a_file(
 @pytest.mark.parametrize(
     ("old", "new", "key", "expected"),
     [
-        ('building = "B1"\nstorey', 'building = "B3"\nstorey', "building", "unknown building"),
         (FACTOR, "storey_stiffness_factor = 0", "storey_stiffness_factor", "a number above 0"),
         ('"1.80 Hz"', '"1.80 s"', "calibration.frequency", "'s' is a time"),
         ('"1.80 Hz", direction = "y"', '"1 Hz", direction = "z"', "calibration.direction",
@@ -215,15 +239,15 @@ def test_broken_section(
     structured: Structured, old: str, new: str, key: str, expected: str
 ) -> None:
     faults = faults_of(structured((None, old, new)))
-    assert list(faults) == [f"pair.toml: structure.{key}"]
-    assert expected in faults[f"pair.toml: structure.{key}"]
+    assert list(faults) == [f"pair.toml: buildings[1].structure.{key}"]
+    assert expected in faults[f"pair.toml: buildings[1].structure.{key}"]
 
 
 def test_floors_with_a_gap(structured: Structured) -> None:
     path = structured(("pair_floors.csv", "\n8,", "\n9,"), (None, "7, 8]", "7, 9]"))
     faults = faults_of(path)
     expected = "expected a building with floors from 1 without a gap, found 1, 2, 3, 4, 5, 6, 7, 9"
-    assert faults.pop("pair.toml: structure.building") == expected
+    assert faults.pop("pair.toml: buildings[1].structure") == expected
     # Its tables name storey 8.
     assert {key.split(":")[0] for key in faults} == {WALLS, BEAMS, COLUMNS}
 
@@ -317,7 +341,7 @@ def test_all_faults_of_all_tables_at_once(structured: Structured) -> None:
     )
     assert set(faults_of(path)) == {
         "pair.toml: contacts[0].gap",
-        "pair.toml: structure.mesh.impact_edge",
+        "pair.toml: buildings[1].structure.mesh.impact_edge",
         f"{WALLS}: line 4, column y2 [m]",
         f"{BAYS}: line 5, column centre [m]",
         f"{BEAMS}: line 3, column floors",
@@ -335,7 +359,7 @@ def test_what_needs_a_broken_part_is_not_checked(structured: Structured) -> None
         (BEAMS, ALONG, "along,9,0,7.8,99,7.8"),
     )
     assert set(faults_of(path)) == {
-        "pair.toml: structure.mesh.length",
+        "pair.toml: buildings[1].structure.mesh.length",
         "pair_floors.csv: line 4, column mass [t]",
         f"{WALLS}: line 2, column thickness [cm]",
     }
@@ -344,12 +368,16 @@ def test_what_needs_a_broken_part_is_not_checked(structured: Structured) -> None
 def test_structure_that_is_no_table(structured: Structured) -> None:
     path = structured()
     text = path.read_text(encoding="utf-8")
-    text = text[: text.index("[structure]")]
-    for junk in ("[structure]\nmesh = 1\n", "[[structure]]\n", "[structure.mesh]\ntype = 3\n"):
+    text = text[: text.index("[buildings.structure]")]
+    for junk in (
+        "[buildings.structure]\nmesh = 1\n",
+        "[[buildings.structure]]\n",
+        "[buildings.structure.mesh]\ntype = 3\n",
+    ):
         path.write_text(text + junk, encoding="utf-8")
         faults = faults_of(path)
         assert faults
-        assert all(key.startswith("pair.toml: structure") for key in faults)
+        assert all(key.startswith("pair.toml: buildings[1].structure") for key in faults)
 
 
 def test_coinciding_walls_at_an_angle(tmp_path: Path) -> None:
@@ -380,7 +408,7 @@ def test_levels(text: str, levels: tuple[int, ...]) -> None:
 
 
 PARTS = """
-[[structure.materials]]
+[[buildings.structure.materials]]
 parts = ["storey_*", "column_1_*"]
 material = "masonry"
 [materials.masonry]
@@ -418,5 +446,5 @@ def test_faults_of_materials_of_parts(
     text = path.read_text(encoding="utf-8") + PARTS.replace(old, new)
     path.write_text(text, encoding="utf-8")
     faults = faults_of(path)
-    assert list(faults) == [f"pair.toml: structure.materials[0].{key}"]
-    assert expected in faults[f"pair.toml: structure.materials[0].{key}"]
+    assert list(faults) == [f"pair.toml: buildings[1].structure.materials[0].{key}"]
+    assert expected in faults[f"pair.toml: buildings[1].structure.materials[0].{key}"]

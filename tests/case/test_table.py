@@ -6,8 +6,8 @@ import pytest
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from impactfem.case.base import Section, refuse
-from impactfem.case.buildings import Floor, read_floors
 from impactfem.case.calibration import Target, read_targets
+from impactfem.case.floors import Floor, read_floors
 from impactfem.case.quantity import PositiveLength
 from impactfem.case.report import read_published
 from impactfem.case.table import read_table

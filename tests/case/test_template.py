@@ -139,7 +139,7 @@ def test_optional_blocks(template: Path) -> None:
 def test_optional_structure(template: Path) -> None:
     for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
         (template.parent / f"new_{name}.csv").write_text(table)
-    uncommented(template, "# [structure]", None)
+    uncommented(template, "# [buildings.structure]", None)
     text = template.read_text(encoding="utf-8").replace("# density", "density")
     template.write_text(text, encoding="utf-8")
     structure = load_case(template).structure
@@ -147,10 +147,10 @@ def test_optional_structure(template: Path) -> None:
     assert isinstance(structure.mesh, GeneratedMesh)
     assert len(structure.mesh.columns) == 1
     # The mesh of the user's own in place of that one.
-    begin = text.index("[structure.mesh]")
+    begin = text.index("[buildings.structure.mesh]")
     template.write_text(text[:begin] + text[text.index("\n# In place of that mesh") :])
     (template.parent / "new.msh").write_bytes(b"a mesh")
-    uncommented(template, "# [structure.mesh]", None)
+    uncommented(template, "# [buildings.structure.mesh]", None)
     structure = load_case(template).structure
     assert structure is not None
     assert isinstance(structure.mesh, FileMesh)
@@ -160,7 +160,7 @@ def test_optional_transient(template: Path) -> None:
     for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
         (template.parent / f"new_{name}.csv").write_text(table)
     (template.parent / "new_forces.csv").write_text(FORCES)
-    uncommented(template, "# [structure]", None)
+    uncommented(template, "# [buildings.structure]", None)
     uncommented(template, "# [transient]", None)
     text = template.read_text(encoding="utf-8").replace("# density", "density")
     template.write_text(text, encoding="utf-8")
@@ -179,7 +179,7 @@ def test_optional_transient(template: Path) -> None:
 def test_optional_wall_impact(template: Path) -> None:
     for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
         (template.parent / f"new_{name}.csv").write_text(table)
-    uncommented(template, "# [structure]", None)
+    uncommented(template, "# [buildings.structure]", None)
     uncommented(template, "# [wall_impact]", None)
     text = template.read_text(encoding="utf-8").replace("# density", "density")
     for value in ('"1.2e10 N/m"', "0.65 "):
@@ -214,7 +214,12 @@ def test_optional_devices(template: Path) -> None:
     (template.parent / "new_floor.csv").write_text(FLOOR)
     for name, table in MATRICES.items():
         (template.parent / f"new_{name}.csv").write_text(table)
-    for begin in ("# [structure]", "# [transient]", "# [[devices]]", "# [device_analysis]"):
+    for begin in (
+        "# [buildings.structure]",
+        "# [transient]",
+        "# [[devices]]",
+        "# [device_analysis]",
+    ):
         uncommented(template, begin, None)
     text = template.read_text(encoding="utf-8").replace("# density", "density")
     template.write_text(text, encoding="utf-8")

@@ -158,12 +158,12 @@ def test_without_structure(pair: Path, tmp_path: Path) -> None:
         load_case(path)
     (fault,) = caught.value.faults
     assert (fault.file, fault.key) == (path, "transient")
-    assert fault.expected.startswith("expected a section [structure] beside it")
+    assert fault.expected.startswith("expected a [buildings.structure] beside it")
 
 
 def test_with_a_structure_at_fault(with_transient: With) -> None:
     path = with_transient(case=("storey_stiffness_factor = 0.13", "storey_stiffness_factor = 0"))
-    assert list(own_faults(path)) == ["structure.storey_stiffness_factor"]
+    assert list(own_faults(path)) == ["buildings[1].structure.storey_stiffness_factor"]
 
 
 @pytest.mark.parametrize(

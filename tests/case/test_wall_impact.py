@@ -161,7 +161,7 @@ def test_without_structure(broken: Broken) -> None:
     path = broken((None, "[pounding]", f"{SHORT}\n[pounding]"))
     faults = own_faults(path)
     assert faults == {
-        "wall_impact": "None expected a section [structure] beside it: the 3D model that moves"
+        "wall_impact": "None expected a [buildings.structure] beside it: the 3D model that moves"
     }
 
 

@@ -135,7 +135,7 @@ def test_toml_is_part_of_a_case(block):
     [
         ('[damping]\nratio = "5 %"', True),
         ('[[contacts]]\ngap = "1 cm"', True),
-        ('extends = "a.toml"\n[structure.mesh]\ntype = "file"\nfile = "a.msh"', True),
+        ('extends = "a.toml"\n[[buildings]]\n[buildings.structure]\nmodes = 8', True),
         ('[damping]\nratioo = "5 %"', False),
         ('[[contacts]]\ngap = "1"', False),
         ("[dampings]\na = 1", False),

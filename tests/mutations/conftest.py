@@ -56,10 +56,11 @@ group = "edge_2"
 """
 )
 PART_DAMPING = """
-[[structure.damping]]
+[[buildings.structure.damping]]
 parts = ["column_*"]
 ratio = "2 %"
 frequencies = ["1 Hz", "20 Hz"]
+[buildings.structure.mesh]
 """
 DEVICES = """
 [[devices]]
@@ -150,7 +151,9 @@ def _frame(folder: Path) -> None:
     """Cases of the frame with forces, probes, part damping, and devices of matrices and modes."""
     text = (folder / "frame.toml").read_text(encoding="utf-8")
     two = text.replace(*neighbour(), 1)
-    (folder / "full.toml").write_text(two + TRANSIENT % "full" + PART_DAMPING)
+    (folder / "full.toml").write_text(
+        two.replace("[buildings.structure.mesh]", PART_DAMPING, 1) + TRANSIENT % "full"
+    )
     (folder / "device.toml").write_text(two + TRANSIENT % "reduced" + DEVICES)
     t = np.arange(301) * 1e-2
     force = np.column_stack([np.maximum(0.0, 1e5 * np.sin(20.0 * t)), 0.0 * t])

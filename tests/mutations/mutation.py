@@ -15,7 +15,15 @@ VALUES = (
 NUMBERS = ("0", "-{}", "{}e300", "{}e-300", "nan", "inf", "abc", "", "{}{}", "{}e6", "1e400", ".")
 UNITS = ("m", "cm", "kg", "Hz", "ms", "%", "GPa", "m/s2", "t", "-", "furlong", "N/m", "")
 INSERTED = (
-    *("unknown = 1", 'naem = "x"', "[surprise]", "a.b = 1", '"" = 2', "x,y,z", "[structure]"),
+    *(
+        "unknown = 1",
+        'naem = "x"',
+        "[surprise]",
+        "a.b = 1",
+        '"" = 2',
+        "x,y,z",
+        "[buildings.structure]",
+    ),
     *("[transient]", "[[devices]]", "[[motions]]"),
 )
 ENDS = ("\r", "\r\n", "\n\n", "\u2028")

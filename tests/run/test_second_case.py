@@ -46,9 +46,9 @@ SMALL = """
 extends = "{case}"
 title = "Two frame buildings, coarse"
 damping_cases = []
-[structure]
+[buildings.A.structure]
 modes = 8
-[structure.mesh]
+[buildings.A.structure.mesh]
 type = "file"
 file = "{mesh}"
 [wall_impact]

@@ -139,7 +139,7 @@ def test_an_interrupt_ends_the_sweep(
         (
             ["damping.ratio=3 %"],
             {"stage": "building"},
-            r"structure: expected a section \[structure\]",
+            r"structure: expected a section \[buildings.structure\]",
         ),
         (["damping.ratio=1 %,2 %", "title=a"], {"zipped": True}, "--zip"),
         ([], {}, "one key or more"),

@@ -79,14 +79,14 @@ def part_faults(structure: Structure, parts: Sequence[Part], path: Path) -> Iter
         for index, entry in enumerate(entries):
             for k, pattern in enumerate(entry.parts):
                 if not any(fnmatchcase(part.group, pattern) for part in parts):
-                    key_path = f"structure.{key}[{index}].parts[{k}]"
+                    key_path = f"{structure.key}.{key}[{index}].parts[{k}]"
                     expected = f"expected a pattern of the parts of the mesh: {names}"
                     yield Fault(path, key_path, pattern, expected)
         for part in parts:
             matching = [index for index, entry in enumerate(entries) if _matches(part, entry)]
             if len(matching) > 1:
-                key_path = f"structure.{key}[{matching[1]}].parts"
-                other = f"structure.{key}[{matching[0]}]"
+                key_path = f"{structure.key}.{key}[{matching[1]}].parts"
+                other = f"{structure.key}.{key}[{matching[0]}]"
                 expected = f"also matched by {other}; expected one entry for {part.group}"
                 yield Fault(path, key_path, part.group, expected)
 
@@ -143,7 +143,7 @@ def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mesh
         if case.structure is None or not isinstance(case.structure.mesh, GeneratedMesh):
             raise
         faults = [
-            Fault(case.path, f"structure.mesh, {fault.key}", fault.value, fault.expected)
+            Fault(case.path, f"{case.structure.key}.mesh, {fault.key}", fault.value, fault.expected)
             if fault.file == path
             else fault
             for fault in error.faults
@@ -174,7 +174,9 @@ def _read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mes
     try:
         masses = floor_masses(mesh, sections, materials, required)
     except SolutionError as error:
-        raise InputError([Fault(case.path, "structure.floor_masses", None, str(error))]) from error
+        raise InputError(
+            [Fault(case.path, f"{structure.key}.floor_masses", None, str(error))]
+        ) from error
     parts = BuildingParts(
         mesh=mesh,
         sections=sections,

@@ -1,7 +1,7 @@
 """The case file: what is studied, read from TOML and CSV with units, checked as a whole."""
 
 from impactfem.case.analysis import FrequencyGrid, Pounding, Spectra
-from impactfem.case.buildings import Building, Floor, Material
+from impactfem.case.buildings import Building
 from impactfem.case.calibration import Calibration, Target
 from impactfem.case.contacts import (
     Contact,
@@ -24,6 +24,7 @@ from impactfem.case.device_analysis import DeviceAnalysis
 from impactfem.case.device_tables import DeviceMode
 from impactfem.case.devices import BaseStiffness, Cylinder, DeviceBeam, DeviceSetup
 from impactfem.case.ensemble import Ensemble
+from impactfem.case.floors import Floor, Material
 from impactfem.case.load import load_case
 from impactfem.case.members import Bay, Beam, Column, Wall
 from impactfem.case.model import Case

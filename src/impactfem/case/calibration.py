@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, nearest, refuse
-from impactfem.case.buildings import Floor, floors_of
+from impactfem.case.floors import Floor, floors_of
 from impactfem.case.leaf import Text, Whole
 from impactfem.case.quantity import Frequency, Mass, PositiveFactor, PositiveLength, Weight
 from impactfem.case.reading import TableFile

@@ -50,11 +50,13 @@ def missing_sections(reading: Reading) -> Iterator[Fault]:
     if not (raw.get("motions") or raw.get("loads")):
         expected = "missing; expected [[motions]], [[loads]] or both: what moves the buildings"
         yield reading.source.fault(("motions",), None, expected)
+    structured = (
+        bool(reading.three_d) or "structure" in raw
+    )  # where it stood before, a fault of its own
     for section in ("wall_impact", "transient"):
-        if section in raw and "structure" not in raw:
-            yield lacks(
-                (section,), "expected a section [structure] beside it: the 3D model that moves"
-            )
+        if section in raw and not structured:
+            expected = "expected a [buildings.structure] beside it: the 3D model that moves"
+            yield lacks((section,), expected)
     if "wall_impact" not in raw:
         expected = "expected a section [wall_impact] beside it: the impact that gives it"
         laws = raw.get("contact_laws")
@@ -71,27 +73,29 @@ def missing_sections(reading: Reading) -> Iterator[Fault]:
         yield lacks(("transient", "serve_damping_cases"), expected)
     if "devices" in raw:
         needed = {
-            "structure": "the 3D model of their building",
+            "buildings.structure": "the 3D model of their building",
             "transient": "the response of that model in time",
         }
-        lacking = [f"[{name}]: {what}" for name, what in needed.items() if name not in raw]
+        there = raw.keys() | ({"buildings.structure"} if structured else set())
+        lacking = [f"[{name}]: {what}" for name, what in needed.items() if name not in there]
         if lacking:
             yield lacks(("devices",), f"expected beside them {', and '.join(lacking)}")
     elif "device_analysis" in raw:
         yield lacks(("device_analysis",), "expected [[devices]] beside it: the devices to analyse")
-    if isinstance(reading.value("structure", "damping"), list):
+    if isinstance(reading.value(*reading.of_structure("damping")), list):
         solver = reading.value("transient", "solver")
         if solver != "full":
             expected = (
-                "expected 'full' beside [[structure.damping]]: with damping by part there is no "
-                "reduced basis"
+                "expected 'full' beside [[buildings.structure.damping]]: with damping by part "
+                "there is no reduced basis"
             )
             yield reading.source.fault(("transient", "solver"), solver, expected)
         for name, what in REDUCED.items():
             if name in raw:
                 expected = (
-                    f"expected none beside [[structure.damping]]: {what} uses the reduced basis, "
-                    "which serves one Rayleigh damping of the whole building at a time"
+                    f"expected none beside [[buildings.structure.damping]]: {what} uses the "
+                    "reduced basis, which serves one Rayleigh damping of the whole building at a "
+                    "time"
                 )
                 yield lacks((name,), expected)
 
@@ -112,6 +116,24 @@ def duplicates(reading: Reading) -> Iterator[Fault]:
                 of_case = "" if alike else ", upper and lower case alike"
                 expected = f"duplicate {key}{of_case}, the first is {group}[{first}].{key}"
                 yield reading.source.fault((group, index, key), value, expected)
+
+
+def structure_faults(case: Case, reading: Reading) -> Iterator[Fault]:
+    """More than one building with a 3D model, and one whose floors have a gap between them.
+
+    Floors are named by their number in the mesh: there is no gap between 1 and the top.
+    """
+    for building in case.buildings:
+        numbers = [floor.floor for floor in building.floors]
+        if building.name == reading.three_d and numbers != list(range(1, len(numbers) + 1)):
+            found = ", ".join(map(str, numbers))
+            expected = f"expected a building with floors from 1 without a gap, found {found}"
+            yield reading.source.fault(reading.of_structure(), None, expected)
+    first, *further = [k for k, one in reading.tables("buildings") if "structure" in one] or [0]
+    for index in further:
+        place = ("buildings", index, "structure")
+        expected = f"expected one building with a 3D model; buildings[{first}] has one"
+        yield reading.source.fault(place, None, expected)
 
 
 def pairs_twice(case: Case, reading: Reading) -> Iterator[Fault]:
@@ -169,12 +191,13 @@ def bare_storeys(case: Case, reading: Reading) -> Iterator[Fault]:
     floors = case.building(structure.building).floors
     bare = [str(one.floor) for one in floors if one.floor not in stood_in]
     if bare:
-        tables = [reading.value("structure", "mesh", key) for key in ("walls", "columns")]
+        mesh = reading.of_structure("mesh")
+        tables = [reading.value(*mesh, key) for key in ("walls", "columns")]
         expected = (
             f"no wall and no column stands in storey {', '.join(bare)}; expected one or more in "
             f"each storey, in {' or '.join(filter(None, tables))}"
         )
-        yield reading.fault(("structure", "mesh", "walls"), tables[0], expected)
+        yield reading.source.fault((*mesh, "walls"), tables[0], expected)
 
 
 def calibrated_structure(case: Case, reading: Reading) -> Iterator[Fault]:
@@ -183,9 +206,9 @@ def calibrated_structure(case: Case, reading: Reading) -> Iterator[Fault]:
         return
     named = {target.building for target in case.calibration.targets}
     if case.structure is None:
-        expected = "expected a section [structure], whose modes are the targets"
+        expected = "expected a [buildings.structure], whose modes are the targets"
     elif case.structure.building not in named:
-        expected = f"targets of the building of [structure], {case.structure.building}"
+        expected = f"targets of the building with a 3D model, {case.structure.building}"
     else:
         return
     yield reading.fault(("calibration", "from_structure"), True, expected)
@@ -381,6 +404,7 @@ def _computed_duration(case: Case, reading: Reading) -> float | None:
 
 CHECKS: tuple[tuple[Callable[[Case, Reading], Iterator[Fault]], frozenset[str]], ...] = (
     (struck_edge_faults, frozenset()),
+    (structure_faults, frozenset()),
     (pairs_twice, frozenset()),
     (spectrum_faults, frozenset()),
     (calibrated_contacts, frozenset()),

@@ -228,10 +228,10 @@ def struck_edge_faults(case: Case, reading: Reading) -> Iterator[Fault]:
         case: The case.
         reading: How it is read.
     """
-    building = reading.value("structure", "building")
-    if building is None or "transient" not in reading.source.raw:
+    building = reading.three_d
+    if not building or "transient" not in reading.source.raw:
         return
-    mesh = reading.valid(GeneratedMesh, reading.value("structure", "mesh"))
+    mesh = reading.valid(GeneratedMesh, reading.value(*reading.of_structure("mesh")))
     edge = None if mesh is None else generated_edge(mesh)
     axis = next((one.axis for one in case.buildings if one.name == building), None)
     struck: dict[int, tuple[int, Vector]] = {}

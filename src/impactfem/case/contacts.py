@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, present, refuse
-from impactfem.case.buildings import floors_of
+from impactfem.case.floors import floors_of
 from impactfem.case.leaf import BuildingName, FloorNumbers, LawName
 from impactfem.case.quantity import (
     CALIBRATED,

@@ -12,7 +12,6 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from impactfem.case import unit as units
 from impactfem.case.base import Section, each_once, present, refuse
-from impactfem.case.buildings import known_levels
 from impactfem.case.damping import Damping
 from impactfem.case.device_tables import (
     MODES_FILE,
@@ -22,6 +21,7 @@ from impactfem.case.device_tables import (
     GivenSpectra,
     GivenSpectrum,
 )
+from impactfem.case.floors import known_levels
 from impactfem.case.leaf import Name, Whole, Words
 from impactfem.case.members import TOUCH
 from impactfem.case.quantity import (
@@ -183,7 +183,7 @@ class Cylinder(Section):
 
 
 class DeviceSetup(Section):
-    """A device on a floor of the building of [structure]: a rigid body on springs, or a table.
+    """A device on a floor of the building with a 3D model: a rigid body on springs, or a table.
 
     Either ``mass``, ``mass_height``, ``inertia`` or ``shape``, ``stiffness`` and ``damping``, with
     a ``beam`` where it has one; or ``modes``; or ``matrices``. With a beam, too, the mass centre is
@@ -195,7 +195,7 @@ class DeviceSetup(Section):
     supports: tuple[DeviceSupport, ...] = ()
     """In place of point and radius: several anchors, of a device with matrices."""
     point: tuple[Length, Length, Length] | None = Field(default=None, validate_default=True)
-    """Its anchor (x, y, z), on a floor of the building of [structure]."""
+    """Its anchor (x, y, z), on a floor of the building with a 3D model."""
     radius: PositiveLength | None = Field(default=None, validate_default=True)
     """Radius around the anchor within which the nodes of the floor are tied to it, as to a rigid
     plate."""
@@ -273,7 +273,7 @@ class DeviceSetup(Section):
         """Of the spectra of a file those of the floors that the device stands on."""
         if not isinstance(value, GivenSpectra):
             return value
-        building = reading_of(info).value("structure", "building")
+        building = reading_of(info).three_d
         levels = known_levels(building, info)
         anchors = [info.data["point"]] if info.data.get("point") else []
         anchors += [one.point for one in info.data.get("supports", ())]

@@ -11,12 +11,26 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from impactfem.case.base import REPORTED, UNREADABLE, Leaf, Written, nearest
-from impactfem.case.place import Place, field_at, fields_by_key, form_of, step, value_at
+from impactfem.case.place import (
+    Place,
+    dotted,
+    field_at,
+    fields_by_key,
+    form_of,
+    one_line,
+    step,
+    value_at,
+)
 from impactfem.case.source import Source
 from impactfem.system.errors import MOST_FAULTS, Fault
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.
+MOVED = {
+    "structure": "moved; expected [buildings.structure] below the [[buildings]] of its building, "
+    "without the key building; in a variant [buildings.NAME.structure]",
+}
+"""What is said of keys of an earlier version."""
 _FORMS = {"grid", "list", "corner-periods"}
 
 
@@ -85,6 +99,8 @@ def _fault(
         missing = value_at(place, raw) is None
         return place, None if missing else value, item["msg"]
     if kind == "extra_forbidden":
+        if dotted(place) in MOVED:
+            return place, None, MOVED[dotted(place)]
         known = list(fields_by_key(parent)) if parent is not None else []
         return place, None, f"unknown key; {nearest(str(place[-1]), known)}"
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
@@ -103,7 +119,7 @@ def _fault(
         words = _words(info)
         return place, value_at(place, raw), f"expected {words}"
     if kind == "missing":
-        about = f": {info.description}" if info is not None and info.description else ""
+        about = f": {one_line(info)}" if info is not None and info.description else ""
         return place, None, f"missing; expected {_words(info)}{about}"
     if kind == "too_short":
         return place, value, "expected a list that is not empty"

@@ -101,10 +101,14 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
     reading.lenient = True
     while True:
         found = places(error, raw)
-        for name in {str(place[0]) for place, _ in found}:
+        for name in {_section(place) for place, _ in found}:
             reading.left_out |= {name, *_NEED_OTHERS.get(name, ())}
         before = deepcopy(raw)
         own = [place for place, kind in found if kind not in (REPORTED, UNREADABLE)]
+        for place in [place for place in own if _section(place) == "structure"]:
+            if len(place) > 2:
+                raw["buildings"][place[1]].pop("structure", None)
+                own.remove(place)
         for name in dict.fromkeys(str(place[0]) for place in own):
             _take_out(raw, name, [place[1:] for place in own if place[0] == name], reading)
         for name, placeholder in _PLACEHOLDERS.items():
@@ -114,9 +118,14 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
         try:
             return CaseFile.model_validate(raw, context=reading)
         except ValidationError as further:
-            if own and raw == before:
+            if raw == before and any(kind not in (REPORTED, UNREADABLE) for _, kind in found):
                 return None
             error = further
+
+
+def _section(place: Place) -> str:
+    """The section of a place; the 3D model of a building counts as one."""
+    return "structure" if place[2:3] == ("structure",) else str(place[0])
 
 
 def _take_out(raw: dict[str, Any], name: str, places: list[Place], reading: Reading) -> None:
@@ -137,7 +146,12 @@ def _take_out(raw: dict[str, Any], name: str, places: list[Place], reading: Read
 def _completed(sections: CaseFile, reading: Reading) -> Case:
     """The case of the sections of its file, with what follows from other sections."""
     values = {name: getattr(sections, name) for name in CaseFile.model_fields}
-    case = Case.model_construct(path=reading.source.path, digest=_digest(reading), **values)
+    case = Case.model_construct(
+        structure=next((one.structure for one in sections.buildings if one.structure), None),
+        path=reading.source.path,
+        digest=_digest(reading),
+        **values,
+    )
     names = {building.name for building in case.buildings}
     update: dict[str, Any] = {
         "contacts": tuple(
@@ -147,8 +161,7 @@ def _completed(sections: CaseFile, reading: Reading) -> Case:
             and contact.law in case.contact_laws
         )
     }
-    if case.structure is not None and case.structure.building not in names:
-        update["structure"] = None
+    if case.structure is None and reading.three_d:
         reading.left_out |= {"structure", *_NEED_OTHERS["structure"]}
     if not case.devices or case.transient is None:
         update["device_analysis"] = None
@@ -193,7 +206,10 @@ def _usable(case: Case, left_out: set[str]) -> Case | None:
         left_out |= {"structure", *_NEED_OTHERS["structure"]}
     contacts = (one for one in case.contacts if {one.a.building, one.b.building} <= names)
     update: dict[str, Any] = {"buildings": buildings, "contacts": tuple(contacts)}
-    none = {name: CaseFile.model_fields[name].default for name in left_out & _OPTIONAL}
+    none = {
+        name: CaseFile.model_fields[name].default if name != "structure" else None
+        for name in left_out & _OPTIONAL
+    }
     if case.ensemble is not None and "transient" in left_out:
         update["ensemble"] = case.ensemble.model_copy(update={"structure_motions": 0})
     return case.model_copy(update=update | none) if buildings else None

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from pydantic import ValidationInfo, field_validator
 
 from impactfem.case.base import Section, nearest
-from impactfem.case.buildings import floors_of
 from impactfem.case.contacts import Vector, unit_vector
+from impactfem.case.floors import floors_of
 from impactfem.case.leaf import FileName
 from impactfem.case.quantity import Number, read_number
 from impactfem.case.reading import reading_of

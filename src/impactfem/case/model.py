@@ -9,13 +9,14 @@ from pydantic import Field
 
 from impactfem.case.analysis import Pounding, Spectra
 from impactfem.case.base import Section, Written
-from impactfem.case.buildings import Building, Material
+from impactfem.case.buildings import Building
 from impactfem.case.calibration import Calibration
 from impactfem.case.contacts import Contact, ContactEntry, ContactLawEntry, expand
 from impactfem.case.damping import Damping, DampingCase
 from impactfem.case.device_analysis import DeviceAnalysis
 from impactfem.case.devices import DeviceSetup
 from impactfem.case.ensemble import Ensemble
+from impactfem.case.floors import Material
 from impactfem.case.leaf import File, Key, Text
 from impactfem.case.loads import FloorForces
 from impactfem.case.motions import Motion, MotionEntry
@@ -44,16 +45,14 @@ class CaseFile(Section):
     """The buildings."""
     calibration: Calibration | None = None
     """Calibration of the sticks; left out, they are taken as given."""
-    structure: Structure | None = None
-    """The 3D model of one building; left out, there is none."""
     wall_impact: WallImpactSetup | None = None
-    """The impact of the 3D model on a rigid wall, which needs [structure]; left out, there is
-    none."""
+    """The impact of the 3D model on a rigid wall, which needs a [buildings.structure]; left out,
+    there is none."""
     transient: Transient | None = None
-    """The response of the 3D model in time, which needs [structure]; left out, it is not
-    computed."""
+    """The response of the 3D model in time, which needs a [buildings.structure]; left out, it is
+    not computed."""
     devices: tuple[DeviceSetup, ...] = ()
-    """Devices on floors of the 3D model, which need [structure] and [transient]."""
+    """Devices on floors of the 3D model, which need a [buildings.structure] and [transient]."""
     device_analysis: DeviceAnalysis | None = None
     """How the forces on their anchors are computed."""
     motions: Annotated[tuple[Motion, ...], Written(tuple[MotionEntry, ...], tuple)] = ()
@@ -83,11 +82,13 @@ class Case(CaseFile):
     the report what ours are beside them.
 
     Args:
+        structure: The 3D model of a building, or None.
         path: The case file.
         digest: SHA-256 of the case text, of those it extends and of all files they name, as
             hexadecimal digits.
     """
 
+    structure: Structure | None
     path: Path
     digest: str
 

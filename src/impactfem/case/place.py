@@ -81,6 +81,11 @@ def fields_by_key(model: type[BaseModel]) -> dict[str, FieldInfo]:
     return {info.alias or name: info for name, info in model.model_fields.items()}
 
 
+def one_line(info: FieldInfo) -> str:
+    """The description of a field on one line."""
+    return " ".join((info.description or "").split())
+
+
 def form_of(info: FieldInfo) -> Any:
     """The type of what is written for a field."""
     return next((one.form for one in info.metadata if isinstance(one, Written)), info.annotation)

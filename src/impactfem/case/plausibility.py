@@ -13,10 +13,10 @@ from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
-from impactfem.case.buildings import Floor
 from impactfem.case.contacts import KelvinVoigtLaw
 from impactfem.case.damping import Damping
 from impactfem.case.facing import LEVEL, facing_floors, levels_of
+from impactfem.case.floors import Floor
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.place import Place, step, value_at
 from impactfem.case.source import Source, read_source
@@ -60,15 +60,17 @@ CASE = (
     Usual("buildings.*.second_moment_factor", 1e-2, 20.0, "0.1 to 1"),
     Usual("buildings.*.length", 1.0, 1e3, "5 to 200 m"),
     Usual("buildings.*.width", 1.0, 1e3, "5 to 200 m"),
-    Usual("structure.storey_stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted"),
-    Usual("structure.mesh.length", 1.0, 1e3, "5 to 200 m"),
-    Usual("structure.mesh.width", 1.0, 1e3, "5 to 200 m"),
-    Usual("structure.mesh.slab_thickness", 0.03, 5.0, "0.1 to 1 m"),
-    Usual("structure.mesh.acroterion.height", 0.05, 10.0, "0.2 to 2 m"),
-    Usual("structure.mesh.acroterion.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
-    Usual("structure.mesh.shells.*.thickness", 0.003, 5.0, "0.1 to 1 m"),
-    Usual("structure.mesh.beams.*.width", 0.01, 10.0, "0.2 to 2 m"),
-    Usual("structure.mesh.beams.*.depth", 0.01, 10.0, "0.2 to 2 m"),
+    Usual(
+        "buildings.*.structure.storey_stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted"
+    ),
+    Usual("buildings.*.structure.mesh.length", 1.0, 1e3, "5 to 200 m"),
+    Usual("buildings.*.structure.mesh.width", 1.0, 1e3, "5 to 200 m"),
+    Usual("buildings.*.structure.mesh.slab_thickness", 0.03, 5.0, "0.1 to 1 m"),
+    Usual("buildings.*.structure.mesh.acroterion.height", 0.05, 10.0, "0.2 to 2 m"),
+    Usual("buildings.*.structure.mesh.acroterion.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
+    Usual("buildings.*.structure.mesh.shells.*.thickness", 0.003, 5.0, "0.1 to 1 m"),
+    Usual("buildings.*.structure.mesh.beams.*.width", 0.01, 10.0, "0.2 to 2 m"),
+    Usual("buildings.*.structure.mesh.beams.*.depth", 0.01, 10.0, "0.2 to 2 m"),
     Usual("contacts.*.gap", 0.0, 1.0, "0 to 30 cm"),
     Usual("contacts.*.bearing_area", 1e-4, 1e3, "0.1 to 50 m2"),
     Usual("contact_laws.*.stiffness", 1e6, 1e14, "1e8 to 1e11 N/m, 1e9 to 1e12 N/m^1.5"),
@@ -195,9 +197,11 @@ def _floor_ranges(source: Source, case: Case) -> Iterator[Fault]:
 def _member_ranges(source: Source, case: Case) -> Iterator[Fault]:
     if case.structure is None or not isinstance(case.structure.mesh, GeneratedMesh):
         return
+    index = [building.name for building in case.buildings].index(case.structure.building)
     for usual in MEMBERS:
         table, column = usual.keys.split(".")
-        name = value_at(("structure", "mesh", table), source.raw)
+        place = ("buildings", index, "structure", "mesh", table)
+        name = value_at(place, source.raw)
         for number, row in enumerate(getattr(case.structure.mesh, table), start=1):
             of_column = Usual(column, usual.low, usual.high, usual.words)
             yield from _row(source.path.parent / str(name), f"row {number}", row, (of_column,))

@@ -71,6 +71,20 @@ class Reading:
         """What stands at a place of the file; None when nothing does."""
         return value_at(place, self.source.raw)
 
+    def of_structure(self, *keys: int | str) -> Place:
+        """The place of a key of the 3D model; without one, a place where nothing stands."""
+        place = next(
+            (("buildings", k) for k, b in self.tables("buildings") if "structure" in b), ()
+        )
+        return (*place, "structure", *keys) if place else ("buildings", "structure")
+
+    @property
+    def three_d(self) -> str:
+        """Name of the building with a 3D model; none where there is none."""
+        return str(
+            next((b.get("name") for _, b in self.tables("buildings") if "structure" in b), "")
+        )
+
     def tables(self, key: str) -> list[tuple[int, dict[str, Any]]]:
         """The tables of an array of tables with their index, as far as they are tables."""
         entries = self.source.raw.get(key)

@@ -186,15 +186,19 @@ def _lay_over(
         speakers: The file that says a key, by the place of the key.
     """
     for key, value in over.items():
-        place, below = (*table, key), under.get(key)
+        place: Place = (*table, key)
+        below: Any = under.get(key)
         named = _by_name(below) if isinstance(value, dict) else {}
         if named and value and all(isinstance(table, dict) for table in value.values()):
             for name, table in value.items():
                 if name not in named:
                     expected = f"no table of this name is extended; {nearest(name, list(named))}"
                     raise InputError([Fault(file, dotted((*place, name)), None, expected)])
-                _lay_over(below[named[name]], table, (*place, named[name]), file, speakers)
-        elif isinstance(value, dict) and isinstance(below, dict) and _same_type(below, value):
+                entry = (*place, named[name])
+                _note(below[named[name]], entry, speakers[place], speakers)
+                _lay_over(below[named[name]], table, entry, file, speakers)
+            continue  # the array is still that of the file below
+        if isinstance(value, dict) and isinstance(below, dict) and _same_type(below, value):
             _lay_over(below, value, place, file, speakers)
         else:
             if key in under:
@@ -204,6 +208,14 @@ def _lay_over(
             if isinstance(value, dict):
                 _lay_over(under[key], value, place, file, speakers)
         speakers[place] = file
+
+
+def _note(table: dict[str, Any], place: Place, file: Path, speakers: dict[Place, Path]) -> None:
+    """Note who says the keys of a table of an array, as far as that is not noted yet."""
+    for key, value in table.items():
+        speakers.setdefault((*place, key), file)
+        if isinstance(value, dict):
+            _note(value, (*place, key), speakers[*place, key], speakers)
 
 
 def _by_name(below: Any) -> dict[str, int]:

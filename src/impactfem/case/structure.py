@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
+from pydantic.json_schema import SkipJsonSchema
 
 from impactfem.case.base import Section, refuse
-from impactfem.case.buildings import UNKNOWN_MATERIAL, Material, MaterialOf, entry_of, floors_of
 from impactfem.case.damping import PartDamping, Parts
-from impactfem.case.leaf import BuildingName, FileName, Text, Whole
+from impactfem.case.floors import UNKNOWN_MATERIAL, Material, MaterialOf, entry_of, floors_of
+from impactfem.case.leaf import FileName, Text, Whole
 from impactfem.case.members import Bay, Beam, Column, Member, Site, Wall, read_bays, read_members
 from impactfem.case.quantity import (
     ElementSize,
@@ -75,7 +76,7 @@ class FileMesh(Section):
 
 def _site(info: ValidationInfo) -> Site:
     """Where the members of a generated mesh stand, as far as it is known."""
-    building = reading_of(info).value("structure", "building")
+    building = reading_of(info).three_d
     heights = {floor.floor: floor.storey_height for floor in floors_of(building, info)}
     return Site(info.data.get("length"), info.data.get("width"), heights or None)
 
@@ -168,8 +169,8 @@ class Structure(Section):
     material and another damping.
     """
 
-    building: BuildingName
-    """Name of the building."""
+    building: SkipJsonSchema[str] = ""
+    """Name of the building, which is not written here."""
     material: Annotated[Material, MaterialOf(dense=True)] = Field(
         default=None, validate_default=True
     )
@@ -194,16 +195,6 @@ class Structure(Section):
     mesh: Annotated[Mesh, Field(discriminator="type")]
     """The mesh: generated from tables, or from a file."""
 
-    @field_validator("building")
-    @classmethod
-    def _floors_from_one(cls, value: str, info: ValidationInfo) -> str:
-        """Floors are named by their number in the mesh: there is no gap between 1 and the top."""
-        numbers = [floor.floor for floor in floors_of(value, info)]
-        if numbers != list(range(1, len(numbers) + 1)):
-            found = ", ".join(map(str, numbers))
-            raise refuse(f"expected a building with floors from 1 without a gap, found {found}")
-        return value
-
     @field_validator("material", mode="before")
     @classmethod
     def _that_of_the_building(cls, value: Any, info: ValidationInfo) -> Any:
@@ -213,6 +204,11 @@ class Structure(Section):
         if name not in (info.context.names("materials") or ()):
             return UNKNOWN_MATERIAL  # a fault of the building
         return name
+
+    @property
+    def key(self) -> str:
+        """Where it stands in a case file, with the name of its building."""
+        return f"buildings.{self.building}.structure"
 
 
 def structure_files(structure: Structure) -> tuple[Path, ...]:

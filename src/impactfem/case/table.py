@@ -13,6 +13,7 @@ from pydantic.fields import FieldInfo
 
 from impactfem.case.base import Section, nearest
 from impactfem.case.leaf import Levels, Whole, Words
+from impactfem.case.place import one_line
 from impactfem.case.quantity import Quantity, Ratio, read_number
 from impactfem.case.unit import UnitError, scale, si_factor
 from impactfem.system.errors import Fault
@@ -158,7 +159,7 @@ def _columns(
             columns.append(_Column(header, name, leaf, factor))
     for name, info in fields.items():
         if info.is_required() and name not in found:
-            expected = f"missing column; expected '{_header_of(name, info)}': {info.description}"
+            expected = f"missing column; expected '{_header_of(name, info)}': {one_line(info)}"
             faults.append(Fault(path, f"line {number}", None, expected))
     return columns
 

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, refuse
-from impactfem.case.buildings import floors_of
 from impactfem.case.contacts import floors_of_building
+from impactfem.case.floors import floors_of
 from impactfem.case.leaf import FloorNumbers, Whole
 from impactfem.case.quantity import Depth, Duration, Length, Ratio, Time, TimeStep
 from impactfem.case.transient import half_of_duration
@@ -21,11 +21,11 @@ Pull = Literal["whole_floor", "even_load", "mass_centre"]
 
 def _building(info: ValidationInfo) -> str:
     """Name of the building with a 3D model in the case file that is read."""
-    return str(info.context and info.context.value("structure", "building"))
+    return info.context.three_d if info.context is not None else ""
 
 
 class WallImpactSetup(Section):
-    """The impact of the building of [structure] on a rigid wall, which calibrates contact laws.
+    """The impact of the building with a 3D model on a rigid wall, which calibrates contact laws.
 
     One floor is drawn aside and let go; there is no ground motion. The wall stands on the side of
     the impact edges of the mesh.

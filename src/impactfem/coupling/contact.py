@@ -23,13 +23,7 @@ from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from impactfem.case.contacts import (
-    ContactLaw,
-    HertzDampLaw,
-    HertzLaw,
-    JankowskiLaw,
-    KelvinVoigtLaw,
-)
+from impactfem.case.contacts import ContactLaw, HertzDampLaw, HertzLaw, JankowskiLaw, KelvinVoigtLaw
 from impactfem.coupling import restitution as relations
 from impactfem.system.errors import Fault, InputError
 

@@ -62,6 +62,7 @@ def asked_stages(case: Case, last: str | None) -> list[Stage]:
     for stage in stages:
         missing = stage.lacks(case)
         if missing is not None:
-            expected = f"expected a section [{missing}], which the stage {stage.name} needs"
+            name = {"structure": "buildings.structure"}.get(missing, missing)
+            expected = f"expected a section [{name}], which the stage {stage.name} needs"
             raise InputError([Fault(case.path, missing, None, expected)])
     return stages

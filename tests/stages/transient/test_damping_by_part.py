@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 OTHER = Rayleigh(0.05, 1e-4)
 ENTRY = """
-[[structure.damping]]
+[[buildings.structure.damping]]
 parts = ["{parts}"]
 ratio = "{ratio} %"
 frequencies = ["1 Hz", "20 Hz"]
@@ -120,7 +120,8 @@ def case(
         asked = 'solver = "full"\nduration = "0.5 s"\n'
         path: Path = edited(folder / "frame.toml", ('solver = "reduced"\n', asked))
         if parts:
-            path.write_text(path.read_text() + ENTRY.format(parts=parts, ratio=ratio))
+            entry = f"{ENTRY.format(parts=parts, ratio=ratio)}[buildings.structure.mesh]"
+            path.write_text(path.read_text().replace("[buildings.structure.mesh]", entry, 1))
         return path
 
     return made

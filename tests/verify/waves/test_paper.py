@@ -38,7 +38,7 @@ def test_on_a_coarse_mesh(monkeypatch, tmp_path):
     case = tmp_path / "coarse.toml"
     case.write_text(
         f'extends = "{in_source_tree(paper.CASE)}"\n'
-        '[structure.mesh]\nsize = "5 m"\n'
+        '[buildings.B1.structure.mesh]\nsize = "5 m"\n'
         '[transient]\nmaximum_frequency = "60 Hz"\ntolerance = 0.05\n'
         '[calibration]\nmode = "given"\n',
         encoding="utf-8",

@@ -64,7 +64,7 @@ def with_structure_targets(case: Case, folder: Path) -> Case:
             raise SolutionError(
                 f"mode {target.mode} of {target.building} is a target, and the {len(frequency)} "
                 f"modes of the 3D model hold {len(modes)} that bend along {direction}; "
-                "request more in structure.modes"
+                "request more modes in [buildings.structure]"
             )
         mode = modes[target.mode - 1]
         measures = {"frequency": float(frequency[mode]), "effective_mass": float(masses[mode])}

@@ -1,0 +1,213 @@
+"""Materials, and the floor table of a building: one row a floor with the storey below it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import ValidationInfo, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+from impactfem.case.base import Section, present, refuse
+from impactfem.case.damping import Damping
+from impactfem.case.leaf import NameOf, Whole
+from impactfem.case.quantity import (
+    Area,
+    Density,
+    Inertia,
+    Length,
+    Mass,
+    PositiveFactor,
+    PositiveLength,
+    Quantity,
+    Ratio,
+    SecondMoment,
+    Stress,
+)
+from impactfem.case.reading import reading_of
+from impactfem.case.table import Table, column_key, read_table
+from impactfem.case.unit import LENGTH
+from impactfem.system.errors import Fault
+
+
+class Material(Section):
+    """An isotropic, linear elastic material."""
+
+    young_modulus: Stress
+    """Young's modulus E."""
+    poisson_ratio: Annotated[float, Ratio(at_least=0, below=0.5)]
+    """Poisson's ratio ν."""
+    density: Density | None = None
+    """Mass density; the sticks take their masses from the floor table instead."""
+    compressive_strength: Stress | None = None
+    """Compressive strength, which the mean bearing pressure of an impact is compared with."""
+
+
+MOST_FLOORS = 200
+
+
+UNKNOWN_MATERIAL = Material(young_modulus=1e9, poisson_ratio=0.2, density=1e3)
+UNKNOWN_DAMPING = Damping(ratio=0.05, frequencies=(1.0, 20.0))
+"""Stand for those that have faults, where only the other faults of a case are looked for."""
+
+
+@dataclass(frozen=True)
+class MaterialOf(NameOf):
+    """The name of a material in the case file, held as the material.
+
+    Args:
+        dense: Whether it must have a density.
+    """
+
+    group: str = "materials"
+    word: str = "material"
+    dense: bool = False
+
+    def check(self, value: Any, info: ValidationInfo) -> Any:
+        """Take the material of the name."""
+        if isinstance(value, Material):
+            return value
+        name = super().check(value, info)
+        if info.context is None:
+            raise refuse("expected a material")
+        raw = info.context.value("materials", name)
+        if self.dense and isinstance(raw, dict) and "density" not in raw:
+            raise refuse(
+                f"expected a material with a density, which is missing in [materials.{name}]"
+            )
+        return info.context.valid(Material, raw) or UNKNOWN_MATERIAL
+
+
+FLOORS = "a floor table (CSV)"
+
+
+class Floor(Section):
+    """A floor and the storey below it: one row of the floor table, bottom to top.
+
+    The axes are those of the case: z is vertical and the stick's axis. Second moments of area and
+    shear areas are those of the storey, as in the paper's Appendix A, where ``A_vy`` is the shear
+    area along y and ``A_vz`` the one along x; ``I_z`` is close to I_x + I_y there and so polar.
+    """
+
+    floor: Annotated[int, Whole(1)]
+    """Number of the floor, increasing upwards."""
+    mass: Mass
+    """Mass of the floor, lumped at its mass centre."""
+    Jx: Inertia
+    """Moment of inertia of the floor's mass about x."""
+    Jy: Inertia
+    """Moment of inertia of the floor's mass about y."""
+    Jz: Inertia
+    """Moment of inertia of the floor's mass about z."""
+    Ix: SecondMoment
+    """Second moment of area of the storey, bending about x."""
+    Iy: SecondMoment
+    """Second moment of area of the storey, bending about y."""
+    Iz: SecondMoment
+    """Torsion constant of the storey about z."""
+    A: Area
+    """Area of the storey's cross-section."""
+    Avy: Area
+    """Shear area of the storey along y."""
+    Avz: Area
+    """Shear area of the storey along x."""
+    storey_height: PositiveLength
+    """Height of the storey between mass centres; of the lowest one from the base."""
+    storey_height_min: PositiveLength = math.nan
+    """Lower bound of the height in the calibration; default the height itself."""
+    storey_height_max: PositiveLength = math.nan
+    """Upper bound of the height in the calibration; default the height itself."""
+    storey_stiffness_factor: PositiveFactor = 1.0
+    """Factor on all stiffnesses of this storey, besides the building's."""
+    length: Annotated[float | None, Quantity(LENGTH, above=0)] = None
+    """Length of this floor along x; default that of the building."""
+    width: Annotated[float | None, Quantity(LENGTH, above=0)] = None
+    """Width of this floor along y; default that of the building."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fixed_height(cls, data: Any) -> Any:
+        """A height without bounds is fixed: both bounds are the height."""
+        if isinstance(data, dict) and "storey_height" in data:
+            height = data["storey_height"]
+            return {"storey_height_min": height, "storey_height_max": height} | data
+        return data
+
+    @field_validator("storey_height_max")
+    @classmethod
+    def _ordered_bounds(cls, value: float, info: ValidationInfo) -> float:
+        if not present(info, ["storey_height", "storey_height_min"]):
+            return value
+        low, height = info.data["storey_height_min"], info.data["storey_height"]
+        if low > value:
+            raise refuse(f"expected bounds in order: storey_height_min is {low:g} m")
+        if not low <= height <= value:
+            raise refuse(f"expected bounds around storey_height, which is {height:g} m")
+        return value
+
+
+def read_floors(path: Path, faults: list[Fault]) -> Table[Floor] | None:
+    """Read a floor table; what is wrong with it is appended to ``faults``.
+
+    Args:
+        path: A CSV file with the columns of ``Floor``.
+        faults: Every fault of the table is appended here.
+
+    Returns:
+        The floors with the lines they stand on, or None when there were faults.
+    """
+    table = read_table(path, Floor, faults, MOST_FLOORS)
+    if table is None:
+        return None
+    broken = list(_order_faults(path, table))
+    faults.extend(broken)
+    return None if broken else table
+
+
+def _order_faults(path: Path, table: Table[Floor]) -> Iterator[Fault]:
+    seen: dict[int, int] = {}
+    highest = 0
+    for line, row in zip(table.lines, table.rows, strict=True):
+        key = column_key(line, table.headers["floor"])
+        if row.floor in seen:
+            first = seen[row.floor]
+            yield Fault(path, key, row.floor, f"duplicate floor, the first is in line {first}")
+        elif row.floor < highest:
+            yield Fault(
+                path, key, row.floor, f"expected floors from bottom to top, above {highest}"
+            )
+        seen.setdefault(row.floor, line)
+        highest = max(highest, row.floor)
+
+
+def entry_of(building: Any, info: ValidationInfo) -> dict[str, Any]:
+    """The table of a building in the case file that is read; empty where there is none."""
+    tables = [] if info.context is None else info.context.tables("buildings")
+    return next((entry for _, entry in tables if entry.get("name") == building), {})
+
+
+def floors_of(building: Any, info: ValidationInfo) -> tuple[Floor, ...]:
+    """The floors of a building in the case file that is read; none where they are not known."""
+    entry = entry_of(building, info)
+    if not entry:
+        return ()
+    with reading_of(info).leniently():
+        try:
+            return reading_of(info).table(entry.get("floors"), FLOORS, read_floors) or ()
+        except PydanticCustomError:
+            return ()
+
+
+def known_levels(building: Any, info: ValidationInfo) -> dict[int, float]:
+    """Elevation of each floor [m] by its number, in the case file that is read."""
+    floors = floors_of(building, info)
+    written = entry_of(building, info).get("base", "0 m")
+    base = reading_of(info).number(Length, written) if floors else None
+    if base is None:
+        return {}
+    heights = itertools.accumulate((floor.storey_height for floor in floors), initial=base)
+    return dict(zip((floor.floor for floor in floors), list(heights)[1:], strict=True))
