@@ -190,13 +190,13 @@ def _lay_over(
         below: Any = under.get(key)
         named = _by_name(below) if isinstance(value, dict) else {}
         if named and value and all(isinstance(table, dict) for table in value.values()):
-            for name, table in value.items():
+            for name, entry in value.items():
                 if name not in named:
                     expected = f"no table of this name is extended; {nearest(name, list(named))}"
                     raise InputError([Fault(file, dotted((*place, name)), None, expected)])
-                entry = (*place, named[name])
-                _note(below[named[name]], entry, speakers[place], speakers)
-                _lay_over(below[named[name]], table, entry, file, speakers)
+                inside = (*place, named[name])
+                _note(below[named[name]], inside, speakers[place], speakers)
+                _lay_over(below[named[name]], entry, inside, file, speakers)
             continue  # the array is still that of the file below
         if isinstance(value, dict) and isinstance(below, dict) and _same_type(below, value):
             _lay_over(below, value, place, file, speakers)
