@@ -29,7 +29,7 @@ PACKAGES = {
     "reduction": {"building", "case", "coupling", "dynamics", "spectra"},
     "device": {"case", "coupling", "dynamics", "spectra", "sticks"},
     "plot": {"spectra"},
-    "stages": {"case", "dynamics", "plot", "spectra"},
+    "stages": {"case", "plot", "spectra"},
     "stages.building": {"building", "case", "dynamics", "plot", "reduction", "stages"},
     "stages.calibrate": {
         *("building", "case", "coupling", "dynamics", "plot", "reduction", "stages"),

@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +20,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import ImpactfemError
-from impactfem.system.scalar import Scalar, scalars_of, values_of, with_scalars
+from impactfem.system.scalar import Scalar, with_scalars
 
 # What xarray and HDF5 raise for a file that is missing, of another kind, or damaged.
 DAMAGE = (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError)
@@ -154,62 +152,3 @@ def names_of(store: xr.Dataset, dimension: str) -> list[str]:
 def time_step(store: xr.Dataset) -> float:
     """Step of the histories of a store [s]."""
     return float(store["time"][1] - store["time"][0])
-
-
-class StoreView:
-    """A store of a stage of the 3D building.
-
-    Args:
-        store: The open store.
-    """
-
-    def __init__(self, store: xr.Dataset) -> None:
-        self.store = store
-        self.building = str(store.attrs["building"])
-
-    @cached_property
-    def time(self) -> Array:
-        """Shape (n_t,) [s]."""
-        return self._values("time")
-
-    @property
-    def time_step(self) -> float:
-        """Δt [s]."""
-        return float(self.time[1] - self.time[0])
-
-    @cached_property
-    def frequency(self) -> Array:
-        """Frequencies of the spectra, shape (n_f,) [Hz]."""
-        return self._values("frequency")
-
-    @cached_property
-    def scalars(self) -> list[Scalar]:
-        """The scalars of the stage."""
-        return scalars_of(self.store)
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Those of them that have a value, by name."""
-        return values_of(self.store)
-
-    def _values(self, name: str) -> Array:
-        return np.asarray(self.store[name].values, dtype=np.float64)
-
-
-class CasesView(StoreView):
-    """A store with results for one damping of the building after the other.
-
-    Args:
-        store: The open store.
-    """
-
-    def __init__(self, store: xr.Dataset) -> None:
-        super().__init__(store)
-        self.cases = [str(name) for name in store["case"].values]
-
-    def damping(self, case: int) -> Rayleigh:
-        """The damping of a damping case, by its number from 0."""
-        return Rayleigh(
-            float(self.store["mass_coefficient"].values[case]),
-            float(self.store["stiffness_coefficient"].values[case]),
-        )

@@ -90,7 +90,9 @@ def carrier(parted: tuple[ReducedBasis, ReducedBasis]) -> Carrier:
     return Carrier(
         bases=parted,
         nodes=np.array([9, 4]),
-        floors=floor_points(("centre_1", "centre_2"), np.array([[0, 0, 3.0], [0, 0, 6.0]]))[0],
+        floors=floor_points(
+            ("centre_1", "centre_2"), np.array([[0, 0, 3.0], [0, 0, 6.0]]), {1: 0, 2: 1}
+        )[0],
         search=None,
         damping=Rayleigh(0.5, 1e-4),
         spectra=Spectra(damping=(0.02, 0.05), frequencies=frequencies),

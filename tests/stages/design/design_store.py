@@ -62,7 +62,7 @@ def own_spectra(still: bool = False, alone: bool = False) -> CaseSpectra:
     psa = peaked(np.random.default_rng(1), (2, len(NAMES), 3))
     if still:
         psa[:, :, 0] = 0.0
-    floors, elsewhere = floor_points(NAMES, np.array([[0.0, 0.0, z] for z in HEIGHT]))
+    floors, elsewhere = floor_points(NAMES, np.array([[0.0, 0.0, z] for z in HEIGHT]), {1: 0, 2: 2})
     own = CaseSpectra(
         building="B1",
         names=NAMES,

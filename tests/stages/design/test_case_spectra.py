@@ -27,6 +27,8 @@ def store():
         },
         coords={
             "probe": ("probe", np.array(NAMES, dtype=object)),
+            "probe_kind": ("probe", np.array(["centre", "edge", "point"], dtype=object)),
+            "probe_floor": ("probe", np.array([1, 1, 0])),
             "damping": [0.02, 0.05],
             "frequency": np.geomspace(1.0, 10.0, 5),
         },

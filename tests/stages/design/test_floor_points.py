@@ -13,7 +13,7 @@ POSITION = np.array(
 
 
 def test_floors_from_the_lowest():
-    floors, elsewhere = floor_points(NAMES, POSITION)
+    floors, elsewhere = floor_points(NAMES, POSITION, {2: 0, 1: 1})
     assert [(f.floor, f.elevation, f.names) for f in floors] == [
         (1, 3.0, ("centre_1", "edge_1")),
         (2, 6.0, ("centre_2", "corner")),
@@ -22,12 +22,12 @@ def test_floors_from_the_lowest():
 
 
 def test_without_a_mass_centre():
-    with pytest.raises(ImpactfemError, match="no probe centre_K"):
-        floor_points(("edge_1", "centre_top"), POSITION[:2])
+    with pytest.raises(ImpactfemError, match="no probe at the mass centre"):
+        floor_points(("edge_1", "centre_top"), POSITION[:2], {})
 
 
 def test_envelope():
-    floors, _ = floor_points(NAMES, POSITION)
+    floors, _ = floor_points(NAMES, POSITION, {2: 0, 1: 1})
     values = np.random.default_rng(0).random((2, 5, 3, 7))
     found = enveloped(values, floors, axis=1)
     assert found.shape == (2, 2, 3, 7)
@@ -36,6 +36,6 @@ def test_envelope():
 
 
 def test_envelope_of_one_point_is_the_point():
-    floors, _ = floor_points(("centre_1",), POSITION[1:2])
+    floors, _ = floor_points(("centre_1",), POSITION[1:2], {1: 0})
     values = np.random.default_rng(0).random((1, 3))
     np.testing.assert_array_equal(enveloped(values, floors, axis=0), values)

@@ -141,7 +141,7 @@ def test_envelope_of_the_points(done: study.Run) -> None:
     found, own = opened(done.folder, "design.nc"), opened(done.folder, "transient.nc")
     points = str(found["station_points"].values[-1]).split(", ")
     assert {"centre_2", "edge_2", "line_1"} <= set(points) and "between" not in points
-    assert json.loads(found.attrs["elsewhere"]) == ["between"]
+    assert found["elsewhere"].values.tolist() == ["between"]
     top = found.isel(station=-1).sel(direction="y")
     probes = own["psa"].sel(probe=points, component="y").max("probe").values
     np.testing.assert_allclose(top["probes_psa"].values, probes)

@@ -15,7 +15,9 @@ from impactfem.system.files import write_netcdf
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
 
-FLOORS, _ = floor_points(("centre_1", "centre_2"), np.array([[0, 0, 3.0], [0, 0, 6.0]]))
+FLOORS, _ = floor_points(
+    ("centre_1", "centre_2"), np.array([[0, 0, 3.0], [0, 0, 6.0]]), {1: 0, 2: 1}
+)
 
 
 @pytest.fixture

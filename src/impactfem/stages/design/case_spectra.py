@@ -92,7 +92,9 @@ def read_case_spectra(path: Path) -> CaseSpectra:
         with xr.open_dataset(path, engine="h5netcdf") as store:
             names = tuple(str(name) for name in store["probe"].values)
             position = np.asarray(store["probe_position"].values, dtype=np.float64)
-            floors, elsewhere = floor_points(names, position)
+            kinds = zip(store["probe_kind"].values, store["probe_floor"].values, strict=True)
+            centres = {int(f): k for k, (kind, f) in enumerate(kinds) if kind == "centre"}
+            floors, elsewhere = floor_points(names, position, centres)
             order = ("damping", "probe", "component", "frequency")
             return CaseSpectra(
                 building=str(store.attrs["building"]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,6 @@ from impactfem.system.errors import ImpactfemError
 
 Array = NDArray[np.float64]
 
-CENTRE = "centre_"
-"""How the names of the probes at the mass centres begin, which are there for every floor."""
 LEVEL = 0.05
 """How far from its mass centre's level a point of a floor may be [m]."""
 
@@ -25,24 +23,27 @@ class FloorPoints:
     Args:
         floor: Its number.
         elevation: Of its mass centre [m].
+        centre: Number of the probe at its mass centre.
         names: Names of the points, in the order of the probes.
         probes: Their numbers among all probes.
     """
 
     floor: int
     elevation: float
+    centre: int
     names: tuple[str, ...]
     probes: tuple[int, ...]
 
 
 def floor_points(
-    names: Sequence[str], position: Array
+    names: Sequence[str], position: Array, centres: Mapping[int, int]
 ) -> tuple[tuple[FloorPoints, ...], tuple[str, ...]]:
     """Sort probes by floors: a probe belongs to the floor that it is level with.
 
     Args:
         names: Names of the probes, that of the mass centre of each floor among them.
         position: Their positions, shape (n, 3) [m].
+        centres: Which of them is at the mass centre of a floor, by the floor's number.
 
     Returns:
         The floors from the lowest, and the names of the probes that are on none.
@@ -50,18 +51,20 @@ def floor_points(
     Raises:
         ImpactfemError: There is no probe at a mass centre.
     """
-    heights = {
-        int(name.removeprefix(CENTRE)): float(z)
-        for name, z in zip(names, position[:, 2], strict=True)
-        if name.startswith(CENTRE) and name.removeprefix(CENTRE).isdigit()
-    }
-    if not heights:
-        raise ImpactfemError(f"no probe {CENTRE}K at the mass centre of a floor")
+    if not centres:
+        raise ImpactfemError("no probe at the mass centre of a floor")
+    heights = {floor: float(position[probe, 2]) for floor, probe in centres.items()}
     found = []
     for floor, elevation in sorted(heights.items(), key=lambda one: one[1]):
         level = np.flatnonzero(np.abs(position[:, 2] - elevation) <= LEVEL)
         found.append(
-            FloorPoints(floor, elevation, tuple(names[i] for i in level), tuple(map(int, level)))
+            FloorPoints(
+                floor,
+                elevation,
+                centres[floor],
+                tuple(names[i] for i in level),
+                tuple(map(int, level)),
+            )
         )
     used = {i for one in found for i in one.probes}
     return tuple(found), tuple(name for i, name in enumerate(names) if i not in used)

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from impactfem.spectra.statistics import STATISTICS, over_members
 from impactfem.stages.design.carried import CarriedEnsemble
 from impactfem.stages.design.case_spectra import CaseSpectra
-from impactfem.stages.design.floor_points import CENTRE
 from impactfem.system.scalar import Scalar
 
 Array = NDArray[np.float64]
@@ -57,7 +56,7 @@ def _ensemble(own: CaseSpectra, c: int, carried: CarriedEnsemble) -> list[Scalar
     peaks = carried.floor_psa[:, 0, :, c].max(axis=-1)
     zpa = carried.floor_pfa[:, :, c]
     for k, floor in enumerate(own.floors):
-        centre = own.names.index(f"{CENTRE}{floor.floor}")
+        centre = floor.centre
         at_centre = carried.psa[:, 0, centre, c].max(axis=-1)
         envelope = _points(len(floor.names), round(carried.vertices[:, k, c].mean()))
         name = f"floor_{floor.floor}"

@@ -1,30 +1,17 @@
 """The store of the stage: `design.nc`.
 
-Dimensions `damping`, `station` (floors of the building of the 3D model), `direction`, `frequency`.
-`psa` is the envelope over the points of a floor under the case's own motion, `zpa` that of their
-peak accelerations, `governing` which point has the largest ordinate; `probes_psa` is that over the
-probes alone. The points are the probes and, where `transient_maps.nc` has fields over the floors,
-the vertices that govern, along `vertex` with their place. `whole_psa` and `whole_zpa` are the
-envelope over all vertices of a floor at `whole_frequency`, from the fields; `reached_psa` and
-`reached_zpa` that of the governing ones, from the same fields.
-
-With an ensemble that is carried through the 3D model there is the dimension `motion`: `member_psa`
-and `member_zpa` are the same for each member, over the probes and the vertices that govern under
-its motion, `member_vertices` in number; `candidates` of each floor were looked at for these.
-`member_impact_force` the largest force of the sticks
-on each `edge`; with devices `member_device_force` and `member_device_spectrum` are their largest
-forces in the 3D model and by response spectrum analysis. Directions in which nothing moves are left
-out.
+The points of a floor are its probes and, where `transient_maps.nc` has fields over the floors, the
+vertices that govern. Names that begin with `whole_` are of all vertices of a floor, with `reached_`
+of those that govern, both from the fields; with `member_` of the members of an ensemble that is
+carried through the 3D model. Directions in which nothing moves are left out.
 """
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.case import Case
@@ -33,13 +20,55 @@ from impactfem.stages.design.case_spectra import CaseSpectra
 from impactfem.stages.design.fewest import MISSED
 from impactfem.stages.design.scalars import design_scalars
 from impactfem.stages.design.whole_floors import STILL, WholeFloors
+from impactfem.stages.stores import Output, dataset
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import with_scalars
 
 Array = NDArray[np.float64]
-Variables = dict[str, tuple[Any, ...]]
 
-SI = {"units": "m/s2"}
+_CURVE = "damping station direction frequency"
+_PLACE = "station direction"
+_WHOLE = "station direction whole_frequency"
+_FORCE = "motion device component"
+OUTPUTS = {
+    "direction": Output("direction"),
+    "frequency": Output("frequency", "Hz"),
+    "damping": Output("damping", "-", "of the oscillators"),
+    "station": Output("station", "", "building and floor"),
+    "station_floor": Output("station", label=True),
+    "station_points": Output("station", "", "its probes", label=True),
+    "elevation": Output("station", "m", label=True),
+    "point": Output("point", "", "probe or node"),
+    "elsewhere": Output("elsewhere", "", "probes on no floor"),
+    "psa": Output(_CURVE, "m/s2", "envelope of the points under the case's own motion"),
+    "zpa": Output(_PLACE, "m/s2", "envelope of their peak accelerations"),
+    "governing": Output(_CURVE, "", "number of the point with the largest ordinate, from 0"),
+    "probes_psa": Output(_CURVE, "m/s2", "envelope of the probes alone"),
+    "whole_frequency": Output("whole_frequency", "Hz"),
+    "whole_damping": Output("", "-", "of the oscillators of the fields"),
+    "whole_psa": Output(_WHOLE, "m/s2", "envelope of all vertices"),
+    "whole_zpa": Output(_PLACE, "m/s2", "envelope of all vertices"),
+    "reached_psa": Output(_WHOLE, "m/s2", "envelope of the vertices that govern"),
+    "reached_zpa": Output(_PLACE, "m/s2", "envelope of the vertices that govern"),
+    "vertices": Output("station", "", "number of its vertices"),
+    "candidates": Output(_PLACE, "", "number of vertices among which those that govern are sought"),
+    "xyz": Output("xyz"),
+    "vertex_node": Output("vertex", "", "number in building.nc", label=True),
+    "vertex_station": Output("vertex", "", "number of its station, from 0", label=True),
+    "vertex_direction": Output("vertex", "", "along which it governs", label=True),
+    "vertex_position": Output("vertex xyz", "m"),
+    "motion": Output("motion", "", "member of the ensemble"),
+    "member_psa": Output(f"motion {_CURVE}", "m/s2", "envelope of the points"),
+    "member_zpa": Output(f"motion {_PLACE}", "m/s2", "envelope of their peak accelerations"),
+    "member_vertices": Output(f"motion {_PLACE}", "", "number of vertices that govern"),
+    "edge": Output("edge", "", "number of the floor"),
+    "member_impact_force": Output("motion edge", "N", "largest one of the sticks"),
+    "device": Output("device"),
+    "component": Output("component"),
+    "member_device_force": Output(_FORCE, "N, N m", "largest one in the 3D model"),
+    "member_device_spectrum": Output(_FORCE, "N, N m", "the same by response spectrum analysis"),
+    "failed": Output("failed", "", "members without a result"),
+    "failed_reason": Output("failed", "", "why"),
+}
 
 
 def write_design(
@@ -63,42 +92,41 @@ def write_design(
     Raises:
         ImpactfemError: The file cannot be written.
     """
-    moving = _moving(own)
-    curve = ("damping", "station", "direction")
-    dataset = xr.Dataset(
-        {
-            "psa": ((*curve, "frequency"), own.floor_psa[:, :, moving], SI),
-            "zpa": (curve[1:], own.floor_pfa[:, moving], SI),
-            "governing": (
-                (*curve, "frequency"),
-                _governing(own)[:, :, moving],
-                {"note": "number of the point"},
-            ),
-            "probes_psa": ((*curve, "frequency"), own.probes_psa[:, :, moving], SI),
-            **_stations(own),
-            **({} if whole is None else _whole(whole, moving)),
-            **({} if whole is None else _vertices(whole)),
-            **({} if carried is None else _members(carried, moving)),
-        },
-        coords={
-            "direction": ("direction", _words("xyz"[c] for c in moving)),
-            "frequency": ("frequency", own.frequency, {"units": "Hz"}),
-            "damping": ("damping", own.damping, {"units": "-"}),
-        },
-        attrs={
-            "title": case.title,
-            "inputs": key,
-            "case_hash": case.content_hash(),
-            "building": own.building,
-            "shown_direction": case.shown_direction,
-            "maximum_frequency": own.maximum_frequency,
-            "missed": MISSED,
-            "elsewhere": json.dumps(own.elsewhere, ensure_ascii=False),
-            "analysis": "" if carried is None else carried.analysis,
-            "failed": json.dumps({} if carried is None else carried.failed, ensure_ascii=False),
-        },
-    )
-    write_netcdf(path, with_scalars(dataset, design_scalars(own, case.shown_direction, carried)))
+    moving, floors = _moving(own), own.floors
+    values = {
+        "direction": ["xyz"[c] for c in moving],
+        "frequency": own.frequency,
+        "damping": own.damping,
+        "station": [f"{own.building}.floor_{f.floor}" for f in floors],
+        "station_floor": [f.floor for f in floors],
+        "station_points": [", ".join(f.names) for f in floors],
+        "elevation": [f.elevation for f in floors],
+        "point": [*own.names, *(f"node {n}" for n in own.vertices.node)],
+        "elsewhere": own.elsewhere,
+        "psa": own.floor_psa[:, :, moving],
+        "zpa": own.floor_pfa[:, moving],
+        "governing": _governing(own)[:, :, moving],
+        "probes_psa": own.probes_psa[:, :, moving],
+        **({} if whole is None else _whole(whole, moving)),
+        **({} if carried is None else _members(carried, moving)),
+    }
+    attributes = {
+        "title": case.title,
+        "inputs": key,
+        "case_hash": case.content_hash(),
+        "building": own.building,
+        "shown_direction": case.shown_direction,
+        "maximum_frequency": own.maximum_frequency,
+        "missed": MISSED,
+        "analysis": "" if carried is None else carried.analysis,
+    }
+    notes = {}
+    if whole is not None:
+        samples = f"{whole.points_per_cycle:.3g} samples in a cycle of the highest frequency"
+        notes = {"whole_psa": samples}
+    scalars = design_scalars(own, case.shown_direction, carried)
+    store = dataset(OUTPUTS, values, attributes=attributes, scalars=scalars, notes=notes)
+    write_netcdf(path, store)
 
 
 def _moving(own: CaseSpectra) -> list[int]:
@@ -125,78 +153,42 @@ def _governing(own: CaseSpectra) -> NDArray[np.int64]:
     return governing
 
 
-def _stations(own: CaseSpectra) -> Variables:
-    floors = own.floors
-    return {
-        "point": ("point", _words([*own.names, *(f"node {n}" for n in own.vertices.node)])),
-        "station": ("station", _words(f"{own.building}.floor_{f.floor}" for f in floors)),
-        "station_floor": ("station", np.array([f.floor for f in floors])),
-        "station_points": ("station", _words(", ".join(f.names) for f in floors)),
-        "elevation": ("station", np.array([f.elevation for f in floors]), {"units": "m"}),
-    }
-
-
-def _whole(whole: WholeFloors, moving: list[int]) -> Variables:
-    samples = f"{whole.points_per_cycle:.3g} samples in a cycle of the highest frequency"
-    return {
-        "whole_psa": (
-            ("station", "direction", "whole_frequency"),
-            whole.psa[:, moving],
-            SI | {"damping": whole.damping, "note": samples},
-        ),
-        "whole_zpa": (("station", "direction"), whole.pfa[:, moving], SI),
-        "reached_psa": (
-            ("station", "direction", "whole_frequency"),
-            whole.governing_psa[:, moving],
-            SI | {"note": "the vertices that govern, from the same fields"},
-        ),
-        "reached_zpa": (("station", "direction"), whole.governing_pfa[:, moving], SI),
-        "candidates": (
-            ("station", "direction"),
-            whole.candidates.counts(len(whole.vertices))[:, moving],
-        ),
-        "whole_frequency": ("whole_frequency", whole.frequency, {"units": "Hz"}),
-        "vertices": ("station", whole.vertices),
-    }
-
-
-def _vertices(whole: WholeFloors) -> Variables:
-    """The vertices that govern, each of a floor along a direction."""
+def _whole(whole: WholeFloors, moving: list[int]) -> dict[str, Any]:
+    """Envelopes of all vertices, and which of them govern, each of a floor along a direction."""
     governing = whole.governing
     return {
-        "vertex_node": ("vertex", governing.node),
-        "vertex_station": ("vertex", governing.floor, {"note": "number of the station, from 0"}),
-        "vertex_direction": ("vertex", _words("xyz"[c] for c in governing.component)),
-        "vertex_position": (("vertex", "xyz"), whole.position, {"units": "m"}),
+        "whole_frequency": whole.frequency,
+        "whole_damping": whole.damping,
+        "whole_psa": whole.psa[:, moving],
+        "whole_zpa": whole.pfa[:, moving],
+        "reached_psa": whole.governing_psa[:, moving],
+        "reached_zpa": whole.governing_pfa[:, moving],
+        "vertices": whole.vertices,
+        "candidates": whole.candidates.counts(len(whole.vertices))[:, moving],
+        "xyz": ["x", "y", "z"],
+        "vertex_node": governing.node,
+        "vertex_station": governing.floor,
+        "vertex_direction": ["xyz"[c] for c in governing.component],
+        "vertex_position": whole.position,
     }
 
 
-def _members(carried: CarriedEnsemble, moving: list[int]) -> Variables:
-    curve = ("motion", "damping", "station", "direction", "frequency")
-    place = ("motion", "station", "direction")
-    forces = {"units": "N", "note": "N m for rx, ry, rz"}
-    variables: Variables = {
-        "motion": ("motion", _words(carried.members)),
-        "member_psa": (curve, carried.floor_psa[:, :, :, moving], SI),
-        "member_zpa": (place, carried.floor_pfa[:, :, moving], SI),
-        "member_vertices": (place, carried.vertices[:, :, moving]),
-        "edge": ("edge", np.array(carried.floors, dtype=np.int64), {"note": "floor's number"}),
-        "member_impact_force": (
-            ("motion", "edge"),
-            carried.impact_force,
-            {"units": "N", "note": "largest one of the sticks on the edge of the floor"},
-        ),
+def _members(carried: CarriedEnsemble, moving: list[int]) -> dict[str, Any]:
+    values: dict[str, Any] = {
+        "motion": carried.members,
+        "member_psa": carried.floor_psa[:, :, :, moving],
+        "member_zpa": carried.floor_pfa[:, :, moving],
+        "member_vertices": carried.vertices[:, :, moving],
+        "edge": np.array(carried.floors, dtype=np.int64),
+        "member_impact_force": carried.impact_force,
+        "failed": list(carried.failed),
+        "failed_reason": list(carried.failed.values()),
     }
     if carried.devices:
-        dims = ("motion", "device", "component")
-        variables |= {
-            "device": ("device", _words(carried.devices)),
-            "component": ("component", _words(("x", "y", "z", "rx", "ry", "rz"))),
-            "member_device_force": (dims, carried.device_force, forces),
-            "member_device_spectrum": (dims, carried.device_spectrum, forces),
+        values |= {
+            "device": carried.devices,
+            "component": ["x", "y", "z", "rx", "ry", "rz"],
+            "member_device_force": carried.device_force,
+            "member_device_spectrum": carried.device_spectrum,
         }
-    return variables
-
-
-def _words(values: Any) -> Any:
-    return np.array(list(values), dtype=object)
+    return values

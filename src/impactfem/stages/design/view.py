@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from functools import cached_property
 
@@ -11,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.spectra.product import FloorSpectrumSet, Station
-from impactfem.stages.stores import StoreView
+from impactfem.stages.stores import names_of
 
 Array = NDArray[np.float64]
 
@@ -25,15 +24,16 @@ ALONE = (
 )
 
 
-class DesignView(StoreView):
-    """A store of the stage `design`.
+class DesignView:
+    """The sets of floor spectra of a store of the stage `design`.
 
     Args:
         store: The open store.
     """
 
     def __init__(self, store: xr.Dataset) -> None:
-        super().__init__(store)
+        self.store = store
+        self.building = str(store.attrs["building"])
         self.direction = str(store.attrs["shown_direction"])
         self.title = str(store.attrs["title"])
         self.inputs = str(store.attrs["inputs"])
@@ -119,7 +119,7 @@ class DesignView(StoreView):
             "beams under ground motion and impact forces, meant up to "
             f"{highest:g} Hz; {enveloped}"
         )
-        elsewhere = json.loads(self.store.attrs["elsewhere"])
+        elsewhere = names_of(self.store, "elsewhere")
         if elsewhere:
             text += f"; on no floor: {', '.join(elsewhere)}"
         if self.places:
@@ -182,11 +182,10 @@ class DesignView(StoreView):
         """
         if "whole_psa" not in self.store:
             return None
-        field = self.store["whole_psa"]
-        if not np.isclose(float(field.attrs["damping"]), self.case.damping[damping]):
+        if not np.isclose(float(self.store["whole_damping"]), self.case.damping[damping]):
             return None
         frequency = np.asarray(self.store["whole_frequency"].values, dtype=np.float64)
-        return frequency, np.asarray(field.values[station, direction], dtype=np.float64)
+        return frequency, self.store["whole_psa"].values[station, direction]
 
     def vertices(self, station: int) -> int:
         """Number of vertices of a floor whose spectra `whole` envelopes."""
