@@ -14,18 +14,16 @@ from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.model import assemble_building
 from impactfem.case import load_case
+from impactfem.case.transient import MAXIMUM_FREQUENCY
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.modes import modes
-from impactfem.stages.calibrate.building_model import reduced_wall_model, wall_patterns
+from impactfem.reduction.reduced_basis import Accuracy
+from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
+from impactfem.reduction.wall import Wall, wall_patterns
 from impactfem.stages.calibrate.building_run import run_reduced
-from impactfem.stages.calibrate.compute import (
-    LARGEST,
-    MAXIMUM_FREQUENCY,
-    TOLERANCE,
-    prepare,
-    wall_probes,
-)
+from impactfem.stages.calibrate.compute import prepare
 from impactfem.stages.calibrate.unilateral_full import FullMotion
+from impactfem.stages.reduce.compute import COMPLETE, wall_probes
 from impactfem.system.files import in_source_tree
 from impactfem.system.parallel import communicator
 
@@ -95,25 +93,22 @@ def wall_figures(case_file: str = "geometry/npp_pair.toml") -> list[Figure]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "building.msh"
         generate(geometry_of(case), path, source=str(case.path))
-        prepared = prepare(case, path, case.structure.storey_stiffness_factor)
+        prepared, factor = prepare(case, path), case.structure.storey_stiffness_factor
     load_forms()
     experiment, mesh = prepared.experiment, prepared.parts.mesh
     floors, damping = experiment.floors, next(iter(prepared.dampings.values()))
     model, assembled = timed(lambda: assemble_building(communicator(), prepared.parts))
-    K = model.take_stiffness(prepared.storey_factor)
-    patterns = wall_patterns(model, mesh, floors, experiment.displaced_floor, experiment.pull)
-    reduced, built = timed(
-        lambda: reduced_wall_model(
-            model,
-            K,
-            patterns,
-            wall_probes(mesh, floors),
-            damping=damping,
-            maximum_frequency=MAXIMUM_FREQUENCY,
-            tolerance=TOLERANCE,
-            largest=LARGEST,
-        )
-    )
+    K = model.take_stiffness(factor)
+    wall = Wall(floors, experiment.displaced_floor, experiment.pull)
+    patterns = wall_patterns(model, mesh, wall)
+    probes = np.unique(wall_probes(mesh, floors))
+    accuracy = Accuracy(damping, MAXIMUM_FREQUENCY, COMPLETE)
+    plan = ReductionPlan(probes=probes, nodes=probes, accuracies=(accuracy,), wall=wall)
+    again = assemble_building(communicator(), prepared.parts)
+    found, built = timed(lambda: reduce_building(again, mesh, factor, plan))
+    reduced = found.complete.wall
+    if reduced is None:
+        raise ValueError("the building was reduced with a wall")
     run_reduced(reduced, experiment, prepared.mass, damping)  # compiles
     _, run = timed(lambda: run_reduced(reduced, experiment, prepared.mass, damping))
     u = np.ascontiguousarray(patterns.held(K)[0])

@@ -20,12 +20,14 @@ from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions
 from impactfem.reduction import krylov, orthonormal
 from impactfem.reduction.band import response_band
+from impactfem.reduction.motion_grid import looked_at
 from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
 from impactfem.reduction.response import modal_histories, node_response, node_spectra
 from impactfem.spectra import response_spectra
-from impactfem.stages.transient.maps import floor_maps, looked_at
-from impactfem.stages.transient.prepared import Prepared, lightest_damping, transient_of
+from impactfem.stages.reduce.compute import accuracies
+from impactfem.stages.transient.maps import floor_maps
+from impactfem.stages.transient.prepared import Prepared, transient_of
 from impactfem.system.files import in_source_tree
 from impactfem.system.parallel import all_blas_threads, communicator, threads
 from impactfem.verify.waves.paper import prepared_building
@@ -176,6 +178,8 @@ def _basis(
 ) -> ReducedBasis:
     """The basis of the stage; appends the time at which its tolerance is met."""
     transient, nodes = transient_of(case), np.array([probe.node for probe in prepared.probes])
+    asked = transient.model_copy(update={"serve_damping_cases": every_damping})
+    served = case.model_copy(update={"transient": asked})
     return build_basis(
         model,
         K,
@@ -183,13 +187,10 @@ def _basis(
         prepared.loads.names,
         probes=nodes,
         nodes=looked_at(prepared.parts.mesh, nodes),
-        damping=lightest_damping(case, every_damping),
-        maximum_frequency=transient.maximum_frequency,
+        accuracy=accuracies(served)[0],
         shift=transient.shift,
-        tolerance=transient.tolerance,
         largest=transient.largest_basis,
         larger=True,
-        spend=True,
         progress=lambda part: ended.append(perf_counter()) if part >= 1.0 else None,
     )
 

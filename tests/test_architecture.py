@@ -31,9 +31,12 @@ PACKAGES = {
     "plot": {"spectra"},
     "stages": {"case", "plot", "spectra"},
     "stages.building": {"building", "case", "dynamics", "plot", "reduction", "stages"},
+    "stages.reduce": {
+        *("building", "case", "coupling", "dynamics", "reduction", "stages", "stages.building"),
+    },
     "stages.calibrate": {
         *("building", "case", "coupling", "dynamics", "plot", "reduction", "stages"),
-        *("stages.building", "sticks"),
+        *("stages.building", "stages.reduce", "sticks"),
     },
     "stages.pounding": {
         *("case", "coupling", "motion", "plot", "spectra", "stages", "stages.building"),
@@ -45,12 +48,12 @@ PACKAGES = {
     },
     "stages.transient": {
         *("building", "case", "coupling", "dynamics", "motion", "plot", "reduction"),
-        *("spectra", "stages", "stages.building", "stages.pounding"),
+        *("spectra", "stages", "stages.building", "stages.pounding", "stages.reduce"),
     },
     "stages.device": {
         *("building", "case", "coupling", "device", "dynamics", "motion", "plot", "reduction"),
         *("spectra", "stages", "stages.building", "stages.calibrate", "stages.pounding"),
-        *("stages.transient", "sticks"),
+        *("stages.reduce", "stages.transient", "sticks"),
     },
     "stages.design": {
         *(
@@ -65,19 +68,20 @@ PACKAGES = {
             "stages",
         ),
         *("stages.building", "stages.calibrate", "stages.device", "stages.ensemble"),
-        *("stages.pounding", "stages.transient"),
+        *("stages.pounding", "stages.reduce", "stages.transient"),
     },
     "report": {
         *("plot", "spectra", "stages", "stages.device", "stages.transient"),
     },
     "verify": {
         *("building", "case", "coupling", "device", "dynamics", "motion", "reduction"),
-        *("spectra", "stages.calibrate", "stages.pounding", "stages.transient", "sticks"),
+        *("spectra", "stages.calibrate", "stages.pounding", "stages.reduce", "stages.transient"),
+        "sticks",
     },
     "run": {
         *("building", "case", "coupling", "device", "motion", "plot", "reduction", "report"),
         *("stages", "stages.building", "stages.calibrate", "stages.design", "stages.device"),
-        *("stages.ensemble", "stages.pounding", "stages.transient"),
+        *("stages.ensemble", "stages.pounding", "stages.reduce", "stages.transient"),
     },
     "study": {"run", "stages"},
     "cli": {"case", "run", "study", "verify"},

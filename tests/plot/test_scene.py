@@ -15,7 +15,7 @@ CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (
 DRAW = """
 import json, pickle, sys
 import numpy as np
-from impactfem.plot.scene import balls, plotter, render
+from impactfem.plot.scene import (balls, plotter, render)
 
 scene = plotter()
 scene.add_mesh(balls(np.array([[1.0, 0.0, 1.0]]), 0.05), color="black", lighting=False)

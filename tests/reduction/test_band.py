@@ -19,12 +19,7 @@ from impactfem.reduction.band import (
     spectrum_difference,
 )
 from impactfem.reduction.effectivity import Effectivity, effectivity
-from impactfem.reduction.response import (
-    NodeResponse,
-    modal_histories,
-    node_response,
-    node_spectra,
-)
+from impactfem.reduction.response import NodeResponse, modal_histories, node_response, node_spectra
 
 from ..stages.transient.conftest import TOLERANCE
 

@@ -37,13 +37,18 @@ def test_sizes(basis: Callable[[int], KrylovBasis]) -> None:
     """The shares of 30 vectors, in whole block steps of three; the model itself stays."""
     made = basis(10)
     used = reduced_model(made)
-    larger = larger_models(made)
+    larger = larger_models(made, made.size)
     assert SHARES == (1.1, 1.15, 1.2)
     assert [len(model.coordinates) for model in larger] == [33, 36]  # 34.5 takes 36, too
     again = reduced_model(made, made.sizes[9])
     assert np.allclose(again.eigenvalue, used.eigenvalue, rtol=1e-12)
     # From 60 vectors 66, 69 and 72 are asked for.
-    assert [len(model.coordinates) for model in larger_models(basis(20))] == [66, 69, 72]
+    made = basis(20)
+    assert [len(model.coordinates) for model in larger_models(made, made.size)] == [
+        66,
+        69,
+        72,
+    ]
 
 
 def test_space_that_holds_all(basis: Callable[[int], KrylovBasis]) -> None:
@@ -51,7 +56,7 @@ def test_space_that_holds_all(basis: Callable[[int], KrylovBasis]) -> None:
     made = basis(80)
     used, rows = reduced_model(made), made.rows(np.arange(4))
     response = used.transfer(rows, OMEGA, DAMPING)
-    for model in larger_models(made):
+    for model in larger_models(made, made.size):
         assert np.array_equal(model.transfer(rows, OMEGA, DAMPING), response)
 
 
@@ -62,7 +67,7 @@ def test_they_tell_the_error(
     """Of transfer functions, against direct solutions: held by the factor, and seldom without."""
     made = basis(steps)
     used = reduced_model(made)
-    larger = larger_models(made)
+    larger = larger_models(made, made.size)
     rows = made.rows(np.arange(168))
     response = used.transfer(rows, OMEGA, DAMPING)
     model = membrane()

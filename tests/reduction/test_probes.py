@@ -11,12 +11,7 @@ import pytest
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case.transient import Probe as CaseProbe
 from impactfem.case.transient import Transient
-from impactfem.reduction.probes import (
-    case_probes,
-    checked_probes,
-    nearest_node,
-    standard_probes,
-)
+from impactfem.reduction.probes import case_probes, checked_probes, nearest_node, standard_probes
 from impactfem.system.errors import InputError, SolutionError
 
 if TYPE_CHECKING:

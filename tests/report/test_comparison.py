@@ -9,13 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.report.comparison import (
-    Comparison,
-    Side,
-    common_frequencies,
-    compare,
-    resonance_low,
-)
+from impactfem.report.comparison import Comparison, Side, common_frequencies, compare, resonance_low
 from impactfem.report.comparison_views import (
     cases_table,
     comparison_figure,

@@ -12,14 +12,15 @@ from impactfem.run import estimate as module
 from impactfem.run.estimate import duration, estimate, nodes_of_file, too_much
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
-# Largest memory of each stage [GB], of the README and, of two_frames, of its run's provenance.
+# Largest memory of the stages that make matrices [GB], of the provenance of runs; the others are
+# below, and have that of their figures, too.
 MEASURED = {
-    "npp_pair": {"building": 2.6, "calibrate": 3.8, "transient": 3.4, "device": 6.0, "design": 3.8},
-    "npp_pair_fine": {"building": 11.0, "calibrate": 18.0, "transient": 14.2, "device": 24.7},
-    "two_frames": {"building": 0.66, "calibrate": 0.82, "transient": 1.81, "device": 1.30},
+    "npp_pair": {"building": 2.7, "reduce": 5.0, "calibrate": 1.0},
+    "npp_pair_fine": {"building": 11.0},
+    "two_frames": {"building": 0.74, "reduce": 1.1},
 }
 DOFS = {"npp_pair": 342_594, "npp_pair_fine": 1_464_204, "two_frames": 58_500}
-SECONDS = {"npp_pair": 488.0, "npp_pair_fine": 1680.0}
+SECONDS = {"npp_pair": 330.0}
 LONGEST = 16.79
 
 
@@ -35,7 +36,8 @@ def test_memory_within_a_factor_of_one_and_a_half(name):
     stages = {stage.name: stage for stage in found.stages}
     for stage, measured in MEASURED[name].items():
         assert 1 / 1.5 < 1e-9 * stages[stage].memory / measured < 1.5, stage
-    assert 1 / 1.5 < 1e-9 * found.largest.memory / max(MEASURED[name].values()) < 1.5
+    if "reduce" in MEASURED[name]:
+        assert 1 / 1.5 < 1e-9 * found.largest.memory / max(MEASURED[name].values()) < 1.5
 
 
 @pytest.mark.parametrize("name", SECONDS)
@@ -58,7 +60,7 @@ def test_memory_of_sticks_alone(case, step, measured):
 def test_the_lines(case):
     text = "\n".join(estimate(case, LONGEST).lines())
     assert "50,000 of the sticks, 3,824 at the wall, 10,000 of the 3D model, 80,000 with" in text
-    assert re.search(r"about 3[0-9]0,000 degrees of freedom; vectors .* calibrate, .* device", text)
+    assert re.search(r"about 3[0-9]0,000 degrees of freedom; vectors .* transient, .* reduce", text)
     assert re.search(r"^about \d+ min .* and \d(\.\d)? GB: building ", text, re.MULTILINE)
 
 
@@ -90,9 +92,9 @@ def test_nodes_of_a_binary_file_and_of_none(tmp_path):
     ("machine", "disk", "words"),
     [
         (64e9, 0, None),
-        (23e9, 10e9, None),  # as it ran: 1.5 GB of 24.7 GB in a file
+        (23e9, 10e9, None),
         (23e9, 1e9, "GB of memory, and /scratch 1 GB for the rest"),
-        (8e9, 1e12, "stage device needs about"),
+        (8e9, 1e12, "stage reduce needs about"),
     ],
 )
 def test_what_can_go_to_a_file_is_not_refused(monkeypatch, machine, disk, words):

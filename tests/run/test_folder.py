@@ -66,7 +66,7 @@ def test_a_file_that_cannot_be_removed(tmp_path, ended, monkeypatch):
 HOLD = """
 import sys
 from pathlib import Path
-from impactfem.run.folder import open_folder
+from impactfem.run.folder import (open_folder)
 with open_folder(Path(sys.argv[1]), resume=False):
     print("held", flush=True)
     sys.stdin.read()

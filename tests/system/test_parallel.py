@@ -14,8 +14,8 @@ from impactfem.system.errors import Fault, ImpactfemError, InputError
 
 RANKS = """
 import sys
-from impactfem.system.errors import Fault, InputError
-from impactfem.system.parallel import exit_code, on_root, rank, size, workers
+from impactfem.system.errors import (Fault, InputError)
+from impactfem.system.parallel import (exit_code, on_root, rank, size, workers)
 
 assert on_root(lambda: 40 + rank()) == 40 and size() == int(sys.argv[1])
 try:
@@ -43,7 +43,7 @@ import json, os, sys
 import impactfem
 early = "numpy" in sys.modules
 import scipy.linalg
-from impactfem.system.parallel import all_blas_threads, one_blas_thread, openblas
+from impactfem.system.parallel import (all_blas_threads, one_blas_thread, openblas)
 
 def counts():
     copies = sorted(openblas(), key=lambda copy: "numpy.libs" not in copy.filepath)
@@ -148,7 +148,7 @@ def test_ranks(ranks, under_mpirun, tmp_path):
 
 
 WORK = """
-from impactfem.system.parallel import alone, communicator, on_root, rank, size, workers, world
+from impactfem.system.parallel import (alone, communicator, on_root, rank, size, workers, world)
 
 def work(value):
     from petsc4py import PETSc
@@ -162,7 +162,7 @@ def work(value):
     return *found, size()
 """
 ALONE_EACH = """
-from impactfem.system.parallel import start_solvers, workers
+from impactfem.system.parallel import (start_solvers, workers)
 from work import work
 
 start_solvers()
@@ -231,8 +231,8 @@ ALONE = """
 import sys
 from mpi4py import MPI
 from petsc4py import PETSc
-from impactfem import cli, study
-from impactfem.system.errors import SolutionError
+from impactfem import (cli, study)
+from impactfem.system.errors import (SolutionError)
 
 def run(*_, **__):
     if MPI.COMM_WORLD.rank == 1:
@@ -264,7 +264,7 @@ def test_an_error_of_all_ranks_is_told_once(under_mpirun, tmp_path):
 
 WORKER = """
 import os, sys, time
-from impactfem.system.parallel import workers
+from impactfem.system.parallel import (workers)
 
 def work(seconds):
     print(os.getpid(), flush=True)

@@ -12,7 +12,7 @@ from impactfem.system.errors import InputError
 
 SETTING = """
 import os, signal, sys, time
-from impactfem import cli
+from impactfem import (cli)
 
 class Importing:
     def find_spec(self, name, path, target=None):
@@ -96,9 +96,9 @@ import os, signal, sys, threading, time
 from contextlib import ExitStack
 from mpi4py import MPI
 from petsc4py import PETSc
-from impactfem import cli, study
-from impactfem.system.log import LOGGER, mirrored
-from impactfem.run.folder import open_folder
+from impactfem import (cli, study)
+from impactfem.system.log import (LOGGER, mirrored)
+from impactfem.run.folder import (open_folder)
 
 comm = MPI.COMM_WORLD
 stopped, out = sys.argv[1:]

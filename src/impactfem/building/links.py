@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
@@ -38,7 +39,7 @@ class RigidLink:
 
 
 def linked(
-    model: BuildingModel, links: list[RigidLink], coordinates: Array
+    model: BuildingModel, links: Sequence[RigidLink], coordinates: Array
 ) -> tuple[BuildingModel, Any]:
     """The building with its followers taken out: Tᵀ K T and Tᵀ M T. Collective.
 
@@ -103,7 +104,7 @@ def _reduced(A: Any, T: Any) -> Any:
     return reduced
 
 
-def _masters(model: BuildingModel, links: list[RigidLink]) -> Ints:
+def _masters(model: BuildingModel, links: Sequence[RigidLink]) -> Ints:
     """Master of each node, −1 where it follows none; the same on all ranks."""
     free = np.zeros(model.n_nodes, dtype=np.int64)
     for nodes in model.comm.allgather(model.nodes):
@@ -142,6 +143,85 @@ def carried(T: Any, forces: Array) -> Array:
     x.destroy()
     y.destroy()
     return on_masters
+
+
+class Displacements:
+    """Displacements of nodes, from the degrees of freedom of a building with rigid links.
+
+    A follower's come from its master's motion, u = u_m + θ_m × (x − x_m); those of a clamped node
+    are zero. Making one is collective.
+
+    Args:
+        model: The building, of `linked` where there are links.
+        nodes: The nodes, shape (n,); they may lie on any rank.
+        links: Its links.
+        coordinates: Coordinates of all nodes of the mesh, shape (n_nodes, 3) [m]; None without
+            links.
+
+    Attributes:
+        rows: Global rows of the degrees of freedom that count, shape (m,); −1 where clamped.
+        motion: The displacements from these, node by node, shape (3 n, m), sparse.
+    """
+
+    def __init__(
+        self,
+        model: BuildingModel,
+        nodes: Ints,
+        links: Sequence[RigidLink] = (),
+        coordinates: Array | None = None,
+    ) -> None:
+        self.comm = model.comm
+        self.count = len(nodes)
+        master = np.array(nodes, dtype=np.int64)
+        for link in links:
+            master[np.isin(nodes, link.followers)] = link.master
+        arm = np.zeros((len(nodes), 3))
+        if coordinates is not None:
+            arm = coordinates[nodes] - coordinates[master]
+        every = rigid_body(arm, np.zeros(3))
+        each = every.reshape(len(nodes), DOFS, DOFS)[:, : DOFS // 2]
+        node, component, dof = np.nonzero(each)
+        freedom, column = np.unique(DOFS * master[node] + dof, return_inverse=True)
+        shape = (DOFS // 2 * len(nodes), len(freedom))
+        entries = (each[node, component, dof], (DOFS // 2 * node + component, column.ravel()))
+        self.motion = scipy.sparse.csr_matrix(entries, shape=shape)
+        first = model.global_rows(freedom // DOFS)
+        self.rows = np.where(first >= 0, first + freedom % DOFS, -1)
+        start = DOFS * int(np.sum(model.comm.allgather(len(model.nodes))[: model.comm.rank]))
+        self._here = np.flatnonzero(
+            (self.rows >= start) & (self.rows < start + DOFS * len(model.nodes))
+        )
+        self._local = self.rows[self._here] - start
+        self._size = DOFS * len(model.nodes)
+
+    @property
+    def columns(self) -> scipy.sparse.csc_matrix:
+        """The displacements as columns at this rank's rows, shape (n_local, 3 n), sparse."""
+        shape = (self._size, len(self.rows))
+        entries = (np.ones(len(self._here)), (self._local, self._here))
+        return scipy.sparse.csc_matrix(
+            scipy.sparse.csr_matrix(entries, shape=shape) @ self.motion.T
+        )
+
+    def of(self, rows: Callable[[Ints], Array]) -> Array:
+        """The displacements in some vectors, shape (n, 3, k), the same on all ranks. Collective.
+
+        Args:
+            rows: Gives this rank's rows of the k vectors, shape (number of rows, k).
+        """
+        here = rows(self._local)
+        values = np.zeros((len(self.rows), here.shape[1]))
+        values[self._here] = here
+        if self.comm.size > 1:
+            from mpi4py import MPI
+
+            self.comm.Allreduce(MPI.IN_PLACE, values)
+        if self.motion.nnz == self.motion.shape[0]:  # no followers: each is one of the rows
+            order = self.motion.indices
+            moved = values if np.array_equal(order, np.arange(len(order))) else values[order]
+        else:
+            moved = self.motion @ values
+        return np.asarray(moved).reshape(self.count, DOFS // 2, -1)
 
 
 @dataclass(frozen=True, eq=False)

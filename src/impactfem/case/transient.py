@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, each_once, present, refuse
-from impactfem.case.leaf import FileName, Name, Whole, Words
+from impactfem.case.leaf import FileName, FloorNumbers, Name, Whole, Words
 from impactfem.case.quantity import Duration, Frequency, Length, PositiveTime, Ratio, Time, TimeStep
 
 Point = tuple[float, float, float]
@@ -173,6 +173,9 @@ def half_of_duration(value: float, info: ValidationInfo) -> float:
 
 SHIFT = 30.0
 """Frequency that reduced bases are expanded about, where the case names none [Hz]."""
+MAXIMUM_FREQUENCY = 450.0
+TOLERANCE = 0.001
+LARGEST_BASIS = 1200
 
 
 class Transient(Section):
@@ -191,17 +194,20 @@ class Transient(Section):
     another program last."""
     time_step: TimeStep
     """Time step of the 3D model."""
-    maximum_frequency: Frequency = 450.0
+    maximum_frequency: Frequency = MAXIMUM_FREQUENCY
     """Frequency up to which the reduced basis is good; spectra above are marked."""
-    tolerance: Annotated[float, Ratio(above=0, below=1)] = 0.001
+    tolerance: Annotated[float, Ratio(above=0, below=1)] = TOLERANCE
     """Relative error of the reduced transfer functions at the probes, by nested bases."""
     serve_damping_cases: StrictBool = False
     """Whether the reduced basis is made for the lightest damping among the building's own and those
     of [[damping_cases]], at maximum_frequency; it then serves all of them, with more vectors."""
     shift: Frequency = SHIFT
     """Frequency that the reduced basis is expanded about."""
-    largest_basis: Annotated[int, Whole(1, 100_000)] = 1200
+    largest_basis: Annotated[int, Whole(1, 100_000)] = LARGEST_BASIS
     """Largest number of vectors of the reduced basis."""
+    floors: FloorNumbers | None = None
+    """Floors of the building whose edges may be hit or loaded; fewer make the reduced basis
+    smaller. Default those of its contacts and loads."""
     band: Literal["larger", "smaller"] = "larger"
     """What tells the error band of the reduced model: 'larger' bases, of up to a fifth more
     vectors, which take time and memory; or 'smaller' ones, at no cost, whose band is often more

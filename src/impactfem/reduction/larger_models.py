@@ -27,22 +27,23 @@ SAFETY = 1.75
 """Factor on the differences; how it was measured: `transient.band`."""
 
 
-def larger_models(basis: KrylovBasis, shares: Sequence[float] = SHARES) -> list[ReducedModel]:
-    """Grow a basis further, and give the models that its present one is nested in. Collective.
+def larger_models(
+    basis: KrylovBasis, size: int, shares: Sequence[float] = SHARES
+) -> list[ReducedModel]:
+    """The models that one of some size is nested in; the basis grows where it has to. Collective.
 
     Args:
-        basis: The basis, as large as that of the model that is used; it grows.
+        basis: The basis.
+        size: Size of the model that is used.
         shares: Sizes of the larger models over that, each above 1, ascending.
 
     Returns:
-        Models of the given sizes or up to a block step more, one of each size; the last of all
-        vectors. Where the space holds all that the loads can reach: the model that is used.
+        Models of the given sizes or up to a block step more, one of each size. Where the space
+        holds all that the loads can reach: the model that is used.
     """
-    n = basis.size
-    found: dict[int, ReducedModel] = {}
-    for share in shares:
-        while basis.size < share * n and basis.grow(1) > 0:
-            pass
-        if basis.size not in found:
-            found[basis.size] = reduced_model(basis)
-    return list(found.values())
+    while basis.size < shares[-1] * size and basis.grow(1) > 0:
+        pass
+    wanted = [
+        min([n for n in basis.sizes if n >= share * size], default=basis.size) for share in shares
+    ]
+    return [reduced_model(basis, n) for n in dict.fromkeys(wanted)]

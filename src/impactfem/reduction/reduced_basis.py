@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
-import scipy.sparse
 from numpy.typing import NDArray
 
+from impactfem.building.links import Displacements
 from impactfem.building.mesh import DOFS
 from impactfem.building.model import BuildingModel
 from impactfem.dynamics.damping import Rayleigh
@@ -25,9 +25,7 @@ from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.larger_models import larger_models
 from impactfem.reduction.reduced import ReducedModel, Residual, residual_norms
 from impactfem.system.errors import SolutionError
-from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER
-from impactfem.system.memory import give_back
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -101,6 +99,16 @@ class ReducedBasis:
             raise KeyError("a node that the basis was not made for")
         return self.vectors[at]
 
+    def at(self, nodes: Index) -> ReducedBasis:
+        """The model itself with its shapes at some nodes alone, for other processes.
+
+        Args:
+            nodes: Nodes among those that are looked at, of any order.
+        """
+        kept = np.unique(nodes)
+        vectors = self.rows(kept)[..., : len(self.model.coordinates)]
+        return replace(self, models=self.models[:1], larger=(), nodes=kept, vectors=vectors)
+
     def bound(self, nodes: Index, omega: Array, damping: Rayleigh) -> Array:
         """Rigorous bound on the error of displacements under exp(iωt) of each load.
 
@@ -121,10 +129,7 @@ class ReducedBasis:
         return found.reshape(len(omega), len(nodes), 3, -1)
 
     def error(self, probes: Index, damping: Rayleigh, maximum_frequency: float) -> float:
-        """Largest estimated error of the accelerations at probes under any one of the loads.
-
-        The error band of the transfer functions by nested models, over the largest acceleration of
-        any probe under the same load within the same third of an octave.
+        """Largest estimated error of the accelerations at probes, as of `NestedModels.error`.
 
         Args:
             probes: Nodes among those that are looked at.
@@ -132,53 +137,158 @@ class ReducedBasis:
             maximum_frequency: Up to which they count [Hz].
         """
         rows = self.vectors[np.searchsorted(self.nodes, np.unique(probes))]
-        return _difference(self.models, rows, _omega(maximum_frequency), damping)
+        return NestedModels(self.models, rows).error(damping, maximum_frequency)
 
-    def write(self, path: Path, key: str) -> None:
-        """Write it as NumPy's archive, in one piece.
-
-        Raises:
-            ImpactfemError: The file cannot be written.
-        """
-        content: dict[str, Any] = {
-            "loads": np.array(self.loads),
-            "nodes": self.nodes,
-            "vectors": self.vectors,
-            "difference": self.difference,
-            "models": len(self.models),
-            "larger": len(self.larger),
-            "certified": self.certified,
-            "norm": self.norm,
-            "gram": self.gram,
+    @property
+    def content(self) -> dict[str, Any]:
+        """Its fields as arrays by name, for an archive."""
+        content = {
+            field.name: getattr(self, field.name)
+            for field in fields(self)
+            if field.name not in ("loads", "models", "larger")
         }
-        for number, model in enumerate((*self.models, *self.larger)):
-            for field in fields(ReducedModel):
-                content[f"{field.name}_{number}"] = getattr(model, field.name)
-        write_archive(path, key, content)
+        return content | {
+            "loads": np.array(self.loads),
+            **models_content("models", self.models),
+            **models_content("larger", self.larger),
+        }
 
     @classmethod
-    def read(cls, path: Path, key: str) -> ReducedBasis | None:
-        """The basis of a file; None where there is none with this key, or it is damaged."""
-        content = read_archive(path, key)
-        if content is None:
-            return None
+    def of_content(cls, content: Mapping[str, Any]) -> ReducedBasis:
+        """The basis with these fields, as read from an archive."""
+        values: dict[str, Any] = {field.name: content.get(field.name) for field in fields(cls)}
+        values |= {
+            "loads": tuple(str(name) for name in content["loads"]),
+            "models": models_of_content("models", content),
+            "larger": models_of_content("larger", content),
+            "difference": float(content["difference"]),
+        }
+        return cls(**values)
 
-        def model(number: int) -> ReducedModel:
-            values = {f.name: content[f"{f.name}_{number}"] for f in fields(ReducedModel)}
-            return ReducedModel(**values | {"shift": float(values["shift"])})
 
-        count = int(content["models"])
-        return cls(
-            loads=tuple(str(name) for name in content["loads"]),
-            models=tuple(model(number) for number in range(count)),
-            larger=tuple(model(count + number) for number in range(int(content["larger"]))),
-            nodes=content["nodes"],
-            vectors=content["vectors"],
-            difference=float(content["difference"]),
-            certified=content["certified"],
-            norm=content["norm"],
-            gram=content["gram"],
+def models_content(name: str, models: Sequence[ReducedModel]) -> dict[str, Any]:
+    """Models as arrays by name, for an archive."""
+    return {f"{name}.count": len(models)} | {
+        f"{name}.{number}.{field.name}": getattr(model, field.name)
+        for number, model in enumerate(models)
+        for field in fields(ReducedModel)
+    }
+
+
+def models_of_content(name: str, content: Mapping[str, Any]) -> tuple[ReducedModel, ...]:
+    """The models of `models_content`."""
+
+    def model(number: int) -> ReducedModel:
+        values = {f.name: content[f"{name}.{number}.{f.name}"] for f in fields(ReducedModel)}
+        return ReducedModel(**values | {"shift": float(values["shift"])})
+
+    return tuple(model(number) for number in range(int(content[f"{name}.count"])))
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How good a basis has to be.
+
+    Args:
+        damping: The damping.
+        maximum_frequency: Up to which the transfer functions must be accurate [Hz].
+        tolerance: Their largest relative error at the probes, as of `NestedModels.error`.
+    """
+
+    damping: Rayleigh
+    maximum_frequency: float
+    tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class NestedModels:
+    """A reduced model with those nested in it, and the probes by which its error is estimated.
+
+    Args:
+        models: The model, then those nested in it.
+        rows: V at the probes, shape (n_probes, 3, size of the model).
+    """
+
+    models: tuple[ReducedModel, ...]
+    rows: Array
+
+    def error(self, damping: Rayleigh, maximum_frequency: float) -> float:
+        """Largest estimated error of the accelerations at the probes under any one of the loads.
+
+        The error band of the transfer functions by nested models, over the largest acceleration of
+        any probe under the same load within the same third of an octave.
+
+        Args:
+            damping: The damping.
+            maximum_frequency: Up to which they count [Hz].
+        """
+        return _difference(self.models, self.rows, _omega(maximum_frequency), damping)
+
+
+@dataclass(frozen=True, eq=False)
+class Grown:
+    """What is known of a basis that was grown until it is accurate.
+
+    Args:
+        coarse: As accurate as the first accuracy asks.
+        fine: As accurate as all of them: the same, or of more vectors.
+        larger: Models that the coarse one is nested in; none where none were asked for.
+        differences: Error at each accuracy, of the model that met it.
+        gram: Qᵀ (K + σ0 M) Q of the coarse model, shape (n_tail, n_tail).
+        norm: ‖l‖ of the probes' displacements (see `error_band`), shape (n_probes, 3).
+    """
+
+    coarse: NestedModels
+    fine: NestedModels
+    larger: tuple[ReducedModel, ...]
+    differences: tuple[float, ...]
+    gram: Array
+    norm: Array
+
+
+def grow_basis(
+    basis: KrylovBasis,
+    probes: Displacements,
+    accuracies: Sequence[Accuracy],
+    *,
+    largest: int,
+    larger: bool = False,
+    progress: Callable[[float], None] = lambda part: None,
+) -> Grown:
+    """Grow a basis with its loads until it is as accurate as asked. Collective.
+
+    Args:
+        basis: The basis, with its loads.
+        probes: Where the transfer functions must be accurate.
+        accuracies: How accurate, one after the other.
+        largest: Most vectors.
+        larger: Whether models are wanted that the one of the first accuracy is nested in.
+        progress: Called with the part of the work that is done.
+
+    Raises:
+        SolutionError: An accuracy is not met with the most vectors.
+    """
+    first, *others = accuracies
+
+    def within(k: int) -> Callable[[float], None]:
+        return lambda part: progress((k + part) / len(accuracies))
+
+    coarse, difference = _grow_until_accurate(basis, probes, None, first, largest, within(0))
+    n, gram = basis.size, Residual(basis).gram
+    norm = basis.dual_norm(probes.columns).reshape(-1, DOFS // 2)
+    fine, differences = coarse, [difference]
+    for k, accuracy in enumerate(others, 1):
+        fine, difference = _grow_until_accurate(
+            basis,
+            probes,
+            fine.rows,
+            accuracy,
+            largest,
+            within(k),
         )
+        differences.append(difference)
+    around = tuple(larger_models(basis, n)) if larger else ()
+    return Grown(coarse, fine, around, tuple(differences), gram, norm)
 
 
 def build_basis(
@@ -189,16 +299,13 @@ def build_basis(
     *,
     probes: Index,
     nodes: Index,
-    damping: Rayleigh,
-    maximum_frequency: float,
+    accuracy: Accuracy,
     shift: float,
-    tolerance: float,
     largest: int,
     larger: bool = False,
-    spend: bool = False,
     progress: Callable[[float], None] = lambda part: None,
 ) -> ReducedBasis:
-    """Grow a Krylov basis until nested models agree on the probes' accelerations. Collective.
+    """A basis of a building for loads at hand, without rigid links and contacts. Collective.
 
     Args:
         model: The building.
@@ -206,130 +313,105 @@ def build_basis(
         patterns: Load patterns at this rank's rows, shape (n_local, n_patterns).
         loads: Their names.
         probes: Nodes whose transfer functions must be accurate.
-        nodes: All nodes that are looked at, probes included.
-        damping: The lightest damping that the basis must serve.
-        maximum_frequency: Up to which the transfer functions must be accurate [Hz].
+        nodes: All nodes whose motion is wanted, probes included.
+        accuracy: How accurate it has to be, with the lightest damping that it must serve.
         shift: Frequency of the shift [Hz].
-        tolerance: Largest error of the accelerations at the probes, as of `ReducedBasis.error`.
         largest: Most vectors of the reduced model.
         larger: Whether the basis grows further, for models that tell the band of the error.
-        spend: Whether K may be destroyed when it is of no more use here.
-        progress: Called with the part of the work that is done: 1 when the tolerance is met, before
-            what tells error and bound is made.
+        progress: Called with the part of the work that is done.
 
     Raises:
         SolutionError: The tolerance is not met with the most vectors.
     """
-    basis = KrylovBasis(K, model.mass, (2.0 * math.pi * shift) ** 2)
-    basis.add(patterns)
-    models, difference = grow_until_accurate(
-        basis,
-        model,
-        probes,
-        damping=damping,
-        maximum_frequency=maximum_frequency,
-        tolerance=tolerance,
-        largest=largest,
-        progress=progress,
-    )
-    gram = Residual(basis).gram
-    if spend:
-        K.destroy()
-        give_back()
-    certified = np.unique(probes)
-    norm = basis.dual_norm(_Rows(model, certified).columns(model)).reshape(-1, DOFS // 2)
-    around = tuple(larger_models(basis)) if larger else ()
-    # The rows are gathered without the factor: there may not be room for both.
-    basis.destroy()
-    vectors = _Rows(model, nodes).gathered(basis)
-    return ReducedBasis(
-        loads, tuple(models), around, nodes, vectors, difference, certified, norm, gram
-    )
+    probes = np.unique(probes)
+    with KrylovBasis(K, model.mass, (2.0 * math.pi * shift) ** 2) as basis:
+        basis.add(patterns)
+        grown = grow_basis(
+            basis,
+            Displacements(model, probes),
+            [accuracy],
+            largest=largest,
+            larger=larger,
+            progress=progress,
+        )
+    return reduced_basis(basis, grown, loads, probes, nodes, Displacements(model, nodes))
 
 
-def grow_until_accurate(
+def reduced_basis(
     basis: KrylovBasis,
-    model: BuildingModel,
+    grown: Grown,
+    loads: tuple[str, ...],
     probes: Index,
-    *,
-    damping: Rayleigh,
-    maximum_frequency: float,
-    tolerance: float,
+    nodes: Index,
+    displacements: Displacements,
+) -> ReducedBasis:
+    """What is kept of a basis: its models, and its vectors at nodes. Collective.
+
+    Args:
+        basis: The basis, whose factorisation may be gone: there may not be room for both.
+        grown: As of `grow_basis`.
+        loads: Names of the load patterns.
+        probes: Nodes that it was grown for, ascending.
+        nodes: Nodes whose motion is wanted, ascending.
+        displacements: Of these.
+    """
+    models = grown.coarse.models
+    size = max(len(model.coordinates) for model in (*models, *grown.larger))
+    return ReducedBasis(
+        loads=loads,
+        models=models,
+        larger=grown.larger,
+        nodes=nodes,
+        vectors=displacements.of(lambda index: basis.vectors.rows(index, 0, size)),
+        difference=grown.differences[0],
+        certified=probes,
+        norm=grown.norm,
+        gram=grown.gram,
+    )
+
+
+def _grow_until_accurate(
+    basis: KrylovBasis,
+    probes: Displacements,
+    known: Array | None,
+    accuracy: Accuracy,
     largest: int,
-    progress: Callable[[float], None] = lambda part: None,
-) -> tuple[list[ReducedModel], float]:
+    progress: Callable[[float], None],
+) -> tuple[NestedModels, float]:
     """Grow a basis until nested models agree on the probes' accelerations. Collective.
 
     Args:
-        basis: The basis, with its loads.
-        model: The building that it is of.
-        probes: Nodes whose transfer functions must be accurate.
-        damping: The lightest damping.
-        maximum_frequency: Up to which they must be accurate [Hz].
-        tolerance: Largest error, as of `ReducedBasis.error`.
+        basis: The basis.
+        probes: The probes.
+        known: V at the probes, as far as it is known; None before the first growth.
+        accuracy: How accurate it has to be.
         largest: Most vectors.
         progress: Called with the part of the work that is done.
-
-    Returns:
-        The reduced model with those nested in it, and their error as of `ReducedBasis.error`.
-
-    Raises:
-        SolutionError: The tolerance is not met with the most vectors.
     """
-    omega = _omega(maximum_frequency)
-    at_probes = _Rows(model, np.unique(probes))
-    rows = np.zeros((at_probes.count, DOFS // 2, 0))
-    first = math.inf
+    omega = _omega(accuracy.maximum_frequency)
+    tolerance = accuracy.tolerance
+    grown = basis.grow(AT_ONCE) if known is None else 1
+    rows = np.zeros((probes.count, DOFS // 2, 0)) if known is None else known
+    start = math.inf
     while True:
-        grown = basis.grow(AT_ONCE)
+        seen = rows.shape[2]
+        added = probes.of(partial(basis.rows, first=seen))
+        rows = np.concatenate([rows, added], axis=2)
         models = nested_models(basis)
-        rows = np.concatenate([rows, at_probes.gathered(basis, rows.shape[2])], axis=2)
-        difference = _difference(models, rows, omega, damping)
+        difference = _difference(models, rows, omega, accuracy.damping)
         LOGGER.debug("reduced basis: %d vectors, difference %.2e", basis.size, difference)
-        first = min(first, difference) if math.isinf(first) else first
+        start = min(start, difference) if math.isinf(start) else start
         if difference <= tolerance or grown == 0:
             progress(1.0)
-            return models, difference
+            return NestedModels(tuple(models), rows), difference
         if basis.size >= largest:
             raise SolutionError(
                 f"{basis.size} vectors of the reduced basis leave an error of {difference:.2%} "
                 f"at the probes, {tolerance:.2%} is asked: allow more with transient.largest_basis,"
                 " or lower transient.maximum_frequency"
             )
-        progress(min(1.0, math.log(first / difference) / math.log(max(first / tolerance, 1.01))))
-
-
-class _Rows:
-    """Displacements of nodes that may lie on any rank."""
-
-    def __init__(self, model: BuildingModel, nodes: Index) -> None:
-        self.comm = model.comm
-        rows = model.rows(nodes)
-        self.here = np.flatnonzero(rows >= 0)
-        self.rows = rows[self.here, None] + np.arange(DOFS // 2)
-        self.count = len(nodes)
-
-    def columns(self, model: BuildingModel) -> scipy.sparse.csc_matrix:
-        """The displacements as columns at this rank's rows, shape (n_local, 3 n), sparse."""
-        each = DOFS // 2
-        column = each * self.here[:, None] + np.arange(each)
-        shape = (DOFS * len(model.nodes), each * self.count)
-        entries = (np.ones(self.rows.size), (self.rows.ravel(), column.ravel()))
-        return scipy.sparse.csc_matrix(entries, shape=shape)
-
-    def gathered(self, basis: KrylovBasis, first: int = 0) -> Array:
-        """V from a vector on at the nodes of all ranks; zero at clamped ones. Collective.
-
-        Returns:
-            Shape (n, 3, size - first).
-        """
-        found = np.zeros((self.count, DOFS // 2, basis.size - first))
-        found[self.here] = basis.rows(self.rows, first)
-        if self.comm.size > 1:
-            from mpi4py import MPI
-
-            self.comm.Allreduce(MPI.IN_PLACE, found)
-        return found
+        progress(min(1.0, math.log(start / difference) / math.log(max(start / tolerance, 1.01))))
+        grown = basis.grow(AT_ONCE)
 
 
 def _omega(maximum_frequency: float) -> Array:

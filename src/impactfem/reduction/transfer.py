@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,11 @@ class Transfer:
 
 
 def transfer_functions(
-    basis: ReducedBasis, nodes: Index, damping: Rayleigh, highest: float
+    basis: ReducedBasis,
+    nodes: Index,
+    damping: Rayleigh,
+    highest: float,
+    loads: Collection[str] | None = None,
 ) -> Transfer:
     """−ω² x / F at nodes, straight from the modal equations.
 
@@ -47,10 +52,13 @@ def transfer_functions(
         nodes: Nodes that it was made for, shape (n,).
         damping: The damping.
         highest: Highest frequency [Hz].
+        loads: Names of the loads; those of all floors that the basis has when None.
     """
     frequency = np.asarray(np.geomspace(LOWEST, highest, COUNT), dtype=np.float64)
     omega = 2.0 * math.pi * frequency
-    chosen = [k for k, name in enumerate(basis.loads) if not name.startswith("ground")]
+    floors = [name for name in basis.loads if name.startswith("floor ")]
+    wanted = floors if loads is None else [name for name in floors if name in loads]
+    chosen = [basis.loads.index(name) for name in wanted]
     shapes = basis.of(basis.model, nodes).reshape(3 * len(nodes), -1)
     value = np.empty((COUNT, len(chosen), len(nodes), 3), dtype=np.complex128)
     for k, w in enumerate(omega):

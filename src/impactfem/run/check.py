@@ -25,9 +25,9 @@ from impactfem.case.structure import GeneratedMesh
 from impactfem.coupling.force_history import ForceHistory, check_forces
 from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations
+from impactfem.reduction.side import wall_side
 from impactfem.run.estimate import DAY, Estimate, duration, elements_of, estimate, too_much
 from impactfem.run.stages import STAGES, asked_stages
-from impactfem.stages.calibrate.side import wall_side
 from impactfem.stages.check import log_checks
 from impactfem.stages.pounding.checks import distance_check
 from impactfem.system.errors import Fault, InputError, file_errors
@@ -153,6 +153,10 @@ def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bo
 
             lasting = transient.duration or float(history.time[-1])
             found.faults += history_faults(history, transient.forces, case, lasting)
+            if transient.export and (transient.export_start or 0.0) >= lasting:
+                start = f"{transient.export_start:g} s"
+                expected = f"less than what is computed, {lasting:g} s"
+                found.faults.append(Fault(case.path, "transient.export_start", start, expected))
     found.estimate = estimate(case, longest).of(stages)
     refused = list(too_much(case, found.estimate))
     found.faults += refused
@@ -218,7 +222,7 @@ def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
         found.attempt(lambda: with_floor_forces(case, mesh, at_rest, []))
     if case.devices:
         from impactfem.building.links import find_base_plates
-        from impactfem.stages.device.covered_points import covered_points
+        from impactfem.reduction.covered_points import covered_points
 
         found.attempt(lambda: find_base_plates(case, mesh))
         found.attempt(lambda: covered_points(case, mesh))

@@ -24,7 +24,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Damping
 from impactfem.case.motions import SyntheticMotion
 from impactfem.case.structure import FileMesh
-from impactfem.case.transient import Transient
+from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE, Transient
 from impactfem.system.errors import Fault
 from impactfem.system.memory import disk_folder, total_memory
 from impactfem.system.parallel import threads
@@ -36,12 +36,10 @@ BASE = 0.35e9
 """Memory of the program without a model [byte]."""
 PER_DOF = 6.9e3
 """Memory of matrices, factor and blocks for each degree of freedom [byte]."""
-COPIES = 1.3
+COPIES = 1.1
 """How often the vectors of a reduced basis are held, those that tell its error included."""
 GROUP = 40
 """Nodes of a probe that is a group of the mesh, such as an edge."""
-HIT = 0.4
-"""Part of the floors in contacts that an earthquake lets touch."""
 DAY = 86400.0
 
 
@@ -252,40 +250,40 @@ def _block_steps(damping: Damping, frequency: float, tolerance: float) -> float:
 
 
 def _vectors(case: Case) -> dict[str, int]:
-    """Vectors of the reduced basis of each stage."""
-    structure, transient = case.structure, case.transient
-    if structure is None:
+    """Vectors of the reduced building: of the response in time, and all with those of contacts."""
+    structure, transient, wall = case.structure, case.transient, case.wall_impact
+    if structure is None or (transient is None and wall is None):
         return {}
     damping = case.building(structure.building).damping
-    found: dict[str, float] = {}
-    at_wall = 0.0
-    if case.wall_impact is not None:
-        at_wall = 1.3 * _edge_nodes(case) * len(case.wall_impact.floors)
-        top = transient.maximum_frequency if transient is not None else 450.0
-        loads = 1 + len(case.wall_impact.floors)
-        found["calibrate"] = loads * _block_steps(damping, top, 5e-3) + at_wall
-    if transient is not None and transient.solver != "full":
-        loads = len(case.motions) + _floors_hit(case)
-        top, tolerance = transient.maximum_frequency, transient.tolerance
-        served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
-        own = max(_block_steps(one, top, tolerance) for one in served)
-        found["transient"] = min(loads * own, transient.largest_basis)
-        if case.devices:
-            low = min(top, 100.0)
-            light = max((_block_steps(c, low, tolerance) for c in case.damping_cases), default=0.0)
-            anchors = sum(len(one.anchors) for one in case.devices)
-            found["device"] = (loads + 1) * max(own, light) + 6 * anchors + at_wall
+    loads, at_wall = 0, 0.0
+    if wall is not None:
+        at_wall = 50.0 + 1.3 * _edge_nodes(case) * len(wall.floors)
+        loads = 1 + len(wall.floors)
+    if transient is None:
+        own = loads * _block_steps(damping, MAXIMUM_FREQUENCY, TOLERANCE)
+        return {"reduce": math.ceil(own + at_wall)}
+    loads = len(case.motions) + len(_floors(case)) + (wall is not None)
+    top = transient.maximum_frequency
+    served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
+    own = loads * max(_block_steps(one, top, transient.tolerance) for one in served)
+    every = own * (1.2 if transient.band == "larger" else 1.0)
+    anchors = sum(len(one.anchors) for one in case.devices)
+    if case.devices:
+        low = min(top, 100.0)
+        light = max((_block_steps(c, low, 5e-3) for c in case.damping_cases), default=0.0)
+        every = max(every, loads * light)
+    found = {"transient": own, "reduce": every + 12 * anchors + at_wall}
     return {name: math.ceil(number) for name, number in found.items()}
 
 
-def _floors_hit(case: Case) -> int:
-    """Floors of the 3D building that an earthquake lets touch; which, only the run tells."""
-    if case.structure is None:
-        return 0
+def _floors(case: Case) -> set[int]:
+    """Floors of the 3D building whose edges may be hit."""
+    structure, transient = case.structure, case.transient
+    if transient is not None and transient.floors is not None:
+        return set(transient.floors)
     ends = [end for pair in case.contacts for end in (pair.a, pair.b)]
-    name = case.structure.building
-    floors = {end.floor for end in ends if end.building == name and end.floor is not None}
-    return math.ceil(HIT * len(floors))
+    name = "" if structure is None else structure.building
+    return {end.floor for end in ends if end.building == name and end.floor is not None}
 
 
 def _edge_nodes(case: Case) -> float:
@@ -353,30 +351,29 @@ def _building(case: Case, dofs: int) -> StageCost:
 def _reduced_stages(
     case: Case, dofs: int, steps: dict[str, int], vectors: dict[str, int]
 ) -> Iterator[StageCost]:
-    """The stages that make a reduced basis, and what follows it."""
+    """The stage that makes the reduced building, and those that use it."""
     times = steps.get("of the 3D model", 0)
-    if "calibrate" in vectors:
-        cost = _basis("calibrate", dofs, vectors["calibrate"])
-        yield _with(cost, 8.0, 16.0 * vectors["calibrate"] * steps["at the wall"])
+    if "reduce" not in vectors:
+        return
+    every, reduced = vectors["reduce"], vectors.get("transient", 0)
+    yield _basis("reduce", dofs, every)
+    small = BASE + 0.25 * dofs * PER_DOF
+    if case.wall_impact is not None:
+        yield StageCost("calibrate", 6.0, small + 16.0 * every * steps["at the wall"])
     transient = case.transient
     if transient is None:
         return
-    reduced = vectors.get("transient", 0)
     asked = transient.probes
     probes = 20 + sum(GROUP if one.group is not None else one.count or 1 for one in asked)
     histories = 16.0 * reduced * times + _histories(case, 3 * probes, transient.time_step, times)
-    seconds = 20.0 * (1.0 + 1e-5 * times) + _full(transient, dofs, times)
-    cost = _basis("transient", dofs, reduced)
-    yield _with(cost, seconds, histories + 48.0 * probes * times)
-    if "device" in vectors:
-        r, fine, dampings = vectors["device"], steps["with devices"], 1 + len(case.damping_cases)
-        seconds = 10.0 + dampings * (3.0 + 4e-10 * r * fine * (1 + len(case.devices)))
-        yield _with(_basis("device", dofs, r), seconds, 16.0 * r * times + 400.0 * fine)
+    seconds = 25.0 * (1.0 + 1e-5 * times) + _full(transient, dofs, times)
+    yield StageCost("transient", seconds, small + histories + 48.0 * probes * times)
+    if case.devices:
+        fine, dampings = steps["with devices"], 1 + len(case.damping_cases)
+        seconds = 10.0 + dampings * (3.0 + 4e-10 * every * fine * (1 + len(case.devices)))
+        yield StageCost("device", seconds, small + 16.0 * every * times + 400.0 * fine)
     members = 0 if case.ensemble is None else case.ensemble.structure_motions
-    cost = _basis("design", dofs, reduced)
-    if not members:
-        cost = StageCost("design", 8.0, BASE + 0.5 * dofs * PER_DOF)
-    yield _with(cost, 4.0 * members, histories)
+    yield StageCost("design", 8.0 + 4.0 * members, small + histories)
 
 
 def _full(transient: Transient, dofs: int, times: int) -> float:

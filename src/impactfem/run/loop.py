@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 from impactfem.case import Case, Published, SyntheticMotion
@@ -152,6 +153,8 @@ def run(
             LOGGER.debug("estimate: %s", line)
         warn_of_implausible(case, estimate)
         stages = asked_stages(case, stage)
+        for one in stages:  # before the first of them takes its time
+            on_root(partial(one.announces, case))
         for one in stages:
             _run_stage(one, case, result, fresh, bar)
             if one.name == BUILDING.name and one.name not in result.reused:
@@ -178,7 +181,6 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
     reused = on_root(lambda: not fresh and is_finished(folder, stage.name, key))
     words = "finished before with the same inputs, reused" if reused else "starts"
     LOGGER.info("stage %s: %s", stage.name, words)
-    on_root(lambda: stage.announces(case))
     if reused:
         result.reused.append(stage.name)
     else:

@@ -9,6 +9,7 @@ from impactfem.stages.design.stage import DESIGN
 from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble.stage import ENSEMBLE
 from impactfem.stages.pounding.stage import POUNDING
+from impactfem.stages.reduce.stage import REDUCE
 from impactfem.stages.stage import Stage
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import Fault, InputError
@@ -16,7 +17,16 @@ from impactfem.system.errors import Fault, InputError
 REPORT = "report"
 RENAMED = {"sticks": "pounding"}
 """Names that stages had in earlier versions, and have now."""
-STAGES: tuple[Stage, ...] = (BUILDING, CALIBRATE, POUNDING, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
+STAGES: tuple[Stage, ...] = (
+    BUILDING,
+    REDUCE,
+    CALIBRATE,
+    POUNDING,
+    ENSEMBLE,
+    TRANSIENT,
+    DEVICE,
+    DESIGN,
+)
 
 
 def stage_names() -> list[str]:

@@ -14,12 +14,9 @@ from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.galerkin import galerkin_modes
 from impactfem.reduction.krylov import KrylovBasis
-from impactfem.stages.calibrate.building_model import (
-    WallModel,
-    reduced_wall_model,
-    wall_model,
-    wall_patterns,
-)
+from impactfem.reduction.reduced_basis import Accuracy
+from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
+from impactfem.reduction.wall import Wall, WallModel, wall_model, wall_patterns
 from impactfem.stages.calibrate.building_run import run_full, run_reduced
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.impact import floor_impacts
@@ -28,6 +25,7 @@ from impactfem.system.errors import ImpactfemError
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 EXPERIMENT = WallExperiment((1, 2), 2, -0.01, 0.004, 0.3, 0.25e-3, "y+")
 MASS = np.array([20e3, 20e3])
+FACTOR = 0.5
 
 
 @pytest.fixture(scope="module")
@@ -36,33 +34,38 @@ def frame():
     parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
     model = assemble_building(MPI.COMM_SELF, parts)
     damping = case.building("F").damping.rayleigh
-    return model, model.stiffness(0.5), parts.mesh, damping
+    return model, model.stiffness(FACTOR), parts.mesh, damping, parts
+
+
+def wall_of(frame, pull) -> WallModel:
+    """The reduced frame with its contacts."""
+    mesh, damping, parts = frame[2], frame[3], frame[4]
+    probes = np.array([mesh.centres[1], mesh.centres[2]])
+    plan = ReductionPlan(
+        probes=probes,
+        nodes=probes,
+        accuracies=(Accuracy(damping, 300.0, 0.005),),
+        wall=Wall(EXPERIMENT.floors, 2, pull),
+        largest=400,
+    )
+    building = assemble_building(MPI.COMM_SELF, parts)
+    return reduce_building(building, mesh, FACTOR, plan).complete.wall
 
 
 @pytest.fixture(scope="module")
 def patterns(frame):
-    model, _, mesh, _ = frame
-    return wall_patterns(model, mesh, EXPERIMENT.floors, 2, "whole_floor")
+    model, _, mesh, _, _ = frame
+    return wall_patterns(model, mesh, Wall(EXPERIMENT.floors, 2, "whole_floor"))
 
 
 @pytest.fixture(scope="module")
-def reduced(frame, patterns):
-    model, K, mesh, damping = frame
-    return reduced_wall_model(
-        model,
-        K,
-        patterns,
-        np.array([mesh.centres[1], mesh.centres[2]]),
-        damping=damping,
-        maximum_frequency=300.0,
-        tolerance=0.005,
-        largest=400,
-    )
+def reduced(frame):
+    return wall_of(frame, "whole_floor")
 
 
 @pytest.fixture(scope="module")
 def full(frame, patterns):
-    model, K, _, damping = frame
+    model, K, _, damping, _ = frame
     return run_full(model, K, patterns, EXPERIMENT, MASS, damping)
 
 
@@ -100,7 +103,7 @@ def slab_rows(model, mesh):
 
 def test_the_whole_floor_starts_at_the_displacement(frame, patterns, reduced, full):
     """Every node of the slab, in full order and in the basis; the other floor follows freely."""
-    model, K, mesh, _ = frame
+    model, K, mesh, _, _ = frame
     state, push = patterns.held(K)
     assert np.abs(state[slab_rows(model, mesh)] - 1.0).max() == 0.0
     assert reduced.uneven < 1e-9
@@ -121,8 +124,8 @@ def test_the_whole_floor_starts_at_the_displacement(frame, patterns, reduced, fu
 @pytest.mark.parametrize("pull", ["even_load", "mass_centre"])
 def test_a_load_draws_the_mass_centre_aside(frame, reduced, pull):
     """The slab of a frame yields between its columns; the resultant is that of the load."""
-    model, K, mesh, damping = frame
-    drawn = wall_patterns(model, mesh, EXPERIMENT.floors, 2, pull)
+    model, K, mesh, damping, _ = frame
+    drawn = wall_patterns(model, mesh, Wall(EXPERIMENT.floors, 2, pull))
     state, push = drawn.held(K)
     assert drawn.seen[:, -1].T @ state == pytest.approx(1.0, rel=1e-12)
     along = push[1::6]
@@ -130,16 +133,7 @@ def test_a_load_draws_the_mass_centre_aside(frame, reduced, pull):
     assert acting.sum() == (1 if pull == "mass_centre" else (drawn.pull.load != 0.0).sum())
     away = np.abs(state[slab_rows(model, mesh)] - 1.0).max()
     assert away > 0.1
-    found = reduced_wall_model(
-        model,
-        K,
-        drawn,
-        np.array([mesh.centres[1], mesh.centres[2]]),
-        damping=damping,
-        maximum_frequency=300.0,
-        tolerance=0.005,
-        largest=400,
-    )
+    found = wall_of(frame, pull)
     assert found.uneven == pytest.approx(away, rel=1e-6)
     # It arrives later than the floor that is held as a whole, and slower.
     ours = floor_impacts(run_reduced(found, EXPERIMENT, MASS, damping).history, 2)
@@ -150,10 +144,10 @@ def test_a_load_draws_the_mass_centre_aside(frame, reduced, pull):
 
 def test_without_the_state_in_the_basis(frame, patterns):
     """What a basis of the forces alone would start from is another state."""
-    model, K, _, _ = frame
+    model, K, _, _, _ = frame
     _, push = patterns.held(K)
     with KrylovBasis(K, model.mass, (2.0 * np.pi * 30.0) ** 2) as basis:
-        basis.add(np.column_stack([push, patterns.edges]))
+        basis.add(push[:, None])
         basis.grow(4)
         found = wall_model(galerkin_modes(basis), patterns, push, 0.0)
     assert found.uneven > 1e-7
@@ -182,18 +176,7 @@ def test_wall_inside_the_building(frame, reduced):
         run_reduced(stretched, inside, MASS, damping)
 
 
-def test_archive(reduced, tmp_path):
-    path = tmp_path / "model.npz"
-    reduced.write(path, "key")
-    again = WallModel.read(path, "key")
-    assert again is not None and again.difference == reduced.difference
-    assert np.array_equal(again.contact, reduced.contact)
-    assert WallModel.read(path, "other key") is None
-    path.write_bytes(path.read_bytes()[:1000])
-    assert WallModel.read(path, "key") is None
-
-
 def test_floor_without_an_edge(frame):
-    model, _, mesh, _ = frame
+    model, _, mesh, _, _ = frame
     with pytest.raises(KeyError):
-        wall_patterns(model, mesh, (1, 2, 3), 2, "whole_floor")
+        wall_patterns(model, mesh, Wall((1, 2, 3), 2, "whole_floor"))

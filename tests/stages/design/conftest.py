@@ -79,16 +79,10 @@ def whole() -> ReducedBasis:
 
 
 @pytest.fixture
-def parted() -> tuple[ReducedBasis, ReducedBasis]:
-    """The same model, floor 1 in a basis of its own."""
-    return basis_of(("ground y", "floor 2")), basis_of(("floor 1",))
-
-
-@pytest.fixture
-def carrier(parted: tuple[ReducedBasis, ReducedBasis]) -> Carrier:
+def carrier(whole: ReducedBasis) -> Carrier:
     frequencies = tuple(float(f) for f in np.geomspace(1.0, 30.0, 12))
     return Carrier(
-        bases=parted,
+        basis=whole,
         nodes=np.array([9, 4]),
         floors=floor_points(
             ("centre_1", "centre_2"), np.array([[0, 0, 3.0], [0, 0, 6.0]]), {1: 0, 2: 1}

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from impactfem.spectra import response_spectra
-from impactfem.stages.design.bases import modal_shares, records_of
 from impactfem.stages.design.member import carry
+from impactfem.stages.design.point_spectra import BuildingMotion
 
 
 def test_spectra_of_every_point_and_direction(carrier, member):
     found = carry(carrier, member())
-    motion = modal_shares(carrier.bases, member().loads, carrier.damping)
-    record = records_of(motion, np.array([4]), np.array([2]))[0]
+    motion = BuildingMotion.under(carrier.basis, member().loads, carrier.damping)
+    record = motion.records(np.array([4]), np.array([2]))[0]
     wanted = response_spectra(
         record, 1e-3, carrier.spectra.frequency_values, [0.05], points_per_cycle=20.0
     )
@@ -39,9 +39,9 @@ def test_an_impact_more(carrier, member):
 def test_vertices_that_govern(carrier, searching, member):
     """The lower floor gets the envelope of its probe, node 9, and of node 7 where it governs."""
     found, alone = carry(searching, member()), carry(carrier, member())
-    motion = modal_shares(carrier.bases, member().loads, carrier.damping)
+    motion = BuildingMotion.under(carrier.basis, member().loads, carrier.damping)
     for component in (1, 2):
-        record = records_of(motion, np.array([7]), np.array([component]))
+        record = motion.records(np.array([7]), np.array([component]))
         one = response_spectra(
             record, 1e-3, carrier.spectra.frequency_values, [0.02, 0.05], points_per_cycle=20.0
         )

@@ -120,8 +120,9 @@ def test_a_member_with_the_seed_of_the_case(done: study.Run) -> None:
     one = found.isel(motion=0)
     assert str(one["motion"].values) == "seed_8"
     moving = found["psa"].values > 1e-6 * found["psa"].values.max()
+    # The vertices that govern are sought among fewer frequencies: 98 % of the envelope are sure.
     ratio = one["member_psa"].values / found["psa"].values
-    np.testing.assert_allclose(ratio[moving], 1.0, rtol=1e-9)
+    assert 0.98 < ratio[moving].min() <= np.median(ratio[moving]) == pytest.approx(1.0, rel=1e-9)
     devices = opened(done.folder, "device.nc")
     force = devices["largest_force"].isel(case=0, impact=1, device=0).values
     np.testing.assert_allclose(one["member_device_force"].values[0], force[:6], rtol=1e-9, atol=1.0)
@@ -172,12 +173,11 @@ def test_envelope_of_the_vertices(done: study.Run) -> None:
 
 
 def test_a_floor_that_the_case_does_not_hit(done: study.Run) -> None:
-    """Members hit floor 1, the case's own motion does not: a further basis bears that load."""
+    """Members hit floor 1, the case's own motion does not: the reduced building has that load."""
     found = opened(done.folder, "design.nc")
     force = found["member_impact_force"].values
     first = found["edge"].values.tolist().index(1)
     assert force[0, first] == 0.0 and force[1:, first].max() > 0.0
-    assert (done.folder / "design_basis.npz").is_file()
     assert all(good for good, text in done.checks["design"] if "members" in text)
 
 
@@ -208,7 +208,6 @@ def test_an_interrupted_ensemble_goes_on(
     (folder / "design/members/seed_9.npz").unlink()
     (folder / "design.stage.json").unlink()
     again = study.run(copied_run, out=folder, stage="design")
-    assert "design: basis" not in again.times
     changed = {
         path.name
         for path in (folder / "design/members").iterdir()
@@ -252,7 +251,7 @@ def test_without_an_ensemble(
     edited(copied_run, ("structure_motions = 3", "structure_motions = 0"))
     folder = copied_run.parent / "run"
     again = study.run(copied_run, out=folder, stage="design")
-    assert again.reused == ["building", "pounding", "transient"]
+    assert again.reused == ["building", "reduce", "pounding", "transient"]
     assert "motion" not in opened(folder, "design.nc").dims
     assert not any(name.startswith("ensemble3d") for name in values(again))
 
@@ -276,8 +275,7 @@ def test_two_ranks(copied_run: Path, done: study.Run, under_mpirun: Callable[...
     """The stage on two ranks gives what it gives on one; the stages before it are reused."""
     out = copied_run.parent / "run"
     shutil.rmtree(out / "design")
-    for name in ("design.stage.json", "design_basis.npz"):
-        (out / name).unlink()
+    (out / "design.stage.json").unlink()
     words = ("-c", MAIN, "run", copied_run, "--out", out, "--stage", "design")
     ended = under_mpirun(2, sys.executable, *words)
     assert ended.returncode == 0, ended.stderr

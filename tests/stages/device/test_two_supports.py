@@ -20,8 +20,9 @@ from impactfem.device.parts import BaseSprings, RigidBody
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
+from impactfem.reduction.reduced_basis import Accuracy
+from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 from impactfem.spectra import response_spectra
-from impactfem.stages.device.study_model import Accuracy, study_model
 from impactfem.stages.device.support import largest_apart
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
@@ -80,19 +81,20 @@ def reduced(frame, base_plates):
     case, parts = frame
     corner = int(np.argmin(np.linalg.norm(parts.mesh.nodes - [4.0, 0.0, 6.0], axis=1)))
     follower, base = int(base_plates[1].followers[0]), int(parts.mesh.base[0])
-    return study_model(
-        assemble_building(MPI.COMM_SELF, parts),
-        parts.mesh,
-        FACTOR,
-        base_plates,
-        [corner, follower, base],
-        directions=[1],
-        hit=[2],
-        eccentricity=0.0,
-        wall=None,
-        accuracies=[Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002)],
+    points = (corner, follower, base)
+    probes = np.unique([parts.mesh.centres[2], *(plate.master for plate in base_plates), corner])
+    plan = ReductionPlan(
+        probes=probes,
+        nodes=probes,
+        accuracies=(Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002),),
+        directions=(1,),
+        floors=(2,),
+        base_plates=tuple(base_plates),
+        points=points,
         largest=600,
     )
+    building = assemble_building(MPI.COMM_SELF, parts)
+    return reduce_building(building, parts.mesh, FACTOR, plan).complete
 
 
 def shaking():

@@ -18,6 +18,8 @@ from scipy.sparse import csc_matrix, csr_matrix
 
 from frame_case import QUICK, floors_meet, neighbour
 from impactfem import study
+from impactfem.building.from_case import read_parts
+from impactfem.building.links import Displacements
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case, Spectra, load_case
@@ -25,14 +27,13 @@ from impactfem.coupling.force_history import ForceHistory
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.plot import floor_products
 from impactfem.reduction.loads import EdgeForce, Loads, make_loads
+from impactfem.reduction.motion_grid import looked_at
 from impactfem.reduction.probes import standard_probes
-from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
+from impactfem.reduction.reduced_basis import Accuracy, ReducedBasis, build_basis
 from impactfem.stages.building import stage as building
-from impactfem.stages.building.compute import read_parts
 from impactfem.stages.pounding import stage as sticks
 from impactfem.stages.transient import stage as transient
 from impactfem.stages.transient.full_run import FullRun, run_full
-from impactfem.stages.transient.maps import looked_at
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -113,7 +114,7 @@ class Frame:
             loads,
             self.patterns(loads),
             damping,
-            self.nodes if nodes is None else nodes,
+            Displacements(self.model, self.nodes if nodes is None else nodes),
             checkpoints=folder / "checkpoints",
             key="frame",
             every=10**6,
@@ -124,12 +125,11 @@ class Frame:
         asked: dict[str, Any] = {
             "probes": self.nodes,
             "nodes": looked_at(self.parts.mesh, self.nodes),
-            "damping": self.light,
-            "maximum_frequency": HIGHEST,
             "shift": 60.0,
-            "tolerance": TOLERANCE,
             "largest": 1200,
         }
+        damping, tolerance = changes.pop("damping", self.light), changes.pop("tolerance", TOLERANCE)
+        asked["accuracy"] = Accuracy(damping, HIGHEST, tolerance)
         return build_basis(self.model, self.K, self.patterns(loads), loads.names, **asked | changes)
 
 

@@ -16,8 +16,9 @@ import numpy as np
 from mpi4py import MPI
 
 from impactfem import study
+from impactfem.building.links import Displacements
 from impactfem.building.model import assemble_building
-from impactfem.reduction.reduced_basis import build_basis
+from impactfem.reduction.reduced_basis import Accuracy, build_basis
 from impactfem.reduction.response import modal_histories, node_response
 from impactfem.stages.transient import stage as transient
 from impactfem.stages.transient.full_run import FullRun, run_full
@@ -74,7 +75,7 @@ def results(comm: Any, given: dict[str, Any], folder: Path) -> dict[str, Any]:
                 loads,
                 patterns,
                 damping,
-                nodes,
+                Displacements(model, nodes),
                 checkpoints=folder / name,
                 key="key",
                 every=50,
@@ -108,13 +109,10 @@ def results(comm: Any, given: dict[str, Any], folder: Path) -> dict[str, Any]:
         loads.names,
         probes=nodes,
         nodes=np.unique(nodes),
-        damping=damping,
-        maximum_frequency=200.0,
+        accuracy=Accuracy(damping, 200.0, 0.005),
         shift=60.0,
-        tolerance=0.005,
         largest=1200,
         larger=True,
-        spend=True,
     )
     response = node_response(basis, modal_histories(basis, loads, damping), loads, nodes)
     found["basis"] = {

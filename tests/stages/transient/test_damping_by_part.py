@@ -14,6 +14,7 @@ import xarray as xr
 from mpi4py import MPI
 
 from impactfem import study
+from impactfem.building.links import Displacements
 from impactfem.building.model import damping_matrix
 from impactfem.building.parts import PartDamping
 from impactfem.dynamics.damping import Rayleigh
@@ -61,7 +62,7 @@ def run(frame: Frame, short: Loads, tmp_path: Path) -> Callable[..., FullRun]:
             short,
             frame.patterns(short),
             whole,
-            frame.nodes,
+            Displacements(frame.model, frame.nodes),
             C=C,
             checkpoints=tmp_path / f"{families}_{own}_{whole}",
             key="key",

@@ -19,9 +19,9 @@ import xarray as xr
 
 from impactfem import study
 from impactfem.case import Transient
+from impactfem.reduction.motion_grid import motion_grid
 from impactfem.stages.transient import export
 from impactfem.stages.transient.export import exported_steps, write_motion
-from impactfem.stages.transient.motion_grid import motion_grid
 from impactfem.system.errors import InputError, SolutionError
 
 from .conftest import no_pictures
@@ -76,7 +76,7 @@ def test_what_is_written(exported: study.Run, seen: dict[str, Any], frame: Frame
     """The default: 0.2 s at every step, from 10 ms before the impact of 0.7 s, at all vertices."""
     listed = (exported.folder / "transient.stage.json").read_text()
     assert all(name in listed for name in FILES)
-    assert {"export", "basis"} < steps_of(exported)
+    assert "export" in steps_of(exported)
     assert seen["times"] == pytest.approx(np.arange(691, 892) * 1e-3, abs=1e-9)
     grid = motion_grid(frame.parts.mesh, "vertices")
     assert np.array_equal(seen["points"], grid.points)
@@ -84,7 +84,7 @@ def test_what_is_written(exported: study.Run, seen: dict[str, Any], frame: Frame
     assert np.count_nonzero(seen["types"] == 3) == len(frame.parts.mesh.lines)
     log = (exported.folder / "run.log").read_text()
     assert f"motion of {len(grid.nodes)} nodes at 201 times, 0.691 to 0.891 s" in log
-    assert "is without some of the nodes that are exported, and made again" in log
+    assert "is without some of the nodes whose motion is wanted, and made again" in log
 
 
 def test_histories_are_those_of_the_probes(
@@ -233,7 +233,7 @@ def test_start_behind_the_forces_is_told_before_the_basis(
     case = edited(tmp_path / "frame.toml", late)
     with pytest.raises(InputError, match=r"export_start = '1 s': less than what is computed, 1 s"):
         study.run(case, out=tmp_path / "run", stage="transient")
-    assert not (tmp_path / "run" / "transient_basis.npz").exists()
+    assert not (tmp_path / "run" / "reduce.npz").exists()
 
 
 def test_motion_of_a_run_before_is_removed(
@@ -246,7 +246,7 @@ def test_motion_of_a_run_before_is_removed(
     assert all((tmp_path / "run" / name).is_file() for name in FILES)
     done = study.run(case, out=tmp_path / "run", stage="transient")
     assert not any((tmp_path / "run" / name).exists() for name in FILES)
-    assert not {"export", "basis"} & steps_of(done)
+    assert "export" not in steps_of(done)
 
 
 def test_lost_motion_is_made_again(

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.floor import edge_load
+from impactfem.building.links import Displacements
 from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
 from impactfem.dynamics.energy import Energy
 from impactfem.stages.transient.full_run import FullRun, run_full
@@ -54,6 +55,7 @@ def run(frame: Frame, short: Loads, folder: Path) -> Callable[..., FullRun]:
             "every": EVERY,
             "nodes": frame.nodes,
         } | changes
+        asked["probes"] = Displacements(frame.model, asked.pop("nodes"))
         return run_full(
             frame.model,
             frame.K,
@@ -210,7 +212,7 @@ def test_progress_goes_to_one(frame: Frame, short: Loads, folder: Path) -> None:
         short,
         frame.patterns(short),
         frame.damping,
-        frame.nodes,
+        Displacements(frame.model, frame.nodes),
         checkpoints=folder,
         key="key",
         every=200,

@@ -27,7 +27,7 @@ from .conftest import command, killed, no_pictures, write_forces
 
 pytestmark = pytest.mark.slow
 STORES = (
-    "transient_basis.npz",
+    "reduce.npz",
     "transient.nc",
     "transient_maps.nc",
     "transient_motion.vtkhdf",
@@ -141,7 +141,7 @@ def test_kills(case_of: Callable[[str], Path], uninterrupted: Callable[[str], Pa
     # The folder holds stages of a case without a solver: that one is not gone on with.
     options: tuple[str, ...] = ()
     for name, before, going_on in (
-        ("transient_basis.npz", 0, ""),
+        ("reduce.npz", 0, ""),
         ("checkpoint.json", 1, ""),
         ("history_400.npz", 1, ""),
         ("transient.nc", 1, "going on from 0.200 s"),
@@ -211,7 +211,7 @@ def test_results_before(
         first = opened.load()
     assert not (folder / "transient_motion.vtkhdf").exists()
     done = study.run(case, out=folder, stage="transient")
-    assert done.reused == ["building", "pounding"]
+    assert done.reused == ["building", "reduce", "pounding"]
     with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
         second = opened.load()
     assert first.equals(second) == (name != "transient.nc")

@@ -9,16 +9,9 @@ import numpy as np
 import pytest
 
 from impactfem.building.mesh import Part
+from impactfem.reduction.motion_grid import floor_vertices, looked_at, wave_slab
 from impactfem.reduction.response import modal_histories, node_response, node_spectra
-from impactfem.stages.transient.maps import (
-    AT_ONCE,
-    FloorMaps,
-    floor_maps,
-    floor_vertices,
-    looked_at,
-    membrane_force,
-    wave_slab,
-)
+from impactfem.stages.transient.maps import AT_ONCE, FloorMaps, floor_maps, membrane_force
 
 if TYPE_CHECKING:
     from impactfem.case import Spectra

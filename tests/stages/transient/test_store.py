@@ -109,12 +109,12 @@ def test_waves_can_be_drawn(maps: xr.Dataset, frame: Frame) -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["transient.nc", "transient_basis.npz"])
+@pytest.mark.parametrize("name", ["transient.nc", "reduce.npz"])
 def test_full_disk(again: Path, monkeypatch: pytest.MonkeyPatch, name: str, edited: Any) -> None:
     """Told in words; what is there opens, and the next run has everything."""
     path = again.parent / "run" / name
     before = path.read_bytes()
-    if name == "transient_basis.npz":
+    if name == "reduce.npz":
         edited(again, ("33 GPa", "32 GPa"))
     else:
         write_forces(again.with_name("forces_of_another.csv"), 5e5)

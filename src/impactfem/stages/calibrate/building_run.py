@@ -17,7 +17,7 @@ from impactfem.coupling.unilateral import (
     unilateral_response,
 )
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.stages.calibrate.building_model import WallModel, WallPatterns
+from impactfem.reduction.wall import WallModel, WallPatterns
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.history import WallHistory
 from impactfem.stages.calibrate.unilateral_full import FullMotion

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case.wall_impact import Pull
+from impactfem.reduction.side import Side
 from impactfem.system.errors import ImpactfemError
 
 Array = NDArray[np.float64]
-Side = Literal["x-", "x+", "y-", "y+"]
 
 
 @dataclass(frozen=True)
 class WallExperiment:
     """A building in front of a rigid wall, without ground motion (paper, section 3.2.2).
 
-    One floor is drawn aside, see `impactfem.stages.calibrate.pull`; at t = 0 what held it is gone
+    One floor is drawn aside, see `impactfem.reduction.pull`; at t = 0 what held it is gone
     and the building, at rest, is free. The wall is a plane at the gap g from the undeformed
     building, n the unit vector towards it: a point with displacement u touches where n · u = g.
 

@@ -15,24 +15,21 @@ from numpy.typing import NDArray
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case
 from impactfem.coupling.from_case import calibration_of, system_of
-from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_basis import ReducedBasis
-from impactfem.stages.design.bases import at_nodes, further_basis, lacking, modal_shares
+from impactfem.reduction.reduced_building import CompleteModel, ReducedBuilding
 from impactfem.stages.design.carried import CarriedEnsemble
 from impactfem.stages.design.case_spectra import CaseSpectra, read_case_spectra
 from impactfem.stages.design.member import Carrier
 from impactfem.stages.design.member_loads import MemberLoads, Pairs, member_loads, pairs_of
 from impactfem.stages.design.members import carry_members, stacked, stored_members
-from impactfem.stages.design.point_spectra import Search, point_spectra
+from impactfem.stages.design.point_spectra import BuildingMotion, Search, point_spectra
 from impactfem.stages.design.whole_floors import WholeFloors, read_whole_floors
 from impactfem.stages.device.analysis import Analyst
-from impactfem.stages.device.compute import analyst_of, device_model
+from impactfem.stages.device.compute import analyst_of
 from impactfem.stages.device.prepared import Prepared as DevicePrepared
 from impactfem.stages.device.spectrum_choice import SpectrumChoice, headline_of
-from impactfem.stages.device.study_model import StudyModel
 from impactfem.stages.device.support import supports_of
 from impactfem.stages.ensemble.compute import Member, member_key, members_of
-from impactfem.stages.transient.compute import BASIS
 from impactfem.stages.transient.prepared import Prepared, transient_of
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.log import LOGGER
@@ -42,7 +39,6 @@ Index = NDArray[np.int64]
 Arrays = dict[str, Any]
 Step = Callable[[str], AbstractContextManager[None]]
 Progress = Callable[[str, float], None]
-FURTHER_BASIS = "design_basis.npz"
 MEMBERS = Path("design") / "members"
 EVERY = 2
 """At every so many-th frequency of the fields the vertices are sought that govern under other
@@ -58,7 +54,7 @@ def choice_of(equipment: DevicePrepared) -> SpectrumChoice:
     return headline_of(equipment.plans[0].rules)
 
 
-def analyst_alone(case: Case, equipment: DevicePrepared, model: StudyModel) -> Analyst:
+def analyst_alone(case: Case, equipment: DevicePrepared, model: CompleteModel) -> Analyst:
     """What does the analysis that counts alone of each device, beside the detailed one.
 
     Args:
@@ -82,21 +78,6 @@ def analyst_alone(case: Case, equipment: DevicePrepared, model: StudyModel) -> A
         for plan in every.plans
     ]
     return replace(every, plans=plans, covered=[()] * len(every.covered))
-
-
-@dataclass(frozen=True)
-class Keys:
-    """Hashes of what is kept from run to run.
-
-    Args:
-        basis: Of the reduced basis of the stage `transient`.
-        device: Of the reduced model of the stage `device`; empty without devices.
-        members: Of what the members depend on beside their motions.
-    """
-
-    basis: str
-    device: str
-    members: str
 
 
 def carried_members(case: Case) -> list[Member]:
@@ -128,7 +109,8 @@ def run_design(
     comm: Any,
     step: Step,
     *,
-    keys: Keys,
+    reduced: ReducedBuilding | None,
+    key: str,
     within: Progress = lambda name, part: None,
 ) -> DesignStudy | None:
     """Run the stage: the case's own motion, and an ensemble where one is asked for. Collective.
@@ -141,20 +123,21 @@ def run_design(
         equipment: Of the stage `device`; None without devices, or without an ensemble.
         folder: The run's folder.
         comm: Communicator of the matrices.
-        step: Called with the name of each step ("sticks", "matrices", "basis", "vertices",
-            "members"), which runs inside its context.
-        keys: Hashes of what is kept.
+        step: Called with the name of each step ("sticks", "vertices", "members"), which runs
+            inside its context.
+        reduced: The reduced building on rank 0.
+        key: Hash of what the members depend on in addition to their motions.
         within: Called with the name of a step and the part of it that is done.
 
     Returns:
         The results on rank 0, None on the others.
 
     Raises:
-        SolutionError: Fewer than two members gave a result, or a basis is not accurate enough.
+        SolutionError: Fewer than two members gave a result.
         ImpactfemError: A file cannot be read or written.
     """
     own, whole = on_root(lambda: _seen(folder))
-    run = _Run(case, prepared, equipment, folder, comm, step, keys, within, own, whole)
+    run = _Run(case, prepared, equipment, folder, comm, step, reduced, key, within, own, whole)
     members = carried_members(case)
     files, member_keys = on_root(lambda: _places(members, folder / MEMBERS, run.members_key))
     found = stored_members(files, member_keys) if comm.rank == 0 else {}
@@ -166,10 +149,9 @@ def run_design(
         asked = [member for member in members if member.name in waiting]
         loads, failed = _loads_on_root(run, asked, pairs)
     if whole is not None or waiting:
-        bases = _bases(run, [one.loads for one in loads.values()])
-        own = _with_vertices(run, bases)
+        own = _with_vertices(run)
         if waiting:
-            more, others = _carry(run, bases, loads, files, member_keys)
+            more, others = _carry(run, loads, files, member_keys)
             found |= more
             failed |= others
     if comm.rank != 0:
@@ -194,10 +176,18 @@ class _Run:
     folder: Path
     comm: Any
     step: Step
-    keys: Keys
+    reduced: ReducedBuilding | None
+    key: str
     within: Progress
     own: CaseSpectra
     whole: WholeFloors | None
+
+    @property
+    def basis(self) -> ReducedBasis:
+        """The reduced basis; on rank 0."""
+        if self.reduced is None:
+            raise ValueError("rank 0 has the reduced building")
+        return self.reduced.basis
 
     @property
     def probes(self) -> Index:
@@ -227,7 +217,7 @@ class _Run:
     def members_key(self) -> str:
         """Hash of what members depend on beside their motions, the search among vertices too."""
         search = "probes alone" if self.search is None else self.search.key
-        return hashlib.sha256(f"{self.keys.members}{search}".encode()).hexdigest()
+        return hashlib.sha256(f"{self.key}{search}".encode()).hexdigest()
 
 
 def _ascending(nodes: list[Index]) -> Index:
@@ -256,13 +246,13 @@ def _carried(
     )
 
 
-def _with_vertices(run: _Run, bases: list[ReducedBasis]) -> CaseSpectra:
+def _with_vertices(run: _Run) -> CaseSpectra:
     """The case's own motion at the vertices that govern, too; on rank 0 alone."""
     if run.whole is None or run.comm.rank != 0:
         return run.own
     governing = run.whole.governing
     with run.step("vertices"):
-        motion = modal_shares(bases, run.prepared.loads, run.prepared.damping)
+        motion = BuildingMotion.under(run.basis, run.prepared.loads, run.prepared.damping)
         spectra = point_spectra(motion, governing.node, governing.component, run.case.spectra)
     LOGGER.info(
         "design: %d vertices govern the envelopes of the floors, each along one direction, of %d"
@@ -310,7 +300,6 @@ def _loads(
 
 def _carry(
     run: _Run,
-    bases: list[ReducedBasis],
     loads: dict[str, MemberLoads],
     files: dict[str, Path],
     member_keys: dict[str, str],
@@ -324,7 +313,7 @@ def _carry(
     with workers() as executor:
         if executor is None:
             return {}, {}  # this rank has worked for rank 0 until now
-        carrier = _carrier(run, bases, analyst)
+        carrier = _carrier(run, analyst)
         with run.step("members"):
             count = len(loads)
             return carry_members(
@@ -357,14 +346,11 @@ def _loads_on_root(
     return loads, failed
 
 
-def _carrier(run: _Run, bases: list[ReducedBasis], analyst: Analyst | None) -> Carrier:
+def _carrier(run: _Run, analyst: Analyst | None) -> Carrier:
     highest = transient_of(run.case).maximum_frequency
-    nodes, points, damping = run.nodes, run.points, run.prepared.damping
+    nodes, points, damping, basis = run.nodes, run.points, run.prepared.damping, run.basis
     return Carrier(
-        bases=tuple(
-            replace(at_nodes(basis, nodes), difference=basis.error(points, damping, highest))
-            for basis in bases
-        ),
+        basis=replace(basis.at(nodes), difference=basis.error(points, damping, highest)),
         nodes=run.probes,
         floors=run.own.floors,
         search=run.search,
@@ -375,58 +361,8 @@ def _carrier(run: _Run, bases: list[ReducedBasis], analyst: Analyst | None) -> C
     )
 
 
-def _bases(run: _Run, others: list[Loads]) -> list[ReducedBasis]:
-    """That of the stage `transient`, and a further one for the loads that it lacks. Collective.
-
-    Args:
-        run: The run.
-        others: Loads beside those of the case's own motion; on other ranks than 0 none are known.
-    """
-    comm, prepared, key, nodes = run.comm, run.prepared, run.keys.basis, run.nodes
-    transient = transient_of(run.case)
-    own = _own_basis(run) if comm.rank == 0 else None
-    asked = others if run.whole is None else [prepared.loads, *others]
-    directions, edges = comm.bcast(lacking(own, asked))
-    bases = [] if own is None else [own]
-    if not directions and not edges:
-        return bases
-    names = [f"ground {'xyz'[c]}" for c in directions] + [edge.name for edge in edges]
-    seen = f"{key}{run.probes.tolist()}{nodes.tolist()}{prepared.damping}"
-    further_key = hashlib.sha256(seen.encode()).hexdigest()
-    path = run.folder / FURTHER_BASIS
-    stored = ReducedBasis.read(path, further_key) if comm.rank == 0 else None
-    if stored is not None and not set(names) <= set(stored.loads):
-        stored = None
-    if comm.bcast(stored is None):
-        LOGGER.info("design: a further reduced basis for %s", ", ".join(names))
-        made = further_basis(
-            transient, prepared, comm, directions, edges, nodes, run.step, run.within
-        )
-        on_root(lambda: made.write(path, further_key))
-        return [*bases, made]
-    return bases if stored is None else [*bases, stored]
-
-
-def _own_basis(run: _Run) -> ReducedBasis | None:
-    """The basis of the stage `transient`, if it has all nodes and the ground motion."""
-    found = ReducedBasis.read(run.folder / BASIS, run.keys.basis)
-    if found is None or not np.isin(run.nodes, found.nodes).all():
-        return None
-    ground = {f"ground {'xyz'[c]}" for c in run.prepared.loads.directions}
-    return found if ground <= set(found.loads) else None
-
-
 def _analyst(run: _Run) -> Analyst | None:
-    """What analyses the devices of the members; None without devices. Collective."""
-    if run.equipment is None:
+    """What analyses the devices of the members; None without devices, and on other ranks than 0."""
+    if run.equipment is None or run.reduced is None:
         return None
-    model = device_model(
-        run.case,
-        run.equipment,
-        run.folder,
-        run.comm,
-        run.step,
-        model_key=run.keys.device,
-        within=run.within,
-    )
-    return None if model is None else analyst_alone(run.case, run.equipment, model)
+    return analyst_alone(run.case, run.equipment, run.reduced.complete)

@@ -10,10 +10,14 @@ from numpy.typing import NDArray
 from impactfem.case import Spectra
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.reduced_basis import ReducedBasis
-from impactfem.stages.design.bases import modal_shares
 from impactfem.stages.design.floor_points import FloorPoints, enveloped
 from impactfem.stages.design.member_loads import MemberLoads
-from impactfem.stages.design.point_spectra import Search, governing_of, point_spectra
+from impactfem.stages.design.point_spectra import (
+    BuildingMotion,
+    Search,
+    governing_of,
+    point_spectra,
+)
 from impactfem.stages.design.records import Records
 from impactfem.stages.device.analysis import Analyst
 from impactfem.stages.device.spectrum_choice import SpectrumChoice
@@ -33,7 +37,7 @@ class Carrier:
     """What all members share.
 
     Args:
-        bases: Reduced bases of the building (see `bases`), at all nodes that are looked at.
+        basis: The reduced basis of the building, at all nodes whose motion is wanted.
         nodes: Nodes of the probes, shape (n_p,).
         floors: Which of the probes are on each floor.
         search: Where the vertices are sought that govern; None without fields over the floors,
@@ -44,7 +48,7 @@ class Carrier:
         choice: Which response spectrum analysis counts; None without devices.
     """
 
-    bases: tuple[ReducedBasis, ...]
+    basis: ReducedBasis
     nodes: Index
     floors: tuple[FloorPoints, ...]
     search: Search | None
@@ -65,7 +69,7 @@ def carry(carrier: Carrier, member: MemberLoads) -> dict[str, Array]:
         ImpactfemError: A spectrum does not reach a mode of a device, or the result is not finite.
     """
     loads, probes = member.loads, len(carrier.nodes)
-    motion = modal_shares(carrier.bases, loads, carrier.damping)
+    motion = BuildingMotion.under(carrier.basis, loads, carrier.damping)
     chosen = Records.none() if carrier.search is None else governing_of(motion, carrier.search)
     spectra = point_spectra(
         motion,
@@ -83,7 +87,7 @@ def carry(carrier: Carrier, member: MemberLoads) -> dict[str, Array]:
         "floor_pfa": chosen.raised(enveloped(pfa, carrier.floors, axis=0), vertex_pfa, axis=0),
         "vertices": chosen.counts(len(carrier.floors)),
         "impact_force": member.peak_force,
-        "basis_error": np.array(max(basis.difference for basis in carrier.bases)),
+        "basis_error": np.array(carrier.basis.difference),
         "device_force": np.zeros((0, len(WORDS))),
         "device_spectrum": np.zeros((0, len(WORDS))),
     }

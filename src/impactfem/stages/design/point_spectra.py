@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
-from impactfem.reduction.response import record_spectra
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.reduction.loads import Loads
+from impactfem.reduction.reduced_basis import ReducedBasis
+from impactfem.reduction.response import modal_histories, record_spectra
 from impactfem.spectra import response_spectra
-from impactfem.stages.design.bases import ModalShare, records_of
 from impactfem.stages.design.fewest import fewest
 from impactfem.stages.design.records import Records, RecordSpectra
 from impactfem.stages.transient.maps import AS_THEY_ARE
@@ -44,13 +45,58 @@ class Search:
         return f"{self.candidates.key}{self.frequency.tolist()}{self.damping}"
 
 
-def governing_of(shares: Sequence[ModalShare], search: Search) -> Records:
+@dataclass(frozen=True, eq=False)
+class BuildingMotion:
+    """A motion of the building in modal coordinates.
+
+    Args:
+        basis: The reduced basis.
+        loads: The loads.
+        acceleration: q'' of its finest model under them, shape (r, n_t).
+    """
+
+    basis: ReducedBasis
+    loads: Loads
+    acceleration: Array
+
+    @classmethod
+    def under(cls, basis: ReducedBasis, loads: Loads, damping: Rayleigh) -> BuildingMotion:
+        """The motion under some loads.
+
+        Args:
+            basis: The reduced basis.
+            loads: The loads.
+            damping: The damping.
+
+        Raises:
+            KeyError: The basis has no pattern of one of the loads.
+        """
+        return cls(basis, loads, modal_histories(basis, loads, damping).acceleration)
+
+    def records(self, nodes: Index, components: Index, *, roughly: bool = False) -> Array:
+        """Absolute accelerations of nodes, each along one direction, shape (n, n_t) [m/s2].
+
+        Args:
+            nodes: Nodes that the basis was made for, shape (n,).
+            components: 0, 1 or 2 for x, y, z, shape (n,).
+            roughly: Whether single precision is enough, which takes half the time.
+
+        Raises:
+            KeyError: The basis was not made for a node.
+        """
+        kind = np.float32 if roughly else np.float64
+        shapes = self.basis.of(self.basis.model, nodes)[np.arange(len(nodes)), components]
+        relative = shapes.astype(kind) @ self.acceleration.astype(kind)
+        return np.asarray(relative + self.loads.ground.T[components], dtype=np.float64)
+
+
+def governing_of(motion: BuildingMotion, search: Search) -> Records:
     """The fewest candidates whose envelope is near that of all candidates, as of `fewest`.
 
     The spectra that tell are of the records as they are, without samples between.
 
     Args:
-        shares: The motion in modal coordinates, as of `modal_shares`.
+        motion: The motion.
         search: Among which vertices.
     """
     every = search.candidates
@@ -58,8 +104,8 @@ def governing_of(shares: Sequence[ModalShare], search: Search) -> Records:
     for first in range(0, len(every), AT_ONCE):
         part = slice(first, first + AT_ONCE)
         found = response_spectra(
-            records_of(shares, every.node[part], every.component[part], roughly=True),
-            shares[0].loads.time_step,
+            motion.records(every.node[part], every.component[part], roughly=True),
+            motion.loads.time_step,
             search.frequency,
             [search.damping],
             points_per_cycle=AS_THEY_ARE,
@@ -76,19 +122,19 @@ def governing_of(shares: Sequence[ModalShare], search: Search) -> Records:
 
 
 def point_spectra(
-    shares: Sequence[ModalShare], nodes: Index, components: Index, spectra: Spectra
+    motion: BuildingMotion, nodes: Index, components: Index, spectra: Spectra
 ) -> RecordSpectra:
     """Spectra of some nodes, each along one direction.
 
     Args:
-        shares: The motion in modal coordinates.
-        nodes: Nodes that all bases were made for, shape (n_r,).
+        motion: The motion.
+        nodes: Nodes that the basis was made for, shape (n_r,).
         components: 0, 1 or 2 for x, y, z, shape (n_r,).
         spectra: The case's floor spectra.
 
     Raises:
-        KeyError: A basis was not made for a node.
+        KeyError: The basis was not made for a node.
     """
-    records = records_of(shares, nodes, components)
-    found = record_spectra(records, shares[0].loads.time_step, spectra)
+    records = motion.records(nodes, components)
+    found = record_spectra(records, motion.loads.time_step, spectra)
     return RecordSpectra(found.psa, found.zpa)

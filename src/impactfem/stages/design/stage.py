@@ -7,20 +7,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from impactfem.case import Case
-from impactfem.stages.building.stage import BUILDING, storey_factor
+from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.calibrated_contact import with_contact_of_run
 from impactfem.stages.design.checks import design_checks
 from impactfem.stages.design.device_figures import design_device
 from impactfem.stages.design.figures import design_curves, design_figures
 from impactfem.stages.design.products import design_products_of, write_design_products
-from impactfem.stages.device.stage import DEVICE, model_key
+from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble.stage import ENSEMBLE
 from impactfem.stages.pounding.stage import POUNDING, motions_key
+from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.sources import program_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import open_store
-from impactfem.stages.transient.stage import TRANSIENT, basis_key
+from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
 
@@ -36,10 +37,7 @@ def _carried(case: Case) -> int:
 def _members_key(case: Case) -> str:
     """Hash of what members depend on beside their motions."""
     sections = ("transient", "devices", "device_analysis", "structure")
-    program, motions = program_key(DESIGN.modules), motions_key(case, sections)
-    keys = [program, motions, basis_key(case), BUILDING.key(case)]
-    if case.devices:
-        keys.append(model_key(case))
+    keys = [program_key(DESIGN.modules), motions_key(case, sections), REDUCE.key(case)]
     return hashlib.sha256("".join(keys).encode()).hexdigest()
 
 
@@ -62,8 +60,9 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
 
 def _study(case: Case, folder: Path, steps: Steps) -> DesignStudy | None:
     from impactfem.stages.building.compute import mesh_of_run
-    from impactfem.stages.design.compute import Keys, run_design
+    from impactfem.stages.design.compute import run_design
     from impactfem.stages.device.prepared import prepare as prepare_devices
+    from impactfem.stages.reduce.compute import reduced_on_root
     from impactfem.stages.transient.prepared import prepare
 
     mesh = mesh_of_run(case, folder)
@@ -72,13 +71,8 @@ def _study(case: Case, folder: Path, steps: Steps) -> DesignStudy | None:
     with_devices = bool(members and case.devices)
     with steps.step("inputs"):
         inputs = on_root(lambda: POUNDING.key(case))
-        keys = on_root(
-            lambda: Keys(
-                basis=basis_key(case),
-                device=model_key(case) if with_devices else "",
-                members=_members_key(case) if members else "",
-            )
-        )
+        key = on_root(lambda: _members_key(case) if members else "")
+        reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
         if members:
             case = on_root(
                 lambda: with_contact_of_run(with_structure_targets(case, folder), folder)
@@ -94,7 +88,8 @@ def _study(case: Case, folder: Path, steps: Steps) -> DesignStudy | None:
         folder,
         communicator(),
         steps.step,
-        keys=keys,
+        reduced=reduced,
+        key=key,
         within=steps.within,
     )
 
@@ -112,8 +107,8 @@ def _draw(case: Case, folder: Path) -> list[Path]:
 
 def _needs(case: Case) -> tuple[Stage, ...]:
     if not _carried(case):
-        return (TRANSIENT,)
-    return (TRANSIENT, ENSEMBLE, *((DEVICE,) if case.devices else ()))
+        return (REDUCE, TRANSIENT)
+    return (REDUCE, TRANSIENT, ENSEMBLE, *((DEVICE,) if case.devices else ()))
 
 
 DESIGN = Stage(
@@ -127,8 +122,6 @@ DESIGN = Stage(
     steps={
         "inputs": 4.0,
         "sticks": 5.0,
-        "matrices": 3.0,
-        "basis": 12.0,
         "vertices": 1.0,
         "members": 35.0,
         "stores": 1.0,

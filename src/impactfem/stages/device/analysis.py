@@ -18,10 +18,10 @@ from impactfem.device.spectrum_analysis import SpectrumResponse
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
+from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.stages.device.anchor_spectra import motion_spectra, shown_spectra
 from impactfem.stages.device.spectrum_choice import SpectrumChoice
 from impactfem.stages.device.spectrum_plan import SpectrumPlan, envelopes
-from impactfem.stages.device.study_model import StudyModel
 from impactfem.stages.device.support import Support, largest_apart, supports_of
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ class Analyst:
         substeps: Steps of the detailed analysis in one of the loads.
     """
 
-    model: StudyModel
+    model: CompleteModel
     plans: Sequence[SpectrumPlan]
     positions: Array
     covered: Sequence[Sequence[int]]

@@ -13,13 +13,13 @@ from impactfem.coupling.from_case import calibration_of
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import GroundMotion
 from impactfem.reduction.loads import Loads
+from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.stages.calibrate.building_run import run_reduced
 from impactfem.stages.calibrate.impact import floor_impacts
 from impactfem.stages.calibrate.penalty import penalty_parameters
 from impactfem.stages.device.analysis import Analyst, DeviceResult, with_detailed
 from impactfem.stages.device.full_run import FullHistories
 from impactfem.stages.device.prepared import Prepared, analysis_of
-from impactfem.stages.device.study_model import StudyModel
 from impactfem.stages.device.support import Support, supports_of
 from impactfem.stages.pounding.pounded import pounded
 from impactfem.stages.transient.prepared import case_loads, transient_of
@@ -114,7 +114,7 @@ class DeviceStudy:
 
     case: Case
     prepared: Prepared
-    model: StudyModel
+    model: CompleteModel
     cases: tuple[DampedStudy, ...]
     full_error: float | None = None
 
@@ -239,7 +239,7 @@ def _damped(
     )
 
 
-def _epsilon(prepared: Prepared, model: StudyModel, damping: Rayleigh) -> float:
+def _epsilon(prepared: Prepared, model: CompleteModel, damping: Rayleigh) -> float:
     """Restitution by equation 5 of the wall experiment with another damping."""
     wall, reduced = prepared.wall, model.wall
     if wall is None or reduced is None:

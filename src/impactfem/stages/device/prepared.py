@@ -15,10 +15,10 @@ from impactfem.device.device import Device
 from impactfem.device.from_case import checked_devices
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import GroundMotion, ground_motions
+from impactfem.reduction.covered_points import CoveredPoints, covered_points
 from impactfem.reduction.loads import Loads
 from impactfem.stages.calibrate.compute import Prepared as WallPrepared
 from impactfem.stages.calibrate.compute import prepare as prepare_wall
-from impactfem.stages.device.covered_points import CoveredPoints, covered_points
 from impactfem.stages.device.spectrum_plan import SpectrumPlan, plan_of
 from impactfem.stages.transient.prepared import case_loads, transient_of
 
@@ -100,7 +100,7 @@ def prepare(
             case, parts.mesh, motions, forces, path, transient.duration or float(forces.time[-1])
         ),
         motions=motions,
-        wall=None if case.wall_impact is None else prepare_wall(case, mesh_file, storey_factor),
+        wall=None if case.wall_impact is None else prepare_wall(case, mesh_file),
         calibrated_laws=calibrated_laws,
     )
 

@@ -6,38 +6,19 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
-from impactfem.stages.building.stage import BUILDING, storey_factor
+from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.calibrated_contact import calibrated_laws, with_contact_of_run
-from impactfem.stages.calibrate.stage import CALIBRATE, DAMPINGS
+from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.device.checks import device_checks
 from impactfem.stages.device.figures import device_curves, device_figures
 from impactfem.stages.device.tables import device_tables
-from impactfem.stages.inputs import matrices_key, published_values
+from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
+from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
-
-
-def model_key(case: Case) -> str:
-    """Hash of what the reduced model depends on: not on gaps, motions, masses of devices.
-
-    The floors that are hit and the directions of the ground, for which it grows, are added where
-    they are known.
-    """
-    transient, wall = case.transient, case.wall_impact
-    if transient is None:
-        return ""
-    own = transient.model_dump_json(include={"maximum_frequency", "tolerance", "eccentricity"})
-    own += (
-        "" if wall is None else wall.model_dump_json(include={"floors", "displaced_floor", "pull"})
-    )
-    placed = {"point", "radius", "supports", "envelope"}
-    own += "".join(device.model_dump_json(include=placed) for device in case.devices)
-    if any(anchor.envelope for device in case.devices for anchor in device.anchors):
-        own += transient.model_dump_json(include={"probes"})
-    return matrices_key(case, DEVICE.modules, own, DAMPINGS)
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
@@ -47,6 +28,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     from impactfem.stages.device.full_run import remove_full_checkpoints
     from impactfem.stages.device.prepared import prepare
     from impactfem.stages.device.store import write_devices
+    from impactfem.stages.reduce.compute import reduced_on_root
 
     mesh = mesh_of_run(case, folder)
     with steps.step("inputs"):
@@ -55,13 +37,14 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         prepared = on_root(
             lambda: prepare(case, mesh, folder / "forces.nc", storey_factor(folder), laws)
         )
+        reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
     study = run_devices(
         case,
         prepared,
         folder,
         communicator(),
         steps.step,
-        model_key=on_root(lambda: model_key(case)),
+        model=None if reduced is None else reduced.complete,
         key=key,
         within=steps.within,
     )
@@ -95,8 +78,7 @@ DEVICE = Stage(
     ),
     steps={
         "inputs": 4.0,
-        "matrices": 5.0,
-        "basis": 90.0,
+        "matrices": 0.0,
         "time steps": 0.0,
         "damping cases": 40.0,
         "stores": 3.0,
@@ -124,6 +106,6 @@ DEVICE = Stage(
     ],
     checks=lambda case, folder: device_checks(folder),
     lacks=_lacks,
-    needs=lambda case: (BUILDING, POUNDING),
+    needs=lambda case: (REDUCE, POUNDING),
     collective=True,
 )

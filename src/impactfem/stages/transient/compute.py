@@ -4,43 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.model import BuildingModel, assemble_building, damping_matrix
+from impactfem.building.links import Displacements, carried, linked
+from impactfem.building.model import assemble_building, damping_matrix
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
-from impactfem.case.transient import Transient
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.band import LARGER, response_band
+from impactfem.reduction.band import response_band
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import ModalHistory
 from impactfem.reduction.probes import Probe
-from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
-from impactfem.reduction.response import (
-    NodeResponse,
-    modal_histories,
-    node_response,
-    node_spectra,
-)
+from impactfem.reduction.reduced_basis import ReducedBasis
+from impactfem.reduction.response import NodeResponse, modal_histories, node_response, node_spectra
 from impactfem.spectra import ResponseSpectra
 from impactfem.stages.transient.full_run import FullRun, run_full
-from impactfem.stages.transient.maps import FloorMaps, floor_maps, looked_at
-from impactfem.stages.transient.motion_grid import motion_grid
+from impactfem.stages.transient.maps import FloorMaps, floor_maps
 from impactfem.stages.transient.prepared import Prepared, transient_of
 from impactfem.system.log import LOGGER
-from impactfem.system.parallel import on_root
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Step = Callable[[str], AbstractContextManager[None]]
 Progress = Callable[[str, float], None]
 
-BASIS = "transient_basis.npz"
 CHECKPOINTS = "transient_checkpoints"
 QUIET = 0.01
 """Part of the largest force below which an impact has not begun, or has ended."""
@@ -125,7 +117,7 @@ def run_transient(
     comm: Any,
     step: Step,
     *,
-    basis_key: str,
+    basis: ReducedBasis | None,
     key: str,
     within: Progress = lambda name, part: None,
 ) -> TransientStudy | None:
@@ -134,11 +126,11 @@ def run_transient(
     Args:
         case: The case.
         prepared: What `prepare` gave, the same on all ranks.
-        folder: Where the basis and checkpoints are kept.
+        folder: Where checkpoints are kept.
         comm: Communicator of the matrices.
-        step: Called with the name of each step ("matrices", "basis", "time steps", "spectra",
-            "maps"), which runs inside its context.
-        basis_key: Hash of what the reduced basis depends on.
+        step: Called with the name of each step ("matrices", "time steps", "spectra", "maps"), which
+            runs inside its context.
+        basis: The reduced basis on rank 0; None for the full model alone.
         key: Hash of what the stage depends on.
         within: Called with the name of a step and the part of it that is done.
 
@@ -146,45 +138,58 @@ def run_transient(
         The results on rank 0, None on the others.
 
     Raises:
-        SolutionError: The basis does not reach its tolerance, or the response is not finite.
+        SolutionError: The response is not finite.
+        InputError: A floor is hit that the building was not reduced for.
     """
-    transient = transient_of(case)
-    reduced, full = transient.solver != "full", transient.solver != "reduced"
-    loads = prepared.loads
-    nodes = np.array([probe.node for probe in prepared.probes])
-    # On rank 0 alone: it is large, and the others have no use for it.
-    basis = None
-    if reduced and comm.rank == 0:
-        basis = _stored_basis(folder / BASIS, basis_key, prepared, transient)
-    build = comm.bcast(reduced and basis is None)
     run = None
-    if full or build:
-        with step("matrices"):
-            model = assemble_building(comm, prepared.parts)
-            K = model.take_stiffness(prepared.storey_factor)
-            patterns = loads.patterns(model, prepared.parts.mesh, transient.eccentricity)
-        if build:
-            with step("basis"):
-                basis = _build(transient, prepared, model, K, patterns, nodes, within)
-                on_root(lambda: _write(basis, folder / BASIS, basis_key))
-        if full:
-            with step("time steps"):
-                run = run_full(
-                    model,
-                    K,
-                    loads,
-                    patterns,
-                    prepared.damping,
-                    nodes,
-                    C=_damping_by_part(prepared, comm),
-                    checkpoints=folder / CHECKPOINTS,
-                    key=key,
-                    every=max(1, round(transient.checkpoint_every / loads.time_step)),
-                    progress=lambda part: within("time steps", part),
-                )
+    if transient_of(case).solver != "reduced":
+        run = _full(case, prepared, folder, comm, step, key, within)
     if comm.rank != 0:
         return None
-    return _results(case, prepared, basis, run, nodes, step, within)
+    return _results(case, prepared, basis, run, step, within)
+
+
+def _full(
+    case: Case,
+    prepared: Prepared,
+    folder: Path,
+    comm: Any,
+    step: Step,
+    key: str,
+    within: Progress,
+) -> FullRun:
+    """The run in full order, with the base plates tied as in the reduced building. Collective."""
+    transient, loads, mesh = transient_of(case), prepared.loads, prepared.parts.mesh
+    links = [plate.link for plate in prepared.base_plates]
+    with step("matrices"):
+        building = assemble_building(comm, prepared.parts)
+        model, T = linked(building, links, mesh.nodes)
+        patterns = carried(T, loads.patterns(building, mesh, transient.eccentricity))
+        for matrix in (building.fixed, building.storeys, building.mass):
+            matrix.destroy()
+        K = model.take_stiffness(prepared.storey_factor)
+        C = _damping_by_part(prepared, comm)
+        if C is not None:
+            C = C.ptap(T)
+        T.destroy()
+    with step("time steps"):
+        return run_full(
+            model,
+            K,
+            loads,
+            patterns,
+            prepared.damping,
+            Displacements(model, _nodes(prepared), links, mesh.nodes),
+            C=C,
+            checkpoints=folder / CHECKPOINTS,
+            key=key,
+            every=max(1, round(transient.checkpoint_every / loads.time_step)),
+            progress=lambda part: within("time steps", part),
+        )
+
+
+def _nodes(prepared: Prepared) -> Index:
+    return np.array([probe.node for probe in prepared.probes])
 
 
 def _damping_by_part(prepared: Prepared, comm: Any) -> Any | None:
@@ -198,96 +203,16 @@ def _damping_by_part(prepared: Prepared, comm: Any) -> Any | None:
     return damping_matrix(comm, prepared.parts, dampings, prepared.storey_factor, prepared.damping)
 
 
-def _stored_basis(
-    path: Path, key: str, prepared: Prepared, transient: Transient
-) -> ReducedBasis | None:
-    """The basis of a run before, where it serves loads, probes and damping of this one."""
-    found = ReducedBasis.read(path, key)
-    if found is None:
-        return None
-    probes = np.array([probe.node for probe in prepared.probes])
-    nodes = _kept(prepared, transient, probes)
-    lacking = set(prepared.loads.names) - set(found.loads)
-    if lacking:
-        why = f"without {', '.join(sorted(lacking))}"
-    elif not np.isin(probes, found.nodes).all():
-        why = "without some of the probes"
-    elif not np.isin(nodes, found.nodes).all():
-        why = "without some of the nodes that are exported"
-    elif transient.band == LARGER and not found.larger:
-        why = "without the larger ones that tell its error band"
-    else:
-        error = found.error(probes, prepared.lightest, transient.maximum_frequency)
-        if error <= transient.tolerance:
-            LOGGER.info("transient: the reduced basis of %s is used again", path.name)
-            return replace(found, difference=error)
-        why = f"with an error of {error:.2%} for this damping"
-    LOGGER.info("transient: the reduced basis of %s is %s, and made again", path.name, why)
-    return None
-
-
-def _kept(prepared: Prepared, transient: Transient, probes: Index) -> Index:
-    """All nodes that the basis must keep."""
-    mesh = prepared.parts.mesh
-    nodes = looked_at(mesh, probes, prepared.wave_floor)
-    if transient.export:
-        nodes = np.union1d(nodes, motion_grid(mesh, transient.export_nodes).nodes)
-    return nodes
-
-
-def _write(basis: ReducedBasis | None, path: Path, key: str) -> None:
-    if basis is not None:
-        basis.write(path, key)
-
-
-def _build(
-    transient: Transient,
-    prepared: Prepared,
-    model: BuildingModel,
-    K: Any,
-    patterns: Array,
-    nodes: Index,
-    within: Progress,
-) -> ReducedBasis:
-    basis = build_basis(
-        model,
-        K,
-        patterns,
-        prepared.loads.names,
-        probes=nodes,
-        nodes=_kept(prepared, transient, nodes),
-        damping=prepared.lightest,
-        maximum_frequency=transient.maximum_frequency,
-        shift=transient.shift,
-        tolerance=transient.tolerance,
-        largest=transient.largest_basis,
-        larger=transient.band == LARGER,
-        spend=transient.solver == "reduced",
-        progress=lambda part: within("basis", part),
-    )
-    LOGGER.info(
-        "transient: reduced basis of %d vectors for %d loads; error of the transfer functions"
-        " at most %.2g %% up to %g Hz, by nested bases; %.0f MB at %d nodes",
-        len(basis.model.eigenvalue),
-        len(basis.loads),
-        100.0 * basis.difference,
-        transient.maximum_frequency,
-        1e-6 * basis.vectors.nbytes,
-        len(basis.nodes),
-    )
-    return basis
-
-
 def _results(
     case: Case,
     prepared: Prepared,
     basis: ReducedBasis | None,
     run: FullRun | None,
-    nodes: Index,
     step: Step,
     within: Progress,
 ) -> TransientStudy:
     transient, loads, damping = transient_of(case), prepared.loads, prepared.damping
+    nodes = _nodes(prepared)
     history = maps = full_error = None
     with step("spectra"):
         if basis is None:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from impactfem.case.transient import Transient
 from impactfem.reduction.loads import Loads
+from impactfem.reduction.motion_grid import motion_grid
 from impactfem.reduction.response import modal_histories
 from impactfem.stages.transient.compute import TransientStudy
 from impactfem.stages.transient.motion_file import POINT, motion_file
-from impactfem.stages.transient.motion_grid import motion_grid
 from impactfem.stages.transient.motion_index import write_motion_index
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER

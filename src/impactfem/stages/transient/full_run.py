@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.building.links import Displacements
 from impactfem.building.model import BuildingModel
 from impactfem.dynamics.checkpoints import Checkpoints, resumable_march
 from impactfem.dynamics.damping import Rayleigh
@@ -20,7 +21,6 @@ from impactfem.reduction.loads import Loads
 from impactfem.reduction.response import NodeResponse
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 RECORDED = ("displacement", "acceleration")
 
@@ -46,7 +46,7 @@ def run_full(
     loads: Loads,
     patterns: Array,
     damping: Rayleigh,
-    nodes: Index,
+    probes: Displacements,
     *,
     C: Any | None = None,
     checkpoints: Path,
@@ -66,10 +66,10 @@ def run_full(
         loads: The loads.
         patterns: Their patterns, shape (n_local, n_patterns).
         damping: The damping.
-        nodes: Nodes to record, shape (n,); clamped ones move with the ground.
+        probes: What is recorded; clamped nodes move with the ground.
         C: Damping beside that, by part (see `damping_matrix`).
         checkpoints: Folder of the checkpoints.
-        key: Hash of what the run depends on, C included; loads, damping and nodes are added to it.
+        key: Hash of what the run depends on, C included; loads, damping and probes are added to it.
         every: Most steps between two checkpoints.
         progress: Called with the part of the work that is done.
 
@@ -77,15 +77,14 @@ def run_full(
         SolutionError: The response is not finite.
         ImpactfemError: A checkpoint cannot be written.
     """
-    first_rows = model.global_rows(nodes)
-    free = first_rows >= 0
-    rows = (first_rows[free, None] + np.arange(3)).ravel()
-    store = Checkpoints(model.comm, checkpoints, f"{key}, {_digest(loads, damping, nodes)}")
+    free = np.flatnonzero(probes.rows >= 0)
+    recorded = _digest(loads, damping, probes)
+    store = Checkpoints(model.comm, checkpoints, f"{key}, {recorded}")
     with Newmark(K, model.mass, loads.time_step, patterns, damping=damping, C=C) as system:
         whole = resumable_march(
             system,
             loads.amplitudes,
-            rows,
+            probes.rows[free],
             RECORDED,
             store,
             every,
@@ -94,9 +93,10 @@ def run_full(
         )
         memory = system.memory
     count = len(loads.ground)
-    motion = {name: np.zeros((count, len(nodes), 3)) for name in RECORDED}
-    for name, values in whole.motion.items():
-        motion[name][:, free] = values.reshape(count, -1, 3)
+    motion = {
+        name: (probes.motion[:, free] @ values.T).T.reshape(count, -1, 3)
+        for name, values in whole.motion.items()
+    }
     return FullRun(
         response=NodeResponse(
             time_step=loads.time_step,
@@ -108,6 +108,7 @@ def run_full(
     )
 
 
-def _digest(loads: Loads, damping: Rayleigh, nodes: Index) -> str:
-    numbers = (loads.time_step, *astuple(damping)), loads.amplitudes, nodes
+def _digest(loads: Loads, damping: Rayleigh, probes: Displacements) -> str:
+    seen = probes.motion
+    numbers = (loads.time_step, *astuple(damping)), loads.amplitudes, probes.rows, seen.data
     return hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in numbers)).hexdigest()

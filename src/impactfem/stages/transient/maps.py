@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.mesh import DOFS, BuildingMesh
+from impactfem.building.mesh import DOFS
 from impactfem.building.parts import BuildingParts
 from impactfem.building.section_forces import section_forces
 from impactfem.case import Spectra
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import ModalHistory
+from impactfem.reduction.motion_grid import floor_vertices, wave_slab
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.spectra import logarithmic_frequencies, response_spectra, sampling_loss
 from impactfem.system.parallel import all_blas_threads, threads
@@ -70,29 +71,6 @@ class FloorMaps:
     frame_acceleration: NDArray[np.float32]
     membrane_force: Array
     wave_triangles: Index
-
-
-def floor_vertices(mesh: BuildingMesh) -> Index:
-    """Vertices of all floors, acroterion included, ascending."""
-    return np.asarray(np.unique(mesh.triangles[mesh.triangles_of("floor"), :3]), dtype=np.int64)
-
-
-def wave_slab(mesh: BuildingMesh, floor: int | None = None) -> tuple[Index, Index]:
-    """Triangles of a floor's slab, and all of its nodes; of the top floor when None."""
-    flat = mesh.slab(mesh.floors[-1] if floor is None else floor)
-    return flat, np.unique(mesh.triangles[flat])
-
-
-def looked_at(mesh: BuildingMesh, probes: Index, floor: int | None = None) -> Index:
-    """All nodes that a reduced basis must keep: probes, floors, and the waves' nodes.
-
-    Args:
-        mesh: The mesh.
-        probes: Nodes of the probes, shape (n,).
-        floor: Number of the floor with the waves; the top floor when None.
-    """
-    every = np.concatenate([probes, floor_vertices(mesh), wave_slab(mesh, floor)[1]])
-    return np.asarray(np.unique(every), dtype=np.int64)
 
 
 def floor_maps(

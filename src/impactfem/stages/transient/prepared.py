@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from impactfem.building.from_case import read_parts
+from impactfem.building.links import BasePlate, find_base_plates
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
@@ -30,8 +31,8 @@ class Prepared:
         probes: Where it is looked.
         loads: The loads.
         storey_factor: Factor on walls and columns.
+        base_plates: Of the devices.
         damping: The damping.
-        lightest: α and β of the lightest damping that the reduced basis must serve.
         wave_floor: Number of the floor whose waves are looked at.
     """
 
@@ -39,8 +40,8 @@ class Prepared:
     probes: tuple[Probe, ...]
     loads: Loads
     storey_factor: float
+    base_plates: tuple[BasePlate, ...]
     damping: Rayleigh
-    lightest: Rayleigh
     wave_floor: int
 
 
@@ -78,8 +79,8 @@ def prepare(
         probes=probes,
         loads=loads,
         storey_factor=storey_factor,
+        base_plates=find_base_plates(case, parts.mesh),
         damping=case.building(structure.building).damping.rayleigh,
-        lightest=lightest_damping(case, transient.serve_damping_cases),
         wave_floor=case.wave_floor,
     )
 
@@ -113,22 +114,13 @@ def case_loads(
     forces, edges = with_floor_forces(case, mesh, forces, edges)
     n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
     ground = [m.history for m in motions]
-    return make_loads(ground, forces, edges, time_step, n_steps, len(edges) - contacts)
-
-
-def lightest_damping(case: Case, every: bool) -> Rayleigh:
-    """α [1/s] and β [s] of the lightest damping that a reduced basis must serve.
-
-    Args:
-        case: The case; it has a structure and a transient part.
-        every: Whether the basis serves the damping cases too, not only the building's own.
-    """
-    if case.structure is None:
-        raise ValueError("the case has no structure")
-    own = case.building(case.structure.building).damping
-    frequency = transient_of(case).maximum_frequency
-    served = [own, *(case.damping_cases if every else ())]
-    return min(served, key=lambda one: one.rayleigh.ratio(frequency)).rayleigh
+    loads = make_loads(ground, forces, edges, time_step, n_steps, len(edges) - contacts)
+    known = transient_of(case).floors
+    lacking = sorted({edge.floor for edge in loads.edges} - set(known or ()))
+    if known is not None and lacking:
+        expected = f"floor {', '.join(map(str, lacking))}, too, whose edge is hit or loaded"
+        raise InputError([Fault(case.path, "transient.floors", list(known), expected)])
+    return loads
 
 
 def transient_of(case: Case) -> Transient:

@@ -8,8 +8,9 @@ from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
 from impactfem.stages.check import Check
-from impactfem.stages.inputs import inputs_key, matrices_key, published_values
+from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
+from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import open_store
 from impactfem.stages.transient.checks import log_samples, stick_against_model, transient_checks
@@ -22,22 +23,15 @@ from impactfem.system.parallel import communicator, on_root
 from impactfem.system.scalar import Scalar
 
 
-def basis_key(case: Case) -> str:
-    """Hash of what the vectors of the reduced basis depend on.
-
-    Not on motions and forces. Damping, probes and accuracy are looked at when it is used again.
-    """
-    asked = case.transient
-    if asked is None:
-        return ""
-    own = asked.model_dump_json(include={"shift", "eccentricity"})
-    return matrices_key(case, TRANSIENT.modules, own)
+def _reduces(case: Case) -> bool:
+    return case.transient is None or case.transient.solver != "full"
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.dynamics.checkpoints import remove_checkpoints
     from impactfem.stages.building.compute import mesh_of_run
+    from impactfem.stages.reduce.compute import reduced_on_root
     from impactfem.stages.transient.compute import CHECKPOINTS, run_transient
     from impactfem.stages.transient.export import write_motion
     from impactfem.stages.transient.prepared import prepare
@@ -50,13 +44,16 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
                 case, mesh, folder / "forces.nc", storey_factor(folder), POUNDING.key(case)
             )
         )
+        reduced = None
+        if _reduces(case):
+            reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
     study = run_transient(
         case,
         prepared,
         folder,
         communicator(),
         steps.step,
-        basis_key=on_root(lambda: basis_key(case)),
+        basis=None if reduced is None else reduced.basis,
         key=key,
         within=steps.within,
     )
@@ -107,12 +104,6 @@ def _draw(case: Case, folder: Path) -> list[Path]:
     ]
 
 
-def _served_dampings(case: Case) -> str:
-    # Not a section of its own: the basis does not depend on a restitution.
-    served = case.transient is not None and case.transient.serve_damping_cases
-    return inputs_key(case, ("damping_cases",), ()) if served else ""
-
-
 def _physics(folder: Path) -> list[Scalar]:
     """What the stores of this stage and of the sticks say together."""
     with (
@@ -133,8 +124,7 @@ TRANSIENT = Stage(
     ),
     steps={
         "inputs": 2.0,
-        "matrices": 5.0,
-        "basis": 60.0,
+        "matrices": 0.0,
         "time steps": 0.0,
         "spectra": 3.0,
         "maps": 15.0,
@@ -144,7 +134,6 @@ TRANSIENT = Stage(
     },
     sections=("transient", "structure", "damping"),
     files=lambda case: transient_files(case.transient) if case.transient is not None else (),
-    further=_served_dampings,
     computed_by=("compute", "store", "prepared", "export"),
     drawn_by=("figures", "tables"),
     stores={"transient": "transient.nc", "maps": "transient_maps.nc"},
@@ -154,7 +143,7 @@ TRANSIENT = Stage(
     checks=_checks,
     announces=_announce,
     lacks=lambda case: "transient" if case.transient is None else None,
-    needs=lambda case: (BUILDING, POUNDING),
+    needs=lambda case: (REDUCE if _reduces(case) else BUILDING, POUNDING),
     derived=_physics,
     collective=True,
 )

@@ -143,7 +143,8 @@ def _transfer(study: TransientStudy) -> dict[str, Any]:
         return {}
     damping = study.case.building(study.case.structure.building).damping.rayleigh
     nodes = np.array([probe.node for probe in study.probes])
-    found = transfer_functions(study.basis, nodes, damping, float(study.spectra.frequency[-1]))
+    highest, loads = float(study.spectra.frequency[-1]), study.loads.names
+    found = transfer_functions(study.basis, nodes, damping, highest, loads)
     return {
         "transfer_frequency": found.frequency,
         "transfer_load": found.loads,

@@ -74,7 +74,7 @@ class MovingModel:
             basis.add(self.loads)
             while basis.size < vectors and basis.grow(1) > 0:
                 pass
-            models = [reduced_model(basis), *(larger_models(basis) if larger else ())]
+            models = [reduced_model(basis), *(larger_models(basis, basis.size) if larger else ())]
             rows = basis.rows(self.probes)
         K.destroy()
         M.destroy()

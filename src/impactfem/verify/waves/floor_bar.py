@@ -202,7 +202,7 @@ def _line_in_3d(
 
     from impactfem.building.model import assemble_building
     from impactfem.reduction.probes import standard_probes
-    from impactfem.reduction.reduced_basis import build_basis
+    from impactfem.reduction.reduced_basis import Accuracy, build_basis
     from impactfem.reduction.response import modal_histories, node_response
 
     mesh = parts.mesh
@@ -217,12 +217,9 @@ def _line_in_3d(
         loads.names,
         probes=nodes,
         nodes=np.unique(nodes),
-        damping=damping,
-        maximum_frequency=HIGHEST,
+        accuracy=Accuracy(damping, HIGHEST, 1e-3),
         shift=30.0,
-        tolerance=1e-3,
         largest=1200,
-        spend=True,
     )
     history = modal_histories(basis, loads, damping)
     found = node_response(basis, history, loads, nodes).acceleration
@@ -262,29 +259,26 @@ def _impact(
     from mpi4py import MPI
 
     from impactfem.building.model import assemble_building
-    from impactfem.stages.calibrate.building_model import reduced_wall_model, wall_patterns
+    from impactfem.case.transient import MAXIMUM_FREQUENCY
+    from impactfem.reduction.reduced_basis import Accuracy
+    from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
+    from impactfem.reduction.wall import Wall
     from impactfem.stages.calibrate.building_run import run_reduced
-    from impactfem.stages.calibrate.compute import (
-        LARGEST,
-        MAXIMUM_FREQUENCY,
-        TOLERANCE,
-        wall_probes,
-    )
     from impactfem.stages.calibrate.impact import floor_impacts
+    from impactfem.stages.reduce.compute import COMPLETE, wall_probes
 
     floors, mesh = experiment.floors, parts.mesh
-    model = assemble_building(MPI.COMM_SELF, parts)
-    K = model.take_stiffness(1.0)
-    reduced = reduced_wall_model(
-        model,
-        K,
-        wall_patterns(model, mesh, floors, experiment.displaced_floor, experiment.pull),
-        wall_probes(mesh, floors),
-        damping=damping,
-        maximum_frequency=MAXIMUM_FREQUENCY,
-        tolerance=TOLERANCE,
-        largest=LARGEST,
+    probes = np.unique(wall_probes(mesh, floors))
+    plan = ReductionPlan(
+        probes=probes,
+        nodes=probes,
+        accuracies=(Accuracy(damping, MAXIMUM_FREQUENCY, COMPLETE),),
+        wall=Wall(floors, experiment.displaced_floor, experiment.pull),
     )
+    building = assemble_building(MPI.COMM_SELF, parts)
+    reduced = reduce_building(building, mesh, 1.0, plan).complete.wall
+    if reduced is None:
+        raise ValueError("the building was reduced with a wall")
     history = run_reduced(reduced, experiment, mass, damping).history
     return floor_impacts(history, floors[-1]).first_complete()
 

@@ -79,10 +79,11 @@ def paper_reduced_against_full(
     # Only here: the manual is read, and its other benchmarks run, without dolfinx.
     from mpi4py import MPI
 
+    from impactfem.building.links import Displacements
     from impactfem.building.model import assemble_building
     from impactfem.reduction.band import response_band
     from impactfem.reduction.effectivity import LEAST, MOST, effectivity, together
-    from impactfem.reduction.reduced_basis import build_basis
+    from impactfem.reduction.reduced_basis import Accuracy, build_basis
     from impactfem.reduction.response import modal_histories, node_response, node_spectra
     from impactfem.stages.transient.full_run import run_full
     from impactfem.stages.transient.prepared import transient_of
@@ -113,10 +114,12 @@ def paper_reduced_against_full(
             loads.names,
             probes=nodes,
             nodes=np.unique(nodes),
-            damping=next(iter(TABLE_8.values())),
-            maximum_frequency=max(transient.maximum_frequency, HIGHEST),
+            accuracy=Accuracy(
+                next(iter(TABLE_8.values())),
+                max(transient.maximum_frequency, HIGHEST),
+                transient.tolerance,
+            ),
             shift=transient.shift,
-            tolerance=transient.tolerance,
             largest=transient.largest_basis,
             larger=True,
         )
@@ -134,7 +137,7 @@ def paper_reduced_against_full(
                 loads,
                 patterns,
                 damping,
-                nodes,
+                Displacements(model, nodes),
                 checkpoints=folder / label,
                 key=label,
                 every=len(loads.ground),

@@ -51,3 +51,26 @@ def motion_grid(mesh: BuildingMesh, which: str) -> MotionGrid:
         triangles=np.searchsorted(nodes, triangles),
         lines=np.searchsorted(nodes, lines),
     )
+
+
+def floor_vertices(mesh: BuildingMesh) -> Index:
+    """Vertices of all floors, acroterion included, ascending."""
+    return np.asarray(np.unique(mesh.triangles[mesh.triangles_of("floor"), :3]), dtype=np.int64)
+
+
+def wave_slab(mesh: BuildingMesh, floor: int | None = None) -> tuple[Index, Index]:
+    """Triangles of a floor's slab, and all of its nodes; of the top floor when None."""
+    flat = mesh.slab(mesh.floors[-1] if floor is None else floor)
+    return flat, np.unique(mesh.triangles[flat])
+
+
+def looked_at(mesh: BuildingMesh, probes: Index, floor: int | None = None) -> Index:
+    """All nodes that a reduced basis must keep: probes, floors, and the waves' nodes.
+
+    Args:
+        mesh: The mesh.
+        probes: Nodes of the probes, shape (n,).
+        floor: Number of the floor with the waves; the top floor when None.
+    """
+    every = np.concatenate([probes, floor_vertices(mesh), wave_slab(mesh, floor)[1]])
+    return np.asarray(np.unique(every), dtype=np.int64)

@@ -7,10 +7,10 @@ import pytest
 
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Probe
-from impactfem.stages.device.covered_points import covered_points, moving_node
+from impactfem.reduction.covered_points import covered_points, moving_node
 from impactfem.system.errors import InputError
 
-GEOMETRY = Path(__file__).parents[3] / "geometry"
+GEOMETRY = Path(__file__).parents[2] / "geometry"
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,8 @@
 """A heavy device on the shipped frame: the reduced study against the full order."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -10,26 +13,44 @@ from impactfem.building.model import assemble_building
 from impactfem.coupling.body import reduced_body
 from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.stages.device.study_model import Accuracy, StudyModel, study_model
+from impactfem.reduction.reduced_basis import Accuracy
+from impactfem.reduction.reduced_building import (
+    CompleteModel,
+    ReducedBuilding,
+    ReductionPlan,
+    reduce_building,
+)
+from impactfem.reduction.wall import Wall
 
 from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
 
 
 @pytest.fixture(scope="module")
-def reduced(frame, base_plate) -> StudyModel:
+def plan(frame, base_plate) -> ReductionPlan:
     case, parts = frame
-    return study_model(
-        assemble_building(MPI.COMM_SELF, parts),
-        parts.mesh,
-        FACTOR,
-        [base_plate],
-        directions=[1],
-        hit=[2],
-        eccentricity=0.0,
-        wall=((1, 2), 2, "whole_floor"),
-        accuracies=[Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002)],
+    mesh = parts.mesh
+    probes = np.unique([base_plate.master, mesh.centres[2], mesh.edges[2].min()])
+    return ReductionPlan(
+        probes=probes,
+        nodes=probes,
+        accuracies=(Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002),),
+        directions=(1,),
+        floors=(2,),
+        base_plates=(base_plate,),
+        wall=Wall((1, 2), 2, "whole_floor"),
         largest=600,
     )
+
+
+@pytest.fixture(scope="module")
+def whole(frame, plan) -> ReducedBuilding:
+    _, parts = frame
+    return reduce_building(assemble_building(MPI.COMM_SELF, parts), parts.mesh, FACTOR, plan)
+
+
+@pytest.fixture(scope="module")
+def reduced(whole) -> CompleteModel:
+    return whole.complete
 
 
 def mounted(reduced, device, damping, *, shapes=None):
@@ -84,12 +105,35 @@ def test_wall_of_the_study(reduced, frame):
     assert wall.uneven < 1e-9
 
 
-def test_archive(reduced, tmp_path):
+def test_archive(whole, tmp_path):
     path = tmp_path / "model.npz"
-    reduced.write(path, "key")
-    again = StudyModel.read(path, "key")
-    assert again is not None and np.array_equal(again.anchors, reduced.anchors)
-    assert StudyModel.read(path, "other") is None
+    whole.write(path, "key")
+    again = ReducedBuilding.read(path, "key")
+    assert again is not None and ReducedBuilding.read(path, "other") is None
+    assert np.array_equal(again.complete.anchors, whole.complete.anchors)
+    assert np.array_equal(again.complete.wall.contact, whole.complete.wall.contact)
+    assert np.array_equal(again.complete.wall.eigenvalue, again.complete.eigenvalue)
+    assert np.array_equal(again.basis.vectors, whole.basis.vectors)
+    assert again.basis.loads == ("ground y", "floor 2", "push", "wall 1")
+    for one, other in zip(again.basis.models, whole.basis.models, strict=True):
+        assert np.array_equal(one.tail, other.tail) and one.shift == other.shift
+
+
+def test_plans_that_it_serves(whole, plan, frame):
+    own = frame[0].building("F").damping.rayleigh
+    heavier = replace(plan, accuracies=(Accuracy(Rayleigh(own.alpha, 2 * own.beta), 300.0, 0.002),))
+    assert whole.lacks(plan) is None and whole.lacks(heavier) is None
+    assert whole.serving(heavier).basis.difference < whole.basis.difference
+    light = Accuracy(Rayleigh(own.alpha, own.beta / 100.0), 600.0, 0.002)
+    for change, why in (
+        ({"accuracies": (light,)}, "with an error of .* for this damping"),
+        ({"accuracies": (*plan.accuracies, light)}, "with an error of .* for this damping"),
+        ({"floors": (1, 2)}, "without floor 1"),
+        ({"directions": (0, 1)}, "without ground x"),
+        ({"nodes": np.arange(12)}, "without some of the nodes whose motion is wanted"),
+        ({"larger": True}, "without the larger models that tell its error band"),
+    ):
+        assert re.fullmatch(why, whole.lacks(replace(plan, **change)))
 
 
 def test_total_ground_load(reduced, frame):

@@ -10,10 +10,10 @@ import pytest
 
 from impactfem.building.mesh import BuildingMesh, Part
 from impactfem.building.read_mesh import read_mesh
-from impactfem.stages.calibrate.side import wall_side
+from impactfem.reduction.side import wall_side
 from impactfem.system.errors import InputError
 
-FRAME = Path(__file__).parents[3] / "geometry" / "frame.msh"
+FRAME = Path(__file__).parents[2] / "geometry" / "frame.msh"
 LENGTH, WIDTH = 8.0, 5.0
 # Corners at the ends of the edge on each side of the plan.
 SIDES = {"y-": (0, 1), "x+": (1, 2), "y+": (2, 3), "x-": (3, 0)}

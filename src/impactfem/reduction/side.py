@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from impactfem.building.mesh import BuildingMesh, outward_normal
-from impactfem.stages.calibrate.experiment import Side
 from impactfem.system.errors import Fault, InputError
+
+Side = Literal["x-", "x+", "y-", "y+"]
 
 IN_PLANE = 1e-4
 """How far nodes of the edges may be from one plane [m]: a hundredth of the paper's gap."""

@@ -1,34 +1,41 @@
-"""The reduced 3D model of a building that hits a rigid wall with the edges of its floors."""
+"""The 3D model of a building that hits a rigid wall with the edges of its floors."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.building.floor import contact_edge, edge_load
+from impactfem.building.floor import contact_edge
 from impactfem.building.links import carried
 from impactfem.building.mesh import DOFS, BuildingMesh, outward_normal
 from impactfem.building.model import BuildingModel
-from impactfem.case.transient import SHIFT
 from impactfem.case.wall_impact import Pull
 from impactfem.dynamics.columns import product
-from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.enrichment import append_contacts
-from impactfem.reduction.galerkin import GalerkinModes, galerkin_modes
-from impactfem.reduction.krylov import KrylovBasis
-from impactfem.reduction.reduced_basis import grow_until_accurate
-from impactfem.stages.calibrate.pull import FloorPull, floor_pull
-from impactfem.system.files import read_archive, write_archive
+from impactfem.reduction.galerkin import GalerkinModes
+from impactfem.reduction.pull import FloorPull, floor_pull
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A rigid wall, and what is drawn aside before it hits.
+
+    Args:
+        floors: Floors that may hit the wall.
+        displaced_floor: The floor that is displaced.
+        pull: How it is drawn aside.
+    """
+
+    floors: tuple[int, ...]
+    displaced_floor: int
+    pull: Pull
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +49,6 @@ class WallPatterns:
         contact: G: Gᵀ u is the displacement towards the wall of each constraint, shape
             (n_local, m), sparse.
         pull: What displaces the floor.
-        edges: Even loads on the edges of the floors, shape (n_local, n_floors).
         seen: Rows of n · u at the mass centre of each floor, then of the displaced one, shape
             (n_local, n_floors + 1), sparse.
     """
@@ -52,7 +58,6 @@ class WallPatterns:
     floor_of: Index
     contact: scipy.sparse.csr_matrix
     pull: FloorPull
-    edges: Array
     seen: scipy.sparse.csr_matrix
 
     def held(self, K: Any) -> tuple[Array, Array]:
@@ -83,7 +88,6 @@ class WallPatterns:
             self,
             contact=_carried(T, self.contact),
             pull=self.pull.carried(T),
-            edges=carried(T, self.edges),
             seen=_carried(T, self.seen),
         )
 
@@ -97,29 +101,20 @@ def _carried(T: Any, columns: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matri
     return scipy.sparse.csr_matrix(scipy.sparse.hstack(found))
 
 
-def wall_patterns(
-    model: BuildingModel,
-    mesh: BuildingMesh,
-    floors: tuple[int, ...],
-    displaced: int,
-    pull: Pull,
-) -> WallPatterns:
+def wall_patterns(model: BuildingModel, mesh: BuildingMesh, wall: Wall) -> WallPatterns:
     """Make the columns of an experiment.
 
     Args:
         model: The building.
         mesh: Its mesh.
-        floors: Floors that may hit the wall; their edges lie in one plane (see `wall_side`).
-        displaced: The floor that is displaced.
-        pull: How it is drawn aside.
+        wall: The wall; the edges of the floors that may hit it lie in one plane (see `wall_side`).
 
     Raises:
         KeyError: A floor has no edge, no slab or no mass centre.
     """
+    floors, displaced = wall.floors, wall.displaced_floor
     normal = outward_normal(mesh, floors[-1])
-    opposite = (-float(normal[0]), -float(normal[1]), -float(normal[2]))
     contacts = [contact_edge(mesh, floor).columns(model, normal) for floor in floors]
-    loads = [edge_load(mesh, floor).vector(model, opposite) for floor in floors]
     watched = np.array([*(mesh.centres[floor] for floor in floors), mesh.centres[displaced]])
     rows = model.rows(watched)
     here = np.flatnonzero(rows >= 0)
@@ -134,8 +129,7 @@ def wall_patterns(
         normal=normal,
         floor_of=np.repeat(np.arange(len(floors), dtype=np.int64), counts),
         contact=scipy.sparse.csr_matrix(scipy.sparse.hstack(contacts)),
-        pull=floor_pull(model, mesh, displaced, normal, pull),
-        edges=np.column_stack(loads),
+        pull=floor_pull(model, mesh, displaced, normal, wall.pull),
         seen=scipy.sparse.csr_matrix(seen),
     )
 
@@ -176,81 +170,11 @@ class WallModel:
         z = self.push / self.eigenvalue
         return np.asarray(displacement * z / (self.seen[:, -1] @ z), dtype=np.float64)
 
-    @property
-    def content(self) -> dict[str, Any]:
-        """Its fields by name."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
     @classmethod
     def of_content(cls, content: Mapping[str, Any]) -> WallModel:
         """The model with these fields, as read from an archive."""
         values = {field.name: content[field.name] for field in fields(cls)}
         return cls(**values | {name: float(values[name]) for name in ("difference", "uneven")})
-
-    def write(self, path: Path, key: str) -> None:
-        """Write it as NumPy's archive, in one piece.
-
-        Raises:
-            ImpactfemError: The file cannot be written.
-        """
-        write_archive(path, key, self.content)
-
-    @classmethod
-    def read(cls, path: Path, key: str) -> WallModel | None:
-        """The model of a file; None where there is none with this key, or it is damaged."""
-        content = read_archive(path, key)
-        return None if content is None else cls.of_content(content)
-
-
-def reduced_wall_model(
-    model: BuildingModel,
-    K: Any,
-    patterns: WallPatterns,
-    probes: Index,
-    *,
-    damping: Rayleigh,
-    maximum_frequency: float,
-    tolerance: float,
-    largest: int,
-    progress: Callable[[float], None] = lambda part: None,
-) -> WallModel:
-    """Reduce a building with its contacts. Collective.
-
-    The basis of the free building grows under the even loads on the edges and the forces that hold
-    the displaced floor; then it is completed for the contacts, and by the state that is held.
-
-    Args:
-        model: The building.
-        K: Its stiffness.
-        patterns: The columns of the experiment.
-        probes: Nodes whose transfer functions must be accurate.
-        damping: The lightest damping that the model must serve.
-        maximum_frequency: Up to which they must be accurate [Hz].
-        tolerance: Largest error of the accelerations at the probes.
-        largest: Most vectors under these loads.
-        progress: Called with the part of the work that is done.
-
-    Raises:
-        SolutionError: The tolerance is not met with the most vectors.
-    """
-    # Before the basis: the memory of its factorisation is free again then.
-    state, push = patterns.held(K)
-    with KrylovBasis(K, model.mass, (2.0 * math.pi * SHIFT) ** 2) as basis:
-        basis.add(np.column_stack([push, patterns.edges]))
-        _, difference = grow_until_accurate(
-            basis,
-            model,
-            probes,
-            damping=damping,
-            maximum_frequency=maximum_frequency,
-            tolerance=tolerance,
-            largest=largest,
-            progress=progress,
-        )
-        append_contacts(basis, patterns.contact)
-        basis.vectors.append(np.asfortranarray(state[:, None]))
-        modes = galerkin_modes(basis)
-    return wall_model(modes, patterns, push, difference)
 
 
 def wall_model(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from impactfem.stages.transient.motion_grid import motion_grid
+from impactfem.reduction.motion_grid import motion_grid
 
 if TYPE_CHECKING:
     from .conftest import Frame

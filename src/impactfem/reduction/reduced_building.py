@@ -1,0 +1,356 @@
+"""The one reduced model of a building: for its loads, its wall, its devices, and any damping.
+
+The devices' base plates are tied first. Then one factorisation of K + σ0 M gives one Krylov basis
+under the union of all load patterns (`krylov`), which is completed for contacts and anchors
+(`enrichment`). Of it are kept:
+
+- `basis`: the models of the Krylov space with their error band and bound, and its vectors at the
+  nodes whose motion is wanted;
+- `complete`: Galerkin's model on all vectors, for what touches or stands on the building;
+- `fine`: what tells the error of the whole Krylov space for another damping.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.floor import edge_load
+from impactfem.building.links import BasePlate, Displacements, carried, linked
+from impactfem.building.mesh import DOFS, BuildingMesh, outward_normal
+from impactfem.building.model import BuildingModel
+from impactfem.case.transient import LARGEST_BASIS, SHIFT
+from impactfem.reduction.covered_points import point_rows
+from impactfem.reduction.enrichment import append_contacts, append_responses
+from impactfem.reduction.galerkin import galerkin_modes
+from impactfem.reduction.krylov import KrylovBasis
+from impactfem.reduction.loads import Loads
+from impactfem.reduction.reduced import ReducedModel
+from impactfem.reduction.reduced_basis import (
+    Accuracy,
+    NestedModels,
+    ReducedBasis,
+    grow_basis,
+    models_content,
+    models_of_content,
+    reduced_basis,
+)
+from impactfem.reduction.wall import Wall, WallModel, wall_model, wall_patterns
+from impactfem.system.files import read_archive, write_archive
+from impactfem.system.log import LOGGER
+from impactfem.system.memory import give_back
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+PUSH = "push"
+"""Name of the load pattern that holds the displaced floor of the wall experiment."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReductionPlan:
+    """What a building is reduced for.
+
+    Args:
+        probes: Nodes where the transfer functions must be accurate, ascending.
+        nodes: Nodes whose motion is wanted, probes included, ascending.
+        accuracies: How accurate: first the model of `ReducedBasis`, then the whole space.
+        directions: Components (0, 1, 2) in which the ground moves.
+        floors: Numbers of the floors whose edges may be hit.
+        eccentricity: Of the loads on edges, along them [m].
+        base_plates: Of the devices, in the order of their anchors.
+        points: Nodes whose six components the complete model keeps.
+        wall: The wall that the building may hit; None without one.
+        shift: Frequency that the basis is expanded about [Hz].
+        largest: Most vectors of the Krylov space.
+        larger: Whether larger models tell the error band.
+    """
+
+    probes: Index
+    nodes: Index
+    accuracies: tuple[Accuracy, ...]
+    directions: tuple[int, ...] = ()
+    floors: tuple[int, ...] = ()
+    eccentricity: float = 0.0
+    base_plates: tuple[BasePlate, ...] = ()
+    points: tuple[int, ...] = ()
+    wall: Wall | None = None
+    shift: float = SHIFT
+    largest: int = LARGEST_BASIS
+    larger: bool = False
+
+    @property
+    def loads(self) -> tuple[str, ...]:
+        """Names of the load patterns in their order."""
+        names = [f"ground {'xyz'[c]}" for c in self.directions]
+        names += [f"floor {floor}" for floor in self.floors]
+        if self.wall is None:
+            return tuple(names)
+        # The wall is flat: it pushes evenly, and the edges that may hit it count, too.
+        even = () if self.eccentricity != 0.0 else self.floors
+        walls = [f"wall {floor}" for floor in self.wall.floors if floor not in even]
+        return (*names, PUSH, *walls)
+
+
+@dataclass(frozen=True, eq=False)
+class CompleteModel:
+    """Modal equations z̈ + d ż + λ z = b p for any damping.
+
+    Args:
+        eigenvalue: λ, shape (r,) [1/s2].
+        ground: b of a unit ground acceleration along x, y, z, shape (r, 3).
+        floors: Numbers of the floors with an edge, shape (n_floors,).
+        edges: b of 1 N on the edge of each, into the building, shape (r, n_floors).
+        anchors: Φ of the anchors' six components, shape (n_anchors, 6, r).
+        points: Φ of the six components of further points, shape (n_points, 6, r).
+        difference: Estimated error of the transfer functions of the free building.
+        wall: The same with the contacts of the wall experiment; None without one.
+    """
+
+    eigenvalue: Array
+    ground: Array
+    floors: Index
+    edges: Array
+    anchors: Array
+    points: Array
+    difference: float
+    wall: WallModel | None
+
+    def load(self, loads: Loads) -> Array:
+        """The b of the patterns of loads, in their order, shape (r, n_patterns).
+
+        Args:
+            loads: The loads.
+
+        Raises:
+            KeyError: A floor has no edge.
+        """
+        column = {int(floor): k for k, floor in enumerate(self.floors)}
+        edges = [self.edges[:, column[edge.floor]] for edge in loads.edges]
+        return np.column_stack([*(self.ground[:, c] for c in loads.directions), *edges])
+
+    def model(self, loads: Loads) -> ReducedModel:
+        """The modal equations under these loads."""
+        r = len(self.eigenvalue)
+        return ReducedModel(self.eigenvalue, self.load(loads), np.eye(r), 0.0, np.zeros((0, r)))
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBuilding:
+    """The reduced model of a building.
+
+    Args:
+        basis: The Krylov space as accurate as the first accuracy asks, at nodes.
+        complete: Galerkin's model on all vectors.
+        fine: The whole Krylov space at the probes.
+    """
+
+    basis: ReducedBasis
+    complete: CompleteModel
+    fine: NestedModels
+
+    def lacks(self, plan: ReductionPlan) -> str | None:
+        """What it lacks for a plan of the same building, wall and devices; None where it serves.
+
+        Args:
+            plan: The plan.
+        """
+        basis = self.basis
+        lacking = sorted(set(plan.loads) - set(basis.loads))
+        if lacking:
+            return f"without {', '.join(lacking)}"
+        if not np.isin(plan.nodes, basis.nodes).all():
+            return "without some of the nodes whose motion is wanted"
+        if plan.larger and not basis.larger:
+            return "without the larger models that tell its error band"
+        for error, accuracy in zip(self.errors(plan), plan.accuracies, strict=True):
+            if error > accuracy.tolerance:
+                return f"with an error of {error:.2%} for this damping"
+        return None
+
+    def errors(self, plan: ReductionPlan) -> list[float]:
+        """The error at each accuracy of a plan, as of `NestedModels.error`."""
+        first, *others = plan.accuracies
+        return [
+            self.basis.error(plan.probes, first.damping, first.maximum_frequency),
+            *(self.fine.error(one.damping, one.maximum_frequency) for one in others),
+        ]
+
+    def serving(self, plan: ReductionPlan) -> ReducedBuilding:
+        """The same with its errors at the accuracies of a plan."""
+        own, *others = self.errors(plan)
+        wall = self.complete.wall
+        if wall is not None:
+            wall = replace(wall, difference=own)
+        return replace(
+            self,
+            basis=replace(self.basis, difference=own),
+            complete=replace(self.complete, difference=max(own, *others, own), wall=wall),
+        )
+
+    def write(self, path: Path, key: str) -> None:
+        """Write it as NumPy's archive, in one piece.
+
+        Raises:
+            ImpactfemError: The file cannot be written.
+        """
+        complete = {
+            field.name: getattr(self.complete, field.name) for field in fields(CompleteModel)
+        }
+        wall = complete.pop("wall")
+        content = {f"basis.{name}": value for name, value in self.basis.content.items()}
+        content |= {f"complete.{name}": value for name, value in complete.items()}
+        content |= models_content("fine", self.fine.models) | {"fine.rows": self.fine.rows}
+        if wall is not None:
+            content |= {
+                f"wall.{field.name}": getattr(wall, field.name) for field in fields(WallModel)
+            }
+            del content["wall.eigenvalue"]  # that of the complete model
+        write_archive(path, key, content)
+
+    @classmethod
+    def read(cls, path: Path, key: str) -> ReducedBuilding | None:
+        """The model of a file; None where there is none with this key, or it is damaged."""
+        content = read_archive(path, key)
+        if content is None:
+            return None
+        complete = _part(content, "complete.")
+        wall = _part(content, "wall.")
+        if wall:
+            wall["eigenvalue"] = complete["eigenvalue"]
+        return cls(
+            basis=ReducedBasis.of_content(_part(content, "basis.")),
+            complete=CompleteModel(
+                **complete
+                | {
+                    "difference": float(complete["difference"]),
+                    "wall": WallModel.of_content(wall) if wall else None,
+                }
+            ),
+            fine=NestedModels(models_of_content("fine", content), content["fine.rows"]),
+        )
+
+
+def _part(content: Mapping[str, Any], prefix: str) -> dict[str, Any]:
+    return {name[len(prefix) :]: v for name, v in content.items() if name.startswith(prefix)}
+
+
+def reduce_building(
+    building: BuildingModel,
+    mesh: BuildingMesh,
+    storey_factor: float,
+    plan: ReductionPlan,
+    *,
+    progress: Callable[[float], None] = lambda part: None,
+) -> ReducedBuilding:
+    """Reduce a building with its devices' base plates. Collective.
+
+    Args:
+        building: The building; its matrices are gone afterwards.
+        mesh: Its mesh.
+        storey_factor: Factor on walls and columns.
+        plan: What it is reduced for.
+        progress: Called with the part of the work that is done.
+
+    Raises:
+        SolutionError: An accuracy is not reached with the most vectors; base plates overlap.
+    """
+    links = [plate.link for plate in plan.base_plates]
+    model, T = linked(building, links, mesh.nodes)
+    for matrix in (building.fixed, building.storeys, building.mass):
+        matrix.destroy()
+    give_back()
+    K = model.take_stiffness(storey_factor)
+    edges = _carried(T, edge_loads(building, mesh, plan.eccentricity))
+    patterns = {f"ground {'xyz'[c]}": -model.ground[:, c] for c in range(3)}
+    patterns |= {f"floor {floor}": load for floor, load in edges.items()}
+    wall = state = None
+    if plan.wall is not None:
+        wall = wall_patterns(building, mesh, plan.wall).carried(T)
+        # Before the basis: the memory of its factorisation is free again then.
+        state, patterns[PUSH] = wall.held(K)
+        even = _carried(T, edge_loads(building, mesh, 0.0))
+        patterns |= {f"wall {floor}": even[floor] for floor in plan.wall.floors}
+    T.destroy()
+    probes = Displacements(model, plan.probes, links, mesh.nodes)
+    with KrylovBasis(K, model.mass, (2.0 * math.pi * plan.shift) ** 2) as basis:
+        basis.add(np.column_stack([patterns[name] for name in plan.loads]))
+        grown = grow_basis(
+            basis,
+            probes,
+            plan.accuracies,
+            largest=plan.largest,
+            larger=plan.larger,
+            progress=progress,
+        )
+        LOGGER.info(
+            "reduce: basis of %d vectors for %s; of these %d within %.2g %%",
+            basis.size,
+            ", ".join(plan.loads),
+            len(grown.coarse.models[0].eigenvalue),
+            100.0 * grown.differences[0],
+        )
+        if wall is not None:
+            append_contacts(basis, wall.contact)
+        anchors = np.hstack(
+            [np.zeros((DOFS * len(model.nodes), 0)), *(_anchor(model, p) for p in plan.base_plates)]
+        )
+        append_responses(basis, anchors)
+        if state is not None:
+            basis.vectors.append(np.asfortranarray(state[:, None]))
+    # The factor is gone now: there may not be room for it and what follows.
+    modes = galerkin_modes(basis)
+    kept = Displacements(model, plan.nodes, links, mesh.nodes)
+    rows = point_rows(model, mesh, plan.points, plan.base_plates)
+    r = len(modes.eigenvalue)
+    at_anchors, at_points = (modes.rows(L).T.reshape(-1, DOFS, r) for L in (anchors, rows))
+    return ReducedBuilding(
+        basis=reduced_basis(basis, grown, plan.loads, plan.probes, plan.nodes, kept),
+        complete=CompleteModel(
+            eigenvalue=modes.eigenvalue,
+            ground=modes.rows(-model.ground[:, :3]),
+            floors=np.array(list(edges), dtype=np.int64),
+            edges=modes.rows(np.column_stack(list(edges.values()))),
+            anchors=np.ascontiguousarray(at_anchors),
+            points=np.ascontiguousarray(at_points),
+            difference=max(grown.differences),
+            wall=None
+            if wall is None
+            else wall_model(modes, wall, patterns[PUSH], grown.differences[0]),
+        ),
+        fine=grown.fine,
+    )
+
+
+def edge_loads(model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> dict[int, Array]:
+    """The load of 1 N on the edge of each floor, into the building, shape (n_local,) each.
+
+    Args:
+        model: The building without rigid links.
+        mesh: Its mesh.
+        eccentricity: Of the line loads, along the edges [m].
+    """
+    loads = {}
+    for floor in sorted(mesh.edges):
+        x, y, z = (-float(c) for c in outward_normal(mesh, floor))
+        loads[floor] = edge_load(mesh, floor, eccentricity).vector(model, (x, y, z))
+    return loads
+
+
+def _carried(T: Any, loads: Mapping[int, Array]) -> dict[int, Array]:
+    return {floor: carried(T, load[:, None])[:, 0] for floor, load in loads.items()}
+
+
+def _anchor(model: BuildingModel, plate: BasePlate) -> Array:
+    """Unit forces and moments on an anchor at this rank's rows, shape (n_local, 6)."""
+    loads = np.zeros((DOFS * len(model.nodes), DOFS))
+    row = int(model.rows(np.array([plate.master]))[0])
+    if row >= 0:
+        loads[row : row + DOFS] = plate.carried.T
+    return loads

@@ -1,0 +1,270 @@
+"""The one reduced model of the 3D building: what it is made for, and how accurate it has to be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from impactfem.building.from_case import read_parts
+from impactfem.building.links import find_base_plates
+from impactfem.building.mesh import BuildingMesh, place
+from impactfem.building.model import assemble_building
+from impactfem.building.parts import BuildingParts
+from impactfem.case import Case
+from impactfem.case.loads import read_force_table
+from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, SHIFT, TOLERANCE, Transient
+from impactfem.case.wall_impact import WallImpactSetup
+from impactfem.coupling.force_history import read_forces
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.reduction.band import LARGER
+from impactfem.reduction.covered_points import covered_points
+from impactfem.reduction.motion_grid import looked_at, motion_grid
+from impactfem.reduction.probes import checked_probes
+from impactfem.reduction.reduced_basis import Accuracy
+from impactfem.reduction.reduced_building import ReducedBuilding, ReductionPlan, reduce_building
+from impactfem.reduction.side import wall_side
+from impactfem.reduction.wall import Wall
+from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.log import LOGGER
+from impactfem.system.parallel import on_root
+
+Step = Callable[[str], AbstractContextManager[None]]
+Progress = Callable[[str, float], None]
+
+MODEL = "reduce.npz"
+LIGHT_FREQUENCY = 100.0
+"""Up to which the whole space is accurate with the lightest damping case [Hz]. Measured on the
+paper's building with 63,000 degrees of freedom: a basis for the own damping alone (352 vectors)
+gives the largest force of the paper's device with a fifth of β within 0.15 % of a basis for that
+damping up to 450 Hz (892)."""
+COMPLETE = 0.005
+"""Tolerance of the whole space: with the lightest damping case, and at the wall, where an impact of
+10 ms has its power below 200 Hz. On the paper's building, with a fifth of β and three times of it,
+290 vectors more change no restitution by more than 0.2 %."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What a run needs in addition to the matrices.
+
+    Args:
+        parts: The building.
+        storey_factor: Factor on walls and columns.
+        plan: What it is reduced for.
+    """
+
+    parts: BuildingParts
+    storey_factor: float
+    plan: ReductionPlan
+
+
+def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
+    """Read the mesh, and see what the case needs of the building. Not collective.
+
+    Args:
+        case: The case; it has a structure, and a transient part or a wall impact.
+        mesh_file: The mesh of the building.
+        storey_factor: Factor on walls and columns.
+
+    Raises:
+        InputError: The mesh is not usable; a probe, a device or the wall does not go with it.
+    """
+    parts, _, _ = read_parts(case, mesh_file)
+    mesh, transient = parts.mesh, case.transient
+    plates, covered = find_base_plates(case, mesh), covered_points(case, mesh)
+    wall = None
+    if case.wall_impact is not None:
+        asked = case.wall_impact
+        wall_side(mesh, asked.floors, mesh_file)
+        _check_pull(case, mesh, asked)
+        wall = Wall(asked.floors, asked.displaced_floor, asked.pull)
+    probes = [plate.master for plate in plates] + list(covered.nodes)
+    if wall is not None:
+        probes += wall_probes(mesh, wall.floors)
+    if transient is not None:
+        probes += [probe.node for probe in checked_probes(case, mesh)]
+    certified = nodes = np.unique(np.array(probes, dtype=np.int64))
+    if transient is not None:
+        nodes = looked_at(mesh, certified, case.wave_floor)
+        if transient.export:
+            nodes = np.union1d(nodes, motion_grid(mesh, transient.export_nodes).nodes)
+    plan = ReductionPlan(
+        directions=tuple(sorted({"xyz".index(m.direction) for m in case.motions}))
+        if transient is not None
+        else (),
+        floors=() if transient is None else _floors(case, transient, mesh),
+        eccentricity=0.0 if transient is None else transient.eccentricity,
+        base_plates=plates,
+        points=covered.nodes,
+        wall=wall,
+        probes=certified,
+        nodes=nodes,
+        accuracies=accuracies(case),
+        shift=SHIFT if transient is None else transient.shift,
+        largest=LARGEST_BASIS if transient is None else transient.largest_basis,
+        larger=transient is not None and transient.band == LARGER,
+    )
+    return Prepared(parts, storey_factor, plan)
+
+
+def accuracies(case: Case) -> tuple[Accuracy, ...]:
+    """How accurate the reduced building has to be: its own model first, then the whole space.
+
+    Args:
+        case: The case; it has a structure.
+    """
+    if case.structure is None:
+        raise ValueError("the case has no structure")
+    own, transient = case.building(case.structure.building).damping.rayleigh, case.transient
+    if transient is None:
+        return (Accuracy(own, MAXIMUM_FREQUENCY, TOLERANCE),)
+    top, cases = transient.maximum_frequency, [one.rayleigh for one in case.damping_cases]
+    served = [own, *(cases if transient.serve_damping_cases else ())]
+    asked = [Accuracy(_lightest(served, top), top, transient.tolerance)]
+    if case.wall_impact is not None:
+        asked.append(Accuracy(own, MAXIMUM_FREQUENCY, COMPLETE))
+    if case.devices and cases:
+        low = min(LIGHT_FREQUENCY, top)
+        asked.append(Accuracy(_lightest(cases, low), low, COMPLETE))
+    return tuple(asked)
+
+
+def _lightest(dampings: list[Rayleigh], frequency: float) -> Rayleigh:
+    return min(dampings, key=lambda damping: float(damping.ratio(frequency)))
+
+
+def wall_probes(mesh: BuildingMesh, floors: tuple[int, ...]) -> list[int]:
+    """Nodes where the building must be accurate at a wall: mass centres, ends, middles of edges.
+
+    Args:
+        mesh: The mesh.
+        floors: Floors that may hit the wall.
+    """
+    nodes = [mesh.centres[floor] for floor in floors]
+    for floor in floors:
+        edge = np.unique(mesh.edges[floor])
+        along = mesh.nodes[edge] @ np.ptp(mesh.nodes[edge], axis=0)
+        nodes += [int(edge[k]) for k in np.argsort(along)[[0, len(edge) // 2, -1]]]
+    return nodes
+
+
+def _floors(case: Case, transient: Transient, mesh: BuildingMesh) -> tuple[int, ...]:
+    """Floors whose edges may be hit or loaded: those with an edge among the ones that are named."""
+    structure = case.structure
+    if transient.floors is not None or structure is None:
+        return tuple(sorted(transient.floors or ()))
+    name = structure.building
+    ends = [end for contact in case.contacts for end in (contact.a, contact.b)]
+    named = {end.floor for end in ends if end.building == name}
+    for loads in case.loads:
+        table = read_force_table(loads.file, [])
+        if table is not None:
+            named |= {floor for building, floor in table.floors if building == name}
+    if transient.forces is not None and not case.contacts:
+        said = read_forces(transient.forces).ends
+        for buildings, floors in ((said.building_a, said.floor_a), (said.building_b, said.floor_b)):
+            pairs = zip(buildings or (), () if floors is None else floors, strict=False)
+            named |= {int(floor) for building, floor in pairs if building == name}
+    return tuple(floor for floor in sorted(mesh.edges) if floor in named)
+
+
+def _check_pull(case: Case, mesh: BuildingMesh, asked: WallImpactSetup) -> None:
+    """See that the displaced floor can be held at a displacement as a whole.
+
+    Raises:
+        InputError: A node of its slab is clamped.
+    """
+    slab = np.unique(mesh.triangles[mesh.slab(asked.displaced_floor)])
+    clamped = np.isin(slab, mesh.base)
+    if asked.pull == "whole_floor" and clamped.any():
+        expected = (
+            f"{clamped.sum()} of the {len(slab)} nodes of the slab of floor "
+            f"{asked.displaced_floor} are clamped, at {place(mesh.nodes[slab[clamped][0]])} for "
+            "example; expected a floor that is free to move, or 'even_load' or 'mass_centre'"
+        )
+        raise InputError([Fault(case.path, "wall_impact.pull", asked.pull, expected)])
+
+
+def run_reduce(
+    prepared: Prepared,
+    folder: Path,
+    comm: Any,
+    step: Step,
+    *,
+    model_key: str,
+    within: Progress = lambda name, part: None,
+) -> ReducedBuilding | None:
+    """Run the stage: the reduced building of an earlier run where it serves, or a new one.
+
+    Collective.
+
+    Args:
+        prepared: What `prepare` gave, the same on all ranks.
+        folder: Where the reduced building is kept.
+        comm: Communicator of the matrices.
+        step: Called with the name of each step ("matrices", "basis"), which runs inside its
+            context.
+        model_key: Hash of what the reduced building depends on; loads, nodes and accuracy are
+            looked at when it is used again.
+        within: Called with the name of a step and the part of it that is done.
+
+    Returns:
+        The reduced building on rank 0, None on the others.
+
+    Raises:
+        SolutionError: The basis does not reach its tolerance.
+    """
+    plan = prepared.plan
+    # On rank 0 alone: it is large, and the others have no use for it.
+    stored = ReducedBuilding.read(folder / MODEL, model_key) if comm.rank == 0 else None
+    if stored is not None:
+        why = stored.lacks(plan)
+        if why is not None:
+            LOGGER.info("reduce: the reduced building of %s is %s, and made again", MODEL, why)
+        stored = stored.serving(plan) if why is None else None
+    if comm.bcast(stored is not None):
+        LOGGER.info("reduce: the reduced building of %s is used again", MODEL)
+        return stored
+    with step("matrices"):
+        building = assemble_building(comm, prepared.parts)
+    with step("basis"):
+        reduced = reduce_building(
+            building,
+            prepared.parts.mesh,
+            prepared.storey_factor,
+            plan,
+            progress=lambda part: within("basis", part),
+        )
+    on_root(lambda: reduced.write(folder / MODEL, model_key))
+    return reduced if comm.rank == 0 else None
+
+
+def reduced_of_run(folder: Path, model_key: str) -> ReducedBuilding:
+    """The reduced building of a run. Not collective.
+
+    Args:
+        folder: The run's folder.
+        model_key: As of `run_reduce`.
+
+    Raises:
+        ImpactfemError: The folder has none that was made from this case.
+    """
+    found = ReducedBuilding.read(folder / MODEL, model_key)
+    if found is None:
+        raise ImpactfemError(f"{folder / MODEL} is missing or of another case: run stage reduce")
+    return found
+
+
+def reduced_on_root(folder: Path, model_key: str) -> ReducedBuilding | None:
+    """The reduced building of a run on rank 0, None on the others: it is large. Collective.
+
+    Args: as of `reduced_of_run`.
+    """
+    kept: list[ReducedBuilding] = []
+    on_root(lambda: kept.append(reduced_of_run(folder, model_key)))
+    return kept[0] if kept else None

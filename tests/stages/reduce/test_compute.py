@@ -1,0 +1,67 @@
+"""What the stage `reduce` makes of a case."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactfem.building.from_case import read_parts
+from impactfem.case import Case, Damping, DampingCase, load_case
+from impactfem.case.transient import Transient
+from impactfem.case.wall_impact import WallImpactSetup
+from impactfem.stages.reduce import compute as stage
+from impactfem.stages.reduce.compute import accuracies, prepare
+from impactfem.system.errors import InputError
+
+GEOMETRY = Path(__file__).parents[3] / "geometry"
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    """The shipped frame in front of a wall."""
+    wall = WallImpactSetup(
+        floors=(1, 2), displaced_floor=2, gap=0.01, displacement=-0.02, duration=1.3, time_step=1e-3
+    )
+    return load_case(GEOMETRY / "frame.toml").model_copy(update={"wall_impact": wall})
+
+
+def test_a_clamped_floor_cannot_be_held_as_a_whole(case: Case, monkeypatch) -> None:
+    """A mesh whose floor 2 is clamped at one node: a load can draw it aside, holding it cannot."""
+    parts, masses, report = read_parts(case, GEOMETRY / "frame.msh")
+    slab = parts.mesh.triangles[parts.mesh.slab(2)]
+    mesh = replace(parts.mesh, base=np.union1d(parts.mesh.base, slab[0, :1]))
+    clamped = replace(parts, mesh=mesh)
+    monkeypatch.setattr(stage, "read_parts", lambda *_: (clamped, masses, report))
+    with pytest.raises(InputError, match=r"wall_impact.pull.*1 of the \d+ nodes of the slab of f"):
+        prepare(case, GEOMETRY / "frame.msh", 0.5)
+    loaded = case.wall_impact.model_copy(update={"pull": "even_load"})
+    prepared = prepare(case.model_copy(update={"wall_impact": loaded}), GEOMETRY / "frame.msh", 0.5)
+    assert prepared.plan.wall.pull == "even_load"
+
+
+@pytest.mark.parametrize(
+    ("served", "ratios", "lightest"),
+    [
+        (True, ("0.5 %", "9 %"), 0.005),
+        (True, ("9 %", "0.5 %"), 0.005),
+        (True, ("9 %", "8 %"), 0.05),  # the building's own
+        (False, ("0.5 %", "9 %"), 0.05),
+    ],
+)
+def test_lightest_damping(
+    case: Case, served: bool, ratios: tuple[str, str], lightest: float
+) -> None:
+    dampings = [
+        DampingCase(name=name, ratio=ratio, frequencies=(1.0, 20.0))
+        for name, ratio in zip(("first", "second"), ratios, strict=True)
+    ]
+    transient = Transient(time_step=1e-3, serve_damping_cases=served)
+    update = {"damping_cases": tuple(dampings), "transient": transient, "wall_impact": None}
+    case = case.model_copy(update=update)
+    ξ = Damping(ratio=lightest, frequencies=(1.0, 20.0))
+    [first] = accuracies(case)
+    assert astuple(first.damping) == pytest.approx(astuple(ξ.rayleigh), rel=1e-14)
+    assert (first.maximum_frequency, first.tolerance) == (450.0, 0.001)
