@@ -62,13 +62,12 @@ shown = [
 swept = study.sweep(
     Path(case_file), {"damping.ratio": ratios}, stage="pounding", out=Path(sweep_folder), show=shown
 )
-for table in swept.short_tables():
-    print(table.as_text())
+for text in swept.table.texts(swept.shown, width=140):
+    print(text)
 
 # %%
-rows = swept.results.rows
-xi = 100.0 * np.array([row.values[0] for row in rows])  # %
-force, pfa, peak, _ = (np.array([row.value(name) for row in rows], dtype=float) for name in shown)
+xi = 100.0 * swept.table.values["damping.ratio"].to_numpy(dtype=float)  # %
+force, pfa, peak, _ = (swept.table.results[name].to_numpy(dtype=float) for name in shown)
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
 left.plot(xi, 1e-6 * force, "o-")

@@ -390,7 +390,8 @@ class TestFolder:
 class TestInput:
     def test_an_unknown_stage(self, finished, tmp_path):
         with pytest.raises(
-            InputError, match="'roof': expected one of the stages building, calibrate, pounding"
+            InputError,
+            match="'roof': expected one of the stages building, reduce, calibrate, pounding",
         ):
             study.run(finished.case, out=tmp_path / "run", stage="roof")
         with pytest.raises(InputError, match="report; sticks is called pounding now"):

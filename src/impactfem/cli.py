@@ -31,8 +31,9 @@ LastStage = Annotated[
     str | None,
     typer.Option(
         metavar="STAGE",
-        help="Run this stage and those that it needs: building, calibrate, pounding, ensemble, "
-        "transient, device, design or report. All that the case has the input for when left out.",
+        help="Run this stage and those that it needs: building, reduce, calibrate, "
+        "pounding, ensemble, transient, device, design or report. All that the case has the input "
+        "for when left out.",
     ),
 ]
 

@@ -135,7 +135,7 @@ class TestBadInput:
         for arguments, expected in (
             (
                 ["--stage", "roof"],
-                "--stage = 'roof': expected one of the stages building, calibrate, ",
+                "--stage = 'roof': expected one of the stages building, reduce, calibrate, ",
             ),
             (
                 ["--resume", "--out", "nowhere"],

@@ -102,7 +102,9 @@ def test_own_building(built: Built) -> None:
     told = check(built.notebook, 2)
     assert "no fault found" in told and "stand_in.AT2" in told
     with open_run(built.folder / "run") as run:
-        assert run.stores == ("building", "pounding", "motion", "forces", "transient", "maps")
+        assert run.stores == (
+            *("building", "reduce", "pounding", "motion", "forces", "transient", "maps"),
+        )
         assert run.value("pounding.peak_force.floor_3") > 1e5
         first = run.value("building.frequency.1")
         assert float(run.pounding.calibrated_frequency[0]) == pytest.approx(first, rel=1e-3)

@@ -51,7 +51,7 @@ CALIBRATE = Stage(
         "stores": 1.0,
         DRAWING: 4.0,
     },
-    sections=("calibration", "wall_impact", "pounding"),
+    sections=("damping_cases", "calibration", "wall_impact", "pounding"),
     computed_by=("compute", "store"),
     drawn_by=("figures", "tables"),
     stores={"calibrate": "calibrate.nc"},

@@ -24,6 +24,10 @@ def _wanted(case: Case) -> str:
     }
     content = {
         "transient": None if transient is None else transient.model_dump_json(include=keys),
+        # The lightest of them counts where devices stand on the building, or where all are served.
+        "dampings": [str(one.rayleigh) for one in case.damping_cases]
+        if case.devices or (transient is not None and transient.serve_damping_cases)
+        else [],
         "directions": sorted(motion.direction for motion in case.motions),
         "contacts": [
             end.model_dump_json(include={"building", "floor"})
@@ -96,7 +100,7 @@ REDUCE = Stage(
     about="One basis of few vectors under all loads of the 3D model, and its error.",
     headlines=("{reduce.krylov_vectors} vectors, {reduce.complete_vectors} with contacts",),
     steps={"inputs": 2.0, "matrices": 5.0, "basis": 100.0, "stores": 2.0, DRAWING: 0.0},
-    sections=("buildings", "damping", "damping_cases"),
+    sections=("buildings", "damping"),
     files=_files,
     further=lambda case: f"{model_key(case)}{_wanted(case)}",
     computed_by=("compute", "store"),
