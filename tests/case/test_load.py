@@ -399,6 +399,7 @@ def test_case_is_frozen_and_travels_between_processes(pair: Path) -> None:
         ('young_modulus = "33 GPa"', 'young_modulus = "33"', "materials.concrete.young_modulus"),
         ('frequencies = ["1 Hz", "20 Hz"]', "frequencies = 3", "damping.frequencies"),
         ("seed = 1\n", "seed = -1\n", "motions[0].seed"),
+        ("seed = 1\n", "seed = 1\nstructure = 1\n", "motions[0].structure"),
         ('name = "B2"', 'name = "B2"\nsetback = "-1 m"', "buildings[0].setback"),
     ],
 )
@@ -408,3 +409,8 @@ def test_a_section_at_fault_hides_no_other_fault(
     section = '[transient]\ntime_step = "1 ms"\neccentricity = "30 m"\n'
     path = added(structured((None, old, new)), section)
     assert set(faults_of(path)) == {f"pair.toml: {key}", "pair.toml: transient.eccentricity"}
+
+
+def test_key_structure_in_a_case_without_buildings(tmp_path: Path) -> None:
+    path = added(tmp_path / "case.toml", "[[damping_cases]]\nstructure = 1\n")
+    assert {"case.toml: damping_cases[0].structure", "case.toml: buildings"} <= set(faults_of(path))

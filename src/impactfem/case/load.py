@@ -105,10 +105,9 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
             reading.left_out |= {name, *_NEED_OTHERS.get(name, ())}
         before = deepcopy(raw)
         own = [place for place, kind in found if kind not in (REPORTED, UNREADABLE)]
-        for place in [place for place in own if _section(place) == "structure"]:
-            if len(place) > 2:
-                raw["buildings"][place[1]].pop("structure", None)
-                own.remove(place)
+        for place in [place for place in own if _of_structure(place)]:
+            raw["buildings"][place[1]].pop("structure", None)
+            own.remove(place)
         for name in dict.fromkeys(str(place[0]) for place in own):
             _take_out(raw, name, [place[1:] for place in own if place[0] == name], reading)
         for name, placeholder in _PLACEHOLDERS.items():
@@ -125,7 +124,12 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
 
 def _section(place: Place) -> str:
     """The section of a place; the 3D model of a building counts as one."""
-    return "structure" if place[2:3] == ("structure",) else str(place[0])
+    return "structure" if _of_structure(place) else str(place[0])
+
+
+def _of_structure(place: Place) -> bool:
+    """Whether a place is in the 3D model of a building."""
+    return place[0] == "buildings" and place[2:3] == ("structure",)
 
 
 def _take_out(raw: dict[str, Any], name: str, places: list[Place], reading: Reading) -> None:
