@@ -4,6 +4,7 @@ import json
 from types import SimpleNamespace
 
 import matplotlib.figure
+import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
@@ -12,7 +13,15 @@ from impactfem.run.stages import STAGES
 from impactfem.system.errors import ImpactfemError
 
 NAMES = [stage.name for stage in STAGES]
-NEEDS = {"calibrate": ["building"], "pounding": ["building", "calibrate"], "device": ["pounding"]}
+NEEDS = {
+    "reduce": ["building"],
+    "calibrate": ["reduce"],
+    "pounding": ["calibrate"],
+    "ensemble": ["pounding"],
+    "transient": ["reduce", "pounding"],
+    "device": ["reduce", "pounding"],
+    "design": ["reduce", "transient", "ensemble", "device"],
+}
 
 
 def write(folder, ran, results=()):
@@ -25,9 +34,10 @@ def write(folder, ran, results=()):
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Texts with their places, and arrows from place to place."""
-    found = SimpleNamespace(texts=[], arrows=[], caption="")
+    """Texts with their places, boxes, arrows from place to place, and the lines before them."""
+    found = SimpleNamespace(texts=[], boxes=[], arrows=[], lines=[], caption="")
     text, annotate, below = Axes.text, Axes.annotate, matplotlib.figure.Figure.text
+    plot, add_patch = Axes.plot, Axes.add_patch
 
     def caption(self, x, y, words, *args, **options):
         found.caption = words.replace("\n", " ")
@@ -40,6 +50,10 @@ def drawn(monkeypatch):
         lambda *a, **k: found.arrows.append((k["xytext"], a[2])) or annotate(*a, **k),
     )
     monkeypatch.setattr(matplotlib.figure.Figure, "text", caption)
+    monkeypatch.setattr(Axes, "plot", lambda *a, **k: found.lines.append(a[1:]) or plot(*a, **k))
+    monkeypatch.setattr(
+        Axes, "add_patch", lambda self, p: found.boxes.append(p.get_bbox()) or add_patch(self, p)
+    )
     return found
 
 
@@ -48,13 +62,28 @@ def test_all_stages(tmp_path, drawn):
     (path,) = flowchart_figure(write(tmp_path, NAMES, results), STAGES)
     assert path == tmp_path / "figures" / "figure_04_flowchart.png" and path.is_file()
     heads, lines = drawn.texts[::2], drawn.texts[1::2]
-    assert [stage.title in text for stage, (_, _, text) in zip(STAGES, heads, strict=True)]
+    assert all(stage.title in text for stage, (_, _, text) in zip(STAGES, heads, strict=True))
     assert "12 impacts, the largest 131 MN" in "\n".join(text for _, _, text in lines)
-    assert "Dashed" not in drawn.caption and len(drawn.arrows) == 4
+    assert "Dashed" not in drawn.caption and len(drawn.arrows) == 12
     heights = dict(zip(NAMES, (y for _, y, _ in heads), strict=True))
     for name, needed in NEEDS.items():
         assert all(heights[one] > heights[name] for one in needed)
     assert len({(x, y) for x, y, _ in heads}) == len(STAGES)
+
+
+def test_nothing_overlaps(tmp_path, drawn):
+    """Neither boxes nor, where they pass a row, arrows."""
+    flowchart_figure(write(tmp_path, NAMES), STAGES)
+    for k, box in enumerate(drawn.boxes):
+        assert 0.0 <= box.x0 < box.x1 <= 100.0 and 0.0 <= box.y0 < box.y1 <= 100.0
+        assert not any(box.overlaps(other) for other in drawn.boxes[k + 1 :])
+    passing = [line for line in drawn.lines if len(line[0]) > 1]
+    assert len(passing) == 3  # from reduce to transient, device and design
+    for line in passing:
+        for share in np.linspace(0.0, 1.0, 11)[1:-1]:
+            x, y = (np.array(c[:-1]) + share * np.diff(c) for c in line)
+            points = list(zip(x, y, strict=True))
+            assert not any(box.contains(*point) for box in drawn.boxes for point in points)
 
 
 def test_stages_that_were_not_run(tmp_path, drawn):
@@ -68,9 +97,9 @@ def test_lines_of_a_stage():
     values = {"a.b": (2e6, "N"), "f.floor_1.peak": (3.0, "m/s2"), "f.floor_2.peak": (4.0, "m/s2")}
     results = [{"name": n, "value": v, "unit": u} for n, (v, u) in values.items()]
     results.append({"name": "gone", "value": None, "unit": "-"})
-    assert headlines(stage, results) == ["up to 4 m/s2"]
+    assert headlines(stage, results) == ["up to 4 m/s²"]
     results.append({"name": "a.t", "value": 0.0135, "unit": "s"})
-    assert headlines(stage, results) == ["2 MN at 13.5 ms", "up to 4 m/s2"]
+    assert headlines(stage, results) == ["2 MN at 13.5 ms", "up to 4 m/s²"]
 
 
 def test_a_figure_that_cannot_be_written(tmp_path):

@@ -193,7 +193,9 @@ def test_a_stage_of_before_may_be_tidied_up(finished, tmp_path):
         (0.0, "N", "0 N"),
         (9.7e-12, "m/N", "9.7e-12 m/N"),
         (36.9, "m/s2", "36.9 m/s2"),
+        (83.54e9, "N/m", "83.54 GN/m"),
         (0.5, "-", "0.5"),
+        (342594.0, "-", "342,594"),
         (None, "N", "–"),
     ],
 )

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 
@@ -16,13 +18,19 @@ from impactfem.report.overview import quantity
 from impactfem.report.run_files import FLOWCHART, PROVENANCE, SUMMARY
 from impactfem.stages.stage import Stage
 
-WIDTH, FILL = 29.0, 0.76
-"""Of a box, in parts of a hundred of the figure's width, and its height over that of a row."""
+WIDTH, GAP = 27.0, 2.5
+"""Of a box and of what passes between two of them, in parts of a hundred of the figure's width."""
+ROW, FILL = 1.3, 0.72
+"""Height of a row [inch], and of a box over it."""
+LETTERS = 40
+"""In a line of a box."""
 ACROSS = 3
 """Boxes in a row."""
 DONE, MISSING, GREY = "#dcebf7", "white", "0.45"
 ABSENT = "not part of this run"
 Place = tuple[float, float]
+Slot = tuple[str, ...]
+"""A box, (stage,), or the passage of an arrow through a row, (from, to, row)."""
 
 
 def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
@@ -41,21 +49,16 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
     made = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
     results = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     needs: Mapping[str, Sequence[str]] = made.get("needs", {})
-    level: dict[str, int] = {}
-    for stage in stages:
-        if stage.name in made["inputs"]:
-            above = (level[name] for name in needs.get(stage.name, ()) if name in level)
-            level[stage.name] = 1 + max(above, default=-1)
-    rows: list[list[Stage]] = []
-    for row in range(1 + max(level.values(), default=-1)):
-        rows.append([stage for stage in stages if level.get(stage.name) == row])
-    missing = [stage for stage in stages if stage.name not in level]
-    rows += [missing[k : k + ACROSS] for k in range(0, len(missing), ACROSS)]
+    done = [stage.name for stage in stages if stage.name in made["inputs"]]
+    missing = [stage.name for stage in stages if stage.name not in done]
+    links = [(a, b) for b in done for a in needs.get(b, ()) if a in done]
+    rows = _rows(done, links)
+    rows += [[(name,) for name in missing[k : k + ACROSS]] for k in range(0, len(missing), ACROSS)]
     step = 100.0 / len(rows)
     places = {
-        stage.name: (100.0 * (k + 0.5) / len(row), 100.0 - step * (r + 0.5))
+        slot: (x, 100.0 - step * (r + 0.5))
         for r, row in enumerate(rows)
-        for k, stage in enumerate(row)
+        for slot, x in zip(row, _across(row), strict=True)
     }
     caption = (
         "Figure 4: The forces on a device in a building that pounds against another: how the "
@@ -64,18 +67,45 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
     )
     target = folder / "figures"
     target.mkdir(parents=True, exist_ok=True)
-    with figure(target / FLOWCHART, (1, 1), (9.0, 1.15 * len(rows)), caption) as (_, axes):
+    with figure(target / FLOWCHART, (1, 1), (9.0, ROW * len(rows)), caption) as (_, axes):
         for stage in stages:
-            lines = headlines(stage, results) if stage.name in level else [ABSENT]
-            _box(axes[0], places[stage.name], FILL * step, stage, lines, stage.name in level)
-            for name in needs.get(stage.name, ()):
-                if {name, stage.name} <= set(level):
-                    far = level[stage.name] - level[name] > 1
-                    _arrow(axes[0], places[name], places[stage.name], FILL * step, far)
+            lines = headlines(stage, results) if stage.name in done else [ABSENT]
+            _box(axes[0], places[(stage.name,)], FILL * step, stage, lines, stage.name in done)
+        for a, b in links:
+            between = [places[slot] for slot in places if slot == (a, b, slot[-1])]
+            _arrow(axes[0], [places[(a,)], *between, places[(b,)]], FILL * step)
         axes[0].set_xlim(0.0, 100.0)
         axes[0].set_ylim(0.0, 100.0)
         axes[0].set_axis_off()
     return [target / FLOWCHART]
+
+
+def _rows(names: Sequence[str], links: Sequence[tuple[str, str]]) -> list[list[Slot]]:
+    """Each stage below those that it needs, and a slot in each row that an arrow passes through.
+
+    In a row, slots stand in the order of the mean place of those above that lead to them.
+    """
+    level: dict[str, int] = {}
+    for name in names:
+        level[name] = 1 + max((level[a] for a, b in links if b == name), default=-1)
+    rows: list[list[Slot]] = []
+    for row in range(1 + max(level.values(), default=-1)):
+        above: dict[Slot, list[float]] = {(n,): [] for n in names if level[n] == row}
+        for a, b in links:
+            if level[a] < row <= level[b]:
+                start = (a,) if level[a] == row - 1 else (a, b, str(row - 1))
+                place = (rows[-1].index(start) + 0.5) / len(rows[-1])
+                above.setdefault((b,) if level[b] == row else (a, b, str(row)), []).append(place)
+        rows.append(sorted(above, key=lambda slot: float(np.mean(above[slot] or [0.5]))))
+    return rows
+
+
+def _across(row: Sequence[Slot]) -> list[float]:
+    """The middles of the slots of a row: boxes with their width, arrows with that of a gap."""
+    widths = [WIDTH if len(slot) == 1 else GAP for slot in row]
+    gap = (100.0 - sum(widths)) / len(row)
+    ends = np.cumsum(widths) + gap * (np.arange(len(row)) + 0.5)
+    return [float(end - 0.5 * width) for end, width in zip(ends, widths, strict=True)]
 
 
 def headlines(stage: Stage, results: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -95,7 +125,9 @@ def headlines(stage: Stage, results: Sequence[Mapping[str, Any]]) -> list[str]:
             found = [v for n, v in values.items() if v[0] is not None and re.fullmatch(pattern, n)]
             known = known and bool(found)
             if known:
-                line = line.replace(f"{{{name}}}", quantity(*max(found), digits=4))
+                line = line.replace(
+                    f"{{{name}}}", quantity(*max(found), digits=4).replace("m/s2", "m/s²")
+                )
         lines += [line] if known else []
     return lines
 
@@ -119,16 +151,16 @@ def _box(
     look["color"] = "black" if done else GREY
     head = f"{stage.title}  ($\\it{{{stage.name}}}$)"
     panel.text(x, top - 0.1 * height, head, fontsize=8.5, **look)
-    panel.text(x, top - 0.36 * height, "\n".join(lines), fontsize=7.5, linespacing=1.2, **look)
+    text = "\n".join(part for line in lines for part in textwrap.wrap(line, LETTERS))
+    panel.text(x, top - 0.32 * height, text, fontsize=7.5, linespacing=1.2, **look)
 
 
-def _arrow(panel: Axes, start: Place, end: Place, height: float, far: bool) -> None:
-    """From a box to one below; round the boxes between them where it is not the next row."""
-    (x0, y0), (x1, y1) = start, end
-    ends = ((x0, y0 - 0.5 * height), (x1, y1 + 0.5 * height))
-    bent = "arc3"
-    if far:
-        side = 0.5 * WIDTH if x1 >= x0 else -0.5 * WIDTH
-        ends, bent = ((x0 + side, y0), (x1 + side, y1)), f"arc3,rad={-0.35 if side > 0 else 0.35}"
-    look = {"arrowstyle": "-|>", "connectionstyle": bent, "shrinkA": 0.0, "shrinkB": 0.0}
-    panel.annotate("", ends[1], xytext=ends[0], arrowprops={**look, "color": "black"}, zorder=4)
+def _arrow(panel: Axes, places: Sequence[Place], height: float) -> None:
+    """From a box to one below, between the boxes of the rows that it passes."""
+    line = [(places[0][0], places[0][1] - 0.5 * height)]
+    for x, y in places[1:-1]:
+        line += [(x, y + 0.5 * height), (x, y - 0.5 * height)]
+    end = (places[-1][0], places[-1][1] + 0.5 * height)
+    panel.plot(*zip(*line, strict=True), color="black", lw=1.0, zorder=1)
+    look = {"arrowstyle": "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "color": "black"}
+    panel.annotate("", end, xytext=line[-1], arrowprops=look, zorder=4)

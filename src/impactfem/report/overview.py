@@ -21,7 +21,14 @@ from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import floors_of, known, shown
 
 UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
-PREFIXED = {"N": "newton", "N s": "newton * second", "Pa": "pascal", "s": "second", "m": "metre"}
+PREFIXED = {
+    "N": "newton",
+    "N s": "newton * second",
+    "N/m": "newton / metre",
+    "Pa": "pascal",
+    "s": "second",
+    "m": "metre",
+}
 FLOORS = 3
 """So many floors are shown where not all that are hit are."""
 
@@ -343,21 +350,27 @@ def tiles(run: RunFiles) -> list[tuple[str, str]]:
     return found
 
 
-def number(value: float | None) -> str:
-    """A value with five digits; a dash for none."""
+def number(value: float | None, digits: int = 5) -> str:
+    """A value with so many digits; a dash for none."""
     if value is None:
         return "–"
     if value != 0.0 and not 1e-3 <= abs(value) < 1e6:
-        digits = f"{value:.4g}"
-        return digits if math.isfinite(value) else "–"
-    return f"{value:.5g}"
+        return f"{value:.{digits - 1}g}" if math.isfinite(value) else "–"
+    return f"{value:.{digits}g}"
 
 
 def quantity(value: float | None, unit: str, *, digits: int = 5) -> str:
-    """A value with its unit, with a prefix where the unit takes one, and so many digits."""
+    """A value with its unit, with a prefix where the unit takes one, and so many digits.
+
+    Whole numbers without a unit, as counts, have all their digits.
+    """
+    if value is not None and unit == "-" and float(value).is_integer():
+        return f"{value:,.0f}"
     if value is None or unit == "-":
-        return number(value)
+        return number(value, digits)
     if unit in PREFIXED and value != 0.0:
         compact = UNITS.Quantity(value, PREFIXED[unit]).to_compact()
-        return f"{compact.magnitude:.{digits}g} {compact.units:~D}".replace(" * ", " ")
-    return f"{number(value)} {unit}"
+        return f"{compact.magnitude:.{digits}g} {compact.units:~D}".replace(" * ", " ").replace(
+            " / ", "/"
+        )
+    return f"{number(value, digits)} {unit}"

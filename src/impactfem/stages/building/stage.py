@@ -59,7 +59,8 @@ BUILDING = Stage(
     title="The 3D model",
     about="Mesh of shells and beams, its masses and modes.",
     headlines=(
-        "{building.elements} elements, {building.dofs} degrees of freedom",
+        "{building.elements} elements",
+        "{building.dofs} degrees of freedom",
         "first modes {building.frequency.1}, {building.frequency.2}",
     ),
     steps={"mesh": 3.0, "matrices": 5.0, "modes": 25.0, "stores": 1.0, DRAWING: 4.0},

@@ -41,7 +41,7 @@ CALIBRATE = Stage(
     "it.",
     headlines=(
         "ε = {calibration.epsilon}",
-        "K_Ceq = {calibration.K_Ceq}",
+        "contact stiffness {calibration.K_Ceq}",
         "impact of {calibration.impact_duration}",
     ),
     steps={

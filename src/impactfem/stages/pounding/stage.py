@@ -62,7 +62,7 @@ POUNDING = Stage(
     title="Pounding of the sticks",
     about="Ground motion, sticks, impact forces, floor spectra.",
     headlines=(
-        "ground {motion.pga}, its spectrum {motion.sa_max}",
+        "ground {motion.pga}, spectrum {motion.sa_max}",
         "{pounding.impacts} impacts, the largest {pounding.main_impact_force}",
         "at {pounding.main_impact_time} for {pounding.main_impact_duration}",
         "floor spectra up to {frs.floor_*.peak}",

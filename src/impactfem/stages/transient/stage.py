@@ -119,7 +119,8 @@ TRANSIENT = Stage(
     about="The impacts and the ground motion on the 3D model: floor spectra, waves, transfer.",
     headlines=(
         "reduced basis of {transient.basis_vectors} vectors",
-        "mass centres {transient.pfa.floor_*}, edges {transient.pfa.edge_*.max}",
+        "mass centres up to {transient.pfa.floor_*}",
+        "edges up to {transient.pfa.edge_*.max}",
         "floor spectra up to {transient.frs.floor_*.peak}",
     ),
     steps={
