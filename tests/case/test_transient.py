@@ -29,6 +29,7 @@ maximum_frequency = "300 Hz"
 tolerance = "1 %"
 shift = "50 Hz"
 largest_basis = 500
+floors = [8, 6, 7]
 eccentricity = "-2 m"
 forces = "others.nc"
 fields = ["psa"]
@@ -106,6 +107,7 @@ def test_every_key(with_transient: With, monkeypatch: pytest.MonkeyPatch) -> Non
         tolerance=0.01,
         shift=50.0,
         largest_basis=500,
+        floors=(6, 7, 8),
         eccentricity=-2.0,
         forces=forces,
         fields=("psa",),
@@ -186,6 +188,9 @@ def test_with_a_structure_at_fault(with_transient: With) -> None:
         ('"1 %"', "nan", "tolerance", "expected a number above 0 and below 1"),
         ('"50 Hz"', '"-50 Hz"', "shift", "expected a frequency above 0"),
         ("500", "0", "largest_basis", "expected a whole number of at least 1"),
+        ("[8, 6, 7]", "[8, 6, 8]", "floors", "expected each floor once"),
+        ("[8, 6, 7]", "[8, 9, 12]", "floors", "no floor 9, 12 in B1; expected some of [1, 2, 3"),
+        ("[8, 6, 7]", "[0]", "floors", "expected"),
         ("500", "500.0", "largest_basis", "expected a whole number"),
         ('"-2 m"', '"-2 s"', "eccentricity", "'s' is a time"),
         ('"-2 m"', '"-23.2 m"', "eccentricity", "within the edge, 23.1 m to either side"),

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -17,6 +17,8 @@ from pydantic import (
     ValidationInfo,
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+T = TypeVar("T")
 
 LISTED = 300  # letters of the names that a message lists
 UNREADABLE, REPORTED = "unreadable", "reported"
@@ -101,7 +103,7 @@ def present(info: ValidationInfo, names: Iterable[str]) -> bool:
     return all(name in info.data for name in names)
 
 
-def each_once(values: tuple[str, ...], what: str) -> tuple[str, ...]:
+def each_once(values: tuple[T, ...], what: str) -> tuple[T, ...]:
     """The values, where none of them stands twice.
 
     Raises:

@@ -356,6 +356,11 @@ def transient_faults(case: Case, reading: Reading) -> Iterator[Fault]:
             yield reading.written(("transient", "eccentricity"), expected)
         if len(levels) > 1:
             yield from _outside_faults(reading, transient, mesh, levels)
+    numbers = [floor.floor for floor in building.floors]
+    absent = [str(floor) for floor in transient.floors or () if numbers and floor not in numbers]
+    if absent:
+        expected = f"no floor {', '.join(absent)} in {building.name}; expected some of {numbers}"
+        yield reading.written(("transient", "floors"), expected)
     for index, probe in enumerate(transient.probes):
         level = re.search("_([1-9][0-9]*)", probe.group or "")
         if level is not None and 0 < len(levels) - 1 < int(level[1]):

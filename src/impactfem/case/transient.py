@@ -257,6 +257,11 @@ class Transient(Section):
             raise refuse(f"expected at least the time step, {step:g} s")
         return value
 
+    @field_validator("floors")
+    @classmethod
+    def _floors_once(cls, value: tuple[int, ...] | None) -> tuple[int, ...] | None:
+        return None if value is None else tuple(sorted(each_once(value, "floor")))
+
     @field_validator("fields")
     @classmethod
     def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:

@@ -186,7 +186,7 @@ def with_floor_forces(
 
 
 def check_contacts(case: Case, mesh: BuildingMesh) -> None:
-    """See that the contacts of a case can act on the edges of its 3D building.
+    """See that contacts, and floors that may be hit, have edges in the 3D building of a case.
 
     Args:
         case: The case, with a structure.
@@ -206,6 +206,14 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> None:
         if end.building == case.structure.building
         for fault in _end_faults(case.path, contact.name, end, edges, case)
     ]
+    named = () if case.transient is None else case.transient.floors or ()
+    bare = [str(floor) for floor in named if floor not in edges]
+    if bare:
+        known = ", ".join(map(str, sorted(edges))) or "none"
+        expected = (
+            f"floor {', '.join(bare)} has no edge (group edge_K) in the mesh, which has {known}"
+        )
+        faults.append(Fault(case.path, "transient.floors", list(named), expected))
     if faults:
         raise InputError(faults)
 

@@ -65,3 +65,15 @@ def test_lightest_damping(
     [first] = accuracies(case)
     assert astuple(first.damping) == pytest.approx(astuple(ξ.rayleigh), rel=1e-14)
     assert (first.maximum_frequency, first.tolerance) == (450.0, 0.001)
+
+
+def test_a_floor_without_an_edge(case: Case) -> None:
+    transient = Transient(time_step=1e-3, floors=(1, 3))
+    asked = case.model_copy(update={"transient": transient})
+    match = r"transient\.floors = \[1, 3\]: floor 3 has no edge .*, which has 1, 2"
+    with pytest.raises(InputError, match=match):
+        prepare(asked, GEOMETRY / "frame.msh", 0.5)
+    served = case.model_copy(update={"transient": Transient(time_step=1e-3, floors=(2,))})
+    plan = prepare(served, GEOMETRY / "frame.msh", 0.5).plan
+    assert plan.loads == ("ground y", "floor 2", "push", "wall 1")
+    assert plan.wall is not None and plan.wall.floors == (1, 2)

@@ -23,6 +23,7 @@ from impactfem.coupling.force_history import read_forces
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.band import LARGER
 from impactfem.reduction.covered_points import covered_points
+from impactfem.reduction.forces import check_contacts
 from impactfem.reduction.motion_grid import looked_at, motion_grid
 from impactfem.reduction.probes import checked_probes
 from impactfem.reduction.reduced_basis import Accuracy
@@ -72,7 +73,8 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
         storey_factor: Factor on walls and columns.
 
     Raises:
-        InputError: The mesh is not usable; a probe, a device or the wall does not go with it.
+        InputError: The mesh is not usable; a probe, a contact, a device or the wall does not go
+            with it.
     """
     parts, _, _ = read_parts(case, mesh_file)
     mesh, transient = parts.mesh, case.transient
@@ -87,6 +89,7 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
     if wall is not None:
         probes += wall_probes(mesh, wall.floors)
     if transient is not None:
+        check_contacts(case, mesh)
         probes += [probe.node for probe in checked_probes(case, mesh)]
     certified = nodes = np.unique(np.array(probes, dtype=np.int64))
     if transient is not None:
@@ -157,7 +160,7 @@ def _floors(case: Case, transient: Transient, mesh: BuildingMesh) -> tuple[int, 
     """Floors whose edges may be hit or loaded: those with an edge among the ones that are named."""
     structure = case.structure
     if transient.floors is not None or structure is None:
-        return tuple(sorted(transient.floors or ()))
+        return transient.floors or ()
     name = structure.building
     ends = [end for contact in case.contacts for end in (contact.a, contact.b)]
     named = {end.floor for end in ends if end.building == name}
@@ -223,10 +226,9 @@ def run_reduce(
     # On rank 0 alone: it is large, and the others have no use for it.
     stored = ReducedBuilding.read(folder / MODEL, model_key) if comm.rank == 0 else None
     if stored is not None:
-        why = stored.lacks(plan)
-        if why is not None:
-            LOGGER.info("reduce: the reduced building of %s is %s, and made again", MODEL, why)
-        stored = stored.serving(plan) if why is None else None
+        stored, lack = stored.serving(plan)
+        if stored is None:
+            LOGGER.info("reduce: the reduced building of %s is %s, and made again", MODEL, lack)
     if comm.bcast(stored is not None):
         LOGGER.info("reduce: the reduced building of %s is used again", MODEL)
         return stored
