@@ -151,12 +151,14 @@ def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bo
         if history is not None and "contacts" not in left_out and case.structure is not None:
             from impactfem.reduction.forces import history_faults
 
-            lasting = transient.duration or float(history.time[-1])
+            computed = float(history.time[-1])
+            lasting = transient.duration or computed
             found.faults += history_faults(history, transient.forces, case, lasting)
-            if transient.export and (transient.export_start or 0.0) >= lasting:
-                start = f"{transient.export_start:g} s"
-                expected = f"less than what is computed, {lasting:g} s"
-                found.faults.append(Fault(case.path, "transient.export_start", start, expected))
+    if transient is not None and transient.export and transient.duration is None:
+        start, key = transient.export_start or 0.0, "transient.export_start"
+        expected = f"less than what is computed, {computed:g} s"
+        if start >= computed:
+            found.faults.append(Fault(case.path, key, f"{start:g} s", expected))
     found.estimate = estimate(case, longest).of(stages)
     refused = list(too_much(case, found.estimate))
     found.faults += refused

@@ -67,10 +67,6 @@ def prepare(
     path = transient.forces or forces_file
     history = read_forces(path)
     duration = transient.duration or float(history.time[-1])
-    if transient.export and (transient.export_start or 0.0) >= duration:
-        expected = f"less than what is computed, {duration:g} s"
-        start = f"{transient.export_start:g} s"
-        raise InputError([Fault(case.path, "transient.export_start", start, expected)])
     motions = ground_motions(case.motions)
     loads = case_loads(case, parts.mesh, motions, history, path, duration, inputs)
     probes = tuple(checked_probes(case, parts.mesh))
