@@ -7,7 +7,7 @@ under the union of all load patterns (`krylov`), which is completed for contacts
 - `basis`: the models of the Krylov space with their error band and bound, and its vectors at the
   nodes whose motion is wanted;
 - `complete`: Galerkin's model on all vectors, for what touches or stands on the building;
-- `fine`: what tells the error of the whole Krylov space for another damping.
+- `fine`: what gives the error of the whole Krylov space for another damping.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class ReductionPlan:
         wall: The wall that the building may hit; None without one.
         shift: Frequency that the basis is expanded about [Hz].
         largest: Most vectors of the Krylov space.
-        larger: Whether larger models tell the error band.
+        larger: Whether larger models are made, for the error band.
     """
 
     probes: Index
@@ -149,50 +149,49 @@ class ReducedBuilding:
         basis: The Krylov space as accurate as the first accuracy asks, at nodes.
         complete: Galerkin's model on all vectors.
         fine: The whole Krylov space at the probes.
+        errors: At each accuracy of its plan, as of `NestedModels.error`.
     """
 
     basis: ReducedBasis
     complete: CompleteModel
     fine: NestedModels
+    errors: tuple[float, ...]
 
-    def lacks(self, plan: ReductionPlan) -> str | None:
-        """What it lacks for a plan of the same building, wall and devices; None where it serves.
+    def serving(self, plan: ReductionPlan) -> tuple[ReducedBuilding | None, str]:
+        """The same for another plan of the same building, wall and devices, without a new basis.
 
         Args:
-            plan: The plan.
+            plan: The plan. The error of the whole space is that at the probes which it was made
+                for.
+
+        Returns:
+            It with its errors at the accuracies of the plan; or None and what it lacks.
         """
         basis = self.basis
         lacking = sorted(set(plan.loads) - set(basis.loads))
         if lacking:
-            return f"without {', '.join(lacking)}"
+            return None, f"without {', '.join(lacking)}"
         if not np.isin(plan.nodes, basis.nodes).all():
-            return "without some of the nodes whose motion is wanted"
+            return None, "without some of the nodes whose motion is wanted"
         if plan.larger and not basis.larger:
-            return "without the larger models that tell its error band"
-        for error, accuracy in zip(self.errors(plan), plan.accuracies, strict=True):
-            if error > accuracy.tolerance:
-                return f"with an error of {error:.2%} for this damping"
-        return None
-
-    def errors(self, plan: ReductionPlan) -> list[float]:
-        """The error at each accuracy of a plan, as of `NestedModels.error`."""
+            return None, "without the larger models that give its error band"
         first, *others = plan.accuracies
-        return [
-            self.basis.error(plan.probes, first.damping, first.maximum_frequency),
+        errors = (
+            basis.error(plan.probes, first.damping, first.maximum_frequency),
             *(self.fine.error(one.damping, one.maximum_frequency) for one in others),
-        ]
-
-    def serving(self, plan: ReductionPlan) -> ReducedBuilding:
-        """The same with its errors at the accuracies of a plan."""
-        own, *others = self.errors(plan)
+        )
+        for error, accuracy in zip(errors, plan.accuracies, strict=True):
+            if error > accuracy.tolerance:
+                return None, f"with an error of {error:.2%} for this damping"
         wall = self.complete.wall
         if wall is not None:
-            wall = replace(wall, difference=own)
+            wall = replace(wall, difference=errors[0])
         return replace(
             self,
-            basis=replace(self.basis, difference=own),
-            complete=replace(self.complete, difference=max(own, *others, own), wall=wall),
-        )
+            basis=replace(basis, difference=errors[0]),
+            complete=replace(self.complete, difference=max(errors), wall=wall),
+            errors=errors,
+        ), ""
 
     def write(self, path: Path, key: str) -> None:
         """Write it as NumPy's archive, in one piece.
@@ -206,7 +205,8 @@ class ReducedBuilding:
         wall = complete.pop("wall")
         content = {f"basis.{name}": value for name, value in self.basis.content.items()}
         content |= {f"complete.{name}": value for name, value in complete.items()}
-        content |= models_content("fine", self.fine.models) | {"fine.rows": self.fine.rows}
+        content |= models_content("fine", self.fine.models)
+        content |= {"fine.rows": self.fine.rows, "errors": np.array(self.errors)}
         if wall is not None:
             content |= {
                 f"wall.{field.name}": getattr(wall, field.name) for field in fields(WallModel)
@@ -234,6 +234,7 @@ class ReducedBuilding:
                 }
             ),
             fine=NestedModels(models_of_content("fine", content), content["fine.rows"]),
+            errors=tuple(content["errors"].tolist()),
         )
 
 
@@ -275,7 +276,9 @@ def reduce_building(
         wall = wall_patterns(building, mesh, plan.wall).carried(T)
         # Before the basis: the memory of its factorisation is free again then.
         state, patterns[PUSH] = wall.held(K)
-        even = _carried(T, edge_loads(building, mesh, 0.0))
+        even = edges
+        if plan.eccentricity != 0.0:
+            even = _carried(T, edge_loads(building, mesh, 0.0))
         patterns |= {f"wall {floor}": even[floor] for floor in plan.wall.floors}
     T.destroy()
     probes = Displacements(model, plan.probes, links, mesh.nodes)
@@ -325,6 +328,7 @@ def reduce_building(
             else wall_model(modes, wall, patterns[PUSH], grown.differences[0]),
         ),
         fine=grown.fine,
+        errors=grown.differences,
     )
 
 

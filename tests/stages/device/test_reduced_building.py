@@ -122,8 +122,10 @@ def test_archive(whole, tmp_path):
 def test_plans_that_it_serves(whole, plan, frame):
     own = frame[0].building("F").damping.rayleigh
     heavier = replace(plan, accuracies=(Accuracy(Rayleigh(own.alpha, 2 * own.beta), 300.0, 0.002),))
-    assert whole.lacks(plan) is None and whole.lacks(heavier) is None
-    assert whole.serving(heavier).basis.difference < whole.basis.difference
+    same, _ = whole.serving(plan)
+    assert same.errors == pytest.approx(whole.errors, rel=1e-6)
+    other, _ = whole.serving(heavier)
+    assert other.basis.difference == other.errors[0] < whole.basis.difference
     light = Accuracy(Rayleigh(own.alpha, own.beta / 100.0), 600.0, 0.002)
     for change, why in (
         ({"accuracies": (light,)}, "with an error of .* for this damping"),
@@ -131,9 +133,10 @@ def test_plans_that_it_serves(whole, plan, frame):
         ({"floors": (1, 2)}, "without floor 1"),
         ({"directions": (0, 1)}, "without ground x"),
         ({"nodes": np.arange(12)}, "without some of the nodes whose motion is wanted"),
-        ({"larger": True}, "without the larger models that tell its error band"),
+        ({"larger": True}, "without the larger models that give its error band"),
     ):
-        assert re.fullmatch(why, whole.lacks(replace(plan, **change)))
+        none, lack = whole.serving(replace(plan, **change))
+        assert none is None and re.fullmatch(why, lack)
 
 
 def test_total_ground_load(reduced, frame):

@@ -161,7 +161,7 @@ def test_band_by_larger_and_by_smaller_bases(
     run(again)
     edited(again, (smaller, 'solver = "reduced"'))
     done, told = run(again)
-    expected = "is without the larger models that tell its error band, and made again"
+    expected = "is without the larger models that give its error band, and made again"
     assert f"reduce: the reduced building of reduce.npz {expected}" in told
     assert loaded(done).psa_band.values == pytest.approx(known.psa_band.values, rel=1e-3)
 

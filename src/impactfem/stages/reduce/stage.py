@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import xarray as xr
+
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
+from impactfem.stages.check import Check
 from impactfem.stages.inputs import matrices_key
-from impactfem.stages.reduce.checks import reduce_checks
 from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stores import open_store
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
 
@@ -94,6 +97,22 @@ def _lacks(case: Case) -> str | None:
     return "transient" if case.transient is None and case.wall_impact is None else None
 
 
+def _checks(folder: Path) -> list[Check]:
+    """Whether the transfer functions are as accurate as asked, in words."""
+    with open_store(folder / "reduce.nc") as store:
+        return [_check(store.isel(accuracy=k)) for k in range(store.sizes["accuracy"])]
+
+
+def _check(at: xr.Dataset) -> Check:
+    error, tolerance = float(at.error), float(at.tolerance)
+    return (
+        error <= tolerance,
+        f"reduce: transfer functions within {100.0 * error:.2g} % up to "
+        f"{float(at.maximum_frequency):g} Hz with a damping of {at.accuracy.item()}, "
+        f"{100.0 * tolerance:g} % required",
+    )
+
+
 REDUCE = Stage(
     name="reduce",
     title="The reduced 3D model",
@@ -104,11 +123,11 @@ REDUCE = Stage(
     files=_files,
     further=lambda case: f"{model_key(case)}{_wanted(case)}",
     computed_by=("compute", "store"),
-    drawn_by=("checks",),
+    drawn_by=(),
     stores={"reduce": "reduce.nc"},
     compute=_compute,
     draw=lambda case, folder: [],
-    checks=lambda case, folder: reduce_checks(folder),
+    checks=lambda case, folder: _checks(folder),
     needs=lambda case: (BUILDING,),
     lacks=_lacks,
     collective=True,

@@ -35,7 +35,6 @@ def write_reduced(
         key: Hash of the stage's inputs.
     """
     basis, complete = reduced.basis, reduced.complete
-    errors = [reduced.fine.error(one.damping, one.maximum_frequency) for one in accuracies[1:]]
     values = {
         "load": list(basis.loads),
         "accuracy": [
@@ -47,7 +46,7 @@ def write_reduced(
         "stiffness_coefficient": [one.damping.beta for one in accuracies],
         "maximum_frequency": [one.maximum_frequency for one in accuracies],
         "tolerance": [one.tolerance for one in accuracies],
-        "error": [basis.difference, *errors],
+        "error": reduced.errors,
     }
     scalars = [
         Scalar("reduce.vectors", float(len(basis.model.eigenvalue)), "-", "of the first accuracy"),
