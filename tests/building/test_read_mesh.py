@@ -208,14 +208,22 @@ def test_the_mesh_as_it_is(small_raw):
         ("floor", "floor_1: missing group; expected the slabs as floor_<k>"),
         (
             ("storey_2", "column_2"),
-            "storey_2: missing group; expected walls or columns below",
+            "storey_2: missing group; expected walls or columns below floor_2",
         ),
-        (("storey", "column"), "storey_1: missing group; expected walls as storey_<k> or columns"),
     ],
 )
 def test_missing_groups(small_raw, missing, expected):
     groups = [group for group, _ in small_raw.groups if group.startswith(missing)]
-    assert any(fault.startswith(expected) for fault in faults(without(small_raw, *groups)))
+    (fault,) = faults(without(small_raw, *groups))
+    assert fault.startswith(expected)
+
+
+def test_no_storey_at_all(small_raw):
+    walls = [group for group, _ in small_raw.groups if group.startswith(("storey", "column"))]
+    assert (
+        "storey_1: missing group; expected walls as storey_<k> or columns as column_<k>"
+        in faults(without(small_raw, *walls))
+    )
 
 
 def test_a_storey_of_columns_alone_is_one(small_raw):
