@@ -30,8 +30,10 @@ def test_counts(report, small_mesh):
     assert [level.group for level in report.levels] == [
         f"{f}_{k}" for f in families for k in (1, 2)
     ]
-    column = report.levels[-2]
+    column = report.levels[-2]  # two of 3 m
     assert column.elements == len(small_mesh.lines_of("column", 1))
+    assert column.nodes == 2 * column.elements + 2
+    assert column.size == pytest.approx(2 * 3.0 / column.elements)
     assert column.quality_min is None
 
 
