@@ -111,9 +111,9 @@ def wall_figures(case_file: str = "geometry/npp_pair.toml") -> list[Figure]:
         raise ValueError("the building was reduced with a wall")
     run_reduced(reduced, experiment, prepared.mass, damping)  # compiles
     _, run = timed(lambda: run_reduced(reduced, experiment, prepared.mass, damping))
-    u = np.ascontiguousarray(patterns.held(K)[0])
 
     def start() -> FullMotion:
+        u = np.ascontiguousarray(patterns.held(K)[0])
         G, h = patterns.contact, experiment.time_step
         motion = FullMotion(K, model.mass, G, h, damping=damping, probes=patterns.seen)
         motion.delassus()
