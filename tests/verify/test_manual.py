@@ -41,6 +41,21 @@ def test_a_benchmark(rows, name):
         assert not replace(row, computed=off).passed, row.quantity
 
 
+def test_every_benchmark_is_listed():
+    """Names are those of the functions: none may hide another one, or be left out."""
+    modules = [module for group in manual.GROUPS.values() for module in group]
+    assert len(set(modules)) == len(modules)
+    written = [
+        name
+        for module in modules
+        for name, run in vars(module).items()
+        if getattr(run, "__module__", None) == module.__name__
+        and getattr(run, "__annotations__", {}).get("return") in ("list[Row]", "Rows")
+        and not name.startswith("_")
+    ]
+    assert sorted(written) == sorted([*manual.BENCHMARKS, *manual.FULL])
+
+
 @pytest.mark.parametrize(
     ("words", "largest"),
     [
@@ -142,7 +157,7 @@ def test_a_part_of_the_names(monkeypatch):
 
 
 @pytest.mark.slow
-# One of them takes an hour: test_paper_transient.py runs it on a coarse mesh.
+# One of them takes half an hour: waves/test_paper.py runs it on a coarse mesh.
 @pytest.mark.parametrize("name", sorted({*manual.FULL} - {"paper_reduced_against_full"}))
 def test_a_heavy_benchmark(name):
     rows = manual.FULL[name]()
