@@ -418,36 +418,72 @@ def test_a_stiffness_between_anchors_must_leave_translations_free():
         MountedDevice("d", held).mount  # noqa: B018
 
 
-def test_anchors_that_cannot_move_in_all_ways(pump):
-    """A heavy pump on rows of rank 3, against one matrix of everything."""
+@pytest.mark.parametrize("rank", [20, 3])
+def test_against_one_matrix_of_everything(pump, rank):
+    """A heavy pump and a body on rows of full rank, and where anchors cannot move in all ways."""
     rng = np.random.default_rng(2)
     eigenvalue = (2.0 * np.pi * np.geomspace(1.5, 4000.0, 20)) ** 2
-    rows = 0.02 * rng.standard_normal((6, 3)) @ rng.standard_normal((3, 20))
-    body = reduced_body("b", eigenvalue, Rayleigh(0.6, 2e-4), {"p": rows})
-    one = MountedDevice("pump", pump(z=8e8), (("b", "p"),), drag=True)
-    ground, loads = rng.standard_normal((60, 3)), rng.standard_normal((60, 20))
-    found = mounted_response([body], [one], loads, ground, STEP)
-    mount, n = one.mount, 20 + one.own.shape[1]
-    B = np.zeros((len(mount.M), n))
-    B[:6, :20], B[6:, 20:] = rows, np.eye(n - 20)
-    M, C, K = (B.T @ matrix @ B for matrix in (mount.M, mount.C, mount.K))
-    for whole, own in ((M, np.ones(20)), (C, 0.6 + 2e-4 * eigenvalue), (K, eigenvalue)):
-        whole[:20, :20] += np.diag(own)
-    f = np.hstack([loads, np.zeros((60, n - 20))]) - ground @ (B.T @ mount.M @ mount.ground).T
-    u, v = np.zeros((2, n))
+    rows = 0.02 * rng.standard_normal((12, rank)) @ rng.standard_normal((rank, 20))
+    ports = {"p": rows[:6], "q": rows[6:]}
+    body = reduced_body("b", eigenvalue, Rayleigh(0.6, 2e-4), ports)
+    mass = RigidBody.at_height(700.0, 0.3, 30.0, 40.0, 50.0)
+    devices = [
+        MountedDevice("pump", pump(z=8e8), (("b", "p"),), drag=True),
+        MountedDevice("body", mass, (("b", "q"),)),
+    ]
+    samples, substeps = 60, 3
+    ground, loads = rng.standard_normal((samples, 3)), rng.standard_normal((samples, 20))
+
+    def run(count=substeps, factor=1.0):
+        return mounted_response(
+            [body], devices, factor * loads, factor * ground, STEP, substeps=count
+        )
+
+    found = run()
+    # The same rule with one matrix of everything: anchors and own modes of both are y = B x.
+    mounts = [one.mount for one in devices]
+    own = len(mounts[0].M) - 6
+    B = np.zeros((12 + own, 20 + own))
+    B[:6, :20], B[6 : 6 + own, 20:], B[6 + own :, :20] = rows[:6], np.eye(own), rows[6:]
+    M_y, C_y, K_y = (
+        scipy.linalg.block_diag(*of)
+        for of in zip(*[(one.M, one.C, one.K) for one in mounts], strict=True)
+    )
+    R = np.vstack([one.ground for one in mounts])
+    M, C, K = (B.T @ matrix @ B for matrix in (M_y, C_y, K_y))
+    for whole, of_body in ((M, np.ones(20)), (C, 0.6 + 2e-4 * eigenvalue), (K, eigenvalue)):
+        whole[:20, :20] += np.diag(of_body)
+    h = STEP / substeps
+    fine, at = np.linspace(0.0, samples - 1.0, substeps * (samples - 1) + 1), np.arange(samples)
+    p, g = (np.column_stack([np.interp(fine, at, q) for q in of.T]) for of in (loads, ground))
+    f = np.hstack([p, np.zeros((len(fine), own))]) - g @ (B.T @ M_y @ R).T
+    u, v = np.zeros((2, 20 + own))
     a = np.linalg.solve(M, f[0])
-    S = M + 0.5 * STEP * C + 0.25 * STEP**2 * K
+    S = M + 0.5 * h * C + 0.25 * h**2 * K
+    states = [(u, v, a)]
     for load in f[1:]:
-        u, v = u + STEP * v + 0.25 * STEP**2 * a, v + 0.5 * STEP * a
+        u, v = u + h * v + 0.25 * h**2 * a, v + 0.5 * h * a
         a = np.linalg.solve(S, load - C @ v - K @ u)
-        u, v = u + 0.25 * STEP**2 * a, v + 0.5 * STEP * a
-    y, w, b = (B @ of for of in (u, v, a))
-    F = -(mount.M @ (b + mount.ground @ ground[-1]) + mount.C @ w + mount.K @ y)[:6]
-    scale = np.abs(found.devices[0].force).max()
-    assert np.abs(found.devices[0].force[:, -1] - F).max() < 1e-10 * scale
+        u, v = u + 0.25 * h**2 * a, v + 0.5 * h * a
+        states.append((u, v, a))
+    y, w, b = (np.array(of)[::substeps] @ B.T for of in zip(*states, strict=True))
+    b = b + ground @ R.T
+    F = -(b @ M_y + w @ C_y + y @ K_y)
+    for one, first in zip(found.devices, (0, 6 + own), strict=True):
+        here = slice(first, first + 6)
+        for value, wanted in (
+            (one.anchor_displacement, y),
+            (one.anchor_velocity, w),
+            (one.anchor_acceleration, b),
+            (one.force, F),
+        ):
+            assert np.abs(value.T - wanted[:, here]).max() < 1e-10 * np.abs(wanted).max()
+    x = y[:, 6 : 6 + own] @ devices[0].own.T
+    assert np.abs(found.devices[0].motion.T - x).max() < 1e-10 * np.abs(x).max()
     assert found.energy.residual < 1e-12
-    still = mounted_response([body], [one], 0.0 * loads, 0.0 * ground, STEP)
-    assert not still.devices[0].force.any() and still.energy.residual == 0.0
+    assert apart(run(substeps - 1).devices[0].force, found.devices[0].force) > 1e-3
+    still = run(factor=0.0)
+    assert not any(one.force.any() for one in still.devices) and still.energy.residual == 0.0
 
 
 def test_a_cabinet_on_the_floor_of_a_stick_that_pounds(row, shake):
