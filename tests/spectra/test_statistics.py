@@ -49,8 +49,12 @@ def test_fractiles_refused():
         fractile([1.0, 0.0], 0.5, "lognormal")
     with pytest.raises(ImpactfemError, match="two values"):
         fractile([1.0], 0.5, "lognormal")
+
+
+@pytest.mark.parametrize("statistic", ["envelope", "mean", 0.5])
+def test_nothing_to_combine(statistic):
     with pytest.raises(ImpactfemError, match="at least one value"):
-        fractile(np.empty((0, 3)), 0.5)
+        combine(np.empty((0, 3)), statistic)
 
 
 def test_words():

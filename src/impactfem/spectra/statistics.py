@@ -67,9 +67,7 @@ def fractile(
         raise ImpactfemError(f"a fractile needs a probability between 0 and 1, got {probability!r}")
     if method not in get_args(FractileMethod):
         raise ImpactfemError(f"fractiles are one of {get_args(FractileMethod)}, got {method!r}")
-    array = np.atleast_1d(np.asarray(values, dtype=np.float64))
-    if array.shape[0] == 0:
-        raise ImpactfemError("a fractile needs at least one value")
+    array = _sample(values)
     if method == "empirical":
         return np.asarray(np.quantile(array, probability, axis=0, method="hazen"))
     if array.shape[0] < 2 or not np.all(array > 0.0):
@@ -100,7 +98,7 @@ def combine(values: npt.ArrayLike, statistic: Statistic) -> FloatArray:
         raise ImpactfemError(
             f"a statistic is 'envelope', 'mean' or the probability of a fractile, got {statistic!r}"
         )
-    array = np.asarray(values, dtype=np.float64)
+    array = _sample(values)
     return np.asarray(array.max(axis=0) if statistic == "envelope" else array.mean(axis=0))
 
 
@@ -125,6 +123,14 @@ def over_members(values: npt.ArrayLike, name: str) -> FloatArray:
             f"a statistic over members is one of {', '.join(STATISTICS)}, got {name}"
         )
     return combine(values, named[name])
+
+
+def _sample(values: npt.ArrayLike) -> FloatArray:
+    """Values over the first axis, at least one."""
+    array = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    if array.shape[0] == 0:
+        raise ImpactfemError("a statistic needs at least one value")
+    return array
 
 
 def statistic_words(statistic: Statistic) -> str:
