@@ -1,4 +1,4 @@
-"""Speed of the sticks and of the response spectra, beside a plain compiled loop and a library.
+"""Speed of the sticks, and of the response spectra against a plain compiled loop and a library.
 
 The oscillator kernel, the loop and the filter find the same peaks at the samples; they differ in
 how the work is laid out.

@@ -1,6 +1,6 @@
 """Accelerograms, and the formats of the files that they come in.
 
-A further format is a file beside this one with its `FORMAT`, and its line in `FORMATS`; the case
+A further format is a file in this folder with its `FORMAT`, and its line in `FORMATS`; the case
 file takes the names from here.
 """
 
@@ -19,7 +19,7 @@ from impactfem.system.errors import Fault, ImpactfemError, InputError
 FORMATS: dict[str, Format] = {
     module.FORMAT.name: module.FORMAT for module in (csv, at2, esm, cosmos, csmip, knet)
 }
-# Endings of several formats: the content tells. CESMD gives V2 to two formats.
+# Endings of several formats: the content decides. CESMD gives V2 to two formats.
 AMBIGUOUS_ENDINGS = ("asc", "txt", "v2")
 FORMAT_OF_ENDING = {
     ending: name for name, record_format in FORMATS.items() for ending in record_format.endings

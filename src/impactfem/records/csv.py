@@ -123,7 +123,7 @@ def _header(file: RecordFile, line_number: int, line: str) -> dict[str, float]:
 
 
 def _check_layout(file: RecordFile, line_number: int, line: str) -> None:
-    """Refuse a line whose columns cannot be looked at one by one."""
+    """Refuse a line whose columns cannot be read one by one."""
     separators = wrong_separators(line)
     if separators is not None:
         expected = f"the columns are separated by {separators}; expected commas: {file.expected}"

@@ -1,4 +1,4 @@
-"""Reading a text file of the user, with with a fault in place of an exception."""
+"""Reading a text file of the user, with a fault in place of an exception."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ class Rows(list[Row]):
         name: str | None = None,
         absolute: bool = False,
     ) -> None:
-        """Write a line, with the arguments of `Row`; beside a zero every error is absolute."""
+        """Write a line, with the arguments of `Row`; the error of a zero is absolute."""
         name, source = name or self.name, source or self.source
         quantity = f"{quantity}, {self.where}" if self.where else quantity
         wanted, found = float(reference), float(computed)

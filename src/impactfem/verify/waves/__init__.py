@@ -24,7 +24,7 @@ Motion = dict[str, Array]
 
 
 class MovingModel:
-    """A model, patterns of its loads (6 n, m) [N, N m], and free rows that are looked at."""
+    """A model, patterns of its loads (6 n, m) [N, N m], and the free rows of its probes."""
 
     def __init__(self, model: ShellModel, loads: Array, probes: Ints) -> None:
         free = model.free
