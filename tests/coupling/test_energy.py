@@ -86,6 +86,12 @@ def test_input_is_the_work_of_the_ground():
     assert energy.kinetic == pytest.approx(energy.input, rel=1e-12)
 
 
+def test_nothing_moves():
+    response = simulate(System((mass_on_spring("m", 1.0, 1.0),), ()), np.zeros((5, 3)), 1.0)
+    assert response.u.shape == (5, 6) and not response.u.any() and not response.v.any()
+    assert response.energy.residual == 0.0
+
+
 def test_contact_work_is_the_sum_over_the_impacts(pounding):
     found = impacts(pounding)
     assert len(found) > 1

@@ -246,6 +246,13 @@ def test_what_is_refused(stick):
         Assembly([body, body])
     with pytest.raises(ImpactfemError, match=r"body a: shapes of port roof of shape \(2, 3\)"):
         replace(body, ports={"roof": Port(np.zeros((2, 3)), np.zeros((2, 6)), ("x", "y"))})
+    infinite = replace(body.ports["top"], shapes=np.full((6, 18), np.inf))
+    with pytest.raises(ImpactfemError, match=r"shapes of port top .* expected finite values"):
+        replace(body, ports={"top": infinite})
+    with pytest.raises(ImpactfemError, match=r"body a: eigenvalue .* expected finite values"):
+        replace(body, eigenvalue=np.nan * body.eigenvalue)
+    with pytest.raises(ImpactfemError, match=r"body a: participation of shape \(17, 6\)"):
+        replace(body, participation=body.participation[1:])
     walls = Assembly([body], [Link("1", ("a", "top"), None, np.eye(6)[1], 1.0)])
     with pytest.raises(SolutionError, match="a unilateral constraint needs the time loop of"):
         by_assembly(walls, np.zeros((3, 3)))
