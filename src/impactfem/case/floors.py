@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import ValidationInfo, field_validator, model_validator
-from pydantic_core import PydanticCustomError
 
 from impactfem.case.base import Section, present, refuse
 from impactfem.case.damping import Damping
@@ -196,10 +195,7 @@ def floors_of(building: Any, info: ValidationInfo) -> tuple[Floor, ...]:
     if not entry:
         return ()
     with reading_of(info).leniently():
-        try:
-            return reading_of(info).table(entry.get("floors"), FLOORS, read_floors) or ()
-        except PydanticCustomError:
-            return ()
+        return reading_of(info).table(entry.get("floors"), FLOORS, read_floors) or ()
 
 
 def known_levels(building: Any, info: ValidationInfo) -> dict[int, float]:

@@ -99,6 +99,7 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
     """
     raw: dict[str, Any] = deepcopy(reading.source.raw)
     reading.lenient = True
+    strict = error
     while True:
         found = places(error, raw)
         for name in {_section(place) for place, _ in found}:
@@ -117,8 +118,8 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
         try:
             return CaseFile.model_validate(raw, context=reading)
         except ValidationError as further:
-            if raw == before and any(kind not in (REPORTED, UNREADABLE) for _, kind in found):
-                return None
+            if raw == before and error is not strict:
+                return None  # what is at fault cannot be taken out
             error = further
 
 

@@ -141,6 +141,8 @@ class Reading:
             PydanticCustomError: It cannot be read, or has faults.
         """
         if not isinstance(name, str) or not name.strip():
+            if self.lenient:
+                return None
             raise PydanticCustomError(REPORTED, "no name of a file")
         path = self.open(name, what)
         key = (path, what)
@@ -168,10 +170,12 @@ class Reading:
 
     @contextmanager
     def leniently(self) -> Iterator[None]:
-        """What is read in the block may have faults, which are told elsewhere."""
+        """What is read in the block may have faults, which are reported elsewhere."""
         before, self.lenient = self.lenient, True
-        yield
-        self.lenient = before
+        try:
+            yield
+        finally:
+            self.lenient = before
 
 
 def reading_of(info: ValidationInfo) -> Reading:
