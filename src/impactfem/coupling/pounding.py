@@ -27,7 +27,6 @@ from impactfem.system.errors import ImpactfemError, SolutionError
 
 Array = NDArray[np.float64]
 Update = Literal["implicit", "lagged"]
-NOTHING = Energy(*np.zeros((4, 1)))
 UNSTABLE = (
     "a lagged contact force is only conditionally stable: take a smaller pounding.time_step or "
     "update = 'implicit'"
@@ -265,7 +264,7 @@ class Response:
     v: Array
     force: Array
     ground: Array
-    energy: Energy = NOTHING
+    energy: Energy
     loads: tuple[Load, ...] = ()
 
     @cached_property
