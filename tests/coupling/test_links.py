@@ -253,6 +253,21 @@ def test_what_is_refused(stick):
         replace(body, eigenvalue=np.nan * body.eigenvalue)
     with pytest.raises(ImpactfemError, match=r"body a: participation of shape \(17, 6\)"):
         replace(body, participation=body.participation[1:])
+    with pytest.raises(ImpactfemError, match=r"body a: mass of shape \(17,\)"):
+        replace(body, mass=np.ones(17))
+    with pytest.raises(ImpactfemError, match="a free base needs a positive definite rigid_mass"):
+        replace(body, rigid_mass=np.zeros((6, 6)), free_base=True)
+    # A matrix of six components at a port of three is not taken for one with own coordinates.
+    small = Port(np.zeros((3, 18)), np.zeros((3, 6)))
+    two = replace(body, ports={**body.ports, "small": small})
+    with pytest.raises(ImpactfemError, match=r"stiffness .* the ground: expected shape \(3, 3\)"):
+        Assembly([two], springs=[Spring(("a", "small"), None, np.eye(6), np.eye(6))])
+    with pytest.raises(ImpactfemError, match=r"damping .*: expected shape \(6, 6\).* got \(3, 3\)"):
+        Assembly([two], springs=[Spring(("a", "top"), ("a", "base"), np.eye(6), np.eye(3))])
+    with pytest.raises(ImpactfemError, match="one port has 6 components, the other 3"):
+        Assembly([two], springs=[Spring(("a", "top"), ("a", "small"), np.eye(6), np.eye(6))])
+    with pytest.raises(ImpactfemError, match=r"direction .*: expected shape \(6,\).* got \(3,\)"):
+        Assembly([two], [Link("1", ("a", "top"), None, np.eye(3)[1])])
     walls = Assembly([body], [Link("1", ("a", "top"), None, np.eye(6)[1], 1.0)])
     with pytest.raises(SolutionError, match="a unilateral constraint needs the time loop of"):
         by_assembly(walls, np.zeros((3, 3)))

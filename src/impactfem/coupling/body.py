@@ -60,7 +60,8 @@ class Body:
         free_base: Whether the base moves by (2); it is clamped to the ground otherwise.
 
     Raises:
-        ImpactfemError: Shapes do not fit or a value is not finite; the message names the body.
+        ImpactfemError: Shapes do not fit, a value is not finite, or the rigid mass of a free base
+            is not positive definite; the message names the body.
     """
 
     name: str
@@ -79,6 +80,8 @@ class Body:
             "participation": (self.participation, (r, 6)),
             "rigid_mass": (self.rigid_mass, (6, 6)),
         }
+        if self.mass is not None:
+            wanted["mass"] = self.mass, (r,)
         for name, port in self.ports.items():
             count = len(port.components)
             wanted[f"shapes of port {name}"] = port.shapes, (count, r)
@@ -89,6 +92,10 @@ class Body:
                     f"body {self.name}: {name} of shape {np.shape(values)}: expected finite values"
                     f" of shape {shape}"
                 )
+        if self.free_base and np.linalg.eigvalsh(self.rigid_mass)[0] <= 0.0:
+            raise ImpactfemError(
+                f"body {self.name}: a free base needs a positive definite rigid_mass"
+            )
 
     def __len__(self) -> int:
         return len(self.eigenvalue) + 6 * self.free_base

@@ -135,7 +135,8 @@ class Assembly:
         attached: Springs, mounts, free bases and damping that couples modes.
 
     Raises:
-        ImpactfemError: Two bodies have one name, or a body or port is not there.
+        ImpactfemError: Two bodies have one name, a body or port is not there, or a link, spring or
+            mount does not fit the components of its ports.
     """
 
     def __init__(
@@ -160,7 +161,9 @@ class Assembly:
         for body in bodies:
             parts += self._place(body)
         for spring in springs:
-            rows = self.rows(spring.a) - (0.0 if spring.b is None else self.rows(spring.b))
+            rows = self._between(spring.a, spring.b)
+            for what, matrix in (("stiffness", spring.stiffness), ("damping", spring.damping)):
+                _refuse_shape(what, matrix, (len(rows), len(rows)), spring)
             parts.append(
                 _Part(rows, np.zeros_like(spring.damping), spring.damping, spring.stiffness)
             )
@@ -177,9 +180,9 @@ class Assembly:
         self.gaps = np.array([link.gap for link in links], dtype=np.float64)
         self.gamma = np.zeros((len(links), r))
         for row, link in zip(self.gamma, links, strict=True):
-            row -= link.direction @ self.rows(link.a)
-            if link.b is not None:
-                row += link.direction @ self.rows(link.b)
+            rows = self._between(link.a, link.b)
+            _refuse_shape("direction", link.direction, (len(rows),), link)
+            row -= link.direction @ rows
 
     def __len__(self) -> int:
         return len(self.eigenvalue)
@@ -200,6 +203,19 @@ class Assembly:
             base = rows[:, self.columns[name]][:, -6:]
             base[:] = base @ self._base(self.bodies[name])
         return rows
+
+    def _between(self, a: Place, b: Place | None) -> Array:
+        """Motion of a against b, or the ground; refuses ports with other components."""
+        rows = self.rows(a)
+        if b is None:
+            return rows
+        other = self.rows(b)
+        if len(other) != len(rows):
+            raise ImpactfemError(
+                f"between {a} and {b}: one port has {len(rows)} components, the other {len(other)};"
+                " expected the same number"
+            )
+        return rows - other
 
     @staticmethod
     def _base(body: Body) -> Array:
@@ -239,6 +255,14 @@ class Assembly:
             parts.append(_Part(rows, np.block([[none, one], [one, none]]), zero, zero))
             self.ground[own.stop : here.stop] = -np.linalg.inv(T)[:, :3]
         return parts
+
+
+def _refuse_shape(what: str, values: Array, shape: tuple[int, ...], of: Link | Spring) -> None:
+    if np.shape(values) != shape:
+        raise ImpactfemError(
+            f"the {what} between {of.a} and {of.b or 'the ground'}: expected shape {shape} for the"
+            f" components of the ports, got {np.shape(values)}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
