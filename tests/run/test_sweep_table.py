@@ -66,6 +66,13 @@ def test_everything_as_csv_and_json(results: SweepTable, tmp_path: Path) -> None
     assert told["variants"][4]["results"] == {}
 
 
+def test_json_has_all_digits(tmp_path: Path) -> None:
+    table_of((0.3, "full", 1.2345678901234567e-11), (0.2, "full", None)).write(tmp_path, [])
+    told = json.loads((tmp_path / "sweep.json").read_text(encoding="utf-8"))
+    found = [variant["results"]["frs.peak"] for variant in told["variants"]]
+    assert found == [1.2345678901234567e-11, None]
+
+
 def test_what_is_shown(results: SweepTable) -> None:
     """Without names: what differs, published values first."""
     assert results.chosen([]) == ["frs.force", "frs.peak"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -139,12 +138,14 @@ class SweepTable:
         whole.columns = [f"{name} [{units[name]}]" if units[name] else name for name in whole]
         with atomic(files[0]) as temporary:
             whole.assign(error=self.errors).to_csv(temporary, index_label="variant")
+        # Not by `to_json` of pandas, which rounds to ten decimals.
+        values = self.results.astype(object).where(self.results.notna(), None)
         variants = [
             {
                 "name": name,
                 "values": self.values.loc[name].to_dict(),
                 "error": error or None,
-                "results": {} if error else json.loads(self.results.loc[name].to_json()),
+                "results": {} if error else values.loc[name].to_dict(),
             }
             for name, error in self.errors.items()
         ]
