@@ -79,7 +79,7 @@ def test_what_is_wrong_with_it_is_told(with_reference, text, words):
 
 def test_beside_published_values_that_are_no_file(with_reference):
     path = with_reference(REFERENCE.replace('"5 %"', '"-5 %"'))
-    path.write_text(path.read_text().replace("# published =", "published = 3 #"))
+    path.write_text(path.read_text().replace('"small_published.csv"', "3"))
     with pytest.raises(InputError) as caught:
         load_case(path)
     assert [fault.key for fault in caught.value.faults] == [
