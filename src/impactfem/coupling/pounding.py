@@ -346,8 +346,9 @@ def simulate(
         loads: External forces in addition to the ground motion.
 
     Raises:
-        ImpactfemError: The start already penetrates, or shapes do not fit.
-        SolutionError: The response is not finite, or the contact forces do not converge.
+        ImpactfemError: Shapes of the ground motion or of a load do not fit.
+        SolutionError: The start already penetrates, the response is not finite, or the contact
+            forces do not converge.
     """
     n = system.M.shape[0]
     if ground.ndim != 2 or ground.shape[1] != 3:

@@ -45,7 +45,10 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Quantities:
-    """Several quantities of one device.
+    """Several linear quantities of one device, Q = c x + d ä + e a.
+
+    Under a constant acceleration ä of the anchors the device comes to rest against them at
+    x = -K⁻¹ L ä.
 
     Args:
         names: What they are, n_q of them.
@@ -91,8 +94,8 @@ class Quantities:
 def anchor_forces(device: Device) -> Quantities:
     """Forces and moments of the device on the floor at its anchors.
 
-    In a mode b = z̈ + Γᵀ ä ≈ -ω² z, so that with Γ of all modes (equation 1 of
-    :mod:`impactfem.device.anchor_force`) c = Γ φᵀ K, d = -(J - Γ Γᵀ) and e = -K_a.
+    In a mode b = z̈ + Γᵀ ä ≈ -ω² z, so that with Γ of all modes in (1) c = Γ φᵀ K,
+    d = -(J - Γ Γᵀ) and e = -K_a.
 
     Args:
         device: The device.
@@ -135,7 +138,7 @@ def own_motions(device: Device, prefix: str = "base") -> Quantities:
 def own_accelerations(device: Device, motions: Sequence[str] | None = None) -> Quantities:
     """Absolute accelerations q̈ = ẍ + r ä of own coordinates.
 
-    As above, c = -φ φᵀ K and d = r - φ Γᵀ.
+    As in `anchor_forces`, c = -φ φᵀ K and d = r - φ Γᵀ.
 
     Args:
         device: The device.

@@ -291,7 +291,8 @@ class Rules:
         modes: Combination of modes.
         duration: Of the strong motion, for the double sum [s].
         rigid: Rigid part of the modes; none when None.
-        missing_mass: Whether (2) is added.
+        missing_mass: Whether R_m of :mod:`impactfem.device.spectrum_analysis`, what the modes in
+            use do not carry, is added.
         maximum_frequency: Modes above it count as missing mass [Hz]; all are used when None.
         supports: Combination of the same component of several anchors: "srss" when they move
             independently, "algebraic" when they move together, or "abs".

@@ -113,15 +113,12 @@ class SpectrumResponse:
         Raises:
             ImpactfemError: There is no such quantity.
         """
-        return float(self.total[self._index(name)])
-
-    def _index(self, name: str) -> int:
         if name not in self.quantities.names:
             raise ImpactfemError(
                 f"device {self.device}: no quantity {name!r} was computed; there are"
                 f" {', '.join(self.quantities.names)}"
             )
-        return self.quantities.names.index(name)
+        return float(self.total[self.quantities.names.index(name)])
 
 
 AXES = COMPONENTS[:3]
