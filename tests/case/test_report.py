@@ -99,29 +99,15 @@ reason = "The motion is scaled to it."
 )
 
 
-@pytest.fixture
-def with_published(with_reference):
-    def write(text, rows="motion.pga,2.3,m/s2,table 1\nfrs.floor_3.pfa,7,m/s2,figure 2\n"):
-        path = with_reference(text)
-        text = path.read_text().replace(
-            '# published = "small_published.csv"', 'published = "p.csv"'
-        )
-        path.write_text(text)
-        (path.parent / "p.csv").write_text("name,value,unit,source\n" + rows)
-        return path
-
-    return write
-
-
-def test_what_is_no_result_is_said_once_for_all_names(with_published):
-    case = load_case(with_published(GIVEN))
+def test_what_is_no_result_is_said_once_for_all_names(with_reference):
+    case = load_case(with_reference(GIVEN))
     kinds = {name: one.kind for name, one in case.published.items()}
     assert kinds == {"motion.pga": "scaled", "frs.floor_3.pfa": "result"}
     assert case.report.reference.given[0].reason == "The motion is scaled to it."
 
 
-def test_without_a_word_all_are_results(with_published):
-    case = load_case(with_published(REFERENCE))
+def test_without_a_word_all_are_results(with_reference):
+    case = load_case(with_reference(REFERENCE))
     assert {one.kind for one in case.published.values()} == {"result"}
 
 
@@ -135,14 +121,14 @@ def test_without_a_word_all_are_results(with_published):
         ('name = "motion.pga"', 'name = "motion.pgaa"', "values[0].name", "did you mean 'motion.p"),
     ],
 )
-def test_what_is_wrong_with_the_names(with_published, old, new, key, words):
+def test_what_is_wrong_with_the_names(with_reference, old, new, key, words):
     with pytest.raises(InputError) as error:
-        load_case(with_published(GIVEN.replace(old, new)))
+        load_case(with_reference(GIVEN.replace(old, new)))
     lines = [str(fault) for fault in error.value.faults]
     assert any(words in line and key in line and "paper.toml" in line for line in lines), lines
 
 
-def test_a_value_of_two_kinds(with_published):
+def test_a_value_of_two_kinds(with_reference):
     text = GIVEN + GIVEN[GIVEN.index("[[given]]") :].replace("scaled", "fitted", 1)
     with pytest.raises(InputError, match=r"expected motion\.pga in one of them"):
-        load_case(with_published(text))
+        load_case(with_reference(text))
