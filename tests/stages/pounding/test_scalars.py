@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.coupling.contact import kelvin_voigt
-from impactfem.stages.pounding.scalars import stick_scalars
+from impactfem.stages.pounding.scalars import _motion, stick_scalars
 from impactfem.sticks.calibration import Calibration, Parameters, Target
 from impactfem.sticks.element import COMPONENTS
 
@@ -57,6 +57,26 @@ def test_motion(study, scalars):
     assert scalars["motion.sa_max"].value == spectrum.psa[0, 0, k]
     assert scalars["motion.sa_max_frequency"].value == spectrum.frequency[k]
     assert "motion.misfit_rms" in scalars
+
+
+@pytest.mark.parametrize(
+    ("share", "word"), [(0.15, "met"), (-0.15, "met"), (0.17, "missed"), (-0.17, "missed")]
+)
+def test_components_are_independent_up_to_a_correlation(study, share, word):
+    motion = study.motions[0]
+    first = motion.accelerogram.acceleration - motion.accelerogram.acceleration.mean()
+    other = np.random.default_rng(2).standard_normal(first.size)
+    other -= other.mean()
+    other -= first * (other @ first) / (first @ first)
+    other *= np.sqrt((first @ first) / (other @ other))
+    mixed = share * first + np.sqrt(1.0 - share**2) * other
+    second = replace(
+        motion, direction="x", accelerogram=replace(motion.accelerogram, acceleration=mixed)
+    )
+    made = _motion(replace(study, motions=(motion, second)))
+    (scalar,) = (s for s in made if s.name == f"motion.correlation.{motion.direction}_x")
+    assert scalar.value == pytest.approx(share)
+    assert scalar.note == f"{word}: at most 0.16 in size is asked"
 
 
 def test_modes_are_those_bending_about_x_in_natural_order(study, scalars):
