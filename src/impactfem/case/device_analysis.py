@@ -6,7 +6,7 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present, refuse
+from impactfem.case.base import Section, each_once, present, refuse
 from impactfem.case.leaf import OneOrMore
 from impactfem.case.quantity import Duration, Frequency, Ratio, TimeStep
 
@@ -89,9 +89,7 @@ class DeviceAnalysis(Section):
     @field_validator("combination", "supports")
     @classmethod
     def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if len(set(value)) < len(value):
-            raise refuse("expected each combination once")
-        return value
+        return each_once(value, "combination")
 
     @field_validator("duration")
     @classmethod
