@@ -64,15 +64,6 @@ class InputResponse:
     rigid: Array
     total: Array
 
-    @property
-    def share(self) -> Array:
-        """R_i² of each mode, then R_m², over their sum, or 0, shape (n_q, m + 1) [-]."""
-        squares = np.hstack([self.modal, self.missing[:, None]]) ** 2
-        whole = squares.sum(axis=1, keepdims=True)
-        shares = np.zeros_like(squares)
-        np.divide(squares, whole, out=shares, where=whole > 0.0)
-        return shares
-
 
 @dataclass(frozen=True, eq=False)
 class SpectrumResponse:
