@@ -24,13 +24,14 @@ from impactfem.case.place import (
 from impactfem.case.source import Source
 from impactfem.system.errors import MOST_FAULTS, Fault
 
-# Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
-# these, the type that a table has.
 MOVED = {
     "structure": "moved; expected [buildings.structure] below the [[buildings]] of its building, "
     "without the key building; in a variant [buildings.NAME.structure]",
 }
 """What is said of keys of an earlier version."""
+
+# Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
+# these, the type that a table has.
 _FORMS = {"grid", "list", "corner-periods"}
 
 

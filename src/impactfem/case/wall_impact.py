@@ -1,4 +1,4 @@
-"""The impact of the 3D model on a rigid wall: as written in the case file, and resolved."""
+"""The impact of the 3D model on a rigid wall."""
 
 from __future__ import annotations
 
