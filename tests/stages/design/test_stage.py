@@ -120,9 +120,13 @@ def test_a_member_with_the_seed_of_the_case(done: study.Run) -> None:
     one = found.isel(motion=0)
     assert str(one["motion"].values) == "seed_8"
     moving = found["psa"].values > 1e-6 * found["psa"].values.max()
-    # The vertices that govern are sought among fewer frequencies: 98 % of the envelope are sure.
-    ratio = one["member_psa"].values / found["psa"].values
-    assert 0.98 < ratio[moving].min() <= np.median(ratio[moving]) == pytest.approx(1.0, rel=1e-9)
+    # The vertices that govern are sought among fewer frequencies, so that others may be found: both
+    # have 98 % of one envelope, with the same probes, and the same vertices for most of it.
+    ratio = (one["member_psa"].values / found["psa"].values)[moving]
+    assert 0.98 < ratio.min() and ratio.max() < 1.0 / 0.98
+    assert np.mean(np.abs(ratio - 1.0) < 1e-9) > 0.8
+    probes = found["probes_psa"].values
+    assert np.all(one["member_psa"].values >= probes * (1.0 - 1e-9))
     devices = opened(done.folder, "device.nc")
     force = devices["largest_force"].isel(case=0, impact=1, device=0).values
     np.testing.assert_allclose(one["member_device_force"].values[0], force[:6], rtol=1e-9, atol=1.0)
