@@ -223,6 +223,31 @@ def test_unilateral_links_of_a_body_on_soil(stick, theta):
     assert np.abs(10.0 - far.gap[:, 0] - tops).max() < 1e-9 * np.abs(tops).max()
 
 
+def test_the_ground_shakes_what_is_mounted_before_a_wall(stick, shaken):
+    """Without contact the unilateral loop moves a stick and a mass on it as the implicit one."""
+    M, C, K = np.diag([5e4, 5e4, 5e4, 1e5, 1e5, 1e5, 1.0]), np.zeros((7, 7)), np.zeros((7, 7))
+    M[1, 6] = M[6, 1] = np.sqrt(2e4)
+    M[1, 1] += 2e4
+    C[6, 6], K[6, 6] = 2.0, 400.0
+    block = Mount((("a", "top"),), 6, M, C, K, np.eye(7, 3))
+    body = body_of(stick)[1]
+    wall = Assembly([body], [Link("1", ("a", "top"), None, np.eye(6)[1], 10.0)], mounts=[block])
+    free = Assembly([body], mounts=[block])
+    motion = ModalMotion(
+        wall, DT, load=wall.ground, push=wall.attached.push, probes=wall.rows(("a", "top"))[:2].T
+    )
+    history = unilateral_response(motion, wall.gaps, STEPS - 1, amplitudes=shaken)
+    found = by_assembly(free, shaken)
+    tops = coordinates(found, free) @ free.rows(("a", "top"))[:2].T
+    assert not history.impulse.any()
+    assert np.abs(history.displacement - tops).max() < 1e-9 * np.abs(tops).max()
+    assert history.energy.residual < 1e-11
+    # The ground on the mass itself makes a difference.
+    still = ModalMotion(wall, DT, load=wall.ground)
+    other = unilateral_response(still, wall.gaps, STEPS - 1, amplitudes=shaken)
+    assert np.abs(other.gap - history.gap).max() > 1e-3 * np.abs(tops).max()
+
+
 def test_the_inverse_is_the_inverse(stick):
     body, soil, *_ = on_soil(stick)
     assembly = Assembly([body], springs=[soil])
