@@ -28,7 +28,7 @@ from impactfem.verify.contact.unilateral import (
     plastic_landing,
 )
 
-# The numbers of the bar are written again in test_bar_impact.py.
+# The numbers of the bar are worked out by hand in ../waves/test_slab.py.
 
 
 @pytest.mark.parametrize("share", [*unilateral.DAMPINGS, 0.1])
