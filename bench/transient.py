@@ -9,23 +9,27 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 
 from bench.building import load_forms, peak_memory
 from bench.figures import Figure, Watch, best_time, timed
+from impactfem.building.from_case import geometry_of
+from impactfem.building.generate import generate
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.case import Case, load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions
-from impactfem.reduction import krylov, orthonormal
+from impactfem.reduction import enrichment, galerkin, krylov, orthonormal
 from impactfem.reduction.band import response_band
 from impactfem.reduction.motion_grid import looked_at
 from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
+from impactfem.reduction.reduced_building import reduce_building
 from impactfem.reduction.response import modal_histories, node_response, node_spectra
 from impactfem.spectra import response_spectra
-from impactfem.stages.reduce.compute import accuracies
+from impactfem.stages.reduce.compute import accuracies, prepare
 from impactfem.stages.transient.maps import floor_maps
 from impactfem.stages.transient.prepared import Prepared, transient_of
 from impactfem.system.files import in_source_tree
@@ -43,6 +47,8 @@ SAMPLE = 256
 """Vertices whose spectra are made with 20 points a cycle."""
 FULL_STEPS = 10_001
 """Computed times of the paper's 3D run (section 4.1)."""
+WITH_PRODUCTS = (krylov, orthonormal, enrichment, galerkin)
+"""Modules of the reduction that multiply with the mass or the stiffness."""
 PEAK = 2000
 """Rows of the square matrices whose product shows the peak of BLAS."""
 
@@ -97,16 +103,25 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
 
 
 def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
-    """Factor, solves, orthogonalisation and products of the reduced basis that serves all dampings.
+    """Factor, solves, orthogonalisation and products of the one reduced building of a run.
 
     Operations are those that the algorithm needs, so that their rate over that of BLAS at its peak
     says what a better implementation could gain at most: MUMPS's count of its factorisation; four
     an entry of the factor and column for a solve; for the orthogonalisation of k columns against n
     others of N rows, in two passes and among themselves, 4 N k (n₁ + n₂ + k) with the n₁ columns
-    that the first pass takes; two an entry of the matrix and column for a product.
+    that the first pass takes; two an entry of the matrix and column for a product, also for what
+    Galerkin's model is seen through.
     """
-    case, prepared, model, K, patterns = _assembled(case_file)
-    watch = Watch()
+    case = load_case(in_source_tree(case_file))
+    if case.structure is None:
+        raise ValueError(f"{case.path} has no structure")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "building.msh"
+        generate(geometry_of(case), path, source=str(case.path))
+        prepared = prepare(case, path, case.structure.storey_stiffness_factor)
+    load_forms()
+    building = assemble_building(communicator(), prepared.parts)
+    watch, degrees = Watch(), building.n_free
 
     def solving(factor: Factorisation, B: Any) -> float:
         return 4.0 * factor.entries * float(B.shape[1])
@@ -118,25 +133,33 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
     def multiplying(A: Any, X: Array) -> float:
         return 2.0 * float(A.getInfo()["nz_used"]) * X.shape[1]
 
+    def seeing(basis: Orthonormal, L: Any, last: int) -> float:
+        return 2.0 * float(L.nnz if scipy.sparse.issparse(L) else L.size) * last
+
     watched: list[tuple[Any, str, str, Any]] = [
         (Factorisation, "__init__", "factor", lambda factor, *_, **__: factor.operations),
         (Factorisation, "solve_block", "solves", solving),
         (Orthonormal, "append", "orthogonalisation", orthogonalising),
-        (orthonormal, "product", "products with M and K", multiplying),
-        (krylov, "product", "products with M and K", multiplying),
+        *((module, "product", "products with M and K", multiplying) for module in WITH_PRODUCTS),
+        (Orthonormal, "seen", "Galerkin's products", seeing),
     ]
     with ExitStack() as stack:
         for owner, name, label, operations in watched:
             stack.enter_context(watch.on(owner, name, label, operations))
-        basis, whole = timed(lambda: _basis(case, prepared, model, K, patterns, True, []))
+        reduced, whole = timed(
+            lambda: reduce_building(
+                building, prepared.parts.mesh, prepared.storey_factor, prepared.plan
+            )
+        )
     rng = np.random.default_rng(0)
     A, B = rng.standard_normal((2, PEAK, PEAK))
     with all_blas_threads():
         peak = 2.0 * PEAK**3 / best_time(lambda: A @ B, 3)
     figures = [
         Figure("BLAS at its peak (dgemm), all threads", peak / 1e9, "Gflop/s"),
-        Figure("basis, free degrees of freedom", float(model.n_free), "-"),
-        Figure("basis, vectors", float(len(basis.model.eigenvalue)), "-"),
+        Figure("basis, free degrees of freedom", float(degrees), "-"),
+        Figure("basis, vectors", float(len(reduced.fine.models[0].eigenvalue)), "-"),
+        Figure("basis, with contacts and anchors", float(len(reduced.complete.eigenvalue)), "-"),
         Figure("basis", whole, "s"),
     ]
     for label, seconds in watch.seconds.items():

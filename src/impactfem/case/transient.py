@@ -172,7 +172,7 @@ def half_of_duration(value: float, info: ValidationInfo) -> float:
 
 
 SHIFT = 30.0
-"""Frequency that reduced bases are expanded about, where the case names none [Hz]."""
+"""Frequency that the reduced basis is expanded about, where the case names none [Hz]."""
 MAXIMUM_FREQUENCY = 450.0
 TOLERANCE = 0.001
 LARGEST_BASIS = 1200

@@ -101,7 +101,7 @@ class Estimate:
         if self.dofs is not None:
             counted = f"{self.dofs:,}" if self.meshed else f"about {_rounded(self.dofs):,}"
             vectors = ", ".join(f"{_rounded(n):,} {name}" for name, n in self.vectors.items())
-            of_bases = f"; vectors of reduced bases: about {vectors}" if vectors else ""
+            of_bases = f"; vectors of the reduced building: about {vectors}" if vectors else ""
             yield f"3D model: {counted} degrees of freedom{of_bases}"
         each = ", ".join(
             f"{one.name} {duration(one.seconds)} {1e-9 * one.memory:.2g} GB" for one in self.stages
