@@ -75,7 +75,7 @@ BROKEN = [
     ("tension = true", 'tension = "yes"', "contact_laws.floor.tension", "expected true or false"),
     ("tension = true", "tension = 1", "contact_laws.floor.tension", "expected true or false"),
     ("[materials.concrete]", "[materials]", "materials.young_modulus", "expected a table"),
-    ("[[contacts]]", "[contacts]", "contacts", "expected one or more tables"),
+    ("[[contacts]]", "[contacts]", "contacts", "expected one or more tables, [[contacts]], not"),
     ("[pounding]", "[[pounding]]", "pounding", "expected a table"),
     ('axis = ["23.1 m", "7.8 m"]', 'axis = ["23.1 m"]', "buildings[0].axis",
      "expected a list of 2 values, each a length with its unit"),

@@ -98,6 +98,8 @@ def test_tables_of_an_array_by_name(write: Write, pair: Path) -> None:
     assert found[:3] == ("top.toml", "buildings[1].base", "1 s")
     name, key, _, expected = the_fault(write(top=f"{BASE}[buildings.b2]\naxis = 3\n"))
     assert (name, key) == ("top.toml", "buildings.b2") and "did you mean 'B2'?" in expected
+    name, key, _, expected = the_fault(write(top=f'{BASE}[buildings]\nbase = "1 m"\n'))
+    assert (name, key) == ("top.toml", "buildings") and "[[buildings]], not" in expected
 
 
 def test_chain(write: Write) -> None:

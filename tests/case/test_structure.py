@@ -380,6 +380,14 @@ def test_structure_that_is_no_table(structured: Structured) -> None:
         assert all(key.startswith("pair.toml: buildings[1].structure") for key in faults)
 
 
+def test_buildings_that_are_no_array(structured: Structured) -> None:
+    """That none has a 3D model is no further fault."""
+    path = structured().with_name("over.toml")
+    transient = '[transient]\ntime_step = "1 ms"\n'
+    path.write_text(f'extends = "pair.toml"\n[buildings]\nbase = "1 m"\n{transient}')
+    assert list(faults_of(path)) == ["over.toml: buildings"]
+
+
 def test_coinciding_walls_at_an_angle(tmp_path: Path) -> None:
     header = "wall,storeys,x1 [m],y1 [m],x2 [m],y2 [m],thickness [m]\n"
     path = tmp_path / "walls.csv"

@@ -50,8 +50,8 @@ def missing_sections(reading: Reading) -> Iterator[Fault]:
     if not (raw.get("motions") or raw.get("loads")):
         expected = "missing; expected [[motions]], [[loads]] or both: what moves the buildings"
         yield reading.source.fault(("motions",), None, expected)
-    # A [structure] of an earlier version is a fault of its own.
-    structured = bool(reading.three_d) or "structure" in raw
+    # A [structure] of an earlier version, and [buildings] that is no array, are other faults.
+    structured = reading.three_d or "structure" in raw or isinstance(raw.get("buildings"), dict)
     for section in ("wall_impact", "transient"):
         if section in raw and not structured:
             expected = "expected a [buildings.structure] beside it: the 3D model that moves"

@@ -29,6 +29,8 @@ MOVED = {
     "without the key building; in a variant [buildings.NAME.structure]",
 }
 """What is said of keys of an earlier version."""
+TABLES = "one or more tables"
+"""What is said of an array of tables."""
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.
@@ -80,7 +82,7 @@ def expectation(annotation: Any, metadata: list[Any] | tuple[Any, ...] = ()) -> 
         return f"a list of {len(args)} values, each {expectation(args[0])}"
     if origin is tuple:
         item = expectation(args[0])
-        return "one or more tables" if item == "a table" else f"a list, each value {item}"
+        return TABLES if item == "a table" else f"a list, each value {item}"
     if annotation is bool:
         return "true or false"
     return "a table"
@@ -126,6 +128,8 @@ def _fault(
         return place, value, "expected a list that is not empty"
     if kind in _TABLE_ERRORS and (info is None or isinstance(place[-1], int)):
         return place, value, "expected a table"
+    if kind == "tuple_type" and isinstance(value, Mapping) and _words(info) == TABLES:
+        return place, None, f"expected {TABLES}, [[{dotted(place)}]], not [{dotted(place)}]"
     return place, value, f"expected {_words(info)}"
 
 

@@ -94,8 +94,8 @@ class Reading:
 
     def names(self, group: str) -> tuple[str, ...] | None:
         """The names of the tables of a section; None where one is not known, so that any may be."""
-        entries = self.source.raw.get(group, [] if group == "buildings" else {})
-        if isinstance(entries, dict):
+        entries = self.source.raw.get(group, {})
+        if isinstance(entries, dict) and group != "buildings":
             return tuple(name for name, entry in entries.items() if isinstance(entry, dict))
         names = [entry.get("name") for _, entry in self.tables(group)]
         if not names or not all(isinstance(name, str) for name in names):
