@@ -267,7 +267,7 @@ def test_what_is_refused(stick):
         Assembly([body], [Link("1", ("a", "roof"), None, np.eye(6)[1])])
     with pytest.raises(ImpactfemError, match="no body 'c'; there are a"):
         Assembly([body], springs=[Spring(("c", "top"), None, np.eye(6), np.eye(6))])
-    with pytest.raises(ImpactfemError, match="names of their own"):
+    with pytest.raises(ImpactfemError, match="unique name for each body, got a, a"):
         Assembly([body, body])
     with pytest.raises(ImpactfemError, match=r"body a: shapes of port roof of shape \(2, 3\)"):
         replace(body, ports={"roof": Port(np.zeros((2, 3)), np.zeros((2, 6)), ("x", "y"))})

@@ -100,5 +100,5 @@ def test_bad_fits_are_refused(pump):
         fit_device(lambda a, b: pump(rx=a, y=b), {"a": 1e7, "b": 1e8}, (Target(25.0),))
     with pytest.raises(ImpactfemError, match="must be positive"):
         fit_device(lambda a: pump(rx=a), {"a": -1e7}, (Target(25.0),))
-    with pytest.raises(SolutionError, match="2 modes move it along y, 3 are asked for"):
+    with pytest.raises(SolutionError, match="2 modes move it along y, 3 are requested"):
         fit_device(lambda a: pump(rx=a), {"a": 1e7}, (Target(25.0), Target(80.0), Target(90.0)))

@@ -187,7 +187,7 @@ def law_of(name: str, entry: ContactLaw, mass: float) -> Law:
         if entry.stiffness == "calibrated" or entry.restitution == "calibrated":
             raise ValueError(
                 f"the contact law {name} still asks for calibrated values; "
-                "study.calibrated_contact.with_calibrated_contact gives them"
+                "impactfem.stages.calibrate.calibrated_contact.with_calibrated_contact puts them in"
             )
         xi = entry.damping_ratio
         if xi is None:

@@ -148,7 +148,8 @@ class Assembly:
     ) -> None:
         self.bodies = {body.name: body for body in bodies}
         if len(self.bodies) < len(bodies):
-            raise ImpactfemError("expected bodies with names of their own")
+            names = ", ".join(body.name for body in bodies)
+            raise ImpactfemError(f"expected a unique name for each body, got {names}")
         ends = np.cumsum([len(body) for body in bodies])
         self.columns = {
             body.name: slice(int(end) - len(body), int(end))

@@ -176,7 +176,7 @@ class Fit:
     """What a fit gives.
 
     Args:
-        parameters: The values found, by name.
+        parameters: The fitted values, by name.
         device: The device with them.
         frequency: Of the modes compared, shape (number of targets,) [Hz].
         effective_mass: Of the same, shape (number of targets,) [kg].
@@ -212,7 +212,7 @@ def fit_device(
     Raises:
         ImpactfemError: There are more parameters than values to meet, or a value is not positive.
         SolutionError: The search does not converge, or the device has fewer modes along the
-            direction than are asked for.
+            direction than requested.
     """
     names = tuple(start)
     s = np.array([start[name] for name in names])
@@ -238,7 +238,7 @@ def fit_device(
         if int(moving.sum()) < f.size:
             raise SolutionError(
                 f"device {device.name}: {int(moving.sum())} modes move it along {direction},"
-                f" {f.size} are asked for"
+                f" {f.size} are requested"
             )
         return device, modes.frequency[moving][: f.size], mass[moving][: f.size]
 
