@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.building.mesh import BuildingMesh, Part, parse_group
 from impactfem.stages.building.compute import BuildingStudy
 from impactfem.stages.building.targets import bending_modes
 from impactfem.stages.stores import Output, dataset
@@ -156,30 +153,3 @@ def write_building(path: Path, study: BuildingStudy, title: str, key: str) -> No
     }
     scalars = building_scalars(study)
     write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
-
-
-def read_building_mesh(path: Path) -> BuildingMesh:
-    """The mesh of a store, the same as that of the mesh file."""
-    with xr.open_dataset(path, engine="h5netcdf") as store:
-        edges = store["edge_line"].to_numpy()
-        edge_floor = store["edge_floor"].to_numpy()
-        return BuildingMesh(
-            nodes=store["node_position"].to_numpy(),
-            triangles=store["triangle_node"].to_numpy(),
-            triangle_part=store["triangle_part"].to_numpy(),
-            lines=store["line_node"].to_numpy(),
-            line_part=store["line_part"].to_numpy(),
-            shell_parts=_parts(store["shell_part_name"]),
-            beam_parts=_parts(store["beam_part_name"]),
-            edges={int(k): edges[edge_floor == k] for k in np.unique(edge_floor)},
-            centres={
-                int(k): int(node)
-                for k, node in zip(store["floor"].values, store["centre"].values, strict=True)
-            },
-            base=store["base"].to_numpy(),
-        )
-
-
-def _parts(names: Any) -> tuple[Part, ...]:
-    parts = (parse_group(str(name)) for name in names.values)
-    return tuple(part for part in parts if isinstance(part, Part))
