@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from impactfem.building.links import RigidLink, carried, find_base_plate, find_base_plates, linked
+from impactfem.building.links import (
+    Displacements,
+    RigidLink,
+    carried,
+    find_base_plate,
+    find_base_plates,
+    linked,
+)
 from impactfem.building.mesh import Part, rigid_body
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection
@@ -93,6 +100,28 @@ def test_the_follower_moves_with_the_master(arm, csr):
     expected = master[:3] + np.cross(master[3:], X[start] - X[top])
     assert follower[:3] == pytest.approx(expected, rel=1e-13, abs=1e-18)
     assert np.abs(follower[:3] - master[:3]).max() > 1e-4
+
+
+@pytest.mark.parametrize("with_links", [True, False])
+def test_displacements_of_any_nodes(arm, csr, with_links):
+    """Of a follower, its master, a clamped node and another one, in an order of no meaning."""
+    model, X, top, start, end = arm
+    links = [RigidLink(top, np.array([start]))] if with_links else []
+    small, T = linked(model, links, X)
+    w = np.random.default_rng(1).standard_normal((small.n_free, 2))
+    every = csr(T) @ w
+    nodes = np.array([end, start, int(np.argmin(np.linalg.norm(X, axis=1))), top])
+    rows = model.rows(nodes)
+    assert (rows >= 0).tolist() == [True, True, False, True]
+    expected = [every[row : row + 3] if row >= 0 else np.zeros((3, 2)) for row in rows]
+    displacements = Displacements(small, nodes, links, X)
+    np.testing.assert_allclose(displacements.of(lambda here: w[here]), expected, atol=1e-14)
+    np.testing.assert_allclose(
+        displacements.columns.T @ w, np.reshape(expected, (-1, 2)), atol=1e-14
+    )
+    if with_links:
+        with pytest.raises(ValueError, match="coordinates"):
+            Displacements(small, nodes, links)
 
 
 def test_what_the_smaller_model_is(arm, csr):

@@ -158,6 +158,9 @@ class Displacements:
         coordinates: Coordinates of all nodes of the mesh, shape (n_nodes, 3) [m]; None without
             links.
 
+    Raises:
+        ValueError: There are links, and no coordinates.
+
     Attributes:
         rows: Global rows of the degrees of freedom that count, shape (m,); −1 where clamped.
         motion: The displacements from these, node by node, shape (3 n, m), sparse.
@@ -170,6 +173,8 @@ class Displacements:
         links: Sequence[RigidLink] = (),
         coordinates: Array | None = None,
     ) -> None:
+        if links and coordinates is None:
+            raise ValueError("the displacements of followers need the coordinates of the nodes")
         self.comm = model.comm
         self.count = len(nodes)
         master = np.array(nodes, dtype=np.int64)
