@@ -81,8 +81,10 @@ def _finished(key: str, entry: dict[str, Any]) -> dict[str, Any]:
     """A property with its title, without what TOML cannot say, and its default with a unit."""
     entry = _without_null(entry) | {"title": key.replace("_", " ").capitalize()}
     entry["description"] = " ".join(entry["description"].split())
-    if entry.get("default", ...) is None:
-        del entry["default"]  # what is left out follows from other keys
+    default = entry.get("default", ...)
+    # What is left out follows from other keys, or is the empty content of no file.
+    if default is None or (entry.get("type") == "string" and default in ([], {})):
+        del entry["default"]
     if "default" in entry:
         entry["default"] = _with_unit(entry["default"], entry)
     return entry
