@@ -73,6 +73,18 @@ def test_modal_coordinates_are_exact(floors):
     assert {len(set(np.flatnonzero(column) % 6)) for column in basis.T} == {1, 2}
 
 
+def test_negative_mass_and_stiffness_are_refused(stick):
+    """And not taken for none."""
+    for name, what in (("M", "a mass or an inertia is negative"), ("K", "stiffness is indefinite")):
+        matrices = {"M": stick.M.copy(), "C": stick.C, "K": stick.K.copy()}
+        matrices[name][13, 13] *= -1.0
+        with pytest.raises(ImpactfemError, match=what):
+            modal_coordinates(*matrices.values())
+    first = replace(stick.floors[0], mass=-1e5)
+    with pytest.raises(ImpactfemError, match="building b: a mass or an inertia is negative"):
+        _ = System((build_stick("b", [first, *stick.floors[1:]]),), ()).modes
+
+
 def test_damping_by_part(floors, shaken):
     parts = [
         replace(floor, damping=Rayleigh(0.1 * floor.number, 1e-3 / floor.number))

@@ -28,6 +28,8 @@ from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 
 Array = NDArray[np.float64]
+ROUNDING = 1e-9
+"""Negative λ up to this part of the largest are zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,8 +154,13 @@ def modal_coordinates(M: Array, C: Array, K: Array) -> tuple[Array, Array, Array
 
     Returns:
         Φ with x = Φ z, shape (n, n); μ; λ; the damping Φᵀ C Φ.
+
+    Raises:
+        ImpactfemError: A mass is negative, or the stiffness is indefinite.
     """
     n = len(M)
+    if np.any(np.diag(M) < 0.0):
+        raise ImpactfemError("a mass or an inertia is negative; expected zero or more")
     rows = np.arange(n)
     s, m = rows[np.diag(M) == 0.0], rows[np.diag(M) > 0.0]
     T = np.eye(n)
@@ -169,6 +176,10 @@ def modal_coordinates(M: Array, C: Array, K: Array) -> tuple[Array, Array, Array
             dofs = group[part == number]
             block = np.ix_(dofs, dofs)
             values, shapes = scipy.linalg.eigh(K[block], M[block] if with_mass else None)
-            basis[block], eigenvalue[dofs] = shapes, np.maximum(values, 0.0)
+            basis[block], eigenvalue[dofs] = shapes, values
+        if np.any(eigenvalue[group] < -ROUNDING * np.max(np.abs(eigenvalue[group]), initial=0.0)):
+            raise ImpactfemError("the stiffness is indefinite; expected none that is negative")
+    # Of a structure that is free to move, zero but for rounding.
+    eigenvalue = np.maximum(eigenvalue, 0.0)
     modal = basis.T @ C @ basis
     return T @ basis, (np.diag(M) > 0.0).astype(np.float64), eigenvalue, ModalDamping(modal)

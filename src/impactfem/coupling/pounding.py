@@ -170,7 +170,10 @@ class System:
         """
         found = []
         for stick in self.sticks:
-            basis, mass, eigenvalue, damping = modal_coordinates(stick.M, stick.C, stick.K)
+            try:
+                basis, mass, eigenvalue, damping = modal_coordinates(stick.M, stick.C, stick.K)
+            except ImpactfemError as error:
+                raise ImpactfemError(f"building {stick.name}: {error}") from error
             R = stick.rigid_body()
             ports = {}
             for k, floor in enumerate(stick.floors):
