@@ -48,6 +48,7 @@ SPECTRA = CurveFigure(
             room=0.5,
             marks=(3.0,),
             hatched=(40.0, 50.0),
+            note="no impact",
             reverse=True,
         )
         for title in ("with", "without")
@@ -82,9 +83,14 @@ def test_by_matplotlib(drawn):
 def test_by_plotly():
     text = SPECTRA.to_html()
     assert 'id="plot_spectra"' in text and "cdn" not in text
-    pattern = r'Plotly\.newPlot\(\s*"plot_spectra",\s*(\[.*?\]),\s*\{"'
-    (data,) = re.findall(pattern, text, re.DOTALL)
-    traces = json.loads(data)
+    read = json.JSONDecoder().raw_decode
+    traces, end = read(text, re.search(r'Plotly\.newPlot\(\s*"plot_spectra",\s*', text).end())
+    layout, _ = read(text, end + re.match(r",\s*", text[end:]).end())
+    shapes = layout["shapes"]
+    greys = [(one["x0"], one["x1"]) for one in shapes if one["type"] == "rect"]
+    assert greys == [(40.0, 50.0)] * 2 and len(shapes) == 4
+    notes = [one["text"] for one in layout["annotations"]]
+    assert notes == ["with", "without", "no impact", "no impact"]
     assert len(traces) == 2 * 5
     names = [t["name"] for t in traces if t["showlegend"]]
     assert names == ["floor 1", "floor 2", "floor 3", "peak"]

@@ -71,7 +71,7 @@ class Panel:
         bottom: Lower end along y; None for that of the curves.
         room: Room above the curves, over their extent, as for a legend.
         marks: Where dotted vertical lines stand.
-        hatched: Range along x that is hatched.
+        hatched: Range along x that is hatched; grey in the page.
         note: Text in the middle; "" for none.
         legend: Place of the legend; "" for none.
         reverse: Whether the legend lists the last curve first.
@@ -210,6 +210,12 @@ class CurveFigure:
                 named.add(curve.label)
             for mark in panel.marks:
                 plot.add_vline(mark, line={"dash": "dot", "color": "#888888", "width": 1}, **place)
+            if panel.hatched is not None:
+                grey = {"fillcolor": "#888888", "opacity": 0.2, "line_width": 0}
+                plot.add_vrect(*panel.hatched, **grey, **place)
+            if panel.note:
+                middle = {"x": 0.5, "xref": "x domain", "y": 0.5, "yref": "y domain"}
+                plot.add_annotation(text=plain(panel.note), showarrow=False, **middle, **place)
             for grow, label, log in (
                 (plot.update_xaxes, panel.xlabel, "x" in panel.log),
                 (plot.update_yaxes, panel.ylabel, "y" in panel.log),
