@@ -23,7 +23,7 @@ from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions
 from impactfem.reduction import enrichment, galerkin, krylov, orthonormal
 from impactfem.reduction.band import response_band
-from impactfem.reduction.motion_grid import looked_at
+from impactfem.reduction.motion_grid import recorded_nodes
 from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
 from impactfem.reduction.reduced_building import reduce_building
@@ -209,7 +209,7 @@ def _basis(
         patterns,
         prepared.loads.names,
         probes=nodes,
-        nodes=looked_at(prepared.parts.mesh, nodes),
+        nodes=recorded_nodes(prepared.parts.mesh, nodes),
         accuracy=accuracies(served)[0],
         shift=transient.shift,
         largest=transient.largest_basis,

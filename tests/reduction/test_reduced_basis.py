@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import SAFETY
-from impactfem.reduction.motion_grid import looked_at
+from impactfem.reduction.motion_grid import recorded_nodes
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.system.errors import SolutionError
@@ -100,7 +100,7 @@ def test_lighter_damping_takes_more_vectors(
 def test_too_few_vectors(frame: Frame, loads: Loads) -> None:
     message = (
         r"27 vectors of the reduced basis leave an error of \d+\.\d+% at the probes, 0\.50% is "
-        r"asked: allow more with transient\.largest_basis, or lower transient\.maximum_frequency"
+        r"required: allow more with transient\.largest_basis, or lower transient\.maximum_frequency"
     )
     with pytest.raises(SolutionError, match=message):
         frame.basis(loads, largest=20)
@@ -116,7 +116,7 @@ def test_lowest_modes_are_those_of_the_building(frame: Frame, basis: ReducedBasi
 
 
 def test_nodes(frame: Frame, basis: ReducedBasis) -> None:
-    assert np.array_equal(basis.nodes, looked_at(frame.parts.mesh, frame.nodes))
+    assert np.array_equal(basis.nodes, recorded_nodes(frame.parts.mesh, frame.nodes))
     twice = np.array([basis.nodes[7], basis.nodes[3], basis.nodes[7]])
     shapes = basis.of(basis.model, twice)
     assert shapes.shape == (3, 3, len(basis.model.eigenvalue))

@@ -64,8 +64,8 @@ def wave_slab(mesh: BuildingMesh, floor: int | None = None) -> tuple[Index, Inde
     return flat, np.unique(mesh.triangles[flat])
 
 
-def looked_at(mesh: BuildingMesh, probes: Index, floor: int | None = None) -> Index:
-    """All nodes that a reduced basis must keep: probes, floors, and the waves' nodes.
+def recorded_nodes(mesh: BuildingMesh, probes: Index, floor: int | None = None) -> Index:
+    """All nodes whose motion is recorded: probes, floors, and those of the waves.
 
     Args:
         mesh: The mesh.

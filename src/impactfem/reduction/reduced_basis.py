@@ -1,4 +1,4 @@
-"""The reduced model of a building and what of it is looked at: for any motion and damping."""
+"""The reduced model of a building, and its shapes at nodes: for any motion and damping."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ PER_OCTAVE = 12
 
 @dataclass(frozen=True, eq=False)
 class ReducedBasis:
-    """A reduced model, those nested in it and around it, and their shapes where one looks.
+    """A reduced model, those nested in it and around it, and their shapes at recorded nodes.
 
     Args:
         loads: Names of the load patterns, in the order of the models' loads.
-        models: The reduced model, then those nested in it that tell how good it is.
-        larger: Models that it is nested in, which tell the band of its error; none where none were
-            asked for.
-        nodes: Nodes that are looked at, ascending, shape (n,).
+        models: The reduced model, then those nested in it, which give an estimate of its error.
+        larger: Models that it is nested in, which give the band of its error; none where none were
+            requested.
+        nodes: Recorded nodes, ascending, shape (n,).
         vectors: V at their displacements, shape (n, 3, size of the largest model); zero at clamped
             nodes.
         difference: Estimated error of the transfer functions at the probes that it was made for,
@@ -232,7 +232,7 @@ class Grown:
     Args:
         coarse: As accurate as the first accuracy asks.
         fine: As accurate as all of them: the same, or of more vectors.
-        larger: Models that the coarse one is nested in; none where none were asked for.
+        larger: Models that the coarse one is nested in; none where none were requested.
         differences: Error at each accuracy, of the model that met it.
         gram: Qᵀ (K + σ0 M) Q of the coarse model, shape (n_tail, n_tail).
         norm: ‖l‖ of the probes' displacements (see `error_band`), shape (n_probes, 3).
@@ -255,7 +255,7 @@ def grow_basis(
     larger: bool = False,
     progress: Callable[[float], None] = lambda part: None,
 ) -> Grown:
-    """Grow a basis with its loads until it is as accurate as asked. Collective.
+    """Grow a basis with its loads until it is as accurate as required. Collective.
 
     Args:
         basis: The basis, with its loads.
@@ -407,8 +407,8 @@ def _grow_until_accurate(
         if basis.size >= largest:
             raise SolutionError(
                 f"{basis.size} vectors of the reduced basis leave an error of {difference:.2%} "
-                f"at the probes, {tolerance:.2%} is asked: allow more with transient.largest_basis,"
-                " or lower transient.maximum_frequency"
+                f"at the probes, {tolerance:.2%} is required: allow more with "
+                "transient.largest_basis, or lower transient.maximum_frequency"
             )
         progress(min(1.0, math.log(start / difference) / math.log(max(start / tolerance, 1.01))))
         grown = basis.grow(AT_ONCE)

@@ -27,7 +27,7 @@ from impactfem.coupling.force_history import ForceHistory
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.plot import floor_products
 from impactfem.reduction.loads import EdgeForce, Loads, make_loads
-from impactfem.reduction.motion_grid import looked_at
+from impactfem.reduction.motion_grid import recorded_nodes
 from impactfem.reduction.probes import standard_probes
 from impactfem.reduction.reduced_basis import Accuracy, ReducedBasis, build_basis
 from impactfem.stages.building import stage as building
@@ -124,7 +124,7 @@ class Frame:
         """A reduced basis for the light damping."""
         asked: dict[str, Any] = {
             "probes": self.nodes,
-            "nodes": looked_at(self.parts.mesh, self.nodes),
+            "nodes": recorded_nodes(self.parts.mesh, self.nodes),
             "shift": 60.0,
             "largest": 1200,
         }

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.mesh import Part
-from impactfem.reduction.motion_grid import floor_vertices, looked_at, wave_slab
+from impactfem.reduction.motion_grid import floor_vertices, recorded_nodes, wave_slab
 from impactfem.reduction.response import modal_histories, node_response, node_spectra
 from impactfem.stages.transient.maps import AT_ONCE, FloorMaps, floor_maps, membrane_force
 
@@ -48,7 +48,7 @@ def test_nodes(frame: Frame, maps: FloorMaps) -> None:
     assert np.array_equal(maps.nodes, np.flatnonzero(corners & np.isin(z, [3.0, 6.0])))
     assert np.array_equal(maps.wave_nodes, np.flatnonzero(z == 6.0))
     assert np.array_equal(maps.wave_triangles, mesh.triangles_of("floor", 2))
-    every = looked_at(mesh, frame.nodes)
+    every = recorded_nodes(mesh, frame.nodes)
     assert set(frame.nodes) | set(maps.nodes) | set(maps.wave_nodes) == set(every.tolist())
     assert np.array_equal(floor_vertices(mesh), maps.nodes)
 

@@ -24,7 +24,7 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.band import LARGER
 from impactfem.reduction.covered_points import covered_points
 from impactfem.reduction.forces import check_contacts
-from impactfem.reduction.motion_grid import looked_at, motion_grid
+from impactfem.reduction.motion_grid import motion_grid, recorded_nodes
 from impactfem.reduction.probes import checked_probes
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReducedBuilding, ReductionPlan, reduce_building
@@ -93,7 +93,7 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
         probes += [probe.node for probe in checked_probes(case, mesh)]
     certified = nodes = np.unique(np.array(probes, dtype=np.int64))
     if transient is not None:
-        nodes = looked_at(mesh, certified, case.wave_floor)
+        nodes = recorded_nodes(mesh, certified, case.wave_floor)
         if transient.export:
             nodes = np.union1d(nodes, motion_grid(mesh, transient.export_nodes).nodes)
     plan = ReductionPlan(
