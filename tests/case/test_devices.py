@@ -351,6 +351,28 @@ def test_mesh_of_a_file(with_devices: With) -> None:
     assert pump.point is not None and pump.point[2] == 31.0
 
 
+@pytest.mark.parametrize(("z", "acceleration"), [("9.6 m", 3.0), ("30.2 m", 8.0)])
+def test_products_of_the_floor_that_it_stands_on(
+    with_devices: With, z: str, acceleration: float
+) -> None:
+    path = with_devices(PUMP + 'spectra = "product.csv"\n', ("30.3 m", z))
+    header = "building,floor,direction,damping [-],frequency [Hz],broadened [m/s2]\n"
+    rows = [
+        f"{building},{floor},y,0.05,{f},{floor if building == 'B1' else 9}\n"
+        for building in ("B1", "B2")
+        for floor in range(1, 9)
+        for f in (1, 2)
+    ]
+    path.with_name("product.csv").write_text(header + "".join(rows), encoding="utf-8")
+    (pump,) = load_case(path).devices
+    assert pump.spectra is not None
+    assert [one.acceleration for one in pump.spectra] == [(acceleration, acceleration)]
+    others = [row for row in rows if not row.startswith(f"B1,{acceleration:g}")]
+    path.with_name("product.csv").write_text(header + "".join(others), encoding="utf-8")
+    expected = f"it has no spectrum of floor {acceleration:g} of building B1"
+    assert expected in faults_of(path)["devices[0].spectra"]
+
+
 def test_table_of_an_extended_case(with_devices: With, tmp_path: Path) -> None:
     path = with_devices(CABINET)
     (tmp_path / "sub").mkdir()
