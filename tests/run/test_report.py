@@ -1,10 +1,11 @@
-"""Two runs that cannot be put beside each other; a comparison that works stands in test_chain."""
+"""The overview of a report, and runs that cannot be compared; test_chain has those that can."""
 
 import shutil
 
 import pytest
 
 from impactfem import study
+from impactfem.report.run_files import FLOWCHART, SCENE
 from impactfem.system.errors import InputError
 
 
@@ -29,3 +30,14 @@ def test_no_run(finished, tmp_path):
     with pytest.raises(InputError, match="the folder holds no run"):
         study.compare_runs(tmp_path, finished.folder, 100.0)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_overview_of_a_run_before_goes(finished, tmp_path):
+    """This run has no 3D building any more."""
+    shutil.copytree(finished.folder, tmp_path / "run")
+    figures = tmp_path / "run" / "figures"
+    for name in (FLOWCHART, SCENE):
+        (figures / name).write_text("of a run before")
+    study.make_report(tmp_path / "run")
+    assert not (figures / SCENE).exists()
+    assert (figures / FLOWCHART).read_bytes().startswith(b"\x89PNG")
