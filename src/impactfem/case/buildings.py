@@ -48,7 +48,7 @@ class Building(Section):
     """Factor on the second moments of area I_x and I_y of the storeys."""
     damping: Damping = Field(default=None, validate_default=True)
     """Damping of this building in place of [damping]."""
-
+    # Not in the hash of the buildings: what depends on them alone is reused with another 3D model.
     structure: Structure | None = Field(default=None, exclude=True)
     """The 3D model of the building; left out, there is none."""
 
