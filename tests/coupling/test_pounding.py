@@ -5,7 +5,7 @@ import pytest
 import scipy.integrate
 import scipy.linalg
 
-from impactfem.coupling.contact import effective_mass, kelvin_voigt
+from impactfem.coupling.contact import effective_mass, hertz_damp, kelvin_voigt
 from impactfem.coupling.impacts import impacts
 from impactfem.coupling.pounding import End, Load, Pair, System, interpolate_ground, simulate
 from impactfem.sticks.stick import build_stick, mass_on_spring
@@ -277,6 +277,23 @@ def test_a_start_in_contact_is_refused(row):
         simulate(system, np.zeros((10, 3)), DT, u0=u0)
     u0[6 + UY] = 0.0099
     assert simulate(system, np.zeros((10, 3)), DT, u0=u0).u[0, 6 + UY] == 0.0099
+
+
+@pytest.mark.parametrize("mass", [1.7e3, 2.3e3, 2.9e3, 3.1e3, 7.7e3, 1.1e4])
+def test_a_start_at_the_wall(mass):
+    """The gap is just closed, whatever rounding the modal coordinates have: as with no gap."""
+    stick = mass_on_spring("m", mass, 0.0)
+    law = hertz_damp(5e9, 0.6, mass)
+    v0 = 0.4 * np.eye(6)[1]
+
+    def against(gap):
+        pair = Pair("wall", End.of_floor(stick, 1), None, np.array([0.0, 1.0, 0.0]), gap, law)
+        u0 = gap * np.eye(6)[1]
+        return simulate(System((stick,), (pair,)), np.zeros((400, 3)), 1e-5, u0=u0, v0=v0)
+
+    found, wanted = against(0.013), against(0.0)
+    assert wanted.force.max() > 0.0
+    assert np.abs(found.force - wanted.force).max() < 1e-9 * wanted.force.max()
 
 
 @pytest.mark.parametrize("shape", [(10,), (10, 2), (3, 10), (2, 10, 3)])

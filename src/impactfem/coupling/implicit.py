@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 MAX_SWEEPS = 200
 FREE_SWEEPS = 20
 MAX_NEWTON = 200
+ROUNDING = 1e-12
+"""Part of the terms of a gap at the start that is none."""
 # Fused multiply-add, and sums in any order; nan and infinity keep their meaning.
 _SUMS = {"contract", "reassoc"}
 
@@ -101,7 +103,8 @@ def respond(
     one, m = assembly.attached, len(assembly.links)
     u = np.zeros(r) if u0 is None else np.array(u0, dtype=np.float64)
     v = np.zeros(r) if v0 is None else np.array(v0, dtype=np.float64)
-    closed = np.flatnonzero(assembly.gaps + assembly.gamma @ u < 0.0)
+    size = np.abs(assembly.gaps) + np.abs(assembly.gamma) @ np.abs(u)
+    closed = np.flatnonzero(assembly.gaps + assembly.gamma @ u < -ROUNDING * size)
     if closed.size:
         raise SolutionError(f"pair {assembly.links[closed[0]].name} penetrates at the start")
     laws = [link.law for link in assembly.links if link.law is not None]
@@ -332,7 +335,8 @@ def march(
     F, new, onset = np.zeros(m), np.zeros(m), np.zeros(m)
     touches = np.zeros(m, dtype=np.bool_)
     for k in range(m):
-        gap[k] += _motion(gamma[k], u, ends)
+        # Rounding of a gap that is just closed is no penetration, and would hide the approach.
+        gap[k] = max(gap[k] + _motion(gamma[k], u, ends), 0.0)
         rate[k] = _motion(gamma[k], v, ends)
     damped, put_in, worked = 0.0, 0.0, 0.0
     _record(0, mass, eigenvalue, u, v, M, K, y, y_v, y_a, T, F, us, vs, force, history, energy)
