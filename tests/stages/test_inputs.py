@@ -84,6 +84,15 @@ def test_damping_by_part_is_that_of_the_response() -> None:
     assert matrices_key(one, (), "", ("damping",)) != matrices_key(other, (), "", ("damping",))
 
 
+def test_buildings_are_those_of_another_3d_model(tmp_path: Path) -> None:
+    finer = tmp_path / "finer.toml"
+    extended = f'extends = "{GEOMETRY / "npp_pair.toml"}"\n'
+    finer.write_text(extended + "[buildings.B1.structure]\nmodes = 21\n", encoding="utf-8")
+    one, other = load_case(GEOMETRY / "npp_pair.toml"), load_case(finer)
+    assert inputs_key(one, ("buildings",), ()) == inputs_key(other, ("buildings",), ())
+    assert inputs_key(one, ("structure",), ()) != inputs_key(other, ("structure",), ())
+
+
 def test_tolerances_are_those_of_the_reference(case: Case) -> None:
     assert tolerances(case) == {}
     paper = load_case(GEOMETRY / "npp_pair.toml")
