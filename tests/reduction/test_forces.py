@@ -264,7 +264,8 @@ def test_contacts_by_the_mesh_alone(case: Case) -> None:
         check_contacts(case, slabs(8, edges={7, 8}))
     found = [(fault.file, fault.key, fault.value) for fault in caught.value.faults]
     assert found[0] == (case.path, "pair B1.floor_1-B2.floor_1", "floor 1 of B1")
-    assert len(found) == 6
+    assert len(found) == 7
+    assert found[-1] == (case.path, "transient.floors", [4, 5, 6, 7, 8])
     other = with_contacts(case, contact(point("B1", None, 3), point("B2", 2)))
     with pytest.raises(InputError, match=r"storey 3 of B1 .*: expected a point of a"):
         check_contacts(other, slabs(8))
