@@ -147,7 +147,7 @@ NEVER = 1e6
 
 @pytest.fixture
 def stage():
-    """A stage of two steps with a clock of its own, whose lines come when `tell` is called."""
+    """A stage of two steps with a clock of its own, whose lines come when `report` is called."""
     clock = Clock()
     with Steps({"mesh": 1.0, "basis": 3.0}, "stage a", every=NEVER, clock=clock) as steps:
         yield steps, clock
@@ -157,23 +157,23 @@ def test_lines_where_no_terminal_is(capsys, stage):
     """A step that says nothing is at work; one that says its part has a time left."""
     set_up(False)
     steps, clock = stage
-    steps.tell()
+    steps.report()
     with steps.step("mesh"):
         clock.time += 119.0
-        steps.tell()
+        steps.report()
         clock.time += 61.0
-        steps.tell()
+        steps.report()
     with steps.step("basis"):
         steps.within("basis", 0.0)
         clock.time += 30.0
         steps.within("basis", 0.25)
-        steps.tell()
+        steps.report()
         clock.time += 10.0
-        steps.tell()
+        steps.report()
         clock.time += 2.0 * 3600.0
-        steps.tell()
+        steps.report()
         steps.within("basis", 1.0)
-        steps.tell()
+        steps.report()
     assert capsys.readouterr().err.splitlines() == [
         "stage a, at work for 0 s",
         "stage a: mesh (1 of 2), at work for 119 s",
@@ -193,10 +193,10 @@ def test_work_of_an_earlier_run_took_no_time(capsys, stage):
     with steps.step("basis"):
         clock.time += 1.0
         steps.within("basis", 0.8)
-        steps.tell()
+        steps.report()
         clock.time += 20.0
         steps.within("basis", 0.9)
-        steps.tell()
+        steps.report()
     first, second = capsys.readouterr().err.splitlines()
     assert first.endswith("at work for 1 s, 80 %")
     assert second.endswith("at work for 21 s, 90 %, 20 s left")
@@ -209,13 +209,13 @@ def test_a_terminal_with_a_bar_has_no_lines_and_the_file_has(capsys, terminal, t
         Steps({"mesh": 1.0}, "stage a", every=NEVER) as steps,
         steps.step("mesh"),
     ):
-        steps.tell()
+        steps.report()
     assert capsys.readouterr().err == "" and "mesh" in terminal.getvalue()
     text = (tmp_path / "run.log").read_text()
     assert "stage a: mesh (1 of 1), at work for" in text and "remaining" not in text
     # Without the bar it is as elsewhere.
     with Steps({"mesh": 1.0}, "stage a", bar=False, every=NEVER) as steps:
-        steps.tell()
+        steps.report()
     assert capsys.readouterr().err.startswith("stage a, at work for")
 
 
@@ -248,8 +248,8 @@ def test_lines_that_cannot_be_written_end_quietly(capsys):
         mirrored(Path("/dev/full")),
         Steps({"mesh": 1.0}, "stage a", every=0.0) as steps,
     ):
-        steps._teller.join(600.0)
-        assert not steps._teller.is_alive()
+        steps._reporter.join(600.0)
+        assert not steps._reporter.is_alive()
         speak()
     assert "Traceback" not in capsys.readouterr().err
 
@@ -259,7 +259,7 @@ def test_progress_passes_where_reports_go_to_files_only(capsys, stage):
     steps, _ = stage
     with in_file_only():
         speak()
-        steps.tell()
+        steps.report()
     assert capsys.readouterr().err.splitlines() == ["stage a, at work for 0 s"]
 
 

@@ -9,7 +9,6 @@ from impactfem.building.read_mesh import read_raw
 from impactfem.system.errors import ImpactfemError, InputError
 from impactfem.system.own_process import (
     OwnProcessError,
-    clean_environment,
     in_own_process,
     read_in_own_process,
 )
@@ -36,11 +35,6 @@ def test_the_launcher_of_mpi_is_not_seen(monkeypatch):
         assert in_own_process(os.getenv, name) is None
     monkeypatch.setenv("IMPACTFEM_TEST", "kept")
     assert in_own_process(os.getenv, "IMPACTFEM_TEST") == "kept"
-
-
-def test_clean_environment():
-    given = {"PATH": "/bin", "OMP_NUM_THREADS": "1", "OMPI_MCA_x": "1", "PMI_RANK": "0"}
-    assert clean_environment(given) == {"PATH": "/bin", "OMP_NUM_THREADS": "1"}
 
 
 def test_an_input_error_comes_with_its_faults(tmp_path):

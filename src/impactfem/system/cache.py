@@ -1,4 +1,4 @@
-"""Folders for compiled code and fonts, which later runs use again."""
+"""Folders for compiled code and fonts that later runs use again."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ from impactfem.system.errors import ImpactfemError
 
 
 def cache_folder(name: str) -> Path:
-    """A folder for what may be made again: in the user's cache, or else among temporary files.
-
-    Args:
-        name: Its name; what it holds is bound to the versions in it.
+    """The folder of that name in the user's cache, or else among temporary files.
 
     Raises:
         ImpactfemError: No place for it can be written.
@@ -25,14 +22,20 @@ def cache_folder(name: str) -> Path:
     places = [platformdirs.user_cache_path(), temporary]
     for place in places:
         folder = place / "impactfem" / name
-        shared = place != places[0]  # a folder where anyone may make folders
+        shared = place == temporary  # where anyone may make folders
         try:
             if shared:
                 place.mkdir(mode=0o700, parents=True, exist_ok=True)
             folder.mkdir(parents=True, exist_ok=True)
             (folder / "lock").touch()
             # Code is loaded from here: nobody else may have put it there, or may change it.
-            if all(_is_mine(one, shared) for one in (place, folder.parent, folder)):
+            for path in (place, folder.parent, folder):
+                state = path.lstat() if shared else path.stat()
+                if state.st_uid != os.getuid() or (
+                    shared and (stat.S_ISLNK(state.st_mode) or state.st_mode & 0o022)
+                ):
+                    break
+            else:
                 return folder
         except OSError:
             continue
@@ -42,35 +45,22 @@ def cache_folder(name: str) -> Path:
     )
 
 
-def _is_mine(folder: Path, shared: bool) -> bool:
-    """Whether a folder is this user's; where others may make folders, no link, and only theirs."""
-    found = folder.lstat() if shared else folder.stat()
-    return found.st_uid == os.getuid() and not (
-        shared and (stat.S_ISLNK(found.st_mode) or found.st_mode & 0o022)
-    )
-
-
 def place_caches() -> None:
-    """Say where numba and matplotlib keep their caches, where they would find no place themselves.
+    """Set where numba and matplotlib cache, where they could not write; the user's choice stays.
 
     numba refuses to start when it can write neither beside a module nor in the home folder;
-    matplotlib looks for all fonts again in each process. What the environment says stays.
+    matplotlib looks for all fonts again in each process.
 
     Raises:
         ImpactfemError: No place can be written.
     """
-    if not os.access(Path(__file__).parent, os.W_OK):
-        _place("NUMBA_CACHE_DIR", "kernels")
-    if not _can_be_made(platformdirs.user_config_path("matplotlib")):
-        _place("MPLCONFIGDIR", "matplotlib")
-
-
-def _place(variable: str, name: str) -> None:
-    if not os.environ.get(variable):
-        os.environ[variable] = str(cache_folder(name))
-
-
-def _can_be_made(folder: Path) -> bool:
-    """Whether a folder can be written, or made where there is none."""
-    nearest = next((path for path in (folder, *folder.parents) if path.exists()), folder)
-    return nearest.is_dir() and os.access(nearest, os.W_OK | os.X_OK)
+    config = platformdirs.user_config_path("matplotlib")
+    nearest = next((path for path in (config, *config.parents) if path.exists()), config)
+    kernels_kept = os.access(Path(__file__).parent, os.W_OK)
+    fonts_kept = nearest.is_dir() and os.access(nearest, os.W_OK | os.X_OK)
+    for variable, name, kept in (
+        ("NUMBA_CACHE_DIR", "kernels", kernels_kept),
+        ("MPLCONFIGDIR", "matplotlib", fonts_kept),
+    ):
+        if not kept and not os.environ.get(variable):
+            os.environ[variable] = str(cache_folder(name))

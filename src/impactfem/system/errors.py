@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
-"""Characters that end a line, command a terminal, turn the direction of writing, or are none."""
+"""Ends of lines, commands to a terminal, changes of direction, surrogates."""
 MOST_FAULTS = 200
-"""Largest number of faults that are listed; so many have one cause."""
-# What NumPy says of an array that no machine holds, in place of MemoryError.
+"""Largest number of faults that are listed."""
+# Messages of NumPy's ValueError for an array that is too large for any machine.
 _TOO_LARGE = ("Maximum allowed size exceeded", "Maximum allowed dimension", "array is too big")
 _LOGGER = logging.getLogger("impactfem")  # as in `impactfem.system.log`
 _PETSC_MEMORY = 55  # PETSC_ERR_MEM
@@ -34,9 +34,8 @@ class Fault:
 
     Args:
         file: The file that holds the fault.
-        key: Where in the file: a dotted key (``buildings[0].floors``) or ``line 12``; may be empty
-            when the fault is the file's as a whole.
-        value: What stands there, as written; None when nothing does.
+        key: Dotted key (``buildings[0].floors``) or ``line 12``; "" for the file as a whole.
+        value: The value as written; None where there is none.
         expected: What was expected, in words that say how to mend it.
     """
 
@@ -47,7 +46,7 @@ class Fault:
 
     def __str__(self) -> str:
         where = f"{self.file}: {_cut(self.key, 160)}" if self.key else f"{self.file}"
-        found = "" if self.value is None else f" = {_short(self.value)}"
+        found = "" if self.value is None else f" = {_cut(repr(self.value), 80)}"
         return printable(f"{where}{found}: {self.expected}")
 
 
@@ -72,35 +71,25 @@ class SolutionError(ImpactfemError):
     """A computation did not reach a result that may be used; says which and why."""
 
 
-def _short(value: object) -> str:
-    return _cut(repr(value), 80)
-
-
 def _cut(text: str, limit: int) -> str:
     return text if len(text) <= limit else f"{text[: limit - 3]}..."
 
 
 @contextmanager
 def file_errors() -> Iterator[None]:
-    """What the system refuses in the block becomes a message that says what and why.
-
-    For work that touches many files, its own and those of libraries, or takes much memory. Not
-    collective.
-
-    Raises:
-        ImpactfemError: A file or folder cannot be read or written, as on a full disk; or there is
-            not enough memory.
-    """
+    """Report as an `ImpactfemError` a file or memory that the system refuses. Not collective."""
     try:
         yield
     except OSError as error:
-        if error.strerror is None:  # no answer of the system, but a fault that a library found
+        if error.strerror is None:  # raised by a library, not by the system
             raise
         _LOGGER.debug("refused by the system", exc_info=True)
         where = "a file" if error.filename is None else error.filename
         raise ImpactfemError(f"cannot read or write {where}: {error.strerror}") from error
     except (MemoryError, ValueError, RuntimeError) as error:
-        if not _wants_memory(error):
+        array = isinstance(error, ValueError) and str(error).startswith(_TOO_LARGE)
+        petsc = getattr(error, "ierr", None) == _PETSC_MEMORY
+        if not (array or petsc or isinstance(error, MemoryError)):
             raise
         _LOGGER.debug("out of memory", exc_info=True)
         reason = str(error).partition("\n")[0]
@@ -108,11 +97,3 @@ def file_errors() -> Iterator[None]:
             f"not enough memory{f' ({reason})' if reason else ''}: 'impactfem check' prints what a "
             "case needs; longer time steps, larger elements or fewer vectors need less"
         ) from error
-
-
-def _wants_memory(error: Exception) -> bool:
-    if isinstance(error, MemoryError):
-        return True
-    if isinstance(error, ValueError):
-        return str(error).startswith(_TOO_LARGE)
-    return getattr(error, "ierr", None) == _PETSC_MEMORY

@@ -19,12 +19,11 @@ import xarray as xr
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.log import LOGGER
 
-_ROOT = Path(__file__).parents[3]
 _PART = re.compile(r"\..+\.([1-9]\d{0,8})\.part")
 
 
 def in_source_tree(name: str) -> Path:
-    """A file or folder that comes with the source tree, and with no installed package.
+    """A file or folder of the source tree, which no installed package has.
 
     Args:
         name: Its path from the root of the tree, as "geometry/frame.toml".
@@ -32,7 +31,7 @@ def in_source_tree(name: str) -> Path:
     Raises:
         ImpactfemError: The program runs without its source tree.
     """
-    path = _ROOT / name
+    path = Path(__file__).parents[3] / name
     if not path.exists():
         raise ImpactfemError(f"{path} is not there: this needs a clone of the source tree")
     return path
@@ -40,7 +39,7 @@ def in_source_tree(name: str) -> Path:
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
-    """Give a temporary path beside `path`; move it there when the block ends without an error.
+    """Give a temporary path in the folder of `path`; replace `path` by it when the block succeeds.
 
     A kill or a full disk leaves the old file, or none, never half of one.
 
@@ -59,28 +58,23 @@ def atomic(path: Path) -> Iterator[Path]:
 
 
 def remove_parts(folder: Path) -> None:
-    """Remove the temporary files below a folder that `atomic` left there when it was killed.
-
-    Those of other processes that still live are kept; this process must not be writing there.
+    """Remove the temporary files of `atomic` below a folder, but those of other living processes.
 
     Raises:
         OSError: One cannot be removed.
     """
     for path in folder.rglob(".*.part"):
         match = _PART.fullmatch(path.name)
-        # In a container the number of this process may be that of a run before.
-        if match is None or (int(match[1]) != os.getpid() and psutil.pid_exists(int(match[1]))):
+        if match is None or not path.is_file():
             continue
-        if path.is_file():
+        # In a container the number of this process may be that of an earlier run.
+        process = int(match[1])
+        if process == os.getpid() or not psutil.pid_exists(process):
             path.unlink(missing_ok=True)
 
 
 def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
-    """Write a dataset as compressed NetCDF 4, in one piece.
-
-    Raises:
-        ImpactfemError: The file cannot be written.
-    """
+    """Write a dataset as compressed NetCDF 4, whole; ImpactfemError where it cannot be written."""
     encoding = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}
         for name, variable in dataset.data_vars.items()
@@ -96,23 +90,14 @@ def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
 
 
 def write_json(path: Path, value: object) -> None:
-    """Write a value as indented JSON, in one piece; nan and infinity are refused."""
+    """Write a value as indented JSON, whole; nan and infinity are refused."""
     text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
     with atomic(path) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
 
 
 def write_archive(path: Path, key: str, content: dict[str, Any]) -> None:
-    """Write arrays and numbers by name.
-
-    Args:
-        path: The file.
-        key: Hash of what they depend on.
-        content: The arrays; "key" is no name.
-
-    Raises:
-        ImpactfemError: The file cannot be written.
-    """
+    """Write arrays and numbers by name, with the hash `key` of what they depend on."""
     # np.savez leaves its archive open where the disk is full, to fail again when it is collected.
     with (
         atomic(path) as temporary,
@@ -125,12 +110,7 @@ def write_archive(path: Path, key: str, content: dict[str, Any]) -> None:
 
 
 def read_archive(path: Path, key: str) -> dict[str, Any] | None:
-    """Read all arrays of a file.
-
-    Returns:
-        The arrays by name; None where there is no file, where it was made from something else, and
-        where it is damaged, which is told.
-    """
+    """The arrays of a file by name; None without it, for another key and, warned of, if damaged."""
     try:
         # NumPy leaves a damaged file open that it has opened itself.
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as content:
@@ -138,6 +118,6 @@ def read_archive(path: Path, key: str) -> dict[str, Any] | None:
             return dict(content) if str(content["key"]) == key else None
     except FileNotFoundError:
         return None
-    except Exception as error:  # whatever NumPy and zipfile make of a file that is cut short
+    except Exception as error:  # NumPy and zipfile raise many kinds for a damaged file
         LOGGER.warning("warning: %s is damaged (%s); computed again", path, error)
         return None

@@ -1,11 +1,11 @@
-"""The memory of this process: what it took at most, what is left for it, what it gives back."""
+"""Memory of this process: its peak, what is left for it, and freed memory given back."""
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import os
 import re
+from contextlib import suppress
 from pathlib import Path
 
 import psutil
@@ -14,28 +14,27 @@ STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 GROUP, GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
 FILE_CACHE = ("inactive_file ", "active_file ")
 DISK = "/var/tmp"
-"""Where what memory cannot hold goes without TMPDIR: /tmp is memory on many systems."""
+"""Folder of temporary files without TMPDIR: /tmp is memory on many systems."""
 
 
 def forget_peak() -> None:
-    """Begin to measure anew; where the system does not allow it, the peak stays that of all."""
-    with contextlib.suppress(OSError):
+    """Start a new peak; where the system does not allow it, the old one stays."""
+    with suppress(OSError):
         RESET.write_text("5")
 
 
 def peak_memory() -> float | None:
     """Largest resident memory of this process since `forget_peak` [byte]; None if not known."""
-    try:
-        found = re.search(r"^VmHWM:\s*(\d+) kB$", STATUS.read_text(), re.MULTILINE)
-    except OSError:
-        return None
-    return None if found is None else 1024.0 * float(found[1])
+    with suppress(OSError):
+        if found := re.search(r"^VmHWM:\s*(\d+) kB$", STATUS.read_text(), re.MULTILINE):
+            return 1024.0 * float(found[1])
+    return None
 
 
 def give_back() -> None:
-    """Return freed memory to the system: Open MPI tells the allocator to keep all of it.
+    """Return freed memory to the system: Open MPI makes the allocator keep all of it.
 
-    Elsewhere a second factor, a little larger, would not fit where the first one was.
+    Without it a second factor, a little larger, would not fit where the first one was.
     """
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
@@ -53,33 +52,29 @@ def total_memory() -> float:
 
 
 def disk_folder() -> str:
-    """The folder for files of what memory cannot hold."""
+    """The folder for what memory cannot hold."""
     return os.environ.get("TMPDIR", DISK)
 
 
 def _of_job(*, whole: bool = False) -> float:
-    """What control groups (version 2) leave, as those of a batch system: the tightest of them.
+    """Memory that control groups (version 2) allow, the tightest of them; with `whole` used or not.
 
-    Args:
-        whole: Whether what they have is requested, used or not.
+    psutil knows the machine only; a batch system limits the group of a job.
     """
     left = float("inf")
-    try:
+    with suppress(OSError):
         lines = GROUP.read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return left
-    group = GROUPS / next((line[3:] for line in lines if line.startswith("0::/")), "/").strip("/")
-    for folder in (group, *group.parents):
-        if not folder.is_relative_to(GROUPS):
-            break
-        # A group without such a limit, or not for us to read, leaves all.
-        with contextlib.suppress(OSError, ValueError, IndexError):
-            most = float((folder / "memory.max").read_text(encoding="utf-8").replace("max", "inf"))
-            if not whole:
-                most -= float((folder / "memory.current").read_text(encoding="utf-8"))
-                stat = (folder / "memory.stat").read_text(encoding="utf-8").splitlines()
-                # Pages of files are given up where memory is short.
-                cached = [line for line in stat if line.startswith(FILE_CACHE)]
-                most += sum(float(line.split()[1]) for line in cached)
-            left = min(left, most)
+        own = next((line[3:] for line in lines if line.startswith("0::/")), "/").strip("/")
+        groups = (GROUPS / own, *(GROUPS / own).parents)
+        for group in [path for path in groups if path.is_relative_to(GROUPS)]:
+            # A group without such a limit, or not for this user to read, limits nothing.
+            with suppress(OSError, ValueError, IndexError):
+                limit = float((group / "memory.max").read_text().replace("max", "inf"))
+                if not whole:
+                    limit -= float((group / "memory.current").read_text())
+                    # The kernel gives up pages of files where memory is short.
+                    stat = (group / "memory.stat").read_text().splitlines()
+                    cached = [line for line in stat if line.startswith(FILE_CACHE)]
+                    limit += sum(float(line.split()[1]) for line in cached)
+                left = min(left, limit)
     return left

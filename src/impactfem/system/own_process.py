@@ -1,4 +1,4 @@
-"""A process of its own for libraries that do not go with PETSc and MPI in one.
+"""A separate process for libraries that do not go with PETSc and MPI in one.
 
 gmsh's wheel brings an MPI and a PETSc of its own: in a process with Debian's they print errors, and
 under `mpirun` they would take the launcher's variables for theirs. VTK's wheel crashes beside
@@ -11,7 +11,7 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,25 +19,19 @@ from impactfem.system.errors import Fault, ImpactfemError, InputError, file_erro
 from impactfem.system.log import LOGGER
 
 T = TypeVar("T")
-# What Open MPI, PRRTE, PMIx and MPICH put into the environment of a rank.
+# Variables that Open MPI, PRRTE, PMIx and MPICH set for a rank.
 LAUNCHER_PREFIXES = ("OMPI_", "PMI_", "PMIX_", "PRTE_", "MPI_LOCAL", "HYDRA_", "PMI2_")
 
 
 class OwnProcessError(ImpactfemError):
-    """A process of its own ended without a result; the message has its exit code and last words."""
+    """The process ended without a result; the message has its exit code and last line."""
 
 
 def read_in_own_process(read: Callable[[Path], T], path: Path, what: str) -> T:
-    """Read a file with a library that a damaged one may crash. Not collective.
-
-    Args:
-        read: As for `in_own_process`; it takes the path.
-        path: The file.
-        what: What the file is to be, for the message.
+    """As `in_own_process(read, path)`, for a library that a damaged file may crash.
 
     Raises:
-        InputError: What the function raised; or the library came to no result, which is the file's
-            fault then.
+        InputError: From `read`; or the process crashed: `what` was expected of the file.
     """
     try:
         return in_own_process(read, path)
@@ -53,7 +47,7 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
         arguments: Its arguments; they and the result must be picklable.
 
     Raises:
-        ImpactfemError: What the function raised, `InputError` with all its faults.
+        ImpactfemError: From the function, `InputError` with all its faults.
         OwnProcessError: The process ended without a result, as when a library crashes.
     """
     # -P: a file gmsh.py or numpy.py in the working folder is not taken for the package.
@@ -61,13 +55,13 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
         [sys.executable, "-P", "-m", __name__],
         input=pickle.dumps((function, arguments)),
         capture_output=True,
-        env=clean_environment(os.environ),
+        env={k: v for k, v in os.environ.items() if not k.startswith(LAUNCHER_PREFIXES)},
         check=False,
     )
     if process.returncode != 0:
         words = process.stderr.decode(errors="replace").strip()
         LOGGER.debug("%s", words)
-        last = words.rpartition("\n")[2][-500:]  # of a traceback what happened
+        last = words.rpartition("\n")[2][-500:]  # the error below a traceback
         raise OwnProcessError(
             f"the process that runs {function.__module__} ended with exit code {process.returncode}"
             + (f": {last}" if last else "")
@@ -78,18 +72,9 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
     return result  # type: ignore[no-any-return]
 
 
-def clean_environment(environment: Mapping[str, str]) -> dict[str, str]:
-    """The environment without what a launcher of MPI has put there."""
-    return {
-        name: value for name, value in environment.items() if not name.startswith(LAUNCHER_PREFIXES)
-    }
-
-
-def _serve() -> None:
-    """Run what comes by standard input; the result goes to standard output.
-
-    What is printed goes to standard error.
-    """
+if __name__ == "__main__":
+    # The function comes by standard input, the result goes to standard output; what is printed
+    # goes to standard error.
     out = os.dup(1)
     os.dup2(2, 1)
     function, arguments = pickle.loads(sys.stdin.buffer.read())
@@ -101,7 +86,3 @@ def _serve() -> None:
         failure = error
     with os.fdopen(out, "wb") as stream:
         pickle.dump((result, failure), stream, protocol=pickle.HIGHEST_PROTOCOL)
-
-
-if __name__ == "__main__":
-    _serve()

@@ -20,22 +20,18 @@ THREADS = "OMP_NUM_THREADS"
 OPENBLAS_THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", THREADS)  # in its order
 IDLE = "OPENBLAS_THREAD_TIMEOUT"
 PATIENCE = 5.0
-"""How long a rank that failed waits for the others to fail, too [s]."""
+"""Time that a rank that failed waits for the others to fail, too [s]."""
 # Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
 LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
-# Open MPI starts a daemon beside a program of one process, for processes that it may start later,
-# and ends the program where it finds no network for it, not even the loopback. There are none here.
+# For a program of one process Open MPI starts a daemon, which it does not need here, and ends the
+# program where the daemon has no network, not even the loopback.
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
 _alone = False  # whether this process acts as a program of one
 
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """This process acts as a program of one while the block runs, under `mpirun` too.
-
-    There is one rank, number 0, with a communicator of its own. For work that is whole on each
-    rank. Not collective.
-    """
+    """This process is the only rank while the block runs, under `mpirun` too. Not collective."""
     global _alone
     before, _alone = _alone, True
     try:
@@ -45,7 +41,7 @@ def alone() -> Iterator[None]:
 
 
 class OtherRankError(ImpactfemError):
-    """Rank 0 failed and has said why; the other ranks stop with it."""
+    """Raised on the other ranks where rank 0 failed; has no message."""
 
     def __init__(self, exit_code: int) -> None:
         super().__init__("")
@@ -56,11 +52,9 @@ def settle_threads() -> None:
     """Set how the threads of OpenBLAS wait, and how many a rank has, unless the user has set it.
 
     OpenBLAS reads both when it is loaded, and it is loaded twice: by NumPy's wheel, and by PETSc
-    and SciPy from Debian. An idle thread polls for 2^26 cycles, 26 ms; those of the two copies
-    share a core then and hand it to each other, millions of times a minute. After 2^4 cycles, the
-    least that OpenBLAS takes, an idle thread sleeps. A rank of several computes with one thread.
-
-    To be called before NumPy is imported; `one_blas_thread` knows what is loaded already.
+    and SciPy from Debian. An idle thread polls for 2^26 cycles, 26 ms, and those of the two copies
+    hand one core to each other, millions of times a minute. After 2^4 cycles, the least that
+    OpenBLAS takes, it sleeps. Call it before NumPy is imported.
     """
     if IDLE not in os.environ:
         os.environ[IDLE] = "4"
@@ -74,12 +68,10 @@ _polling: set[str] = set()  # files of the OpenBLAS that were loaded before IDLE
 
 
 def launched() -> int:
-    """Number of ranks by the launcher's environment; MPI is not started for it.
-
-    Slurm tells the number of tasks to a script of one process, too: only with a rank it counts.
-    """
-    slurm = "PMIX_RANK" in os.environ
-    sizes = [os.environ.get(name, "") for name in (LAUNCHERS if slurm else LAUNCHERS[:2])]
+    """Number of ranks by the launcher's environment; MPI is not started for it."""
+    # Slurm sets the number of tasks for a script of one process, too: it counts with a rank only.
+    names = LAUNCHERS if "PMIX_RANK" in os.environ else LAUNCHERS[:2]
+    sizes = [os.environ.get(name, "") for name in names]
     return max([int(size) for size in sizes if size.isdigit()], default=1)
 
 
@@ -93,10 +85,10 @@ def openblas() -> list[Any]:
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """OpenBLAS computes with one thread while the block runs, but for what gains from more.
+    """OpenBLAS computes with one thread while the block runs, but in `all_blas_threads`.
 
-    Most of a run is many small products: a second thread takes little or nothing off the first, or
-    makes it slower where another program keeps its core busy. What gains has `all_blas_threads`.
+    Most of a run is many small products, for which a second thread gains nothing, or loses where
+    another program keeps its core busy.
     """
     if _held:
         yield
@@ -119,10 +111,10 @@ def one_blas_thread() -> Iterator[None]:
 
 @contextmanager
 def all_blas_threads() -> Iterator[None]:
-    """What a block of `one_blas_thread` takes away is there while this block runs.
+    """OpenBLAS has all threads again within a block of `one_blas_thread`.
 
-    For what gains from it with a second core: a factorisation a seventh of its time, the
-    orthogonalisation of a block of vectors a quarter, the product of large full matrices a half.
+    With two cores a factorisation gains a seventh of its time, the orthogonalisation of a block of
+    vectors a quarter, the product of large full matrices a half.
     """
     with _blas_threads(_held):
         yield
@@ -150,10 +142,7 @@ def threads() -> int:
 
 
 def world() -> Any | None:
-    """The communicator of all ranks under `mpirun`; None in a program of one process.
-
-    MPI is not started, nor mpi4py imported, for one process.
-    """
+    """The communicator of all ranks under `mpirun`; None, without MPI, in one process."""
     if _alone or launched() == 1:
         return None
     from mpi4py import MPI
@@ -163,20 +152,13 @@ def world() -> Any | None:
 
 def communicator() -> Any:
     """The communicator of all ranks under `mpirun`; that of this process alone otherwise."""
-    comm = world()
-    if comm is not None:
-        return comm
     from mpi4py import MPI
 
-    return MPI.COMM_SELF
+    return world() or MPI.COMM_SELF
 
 
 def start_solvers() -> None:
-    """Start PETSc and SLEPc on all ranks. Collective.
-
-    They start when they are first imported, and wait for all ranks then: ranks that act alone
-    later must not be the first to import them.
-    """
+    """Start PETSc and SLEPc on all ranks together, before ranks work alone. Collective."""
     if world() is not None:
         from slepc4py import SLEPc  # noqa: F401
 
@@ -194,13 +176,10 @@ def size() -> int:
 
 
 def on_root(action: Callable[[], T]) -> T:
-    """Run an action on rank 0 and give its result to all ranks. Collective.
-
-    Args:
-        action: What to run; its result must be picklable.
+    """Run an action on rank 0 and give its result, which is pickled, to all ranks. Collective.
 
     Raises:
-        ImpactfemError: What the action raised, on rank 0; `OtherRankError` on the others.
+        ImpactfemError: From the action, on rank 0; `OtherRankError` on the others.
     """
     comm = world()
     if comm is None:
@@ -221,14 +200,14 @@ def on_root(action: Callable[[], T]) -> T:
 
 
 def total(amount: float | None) -> float | None:
-    """Sum of an amount over all ranks; None when one does not know its own. Collective."""
+    """Sum of an amount over all ranks; None when one of them has None. Collective."""
     comm = world()
     amounts = [amount] if comm is None else comm.allgather(amount)
     return None if None in amounts else float(sum(amounts))
 
 
 def all_stop() -> bool:
-    """Whether all ranks come here within a few seconds, as they do when all find one error."""
+    """Whether all ranks come here within `PATIENCE`, as they do when all have the same error."""
     comm = world()
     if comm is None:
         return True
@@ -242,7 +221,7 @@ def all_stop() -> bool:
 
 
 def abort(code: int) -> NoReturn:
-    """End all ranks at once: others may wait for this one in a collective call, for ever."""
+    """End all ranks at once: others may wait for this one in a collective call for ever."""
     sys.stdout.flush()
     sys.stderr.flush()
     comm = world()
@@ -260,30 +239,12 @@ def exit_code(error: BaseException) -> int:
     return 2 if isinstance(error, InputError) else 1
 
 
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Processes that start in this block use one thread each: all processors are theirs anyway."""
-    before = os.environ.get(THREADS)
-    os.environ[THREADS] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[THREADS]
-        else:
-            os.environ[THREADS] = before
-
-
 def _follow_parent() -> None:
-    """End this process when the one that started it does, by whatever means, and not before.
-
-    A worker whose parent is killed would wait for work for ever. Ctrl-C reaches all processes of a
-    terminal: the parent alone answers it.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """End this worker when its parent does, however that ends, and not before."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent alone answers Ctrl-C
+    parent = multiprocessing.parent_process()
 
     def follow() -> None:
-        parent = multiprocessing.parent_process()
         if parent is not None:
             parent.join()
             os._exit(1)  # not sys.exit: the main thread may be in a long computation
@@ -292,42 +253,50 @@ def _follow_parent() -> None:
 
 
 @contextmanager
+def _processes(count: int) -> Iterator[Executor]:
+    """An executor over new processes with one thread each."""
+    # Not forked: a fork of a process with threads and HDF5 open may hang.
+    context = multiprocessing.get_context("spawn")
+    others = set(multiprocessing.active_children())
+    before = os.environ.get(THREADS)
+    os.environ[THREADS] = "1"
+    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_follow_parent)
+    try:
+        with pool:
+            try:
+                yield pool
+            except BaseException as error:
+                pool.shutdown(wait=False, cancel_futures=True)  # waiting work does not start
+                if not isinstance(error, Exception):  # interrupted: nor does running work go on
+                    for worker in set(multiprocessing.active_children()) - others:
+                        worker.terminate()
+                raise
+    finally:
+        if before is None:
+            del os.environ[THREADS]
+        else:
+            os.environ[THREADS] = before
+
+
+@contextmanager
 def workers(count: int | None = None) -> Iterator[Executor | None]:
     """An executor over all ranks, or over as many processes as there are threads. Collective.
 
     Rank 0 gets the executor. The other ranks work inside this call until rank 0 leaves the block,
-    and get None. With two ranks one of them works: `mpirun -n 3` keeps two cores busy. A process
-    that acts alone is one of several workers itself: the executor is a thread of it.
+    and get None: `mpirun -n 3` keeps two cores busy. In `alone` the executor is a thread.
 
     Args:
-        count: Number of processes without ranks; that of the threads when None.
+        count: Number of processes without ranks; `threads` when None.
     """
     comm = world()
     if _alone:
         with ThreadPoolExecutor(1) as thread:
             yield thread
     elif comm is None:
-        # Not forked: a fork of a process with threads and HDF5 open may hang.
-        context = multiprocessing.get_context("spawn")
-        count = count or threads()
-        others = set(multiprocessing.active_children())
-        with (
-            _one_thread_each(),
-            ProcessPoolExecutor(count, mp_context=context, initializer=_follow_parent) as pool,
-        ):
-            try:
-                yield pool
-            except Exception:
-                pool.shutdown(wait=False, cancel_futures=True)  # what waits is not begun any more
-                raise
-            except BaseException:  # interrupted: what runs is not waited for, either
-                pool.shutdown(wait=False, cancel_futures=True)
-                for worker in set(multiprocessing.active_children()) - others:
-                    worker.terminate()
-                raise
+        with _processes(count or threads()) as pool:
+            yield pool
     else:
         from mpi4py.futures import MPICommExecutor
 
         with MPICommExecutor(comm, root=0) as executor:
-            served: Any = executor
-            yield served
+            yield executor

@@ -1,4 +1,4 @@
-"""A scalar result by name, as it travels from a stage through its store to the summary."""
+"""Scalar results by name, from a stage through its store to the summary."""
 
 from __future__ import annotations
 
@@ -28,11 +28,7 @@ class Scalar:
 
 
 def with_scalars(store: xr.Dataset, scalars: Iterable[Scalar]) -> xr.Dataset:
-    """A store with the table of its scalars, in place of the one that it has.
-
-    The table is `result_value` over the names `result`, with `result_unit` and `result_note`; nan
-    where a scalar has no value.
-    """
+    """A store with `result_value` over the names `result`, with unit and note; nan for no value."""
     table = tuple(scalars)
     values = [math.nan if s.value is None else s.value for s in table]
     return (
@@ -47,18 +43,14 @@ def with_scalars(store: xr.Dataset, scalars: Iterable[Scalar]) -> xr.Dataset:
 
 
 def scalars_of(store: xr.Dataset) -> list[Scalar]:
-    """The scalars of a store.
-
-    Raises:
-        KeyError: It has no table of scalars.
-    """
+    """The scalars of a store; a KeyError where it has none."""
     names = ("result", "result_value", "result_unit", "result_note")
     rows = zip(*(store[name].values.tolist() for name in names), strict=True)
     return [Scalar(n, None if math.isnan(v) else v, unit, note) for n, v, unit, note in rows]
 
 
 def values_of(store: xr.Dataset) -> dict[str, float]:
-    """Values of the scalars of a store that have one, by name."""
+    """Values of the scalars of a store by name, without those that have none."""
     return {s.name: s.value for s in scalars_of(store) if s.value is not None}
 
 

@@ -1,11 +1,11 @@
 """A stop by a signal: Ctrl-C, or SIGTERM, which batch schedulers send before they kill.
 
-In one process the signal unwinds the program as an error does: what is half written goes, the lock
-of the folder too. It may be lost in a library, though, or come while much is computed outside
-Python: so a thread of its own ends the process where that takes longer; the file of the lock stays
-then, in nobody's way. All files are whole at any moment. A rank of several does not unwind, as
-PETSc frees its objects, and ends, on all ranks together, and the others know nothing of the signal:
-it leaves at once, by the thread where it waits for another rank. `mpirun` then ends the others.
+In one process the signal unwinds the program as an error does: half-written files go, the lock of
+the folder too. It may be lost in a library, or come during a long computation outside Python: so a
+watching thread ends the process where that takes longer. A rank of several does not unwind, as
+PETSc frees its objects on all ranks together, and the others know nothing of the signal: it leaves
+at once, by the thread where it waits for another rank. `mpirun` then ends the others. All files are
+whole at any moment.
 """
 
 from __future__ import annotations
@@ -26,19 +26,16 @@ from impactfem.system.parallel import launched
 
 SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 ADVICE = "run again with --resume to go on"
-UNWINDING = 2.0
-"""How long the unwinding may take before the process is ended all the same [s]."""
-# `mpirun` kills a second after it has asked, so ranks are brief.
-WAITING = 0.3
-"""How long a rank may wait in a call of MPI before it is ended all the same [s]."""
-GRACE = 0.3
-"""How long another rank lets rank 0 speak first [s]."""
-TAG = 15  # of the message between ranks that one of them has told the stop
+UNWINDING = 2.0  # time for the unwinding before the process is ended all the same [s]
+# `mpirun` kills a second after SIGTERM, so ranks are brief.
+WAITING = 0.3  # time in a call of MPI before a rank is ended all the same [s]
+GRACE = 0.3  # time that another rank gives rank 0 to report first [s]
+TAG = 15  # of the message between ranks that one of them has reported the stop
 RANKS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID")
 
 
 class Stopped(BaseException):
-    """A signal stops the program; no error, so that nothing on the way takes it for one."""
+    """A signal stops the program; no `Exception`, so that nothing on the way catches it."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -46,20 +43,20 @@ class Stopped(BaseException):
 
 
 class _Answer:
-    """What the signals that stop the program have come to, from the first of them on."""
+    """The answer to the first signal that stops the program, in the open logs too."""
 
     def __init__(self) -> None:
         self.number: int | None = None
         self.logs: list[Path] = []
         self.advice = ADVICE
-        self._done = threading.Event()
+        self.unwound = threading.Event()
         self._taken = threading.Lock()
 
     def hear(self, number: int, frame: FrameType | None) -> None:
         """Handler of the signals; a further one changes nothing."""
         if self.number is None:
             self.number = number
-            # Objects of libraries that the signal found half made complain when they go.
+            # Objects of libraries that the signal interrupts complain when they are collected.
             sys.unraisablehook = lambda _: None
             if launched() > 1:
                 self.leave(number)
@@ -69,44 +66,36 @@ class _Answer:
         """End the process where a signal came and its unwinding does not end it in time."""
         with os.fdopen(end, "rb", buffering=0) as heard:
             while number := heard.read(1):
-                if number[0] in SIGNALS:
-                    patience = UNWINDING if launched() == 1 else WAITING
-                    if not self._done.wait(patience):
-                        self.leave(number[0])
-
-    def done(self) -> None:
-        """The unwinding has come to its end."""
-        self._done.set()
+                patience = UNWINDING if launched() == 1 else WAITING
+                if number[0] in SIGNALS and not self.unwound.wait(patience):
+                    self.leave(number[0])
 
     def leave(self, number: int) -> None:
-        """Tell the stop, once for all ranks, and end this process as it is."""
+        """Report the stop, once for all ranks, and end this process as it is."""
         if not self._taken.acquire(blocking=False):
             threading.Event().wait()  # the other thread of this process is about to end it
         with suppress(RuntimeError):  # the signal came while it was flushed
             sys.stdout.flush()
-        if _tells_it():
-            self._tell(number)
+        if _reports():
+            # Without `logging`, whose locks the main thread may hold.
+            word, name = SIGNALS[signal.Signals(number)], signal.Signals(number).name
+            now = datetime.now().isoformat(" ", "milliseconds").replace(".", ",")  # as in `log`
+            for path in self.logs:
+                with suppress(OSError), path.open("a", encoding="utf-8") as log:  # on a full disk
+                    log.write(f"{now} WARNING {word} by {name}\n")
+            line = f"{word}; {self.advice}" if self.logs else word
+            try:
+                print(line, file=sys.stderr, flush=True)
+            except RuntimeError:  # the signal came while something was written there
+                os.write(2, f"\n{line}\n".encode())
         os._exit(128 + number)
-
-    def _tell(self, number: int) -> None:
-        # Without `logging` and its locks: the main thread may be at work with them.
-        word = SIGNALS[signal.Signals(number)]
-        now = datetime.now().isoformat(" ", "milliseconds").replace(".", ",")  # as `log` has it
-        for path in self.logs:
-            with suppress(OSError), path.open("a", encoding="utf-8") as log:  # on a full disk
-                log.write(f"{now} WARNING {word} by {signal.Signals(number).name}\n")
-        line = f"{word}; {self.advice}" if self.logs else word
-        try:
-            print(line, file=sys.stderr, flush=True)
-        except RuntimeError:  # the signal came while something was written there
-            os.write(2, f"\n{line}\n".encode())
 
 
 _answer = _Answer()
 
 
-def _tells_it() -> bool:
-    """Whether this rank is to tell the stop: the first that was stopped, rank 0 before others."""
+def _reports() -> bool:
+    """Whether this rank reports the stop: the first that was stopped, rank 0 before others."""
     if launched() == 1:
         return True
     MPI: Any = getattr(sys.modules.get("mpi4py"), "MPI", None)
@@ -126,10 +115,10 @@ def _tells_it() -> bool:
 
 @contextmanager
 def signals_answered() -> Iterator[None]:
-    """Ctrl-C and SIGTERM end the program while the block runs. In the main thread only.
+    """Ctrl-C and SIGTERM end the program while the block runs, in the main thread, and after it.
 
-    One line on standard error tells it, and the open logs (`recorded`) keep it; the exit code is
-    that of a shell for the signal: 130, 143. Nothing of this process runs after the block then.
+    One line goes to standard error and to the open logs (`recorded`); the exit code is that of a
+    shell for the signal: 130, 143.
     """
     global _answer
     answer = _answer = _Answer()
@@ -146,7 +135,7 @@ def signals_answered() -> Iterator[None]:
     try:
         yield
     finally:
-        answer.done()
+        answer.unwound.set()
         # However the unwinding has ended: a library may have made another error of it.
         if answer.number is not None:
             answer.leave(answer.number)
@@ -162,16 +151,17 @@ def recorded(path: Path) -> Iterator[None]:
     """A signal that stops the program while the block runs is recorded in a log, too."""
     logs = _answer.logs
     logs.append(path)
+    stopped = False
     try:
         yield
     except Stopped:
-        raise  # the log stays open to `leave`, which comes when all is unwound
-    except BaseException:
-        logs.remove(path)
+        stopped = True  # the log is left to `leave`, which comes when all is unwound
         raise
-    logs.remove(path)
+    finally:
+        if not stopped:
+            logs.remove(path)
 
 
 def advise(words: str) -> None:
-    """What the line that tells a stop advises, where a log is open then."""
+    """Set the advice in the line that reports a stop, where a log is open then."""
     _answer.advice = words
