@@ -1,4 +1,4 @@
-"""Floor response spectra of two runs of a 3D building, point by point."""
+"""Floor response spectra of two runs of a 3D building, point by point; tables and a figure."""
 
 from __future__ import annotations
 
@@ -9,14 +9,20 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from impactfem.plot.style import BLUE, RED, figure, letter, span
+from impactfem.plot.table import Cell, Table, heads
 from impactfem.spectra.frequency_list import SAME, interpolate_frequency, merged_frequencies
+from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import QUIET
 from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-STORE = "comparison.nc"
+STORE, FIGURE = "comparison.nc", "comparison_spectra.png"
+CASES, TABLE, DIRECTIONS = "comparison_cases", "comparison_spectra", "comparison_directions"
+NEAR = 0.05
+"""Difference of which the table of the directions counts the ordinates that are within it."""
 ALIKE = 0.05
 """Part of the height, length and width of a building by which another one may differ from it."""
 LEAST = 20
@@ -45,9 +51,14 @@ class Side:
         return np.asarray(self.response["frequency"].values, dtype=np.float64)
 
     @property
+    def damping(self) -> Array:
+        """Dampings of its spectra, shape (n_damping,) [-]."""
+        return np.asarray(self.response["damping"].values, dtype=np.float64)
+
+    @property
     def probes(self) -> list[str]:
         """Names of its points."""
-        return [str(name) for name in self.response["probe"].values]
+        return names_of(self.response, "probe")
 
     @property
     def element(self) -> float:
@@ -66,7 +77,7 @@ class Side:
     def plan(self) -> Array:
         """Length and width of the box around its nodes, shape (2,) [m]."""
         nodes = self.building["node_position"].values[:, :2]
-        return np.asarray(nodes.max(axis=0) - nodes.min(axis=0), dtype=np.float64)
+        return np.asarray(np.ptp(nodes, axis=0), dtype=np.float64)
 
     @property
     def shape(self) -> str:
@@ -83,25 +94,40 @@ class Comparison:
         δ(f)      = |PSa(f) − PSa_other(f)| / PSa_other(f)
         δ_peak(f) = |PSa(f) − PSa_other(f)| / max PSa_other
 
-    The first is large, too, where a spectrum is small; the second tells what matters to a design.
+    The first is large, too, where a spectrum is small; the second shows what matters to a design.
+    Arrays have a row for each of the n spectra that count.
 
     Args:
-        store: What `compare` makes, or the open `comparison.nc`.
+        store: From `compare`, or the open `comparison.nc`.
+
+    Attributes:
+        probe: Number of the point, shape (n,).
+        component: Number of the axis, shape (n,).
+        known: Whether a frequency is compared, shape (n_f,).
+        psa: PSa of the run and of the other, shape (2, n, n_f) [m/s2].
+        peak: Its largest value at the compared frequencies, shape (2, n) [m/s2].
+        difference: δ, shape (n, n_f).
+        over_peak: δ_peak, shape (n, n_f).
     """
 
     def __init__(self, store: xr.Dataset) -> None:
         self.store = store
         self.highest = float(store.attrs["highest_frequency"])
-        self.probes = [str(name) for name in store["probe"].values]
-        self.components = [str(name) for name in store["component"].values]
         self.damping = float(store.attrs["damping"])
+        self.probes, self.components = names_of(store, "probe"), names_of(store, "component")
         self.frequency: Array = np.asarray(store["frequency"].values, dtype=np.float64)
-        self.counts: Flags = store["counts"].values.astype(bool)
-        self.distance: Array = np.asarray(store["distance"].values, dtype=np.float64)
+        self.known: Flags = np.asarray(self.frequency <= self.highest * (1.0 + SAME))
+        self.probe, self.component = np.nonzero(store["counts"].values)
+        self.psa: Array = np.stack(
+            [store[name].values[self.probe, self.component] for name in ("psa", "psa_other")]
+        )
+        self.peak: Array = self.psa[..., self.known].max(axis=-1)
+        apart = np.abs(self.psa[0] - self.psa[1])
+        self.difference: Array = apart / self.psa[1]
+        self.over_peak: Array = apart / self.peak[1, :, None]
 
-    def words(self, *, other: bool = False) -> str:
-        """Title, case file and folder of the run, or of the other."""
-        kind = "other_" if other else ""
+    def words(self, kind: str = "") -> str:
+        """Title, case file and folder of the run, or with "other_" of the other."""
         title, case_file, folder = (
             self.store.attrs[f"{kind}{name}"] for name in ("title", "case_file", "folder")
         )
@@ -113,49 +139,17 @@ class Comparison:
         f = self.frequency[self.known]
         return f"{len(f)} frequencies from {f[0]:.4g} to {f[-1]:.4g} Hz"
 
-    def spectrum(self, probe: int, component: int, *, other: bool = False) -> Array:
-        """PSa of a point along an axis, shape (n_f,) [m/s2]."""
-        name = "psa_other" if other else "psa"
-        return np.asarray(self.store[name].values[probe, component], dtype=np.float64)
-
-    def peaks(self, probe: int, component: int) -> tuple[float, float]:
-        """Largest PSa up to the highest frequency, of the run and of the other [m/s2]."""
-        both = (self.spectrum(probe, component, other=other) for other in (False, True))
-        ours, theirs = (float(psa[self.known].max()) for psa in both)
-        return ours, theirs
-
-    def differences(self, *, of_peak: bool = False) -> Array:
-        """δ, or δ_peak, of the spectra that count, shape (n_counts, n_f) [-].
-
-        Args:
-            of_peak: Over the peak of the spectrum up to the highest frequency.
-        """
-        found, reference = (self.store[n].values[self.counts] for n in ("psa", "psa_other"))
-        over = reference
-        if of_peak:
-            over = reference[:, self.known].max(axis=1, keepdims=True)
-        return np.asarray(np.abs(found - reference) / over, dtype=np.float64)
-
     @property
-    def names(self) -> list[tuple[int, int]]:
-        """Point and axis, by number, of each spectrum that counts."""
-        return [(int(k), int(c)) for k, c in np.argwhere(self.counts)]
+    def cases(self) -> str:
+        """Both runs and what was compared, as the end of a title."""
+        runs = f"{self.words()} and of {self.words('other_')}"
+        return f"{runs}, at {self.range} and {len(self.probes)} points"
 
-    @property
-    def known(self) -> Flags:
-        """Frequencies up to the highest one that is compared."""
-        return np.asarray(self.frequency <= self.highest * (1.0 + SAME))
-
-    def worst(self, *, of_peak: bool = False) -> tuple[float, int, int, float]:
-        """Largest δ, or δ_peak, up to the highest frequency; its point, axis and frequency [Hz].
-
-        Args:
-            of_peak: As of `differences`.
-        """
-        apart = self.differences(of_peak=of_peak)[:, self.known]
-        spectrum, at = np.unravel_index(int(apart.argmax()), apart.shape)
-        k, c = self.names[int(spectrum)]
-        return float(apart[spectrum, at]), k, c, float(self.frequency[self.known][at])
+    def worst(self, apart: Array) -> tuple[float, int, float]:
+        """Largest δ, or δ_peak, that is compared; its spectrum and its frequency [Hz]."""
+        largest = apart[:, self.known]
+        spectrum, at = np.unravel_index(int(largest.argmax()), largest.shape)
+        return float(largest[spectrum, at]), int(spectrum), float(self.frequency[self.known][at])
 
 
 def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
@@ -164,6 +158,8 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
     One building is one with as many floors, at the same heights, over the same plan, to `ALIKE`;
     its name, mesh, materials, damping, contacts and motion may differ. A point is one of the same
     name in both runs, at places no farther apart than the elements of the coarser mesh are long.
+    A spectrum counts where the peak acceleration of both runs is more than `QUIET` of the largest
+    along the axis: elsewhere it is that of the mesh.
 
     Args:
         one: The run.
@@ -171,37 +167,41 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
         highest: Highest frequency that is compared [Hz].
 
     Returns:
-        PSa of both by point, axis and frequency, at the first damping that both have; what counts:
-        where the peak acceleration of both is more than `QUIET` of the largest one along the axis;
-        elsewhere the spectrum is that of the mesh.
+        PSa of both by point, axis and frequency, at the first damping that both have.
 
     Raises:
         InputError: They are of different buildings, share no point or damping, or too few
             frequencies up to the highest; or nothing moves.
     """
-    _refuse_other_building(one, other)
+    alike = len(one.levels) == len(other.levels)
+    if alike:
+        height = np.abs(one.levels - other.levels).max() / np.abs(one.levels).max()
+        alike = max(height, *np.abs(other.plan / one.plan - 1.0)) <= ALIKE
+    if not alike:
+        expected = f"expected a run of the building of {one.folder}, {one.shape}; it has "
+        raise InputError([Fault(other.folder, "", None, f"{expected}{other.shape}")])
     both = (one, other)
     apart_most = max(side.element for side in both)
     shared = [name for name in one.probes if name in other.probes]
     here, there = (side.response["probe_position"].sel(probe=shared).values for side in both)
     distance = np.linalg.norm(here - there, axis=1)
     near = distance <= apart_most
-    dampings = [d for d in _damping(one) if np.isclose(d, _damping(other)).any()]
+    dampings = [d for d in one.damping if np.isclose(d, other.damping).any()]
     # The widest gap depends on the damping; without one in common the fault below says so.
     frequency = common_frequencies(one.frequency, other.frequency, dampings[0] if dampings else 0.0)
     count = int(np.sum(frequency <= highest * (1.0 + SAME)))
     least = min(LEAST, *(int(np.sum(s.frequency <= highest * (1.0 + SAME))) for s in both))
     faults = []
     if not near.any():
-        told = "none of its names" if not shared else f"all are {distance.min():.3g} m away or more"
+        seen = f"all are {distance.min():.3g} m away or more" if shared else "none of its names"
         expected = (
             f"expected points of {one.folder} by name, within {apart_most:.3g} m of their "
-            f"places there; found {told}"
+            f"places there; found {seen}"
         )
         faults.append(Fault(other.folder, "probe", None, expected))
     if not dampings:
-        expected = f"expected a damping of the spectra of {one.folder}, {_percent(_damping(one))}"
-        faults.append(Fault(other.folder, "damping", _percent(_damping(other)), expected))
+        expected = f"expected a damping of the spectra of {one.folder}, {_percent(one.damping)}"
+        faults.append(Fault(other.folder, "damping", _percent(other.damping), expected))
     elif count < max(1, least):
         expected = (
             f"expected at least {max(1, least)} of the frequencies up to {highest:g} Hz known, or "
@@ -211,7 +211,13 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
     if faults:
         raise InputError(faults)
     damping, kept = dampings[0], [name for name, keep in zip(shared, near, strict=True) if keep]
-    psa = [_psa(side, damping, kept, frequency) for side in both]
+    psa = []
+    for side in both:
+        chosen = side.response["psa"].sel(damping=damping, method="nearest").sel(probe=kept)
+        values = chosen.transpose("probe", "component", "frequency").values
+        psa.append(interpolate_frequency(side.frequency, values, frequency))
+    known = frequency[frequency <= highest * (1.0 + SAME)]
+    widest = float(max(_gap(side.frequency, known).max() for side in both))
     peak = [side.response["pfa"].sel(probe=kept).values for side in both]
     counts = np.logical_and(*(p > QUIET * p.max(axis=0) for p in peak))
     if not counts.any():
@@ -227,7 +233,7 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
         },
         coords={
             "probe": kept,
-            "component": [str(name) for name in one.response["component"].values],
+            "component": names_of(one.response, "component"),
             "frequency": ("frequency", frequency, {"units": "Hz"}),
         },
         attrs={
@@ -239,7 +245,7 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
                 for name, d, keep in zip(shared, distance, near, strict=True)
                 if not keep
             ),
-            "interpolated_low": _resonance_low(one, other, frequency, damping, highest),
+            "interpolated_low": resonance_low(widest, damping),
             **_named(one, other, "", highest),
             **_named(other, one, "other_", highest),
         },
@@ -247,20 +253,12 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
 
 
 def common_frequencies(one: Array, other: Array, damping: float) -> Array:
-    """Frequencies of either list at which both spectra are known, or may be interpolated.
+    """Frequencies [Hz] of either ascending list where both spectra are, or may be interpolated.
 
-    A spectrum may be interpolated between two neighbours f₁ < f₂ of its list with
-    ln(f₂/f₁) ≤ ξ. The sharpest peak that oscillators of the damping ξ can have, that of a steady
-    sine, is within 1 − 1/√(1 + ¼) = 11 % of the larger neighbour then (`resonance_low`); the peaks
-    of a building, which has a damping of its own, are wider.
-
-    Args:
-        one: Of one run, ascending, shape (n,) [Hz].
-        other: Of the other, ascending, shape (m,) [Hz].
-        damping: ξ of the spectra [-].
-
-    Returns:
-        Ascending; may be empty [Hz].
+    A spectrum may be interpolated between two neighbours f₁ < f₂ of its list with ln(f₂/f₁) ≤ ξ.
+    The sharpest peak that oscillators of the damping ξ can have, that of a steady sine, is within
+    1 − 1/√(1 + ¼) = 11 % of the larger neighbour then (`resonance_low`); the peaks of a building,
+    which is damped itself, are wider.
     """
     merged = merged_frequencies(one, other)
     return np.asarray(merged[np.all([_gap(f, merged) <= damping for f in (one, other)], axis=0)])
@@ -270,11 +268,7 @@ def resonance_low(gap: float, damping: float) -> float:
     """How much lower the line between two neighbours may be than a peak between them.
 
     The amplitude of an oscillator of the damping ξ under a sine of its frequency times
-    exp(±Δ/2), over that in resonance, is 1/√(1 + (Δ/2ξ)²) for small Δ and ξ.
-
-    Args:
-        gap: Δ = ln(f₂/f₁) [-].
-        damping: ξ [-].
+    exp(±Δ/2), over that in resonance, is 1/√(1 + (Δ/2ξ)²) for small Δ = ln(f₂/f₁) and ξ.
     """
     return 0.0 if gap == 0.0 else 1.0 - 1.0 / float(np.hypot(1.0, gap / (2.0 * damping)))
 
@@ -288,27 +282,8 @@ def _gap(f: Array, wanted: Array) -> Array:
     return np.where(has, 0.0, gap)
 
 
-def _resonance_low(
-    one: Side, other: Side, frequency: Array, damping: float, highest: float
-) -> float:
-    """Of the widest gap that was interpolated, up to the highest frequency."""
-    known = frequency[frequency <= highest * (1.0 + SAME)]
-    gaps = [_gap(side.frequency, known).max() for side in (one, other)]
-    return resonance_low(float(max(gaps)), damping)
-
-
-def _refuse_other_building(one: Side, other: Side) -> None:
-    alike = len(one.levels) == len(other.levels)
-    if alike:
-        height = np.abs(one.levels - other.levels).max() / np.abs(one.levels).max()
-        alike = max(height, *np.abs(other.plan / one.plan - 1.0)) <= ALIKE
-    if not alike:
-        expected = f"expected a run of the building of {one.folder}, {one.shape}; it has "
-        raise InputError([Fault(other.folder, "", None, f"{expected}{other.shape}")])
-
-
 def _named(side: Side, against: Side, kind: str, highest: float) -> dict[str, object]:
-    """What tells a run from the other, as attributes of the store."""
+    """A run in contrast to the other, as attributes of the store."""
     store, f = side.response, side.frequency
     return {
         f"{kind}inputs": str(store.attrs["inputs"]),
@@ -325,16 +300,114 @@ def _named(side: Side, against: Side, kind: str, highest: float) -> dict[str, ob
     }
 
 
-def _damping(side: Side) -> Array:
-    return np.asarray(side.response["damping"].values, dtype=np.float64)
-
-
 def _percent(dampings: Array) -> str:
     return ", ".join(f"{100.0 * d:g} %" for d in dampings)
 
 
-def _psa(side: Side, damping: float, probes: list[str], frequency: Array) -> Array:
-    """Of the points along all axes, shape (n_probes, 3, n_f) [m/s2]."""
-    psa = side.response["psa"].sel(damping=damping, method="nearest").sel(probe=probes)
-    values = psa.transpose("probe", "component", "frequency").values
-    return interpolate_frequency(side.frequency, values, frequency)
+def cases_table(found: Comparison) -> Table:
+    """Which runs are compared, at which points and frequencies, and what is left out."""
+    attributes = found.store.attrs
+    upto = f"up to {found.highest:g} Hz"
+    low = 100.0 * float(attributes["interpolated_low"])
+    points = f"{len(found.probes)}, within {float(attributes['farthest']):.3g} m"
+    # An attribute of each run, or (after "=") a text for both.
+    lines = (
+        ("title", "title"),
+        ("case file", "case_file"),
+        ("folder", "folder"),
+        ("building", "building"),
+        ("its floors and plan", "shape"),
+        ("mean side of its triangles [m]", "element"),
+        (f"frequencies {upto}", "frequencies"),
+        ("frequencies compared", f"={found.range}"),
+        ("interpolated: sharp peaks may be low by", f"={low:.2g} %" if low else "=not"),
+        ("points", "points"),
+        ("points compared", f"={points}"),
+        ("points left out: too far apart", f"={attributes['moved']}"),
+        ("points left out: only here", "alone"),
+    )
+    rows = []
+    for words, name in lines:
+        if name.startswith("="):
+            cells = [name[1:]] * 2
+        else:
+            values = (attributes[f"{kind}{name}"] for kind in ("", "other_"))
+            cells = [v if isinstance(v, str) else f"{v:.4g}" for v in values]
+        if any(cells):
+            rows.append((words, *cells))
+    title = f"floor response spectra ({100.0 * found.damping:g} %) of two runs, {upto}"
+    return Table(CASES, title, (("", ""), ("this run", ""), ("the other", "")), tuple(rows))
+
+
+def comparison_table(found: Comparison) -> Table:
+    """The largest differences of each spectrum, at which frequency, and the peaks of both."""
+    columns = [
+        np.array(found.probes, dtype=object)[found.probe],
+        np.array(found.components, dtype=object)[found.component],
+        found.store["distance"].values[found.probe],
+    ]
+    for apart in (found.difference[:, found.known], found.over_peak[:, found.known]):
+        columns += [apart.max(axis=1), found.frequency[apart.argmax(axis=1)]]
+    rows = zip(*(column.tolist() for column in (*columns, *found.peak)), strict=True)
+    header = heads(
+        "point; direction; distance of both points [m]; largest difference [-]; at [Hz]; "
+        "largest over the peak [-]; at [Hz]; peak [m/s2]; peak of the other [m/s2]"
+    )
+    title = f"floor response spectra ({100.0 * found.damping:g} %) of {found.cases}"
+    return Table(TABLE, title, header, tuple(rows))
+
+
+def directions_table(found: Comparison) -> Table:
+    """Of each direction the largest differences of its spectra and how many ordinates are near."""
+    rows: list[tuple[Cell, ...]] = []
+    for c, name in enumerate(found.components):
+        own = found.component == c
+        if own.any():
+            apart = found.difference[own][:, found.known]
+            numbers = (
+                np.abs(found.peak[0, own] / found.peak[1, own] - 1.0).max(),
+                found.over_peak[own][:, found.known].max(),
+                apart.max(),
+                np.percentile(apart, 95.0),
+                (apart <= NEAR).mean(),
+            )
+            whole = int((apart <= NEAR).all(axis=1).sum())
+            rows.append((name, len(apart), *map(float, numbers), whole))
+    header = heads(
+        "direction; spectra; largest of peaks [-]; largest over the peak [-]; "
+        "largest difference [-]; 95 % of ordinates [-]; "
+        f"ordinates within {NEAR:g} [-]; spectra within {NEAR:g}"
+    )
+    return Table(DIRECTIONS, f"differences by direction, of {found.cases}", header, tuple(rows))
+
+
+def comparison_figure(path: Path, found: Comparison) -> None:
+    """The spectrum with the largest difference over its peak in both runs, and δ of all spectra."""
+    largest, k, at = found.worst(found.over_peak)
+    point = found.probes[found.probe[k]].replace("_", " ")
+    f, apart = found.frequency, 100.0 * found.difference
+    caption = (
+        f"Floor response spectra ({100.0 * found.damping:g} % damping) of this run, "
+        f"{found.words()}, and of the other, {found.words('other_')}, at {found.range} and "
+        f"{len(found.probes)} points. (a) where they differ most, over the peak: "
+        f"{point} along $e_{found.components[found.component[k]]}$, "
+        f"{100.0 * largest:.2g} % at {at:.3g} Hz. (b) difference over the other one at the same "
+        f"frequency, of the {len(apart)} spectra of points that move; dotted: {found.highest:g} Hz."
+    )
+    with figure(path, (1, 2), (9.0, 3.8), caption) as (_, axes):
+        axes[0].semilogx(f, found.psa[0, k], color=BLUE, label="this run")
+        axes[0].semilogx(f, found.psa[1, k], color=RED, ls="--", label="the other")
+        axes[0].set_ylabel("pseudo-acceleration [m/s²]")
+        axes[0].set_ylim(bottom=0.0)
+        axes[1].semilogx(f, apart.max(axis=0), color=BLUE, label="largest")
+        axes[1].semilogx(f, np.median(apart, axis=0), color=RED, ls="--", label="median")
+        axes[1].set_ylabel("difference [%]")
+        if apart.any():
+            axes[1].set_yscale("log")
+        axes[1].yaxis.set_major_formatter("{x:g}")
+        for panel in axes:
+            panel.axvline(found.highest, color="0.4", ls=":")
+            panel.set_xlabel("frequency [Hz]")
+            panel.legend(loc="best")
+            span(panel, f)
+        letter(axes)

@@ -6,10 +6,13 @@ import math
 from pathlib import Path
 
 from impactfem.plot.table import Table
-from impactfem.report.comparison import STORE, Comparison, Side, compare
-from impactfem.report.comparison_views import (
+from impactfem.report.comparison import (
     FIGURE,
+    STORE,
+    Comparison,
+    Side,
     cases_table,
+    compare,
     comparison_figure,
     comparison_table,
     directions_table,
