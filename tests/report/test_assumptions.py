@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from impactfem.report.assumptions import assumptions
+from impactfem.report.page import assumptions
 
 GIVEN = {"type": "kelvin-voigt", "stiffness": 1e11, "restitution": None, "damping_ratio": 0.12}
 
@@ -20,7 +20,7 @@ def texts(laws: dict[str, dict[str, Any]], *, wall: bool = True) -> str:
         "contact_laws": laws,
         "report": {"assumptions": [], "reference": None},
     }
-    return "\n".join(text for _, group in assumptions(case) for text, _ in group)
+    return "\n".join(one["text"] for _, group in assumptions(case) for one in group)
 
 
 @pytest.mark.parametrize("key", ["stiffness", "restitution"])

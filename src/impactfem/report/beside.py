@@ -1,4 +1,4 @@
-"""A run beside a publication: every equation, figure and table, and how near ours comes."""
+"""A run compared with a publication: every equation, figure and table, and how near ours comes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import fnmatch
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, ABSENT, SHOWN = (
@@ -21,11 +21,11 @@ REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, ABSENT, SHOWN = (
 
 @dataclass(frozen=True)
 class Compared:
-    """One result beside its published value.
+    """One result and its published value.
 
     Args:
         name: Name of the result.
-        ours: Ours, SI; None when it was not computed, or the stage ran and has none.
+        ours: Ours, SI; None where it was not computed, or the stage ran and has none.
         published: The published one, SI.
         unit: Their SI unit.
         difference: (ours − published) / |published|; None without one of them, or when it is zero.
@@ -51,7 +51,7 @@ class Compared:
 
     @property
     def distance(self) -> float:
-        """|log| of ours over the published value: how far apart they are; inf without a ratio."""
+        """|log| of ours over the published value; inf without a ratio."""
         if not self.ours or not self.published or self.ours * self.published < 0.0:
             return math.inf
         return abs(math.log(self.ours / self.published))
@@ -62,36 +62,42 @@ class Place:
     """An equation, figure or table of the publication with ours.
 
     Args:
-        kind: What it is.
-        number: Its number.
-        title: What it shows.
-        tells: What is to be said of ours.
+        item: Its kind, number, title and what the case tells of it.
         shows: Files of the run that show ours, relative to its folder.
-        lacking: Patterns of files that were asked for and that no stage of the run wrote.
+        lacking: Patterns of files that no stage of the run wrote.
         compared: The results with a published value.
-        status: The worst of its results; what is given or fitted makes no place reproduced; for a
-            place without a value, whether ours is shown.
     """
 
-    kind: str
-    number: str
-    title: str
-    tells: str
+    item: Mapping[str, Any]
     shows: Sequence[str]
     lacking: Sequence[str]
-    compared: Sequence[Compared] = field(default=())
-    status: str = UNPUBLISHED
+    compared: Sequence[Compared]
 
     @property
-    def name(self) -> str:
-        """Kind and number."""
-        return f"{self.kind} {self.number}"
+    def status(self) -> str:
+        """The worst of its results, or of what is given; without values, whether ours is shown."""
+        states = {one.status for one in self.compared}
+        if self.item.get("given"):
+            states.add(GIVEN)
+        if self.lacking and not self.shows:
+            states.add(ABSENT)
+        ranked = (DIFFERS, REPRODUCED, GIVEN, ABSENT)
+        otherwise = SHOWN if self.item["kind"] == "equation" else UNPUBLISHED
+        return next((status for status in ranked if status in states), otherwise)
+
+    @property
+    def standing(self) -> str:
+        """How many results are reproduced, where some are not; what is given is no result."""
+        results = [one for one in self.compared if one.kind == "result"]
+        near = sum(one.status == REPRODUCED for one in results)
+        differs = self.status == DIFFERS and results
+        return f"{near} of {len(results)} reproduced" if differs else ""
 
 
 def places(
     reference: Mapping[str, Any], summary: Sequence[Mapping[str, Any]], written: Sequence[str]
 ) -> list[Place]:
-    """Put a run beside a publication.
+    """Compare a run with a publication.
 
     Args:
         reference: The publication, as a case has it.
@@ -99,71 +105,41 @@ def places(
         written: Files of the run, relative to its folder.
     """
     results = {entry["name"]: entry for entry in summary}
-    return [_place(item, results, written) for item in reference["items"]]
+    made = []
+    for item in reference["items"]:
+        files = {pattern: fnmatch.filter(written, pattern) for pattern in item["shows"]}
+        shows = [name for names in files.values() for name in names]
+        lacking = [pattern for pattern, names in files.items() if not names]
+        compared = [_compared(value, results.get(value["name"])) for value in item["values"]]
+        made.append(Place(item, shows, lacking, compared))
+    return made
 
 
 def count(found: Sequence[Place], kind: str) -> Counter[str]:
     """How many places of a kind have each status."""
-    return Counter(place.status for place in found if place.kind == kind)
+    return Counter(place.status for place in found if place.item["kind"] == kind)
 
 
-def count_values(found: Sequence[Place]) -> Counter[str]:
-    """How many compared values have each status, each once."""
-    return Counter({one.name: one.status for place in found for one in place.compared}.values())
+def compared_values(found: Sequence[Place]) -> list[Compared]:
+    """The compared values, each once."""
+    return list({one.name: one for place in found for one in place.compared}.values())
 
 
 def farthest(found: Sequence[Place]) -> list[Compared]:
-    """The results that differ, each once, those that are farthest from the published ones first."""
-    differing = {
-        one.name: one
-        for place in found
-        for one in place.compared
-        if one.status == DIFFERS and one.kind == "result"
-    }
-    return sorted(differing.values(), key=lambda one: -one.distance)
+    """The results that differ, those that are farthest from the published ones first."""
+    values = compared_values(found)
+    differing = [one for one in values if one.status == DIFFERS and one.kind == "result"]
+    return sorted(differing, key=lambda one: -one.distance)
 
 
-def _place(
-    item: Mapping[str, Any], results: Mapping[str, Mapping[str, Any]], written: Sequence[str]
-) -> Place:
-    shows: list[str] = []
-    lacking: list[str] = []
-    for pattern in item["shows"]:
-        found = fnmatch.filter(written, pattern)
-        shows += found
-        lacking += [] if found else [pattern]
-    compared = [_compared(value, results) for value in item["values"]]
-    states = {one.status for one in compared}
-    if DIFFERS in states:
-        status = DIFFERS
-    elif REPRODUCED in states:
-        status = REPRODUCED
-    elif GIVEN in states or item.get("given"):
-        status = GIVEN
-    elif ABSENT in states or (lacking and not shows):
-        status = ABSENT
-    else:
-        status = SHOWN if item["kind"] == "equation" else UNPUBLISHED
-    return Place(
-        kind=item["kind"],
-        number=item["number"],
-        title=item["title"],
-        tells=item["tells"] or "",
-        shows=shows,
-        lacking=lacking,
-        compared=compared,
-        status=status,
-    )
-
-
-def _compared(value: Mapping[str, Any], results: Mapping[str, Mapping[str, Any]]) -> Compared:
-    entry = results.get(value["name"], {"value": None, "paper": None, "unit": ""})
-    ours, published = entry["value"], entry["paper"]
+def _compared(value: Mapping[str, Any], entry: Mapping[str, Any] | None) -> Compared:
+    """A value of the publication with the entry of the summary, if there is one."""
+    result = entry or {"value": None, "paper": None, "unit": ""}
+    ours, published = result["value"], result["paper"]
     # Runs of before 0.2 have neither.
-    relation, kind = entry.get("relation") or "=", entry.get("kind") or "result"
+    relation, kind = result.get("relation") or "=", result.get("kind") or "result"
     difference = None
-    near = REPRODUCED if kind == "result" else GIVEN
-    if published is None or value["name"] not in results:
+    if published is None:
         status = ABSENT
     elif ours is None:
         # The stage ran and has no such result, as a second impact that does not happen.
@@ -174,12 +150,12 @@ def _compared(value: Mapping[str, Any], results: Mapping[str, Mapping[str, Any]]
             good = ours > published if relation == ">" else ours < published
         else:
             good = ours == 0.0 if difference is None else abs(difference) <= value["tolerance"]
-        status = near if good else DIFFERS
+        status = DIFFERS if not good else REPRODUCED if kind == "result" else GIVEN
     return Compared(
         name=value["name"],
         ours=ours,
         published=published,
-        unit=entry["unit"],
+        unit=result["unit"],
         difference=difference,
         tolerance=value["tolerance"],
         relation=relation,

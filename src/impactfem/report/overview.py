@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,6 @@ import numpy as np
 import pint
 import xarray as xr
 
-from impactfem.report.assumptions import wall_is_used
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.device import selection as of_device
@@ -348,6 +347,12 @@ def tiles(run: RunFiles) -> list[tuple[str, str]]:
     if names:
         found.append((f"{1e-3 * values[names[0]]:.4g} kN", "force on the first device's anchor"))
     return found
+
+
+def wall_is_used(case: Mapping[str, Any]) -> bool:
+    """Whether a contact law of a case takes a value from the impact on the rigid wall."""
+    laws = case["contact_laws"].values()
+    return any("calibrated" in (law.get("stiffness"), law.get("restitution")) for law in laws)
 
 
 def number(value: float | None, digits: int = 5) -> str:
