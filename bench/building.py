@@ -20,8 +20,7 @@ from impactfem.dynamics.modes import modes
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 from impactfem.reduction.wall import Wall, wall_patterns
-from impactfem.stages.calibrate.building_run import run_reduced
-from impactfem.stages.calibrate.compute import prepare
+from impactfem.stages.calibrate.compute import prepare, run_reduced
 from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.stages.reduce.compute import COMPLETE, wall_probes
 from impactfem.system.files import in_source_tree

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import KelvinVoigtLaw, WallImpactSetup, load_case
-from impactfem.stages.calibrate.experiment import WallExperiment
-from impactfem.stages.calibrate.impact import SEPARATION
+from impactfem.stages.calibrate.experiment import SEPARATION, WallExperiment
 
 from .faults import own_faults
 from .texts import added, replaced
@@ -115,9 +114,7 @@ def test_fewer_floors_than_three(tmp_path: Path) -> None:
 @pytest.mark.parametrize("displacement", ["-2 cm", "9 mm"])
 def test_accepted_is_an_experiment(with_wall: With, displacement: str) -> None:
     setup = setup_of(with_wall(SHORT, ("-2 cm", displacement)))
-    names = ("floors", "displaced_floor", "displacement", "gap", "duration", "time_step")
-    experiment = WallExperiment(**{name: getattr(setup, name) for name in names})
-    assert experiment.n_t > 2
+    assert WallExperiment(**setup.model_dump()).n_t > 2
 
 
 REFUSED = [

@@ -10,7 +10,7 @@ With n towards the wall and the displacement d of the displaced floor,
 
 A slab is flat: with n · u = d at all of its nodes it neither deforms along n nor turns about the
 vertical, but may tilt and yield across n. The floor of a stick is rigid, and force and turning are
-not coupled about its axis: its three states are one (see `stick_run.static_state`).
+not coupled about its axis: its three states are one (see `static_state` of the stage `calibrate`).
 """
 
 from __future__ import annotations

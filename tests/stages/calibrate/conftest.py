@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.stages.calibrate.experiment import WallExperiment
-from impactfem.stages.calibrate.history import WallHistory
+from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, Stick, build_stick
 

@@ -9,7 +9,9 @@ from mpi4py import MPI
 
 from impactfem.building.from_case import read_parts
 from impactfem.building.model import assemble_building
-from impactfem.case import load_case
+from impactfem.case import DampingCase, load_case
+from impactfem.case.damping import OWN
+from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.galerkin import galerkin_modes
@@ -17,9 +19,10 @@ from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 from impactfem.reduction.wall import Wall, WallModel, wall_model, wall_patterns
-from impactfem.stages.calibrate.building_run import run_full, run_reduced
+from impactfem.stages.calibrate.compute import prepare, released, run_reduced
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.impact import floor_impacts
+from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.system.errors import ImpactfemError
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
@@ -66,7 +69,11 @@ def reduced(frame):
 @pytest.fixture(scope="module")
 def full(frame, patterns):
     model, K, _, damping, _ = frame
-    return run_full(model, K, patterns, EXPERIMENT, MASS, damping)
+    state, _ = patterns.held(K)
+    u0 = np.ascontiguousarray(EXPERIMENT.displacement * state)
+    G, h, seen = patterns.contact, EXPERIMENT.time_step, patterns.seen
+    with FullMotion(K, model.mass, G, h, damping=damping, probes=seen) as motion:
+        return released(motion, EXPERIMENT, MASS, patterns.floor_of, u0, G.T @ u0)
 
 
 def test_reduced_against_full(frame, reduced, full):
@@ -180,3 +187,21 @@ def test_floor_without_an_edge(frame):
     model, _, mesh, _, _ = frame
     with pytest.raises(KeyError):
         wall_patterns(model, mesh, Wall((1, 2, 3), 2, "whole_floor"))
+
+
+LIGHT = DampingCase(name="light", mass_coefficient=0.838, stiffness_coefficient=2.12e-4)
+HEAVY = DampingCase(name="heavy", ratio=0.09, frequencies=(1.0, 20.0), restitution=0.5)
+
+
+@pytest.mark.parametrize("cases", [(), (LIGHT, HEAVY), (HEAVY, LIGHT)])
+def test_dampings(cases):
+    """The building's own first, then the damping cases that leave their restitution open."""
+    wall = WallImpactSetup(
+        floors=(1, 2), displaced_floor=2, gap=0.01, displacement=-0.02, duration=1.3, time_step=1e-3
+    )
+    case = load_case(GEOMETRY / "frame.toml")
+    case = case.model_copy(update={"wall_impact": wall, "damping_cases": cases})
+    prepared = prepare(case, GEOMETRY / "frame.msh")
+    open_ones = {one.name: one.rayleigh for one in cases if one is not HEAVY}
+    assert prepared.dampings == {OWN: case.building("F").damping.rayleigh} | open_ones
+    assert next(iter(prepared.dampings)) == OWN

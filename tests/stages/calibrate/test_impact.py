@@ -1,8 +1,19 @@
+"""Impacts on the wall, the penalty law that they give, and how stick and 3D model compare."""
+
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from impactfem.stages.calibrate.history import WallHistory
-from impactfem.stages.calibrate.impact import floor_impacts
+from impactfem.coupling import restitution
+from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory, run_stick
+from impactfem.stages.calibrate.impact import (
+    WallImpact,
+    compare,
+    floor_impacts,
+    penalty_parameters,
+)
+from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 DT = 1e-3
@@ -174,3 +185,159 @@ def test_a_force_at_the_start(history):
 def test_arguments_out_of_range(history, bad):
     with pytest.raises(ImpactfemError, match="separation must be at least 0 s and threshold"):
         floor_impacts(history(half_sine()), 8, **bad)
+
+
+# The paper's own figures (section 3.2.2): floor 8, 829 kN s, 0.163 m/s, 16.5 ms.
+PAPER = WallImpact(
+    floor=8,
+    mass=3014e3,
+    first=583,
+    last=631,
+    pulses=1,
+    start=0.198,
+    end=0.198 + 16.5e-3,
+    impulse=829e3,
+    largest_impulse=829e3,
+    peak_force=80e6,
+    approach=0.163,
+    rebound=0.11,
+    work=2e4,
+    complete=True,
+)
+
+
+def test_figures_of_the_paper():
+    found = penalty_parameters(PAPER)
+    assert found.epsilon == pytest.approx(0.687, abs=5e-4)
+    # Equation 4 with 0.687; the 0.129 printed beside it goes with ε = 0.6645.
+    assert found.xi_c == pytest.approx(0.1187, abs=5e-4)
+    assert found.K_Ceq == pytest.approx(1.1e11, rel=0.01)
+    assert np.exp(-np.pi * 0.129 / np.sqrt(1.0 - 0.129**2)) == pytest.approx(0.6645, abs=1e-4)
+
+
+def test_impulse_at_the_end():
+    pulled = replace(PAPER, impulse=800e3)
+    assert penalty_parameters(pulled).epsilon == penalty_parameters(PAPER).epsilon
+    expected = 800e3 / (3014e3 * 0.163) - 1.0
+    assert penalty_parameters(pulled, at_end=True).epsilon == pytest.approx(expected)
+
+
+def test_elastic_impact_has_no_damping():
+    elastic = replace(PAPER, largest_impulse=2.0 * PAPER.mass * PAPER.approach)
+    found = penalty_parameters(elastic)
+    assert (found.epsilon, found.xi_c) == (pytest.approx(1.0), 0.0)
+    assert found.K_Ceq == pytest.approx(PAPER.mass * (np.pi / 16.5e-3) ** 2)
+
+
+def test_without_tension_the_law_needs_more_damping_and_less_stiffness():
+    pulls, pushes = (penalty_parameters(PAPER, tension=tension) for tension in (True, False))
+    assert pushes.epsilon == pulls.epsilon
+    assert pushes.xi_c > pulls.xi_c and pushes.K_Ceq < pulls.K_Ceq
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.02])
+def test_a_floor_that_does_not_approach(speed):
+    message = f"approach velocity of floor 8 before its impact at 0.198 s is {speed:g} m/s, not pos"
+    with pytest.raises(SolutionError, match=message):
+        penalty_parameters(replace(PAPER, approach=speed))
+
+
+@pytest.mark.parametrize(
+    ("impulse", "found"), [(400e3, "-0.1858"), (1e6, "1.035"), (491282.0, "0")]
+)
+def test_an_impulse_that_is_no_restitution(impulse, found):
+    message = (
+        f"gives the restitution {found} for floor 8, expected above 0 and at most 1: "
+        f"impulse {impulse * 1e-3:.4g} kN s, momentum before the impact 491.3 kN s"
+    )
+    with pytest.raises(SolutionError, match=message):
+        penalty_parameters(replace(PAPER, largest_impulse=impulse))
+
+
+M, K, OMEGA = 1e6, 4e11, 10.0
+EXPERIMENT = WallExperiment((1,), 1, -0.02, 0.0, 0.9, 1e-5)
+
+
+def run_before_wall(xi, omega=OMEGA, **changes):
+    """A mass on a spring that stands at its wall: ω is far below the Ω = 632 1/s of the contact."""
+    stick = mass_on_spring("m", M, M * omega**2)
+    return run_stick(stick, replace(EXPERIMENT, **changes), K=K, xi=xi)
+
+
+def test_one_run_against_itself():
+    same = compare(run_before_wall(0.1), run_before_wall(0.1), 1)
+    assert (same.delay, same.rebound_overshoot) == (0.0, 0.0)
+    assert [same.ratio(of) for of in ("largest_impulse", "duration", "approach")] == [1.0, 1.0, 1.0]
+
+
+def test_less_restitution_rebounds_less():
+    """Behind the wall the mass swings by ε u̇⁻ / ω and is back after half a period."""
+    damped, lively = 0.2, 0.05
+    found = compare(run_before_wall(damped), run_before_wall(lively), 1)
+    ratio = restitution.kelvin_voigt(damped) / restitution.kelvin_voigt(lively)
+    assert found.rebound_overshoot == pytest.approx(ratio - 1.0, rel=1e-3)
+    assert found.delay == pytest.approx(0.0, abs=1e-9)
+    assert found.ratio("approach") == pytest.approx(1.0, rel=1e-9)
+    assert found.ratio("duration") == pytest.approx(
+        np.sqrt((1.0 - lively**2) / (1.0 - damped**2)), rel=1e-3
+    )
+    # Each impact is the one before it, smaller by ε; it comes half a period after it.
+    second = found.stick.second
+    assert second is not None
+    assert second.start - found.stick.first_complete().end == pytest.approx(np.pi / OMEGA, rel=1e-3)
+    ratio = second.largest_impulse / found.stick.first_complete().largest_impulse
+    assert ratio == pytest.approx(restitution.kelvin_voigt(damped), rel=2e-3)
+
+
+def test_a_slower_stick_is_late():
+    found = compare(run_before_wall(0.1, omega=9.0), run_before_wall(0.1), 1)
+    assert found.delay == pytest.approx(np.pi / 2.0 * (1.0 / 9.0 - 1.0 / OMEGA), rel=1e-3)
+    assert found.ratio("approach") == pytest.approx(0.9, rel=1e-4)
+    assert found.ratio("largest_impulse") == pytest.approx(0.9, rel=2e-3)
+    # The farthest point goes with the speed over the frequency: the same.
+    assert found.rebound_overshoot == pytest.approx(0.0, abs=2e-3)
+
+
+def turning(history, back, near, n_t=3000):
+    """Floor 8 touches at 1 cm, swings to `back`, then to `near`, and away again."""
+    t = np.arange(n_t)
+    u = np.interp(t, [0, 500, 1500, 2500, 3500], [-0.02, 0.01, back, near, back])
+    force = np.zeros(n_t)
+    force[500:520] = 1e3
+    return history(force, displacement=u[:, None])
+
+
+def test_overshoots(history):
+    stick, model = turning(history, -0.012, 0.0099), turning(history, -0.010, 0.0090)
+    found = compare(stick, model, 8)
+    assert found.rebound_overshoot == pytest.approx(0.2)
+    assert found.return_overshoot == pytest.approx(0.1)
+    assert found.stick.second is None
+
+
+def test_what_has_not_turned_gives_no_overshoot(history):
+    model = turning(history, -0.010, 0.0090)
+    short = turning(history, -0.012, 0.0099, n_t=2400)
+    assert compare(short, model, 8).return_overshoot is None
+    assert compare(short, model, 8).rebound_overshoot == pytest.approx(0.2)
+    shorter = turning(history, -0.012, 0.0099, n_t=1400)
+    assert compare(shorter, model, 8).rebound_overshoot is None
+    stays = turning(history, 0.002, 0.0099)
+    assert compare(stays, model, 8).rebound_overshoot is None
+    assert compare(model, stays, 8).return_overshoot is None
+
+
+def test_time_steps_may_differ():
+    coarse = compare(run_before_wall(0.1, time_step=2e-5), run_before_wall(0.1), 1)
+    assert coarse.delay == pytest.approx(0.0, abs=1e-6)
+    assert coarse.ratio("largest_impulse") == pytest.approx(1.0, abs=1e-2)
+
+
+def test_runs_that_do_not_compare():
+    with pytest.raises(ImpactfemError, match="gaps of 0 and 1 mm"):
+        compare(run_before_wall(0.1), run_before_wall(0.1, gap=0.001), 1)
+    with pytest.raises(ImpactfemError, match="floor 2 is none of those that may hit the wall: 1"):
+        compare(run_before_wall(0.1), run_before_wall(0.1), 2)
+    far = run_before_wall(0.1, gap=0.05)
+    with pytest.raises(SolutionError, match="no impact: floor 1"):
+        compare(far, far, 1)

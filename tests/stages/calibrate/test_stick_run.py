@@ -11,10 +11,13 @@ from impactfem.coupling import restitution
 from impactfem.coupling.from_case import stick_of
 from impactfem.coupling.impacts import impacts
 from impactfem.coupling.pounding import simulate
-from impactfem.stages.calibrate.experiment import WallExperiment
-from impactfem.stages.calibrate.impact import floor_impacts
-from impactfem.stages.calibrate.penalty import penalty_parameters
-from impactfem.stages.calibrate.stick_run import run_stick, static_state, wall_system
+from impactfem.stages.calibrate.experiment import (
+    WallExperiment,
+    run_stick,
+    static_state,
+    wall_system,
+)
+from impactfem.stages.calibrate.impact import floor_impacts, penalty_parameters
 from impactfem.sticks.stick import build_stick, mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
 

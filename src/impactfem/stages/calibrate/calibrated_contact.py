@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from impactfem.case import Case, ContactLaw, KelvinVoigtLaw
+from impactfem.case import Case, KelvinVoigtLaw
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
@@ -27,7 +27,7 @@ def calibrated_laws(case: Case) -> frozenset[str]:
 
 
 def with_calibrated_contact(case: Case, epsilon: float, K_Ceq: float) -> Case:
-    """The case with numbers where its contact laws say "calibrated".
+    """The case with numbers where its contact laws say "calibrated"; itself when none does.
 
     A law that may not pull keeps the duration of the impact, which is φ √(M / K) with the law's
     phase φ: its stiffness is K_Ceq (φ / φ_tension)², both phases for ε.
@@ -36,11 +36,19 @@ def with_calibrated_contact(case: Case, epsilon: float, K_Ceq: float) -> Case:
         case: The case.
         epsilon: Restitution ε of equation 5 [-].
         K_Ceq: Stiffness of equation 6, of a law that may pull at its end [N/m].
-
-    Returns:
-        The case itself when no law asks.
     """
-    laws = {name: _calibrated(law, epsilon, K_Ceq) for name, law in case.contact_laws.items()}
+
+    def phase(tension: bool) -> float:
+        return kelvin_voigt_phase(kelvin_voigt_xi(epsilon, tension=tension), tension=tension)
+
+    laws = dict(case.contact_laws)
+    for name, law in laws.items():
+        if not isinstance(law, KelvinVoigtLaw) or not law.calibrated:
+            continue
+        found = {"stiffness": K_Ceq * (phase(law.tension) / phase(True)) ** 2}
+        found["restitution"] = epsilon
+        values = {key: value for key, value in found.items() if getattr(law, key) == CALIBRATED}
+        laws[name] = law.model_copy(update=values)
     return case if laws == case.contact_laws else case.model_copy(update={"contact_laws": laws})
 
 
@@ -59,18 +67,3 @@ def with_contact_of_run(case: Case, folder: Path) -> Case:
     with open_store(folder / "calibrate.nc") as store:
         epsilon, K_Ceq = (number_of(store, name, case=OWN) for name in ("epsilon", "K_Ceq"))
     return with_calibrated_contact(case, epsilon, K_Ceq)
-
-
-def _calibrated(law: ContactLaw, epsilon: float, K_Ceq: float) -> ContactLaw:
-    if not isinstance(law, KelvinVoigtLaw) or not law.calibrated:
-        return law
-    own, pulling = (
-        kelvin_voigt_phase(kelvin_voigt_xi(epsilon, tension=tension), tension=tension)
-        for tension in (law.tension, True)
-    )
-    values: dict[str, float] = {}
-    if law.stiffness == CALIBRATED:
-        values["stiffness"] = K_Ceq * (own / pulling) ** 2
-    if law.restitution == CALIBRATED:
-        values["restitution"] = epsilon
-    return law.model_copy(update=values)

@@ -30,57 +30,50 @@ def wall_checks(folder: Path) -> list[Check]:
         folder: The run's folder, with `calibrate.nc`.
     """
     with open_store(folder / "calibrate.nc") as store:
-        return [
-            *_start(store),
-            *_found(store),
-            *_floors(store),
-            *_contact(store),
-            *_steps(store),
-            *_penetration(store),
-        ]
+        lines = [*_course(store), *_limits(store)]
+    return [(met, f"calibrate: {text}") for met, text in lines]
 
 
-def _start(store: xr.Dataset) -> list[Check]:
-    """Whether the building starts from the state that was requested."""
-    pull, uneven = store.attrs["pull"], values_of(store)["calibration.start_unevenness"]
-    floor, d = store.attrs["displaced_floor"], 1e3 * store.attrs["displacement_at_start"]
-    text = f"calibrate: floor {floor} starts at {d:.4g} mm"
+def _course(store: xr.Dataset) -> list[Check]:
+    """What happened: start, first impact, stick, floors that do not hit or are not free again."""
+    value = {name.removeprefix("calibration."): v for name, v in values_of(store).items()}
+    floors = {"3D model": impacts_of(store, MODEL), "stick": impacts_of(store, STICK)}
+    pull, uneven, later = store.attrs["pull"], value["start_unevenness"], value["stick_delay"]
+    start = (
+        f"floor {store.attrs['displaced_floor']} starts at "
+        f"{1e3 * store.attrs['displacement_at_start']:.4g} mm"
+    )
+    at_start: Check = (
+        None,
+        f"{start} at its mass centre, its slab within {uneven:.2g} of it (pull = {pull})",
+    )
     if pull == "whole_floor":
-        return [(uneven <= EVEN, f"{text}, all of its slab within {uneven:.1e} (limit {EVEN:g})")]
-    return [
-        (None, f"{text} at its mass centre, its slab within {uneven:.2g} of it (pull = {pull})")
-    ]
-
-
-def _found(store: xr.Dataset) -> list[Check]:
-    values, top = values_of(store), impacts_of(store, MODEL)[-1]
+        at_start = (
+            uneven <= EVEN,
+            f"{start}, all of its slab within {uneven:.1e} (limit {EVEN:g})",
+        )
+    top = floors["3D model"][-1]
     first = top.first_complete()
-    later = 1e3 * values["calibration.stick_delay"]
-    return [
+    lines: list[Check] = [
+        at_start,
         (
             None,
-            f"calibrate: ε = {values['calibration.epsilon']:.3g}, "
-            f"ξ_c = {values['calibration.xi_c']:.3g}, "
-            f"K_Ceq = {values['calibration.K_Ceq']:.3g} N/m from the impact of floor {top.floor} "
+            f"ε = {value['epsilon']:.3g}, ξ_c = {value['xi_c']:.3g}, "
+            f"K_Ceq = {value['K_Ceq']:.3g} N/m from the impact of floor {top.floor} "
             f"at {first.start:.4g} s: {1e3 * first.duration:.3g} ms, "
             f"{1e-3 * first.largest_impulse:.4g} kN s, {first.approach:.3g} m/s before it",
         ),
         (
             None,
-            f"calibrate: the stick hits {abs(later):.3g} ms {'later' if later >= 0.0 else 'before'}"
-            f", with {values['calibration.stick_impulse_ratio']:.3g} of the impulse and "
-            f"{values['calibration.stick_duration_ratio']:.3g} of the duration",
+            f"the stick hits {1e3 * abs(later):.3g} ms {'later' if later >= 0.0 else 'before'}"
+            f", with {value['stick_impulse_ratio']:.3g} of the impulse and "
+            f"{value['stick_duration_ratio']:.3g} of the duration",
         ),
     ]
-
-
-def _floors(store: xr.Dataset) -> list[Check]:
-    lines: list[Check] = []
-    for kind, which in (("3D model", MODEL), ("stick", STICK)):
-        for found in impacts_of(store, which):
-            who = f"calibrate: floor {found.floor} of the {kind}"
+    for kind, of_kind in floors.items():
+        for found in of_kind:
+            who, near = f"floor {found.floor} of the {kind}", 1e3 * found.closest
             if not found.impacts:
-                near = 1e3 * found.closest
                 lines.append((None, f"{who} does not hit the wall, it stays {near:.3g} mm away"))
             elif not found.impacts[-1].complete:
                 begun = found.impacts[-1].start
@@ -89,68 +82,43 @@ def _floors(store: xr.Dataset) -> list[Check]:
     return lines
 
 
-def _contact(store: xr.Dataset) -> list[Check]:
-    values = values_of(store)
-    residual = values["calibration.complementarity"]
-    identity, gained = values["calibration.energy_residual"], values["calibration.energy_gained"]
+def _limits(store: xr.Dataset) -> list[Check]:
+    """Numbers with limits: contact, energy, basis, steps, penetration."""
+    value = {name.removeprefix("calibration."): v for name, v in values_of(store).items()}
+    residual, identity = value["complementarity"], value["energy_residual"]
+    gained, error = value["energy_gained"], value.get("basis_error")
     lines: list[Check] = [
         (
             residual < COMPLEMENTARITY,
-            f"calibrate: complementarity within {residual:.1e}, {COMPLEMENTARITY:g} asked",
+            f"complementarity within {residual:.1e}, {COMPLEMENTARITY:g} asked",
         ),
-        (
-            identity < ENERGY,
-            f"calibrate: energy identity to {identity:.1e}, {ENERGY:g} asked",
-        ),
+        (identity < ENERGY, f"energy identity to {identity:.1e}, {ENERGY:g} asked"),
         (
             gained < ENERGY,
-            f"calibrate: contact puts in at most {gained:.1e} of the energy in a step, {ENERGY:g} "
-            "asked",
+            f"contact puts in at most {gained:.1e} of the energy in a step, {ENERGY:g} asked",
         ),
     ]
-    error = values.get("calibration.basis_error")
     if error is not None:
         text = (
-            f"calibrate: transfer functions of the reduced basis within {100 * error:.2g} %, "
+            f"transfer functions of the reduced basis within {100 * error:.2g} %, "
             f"{100 * BASIS:g} % asked"
         )
         lines.append((error <= BASIS, text))
-    return lines
-
-
-def _steps(store: xr.Dataset) -> list[Check]:
     steps_of = store["impact_duration"] / time_step(store)
     fewest = steps_of.isel(case=steps_of.argmin("case"))
     which = f" with the damping {fewest['case'].item()}" if store.sizes["case"] > 1 else ""
-    stick = impacts_of(store, STICK)[-1]
-    lines: list[Check] = []
-    for steps, who in (
-        (float(fewest), f"floor {stick.floor} of the 3D model{which}"),
-        (
-            stick.first_complete().duration / time_step(store),
-            f"floor {stick.floor} of the stick",
-        ),
-    ):
-        text = f"calibrate: {steps:.3g} steps in the first impact of {who}, {STEPS:g} asked"
+    stick = impacts_of(store, STICK)
+    top, of_stick = stick[-1].floor, stick[-1].first_complete().duration / time_step(store)
+    for steps, who in ((float(fewest), f"3D model{which}"), (of_stick, "stick")):
+        text = f"{steps:.3g} steps in the first impact of floor {top} of the {who}, {STEPS:g} asked"
         lines.append((steps >= STEPS, text))
-    return lines
-
-
-def _penetration(store: xr.Dataset) -> list[Check]:
     gap = float(store.attrs["gap"])
-    if not gap > 0.0:
-        return []
-    into = values_of(store)["calibration.penetration"] / gap
-    stick = max(0.0, *(-found.closest for found in impacts_of(store, STICK))) / gap
-    return [
-        (
-            into <= RIGID,
-            f"calibrate: the 3D model penetrates {100 * into:.2g} % of the gap, "
-            f"{100 * RIGID:g} % asked",
-        ),
-        (
-            stick <= PENALTY,
-            f"calibrate: the stick penetrates {100 * stick:.2g} % of the gap, "
-            f"{100 * PENALTY:g} % asked",
-        ),
-    ]
+    if gap > 0.0:
+        into = max(0.0, *(-found.closest for found in stick))
+        for who, depth, limit in (
+            ("3D model", value["penetration"], RIGID),
+            ("stick", into, PENALTY),
+        ):
+            text = f"the {who} penetrates {100 * depth / gap:.2g} % of the gap"
+            lines.append((depth / gap <= limit, f"{text}, {100 * limit:g} % asked"))
+    return lines

@@ -16,37 +16,44 @@ from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
-from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.coupling.from_case import calibration_of, system_of
+from impactfem.coupling.unilateral import (
+    ContactHistory,
+    ModalMotion,
+    Motion,
+    body_before_walls,
+    unilateral_response,
+)
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.side import wall_side
 from impactfem.reduction.wall import WallModel
-from impactfem.stages.calibrate.building_run import BuildingRun, run_reduced
-from impactfem.stages.calibrate.experiment import WallExperiment
-from impactfem.stages.calibrate.history import WallHistory
-from impactfem.stages.calibrate.impact import FloorImpacts, floor_impacts
-from impactfem.stages.calibrate.penalty import PenaltyParameters, penalty_parameters
-from impactfem.stages.calibrate.stick_run import WallComparison, compare, run_stick
-from impactfem.sticks.stick import Stick
+from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory, run_stick
+from impactfem.stages.calibrate.impact import (
+    FloorImpacts,
+    PenaltyParameters,
+    WallComparison,
+    compare,
+    floor_impacts,
+    penalty_parameters,
+)
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 Step = Callable[[str], AbstractContextManager[None]]
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What a run needs beside the matrices.
+    """What a run needs in addition to the matrices.
 
     Args:
         parts: The building.
         mass: Masses of the floors that may hit, shape (n_floors,) [kg].
-        experiment: What is done.
-        dampings: α [1/s] and β [s] of the building's own damping, then by the name of each damping
-            case that asks for its restitution.
+        experiment: The experiment.
+        dampings: The building's own damping, then by name that of each damping case with a
+            calibrated restitution.
         position: Place of each contact constraint along its edge, shape (m,) [m].
         length: Length of edge that it stands for, shape (m,) [m].
-        theta: θ of the time stepping.
-        separation: Shortest time without force between two impacts [s].
     """
 
     parts: BuildingParts
@@ -55,8 +62,14 @@ class Prepared:
     dampings: dict[str, Rayleigh]
     position: Array
     length: Array
-    theta: float
-    separation: float
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingRun:
+    """Histories of the floors of the 3D model; those of its constraints, with the energies."""
+
+    history: WallHistory
+    contact: ContactHistory
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +101,6 @@ class CalibrationStudy:
         model: The reduced 3D model.
         cases: The experiment by damping; that of the building's own first.
         stick: Histories of the stick with the penalty parameters of the first one.
-        stick_impacts: Impacts of its floors.
         comparison: Stick and 3D model at the top one of the floors that may hit.
     """
 
@@ -97,13 +109,7 @@ class CalibrationStudy:
     model: WallModel
     cases: tuple[DampedRun, ...]
     stick: WallHistory
-    stick_impacts: tuple[FloorImpacts, ...]
     comparison: WallComparison
-
-    @property
-    def main(self) -> DampedRun:
-        """The experiment with the building's own damping."""
-        return self.cases[0]
 
 
 def prepare(case: Case, mesh_file: Path) -> Prepared:
@@ -117,33 +123,21 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
         InputError: The mesh is not usable.
         ImpactfemError: Edges and wall do not go together.
     """
-    structure, asked = case.structure, _asked(case)
-    if structure is None:
-        raise ValueError("the case has no structure")
+    structure, setup = case.structure, case.wall_impact
+    if structure is None or setup is None:
+        raise ValueError("the case has no structure or no wall impact")
     parts, masses, _ = read_parts(case, mesh_file)
-    experiment = WallExperiment(
-        floors=asked.floors,
-        displaced_floor=asked.displaced_floor,
-        displacement=asked.displacement,
-        gap=asked.gap,
-        duration=asked.duration,
-        time_step=asked.time_step,
-        side=wall_side(parts.mesh, asked.floors, mesh_file),
-        pull=asked.pull,
-    )
-    edges = [contact_edge(parts.mesh, floor) for floor in asked.floors]
-    order = {floor: k for k, floor in enumerate(parts.mesh.floors)}
+    side = wall_side(parts.mesh, setup.floors, mesh_file)
+    edges = [contact_edge(parts.mesh, floor) for floor in setup.floors]
     own = case.building(structure.building).damping.rayleigh
     return Prepared(
         parts=parts,
-        mass=np.array([masses.floors[order[floor]] for floor in asked.floors]),
-        experiment=experiment,
+        mass=masses.floors[[list(parts.mesh.floors).index(floor) for floor in setup.floors]],
+        experiment=WallExperiment(**setup.model_dump(), side=side),
         dampings={OWN: own}
         | {one.name: one.rayleigh for one in case.damping_cases if one.restitution == CALIBRATED},
         position=np.concatenate([edge.position for edge in edges]),
         length=np.concatenate([edge.weight for edge in edges]),
-        theta=asked.theta,
-        separation=asked.separation,
     )
 
 
@@ -160,62 +154,95 @@ def run_calibrate(case: Case, prepared: Prepared, model: WallModel, step: Step) 
         ImpactfemError: The wall starts inside the building.
         SolutionError: No impact in the window, or none that ends in it.
     """
+    experiment, separation = prepared.experiment, prepared.experiment.separation
+    cases = []
     with step("impact"):
-        cases = tuple(
-            _damping_case(case, prepared, model, name, damping)
-            for name, damping in prepared.dampings.items()
-        )
+        for name, damping in prepared.dampings.items():
+            run = run_reduced(model, experiment, prepared.mass, damping)
+            impacts = tuple(
+                floor_impacts(run.history, floor, separation=separation)
+                for floor in experiment.floors
+            )
+            penalty = penalty_parameters(impacts[-1].first_complete())
+            cases.append(DampedRun(name, damping, run, impacts, penalty))
     with step("stick"):
-        return _study(case, prepared, model, cases)
+        if case.structure is None:
+            raise ValueError("the case has no structure")
+        # Contacts of the pounding have no part in it, and their laws may be what is sought here.
+        alone = case.model_copy(update={"contacts": ()})
+        penalty = cases[0].penalty
+        stick = run_stick(
+            system_of(alone, calibration_of(case)).stick(case.structure.building),
+            experiment,
+            K=penalty.K_Ceq,
+            xi=penalty.xi_c,
+            tension=penalty.tension,
+            update=case.pounding.update,
+        )
+        history, top = cases[0].run.history, experiment.floors[-1]
+        comparison = compare(stick, history, top, separation=separation)
+    return CalibrationStudy(case, prepared, model, tuple(cases), stick, comparison)
 
 
-def _asked(case: Case) -> WallImpactSetup:
-    if case.wall_impact is None:
-        raise ValueError("the case has no wall impact")
-    return case.wall_impact
+def run_reduced(
+    model: WallModel, experiment: WallExperiment, mass: Array, damping: Rayleigh
+) -> BuildingRun:
+    """Run the experiment with the reduced model. Not collective.
 
+    Args:
+        model: The model.
+        experiment: The experiment.
+        mass: Masses of the floors that may hit, shape (n_floors,) [kg].
+        damping: The damping.
 
-def _damping_case(
-    case: Case, prepared: Prepared, model: WallModel, name: str, damping: Rayleigh
-) -> DampedRun:
-    run = run_reduced(model, prepared.experiment, prepared.mass, damping, theta=prepared.theta)
-    impacts = tuple(
-        floor_impacts(run.history, floor, separation=prepared.separation)
-        for floor in prepared.experiment.floors
+    Raises:
+        ImpactfemError: The wall starts inside the building.
+        SolutionError: The response is not finite.
+    """
+    z0 = model.start(experiment.displacement)
+    motion = ModalMotion(
+        body_before_walls(model.eigenvalue, model.contact, damping),
+        experiment.time_step,
+        theta=experiment.theta,
+        probes=model.seen,
     )
-    return DampedRun(name, damping, run, impacts, penalty_parameters(impacts[-1].first_complete()))
+    return released(motion, experiment, mass, model.floor_of, z0, z0 @ model.contact)
 
 
-def _study(
-    case: Case, prepared: Prepared, model: WallModel, cases: tuple[DampedRun, ...]
-) -> CalibrationStudy:
-    asked, penalty = _asked(case), cases[0].penalty
-    stick = run_stick(
-        _stick(case),
-        prepared.experiment,
-        K=penalty.K_Ceq,
-        xi=penalty.xi_c,
-        tension=penalty.tension,
-        update=case.pounding.update,
+def released(
+    motion: Motion,
+    experiment: WallExperiment,
+    mass: Array,
+    floor_of: Index,
+    start: Array,
+    at_contacts: Array,
+) -> BuildingRun:
+    """The run of a model from the displacement that the building is held in. Collective.
+
+    Args:
+        motion: The model; its probes are the mass centres of the floors, and others after them.
+        experiment: The experiment.
+        mass: Masses of the floors that may hit, shape (n_floors,) [kg].
+        floor_of: Index of the floor of each constraint, shape (m,).
+        start: The state that it is released from, as `motion` takes it.
+        at_contacts: Displacement towards the wall of each constraint in it, shape (m,) [m].
+
+    Raises:
+        ImpactfemError: The wall starts inside the building.
+        SolutionError: The response is not finite.
+    """
+    count = len(experiment.floors)
+    of_floor = [floor_of == k for k in range(count)]
+    experiment.check_start(np.array([at_contacts[mine].max() for mine in of_floor]))
+    contact = unilateral_response(motion, experiment.gap, experiment.n_t - 1, displacement=start)
+    history = WallHistory(
+        floors=experiment.floors,
+        mass=mass,
+        gap=experiment.gap,
+        time_step=experiment.time_step,
+        displacement=contact.displacement[:, :count],
+        velocity=contact.velocity[:, :count],
+        force=np.column_stack([contact.force[:, mine].sum(axis=1) for mine in of_floor]),
+        opening=np.column_stack([contact.gap[:, mine].min(axis=1) for mine in of_floor]),
     )
-    return CalibrationStudy(
-        case=case,
-        prepared=prepared,
-        model=model,
-        cases=cases,
-        stick=stick,
-        stick_impacts=tuple(
-            floor_impacts(stick, floor, separation=asked.separation) for floor in asked.floors
-        ),
-        comparison=compare(
-            stick, cases[0].run.history, asked.floors[-1], separation=asked.separation
-        ),
-    )
-
-
-def _stick(case: Case) -> Stick:
-    if case.structure is None:
-        raise ValueError("the case has no structure")
-    # Contacts of the pounding have no part in it, and their laws may be what is sought here.
-    alone = case.model_copy(update={"contacts": ()})
-    return system_of(alone, calibration_of(case)).stick(case.structure.building)
+    return BuildingRun(history, contact)

@@ -1,17 +1,26 @@
-"""The experiment: a building drawn aside, let go, and stopped by a rigid wall."""
+"""The experiment: a building drawn aside, let go, and stopped by a rigid wall; and its stick there.
+
+What floors do in front of the wall is a `WallHistory`, whatever model computed it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from impactfem.case.wall_impact import Pull
+from impactfem.coupling.contact import kelvin_voigt
+from impactfem.coupling.pounding import End, Pair, System, Update, simulate
 from impactfem.reduction.side import Side
+from impactfem.sticks.stick import Stick
 from impactfem.system.errors import ImpactfemError
 
 Array = NDArray[np.float64]
+SEPARATION = 5e-3
+"""Pulses less than this apart are one impact [s]: a slab's waves take some ms, its return 0.1 s."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +41,8 @@ class WallExperiment:
         time_step: Time step [s].
         side: Side of the building on which the wall stands: "x-", "x+", "y-" or "y+".
         pull: How the floor is drawn aside.
+        theta: θ of the time stepping of the 3D model, from ½ to 1.
+        separation: Shortest time without force between two impacts [s].
 
     Raises:
         ImpactfemError: A value makes no experiment: the wall stands inside the displaced building,
@@ -46,6 +57,8 @@ class WallExperiment:
     time_step: float
     side: Side = "y+"
     pull: Pull = "whole_floor"
+    theta: float = 0.5
+    separation: float = SEPARATION
 
     def __post_init__(self) -> None:
         if not self.floors or len(set(self.floors)) < len(self.floors):
@@ -106,4 +119,150 @@ def _inside(floor: int, displacement: float, gap: float) -> str:
     return (
         f"the wall starts inside the building: floor {floor} is displaced by "
         f"{1e3 * displacement:.4g} mm towards it, the gap is {1e3 * gap:.4g} mm"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class WallHistory:
+    """Histories of the floors that may hit the wall, at times 0, Δt, 2 Δt, ...
+
+    Displacements and velocities are those along n, positive towards the wall; a force pushes its
+    floor away from the wall when it is positive. An impulse P over the step that ends at a time
+    stands there as the force P / Δt.
+
+    Args:
+        floors: Numbers of the floors.
+        mass: Their masses, shape (n_floors,) [kg].
+        gap: Gap at rest [m].
+        time_step: Time step Δt [s].
+        displacement: Of the mass centres, shape (n_t, n_floors) [m].
+        velocity: Of the mass centres, shape (n_t, n_floors) [m/s].
+        force: Resultants of the contact forces on the floors, shape (n_t, n_floors) [N].
+        opening: Distance of the wall from the nearest point of each floor, negative where it
+            penetrates, shape (n_t, n_floors) [m]; None when it is not known.
+
+    Raises:
+        ImpactfemError: Shapes do not fit, or a value is not finite.
+    """
+
+    floors: tuple[int, ...]
+    mass: Array
+    gap: float
+    time_step: float
+    displacement: Array
+    velocity: Array
+    force: Array
+    opening: Array | None = None
+
+    def __post_init__(self) -> None:
+        n_floors = len(self.floors)
+        if self.mass.shape != (n_floors,):
+            raise ImpactfemError(
+                f"mass must have one value for each of {n_floors} floors, got {self.mass.shape}"
+            )
+        shape = (self.force.shape[0], n_floors)
+        for name in ("displacement", "velocity", "force", "opening"):
+            values = getattr(self, name)
+            if values is None:
+                continue
+            if values.shape != shape:
+                raise ImpactfemError(f"{name} must have shape {shape}, got {values.shape}")
+            if not np.isfinite(values).all():
+                row, column = np.argwhere(~np.isfinite(values))[0]
+                raise ImpactfemError(
+                    f"{name} of floor {self.floors[column]} is {values[row, column]} at "
+                    f"t = {row * self.time_step:.6g} s"
+                )
+
+    @property
+    def time(self) -> Array:
+        """Times, shape (n_t,) [s]."""
+        n_t = self.force.shape[0]
+        return np.asarray(self.time_step * np.arange(n_t, dtype=np.float64), dtype=np.float64)
+
+    def column(self, floor: int) -> int:
+        """Index of the floor with this number.
+
+        Raises:
+            ImpactfemError: It is none of the floors that may hit.
+        """
+        if floor not in self.floors:
+            known = ", ".join(map(str, self.floors))
+            raise ImpactfemError(f"floor {floor} is none of those that may hit the wall: {known}")
+        return self.floors.index(floor)
+
+
+def static_state(stick: Stick, experiment: WallExperiment) -> Array:
+    """Displacements of the stick whose floor is drawn aside, shape (n,) [m, rad].
+
+    The floor is rigid and keeps the rotation that its storeys give it, as a slab does that is held
+    along n alone. A force along n at the stick's axis does not turn it about the axis, so holding
+    the whole floor, an even load on it and a force at its mass centre are the same.
+
+    With j the row that takes n · u of the floor's mass centre, K u = λ jᵀ and j u = d:
+    u = d K⁻¹ jᵀ / (j K⁻¹ jᵀ).
+    """
+    j = experiment.normal @ stick.translation(stick.floor_master(experiment.displaced_floor))
+    u = scipy.linalg.solve(stick.K, j, assume_a="pos")
+    return np.asarray(experiment.displacement * u / (j @ u), dtype=np.float64)
+
+
+def wall_system(
+    stick: Stick, experiment: WallExperiment, *, K: float, xi: float, tension: bool = True
+) -> System:
+    """The stick, and the pairs of its floors with the wall; arguments as `run_stick`.
+
+    Contact is at the height of the mass centres and central: the resultant on a floor has no
+    moment about a vertical axis. The wall has no mass to yield: equation 3 of the paper is then
+    C = 2 ξ √(K M), M the mass of the floor.
+    """
+    n, centre = experiment.normal, (0.0, 0.0, 0.0)
+    pairs = []
+    for floor in experiment.floors:
+        end = End.of_floor(stick, floor)
+        law = kelvin_voigt(K, xi, stick.point_mass(end.master, centre, n), tension=tension)
+        pairs.append(Pair(f"{stick.name}.floor_{floor}-wall", end, None, n, experiment.gap, law))
+    return System((stick,), tuple(pairs))
+
+
+def run_stick(
+    stick: Stick,
+    experiment: WallExperiment,
+    *,
+    K: float,
+    xi: float,
+    tension: bool = True,
+    update: Update = "implicit",
+) -> WallHistory:
+    """Run the experiment with the stick on the penalty law.
+
+    Args:
+        stick: The stick.
+        experiment: Gives the floors, the displacement, the gap and the direction.
+        K: Penalty stiffness K_Ceq [N/m].
+        xi: Damping ratio at contact ξ_c [-].
+        tension: Whether the contact may pull at its end, as in the paper.
+        update: Whether the contact force is "implicit", or "lagged" one step as equation 2 of the
+            paper prints it.
+
+    Raises:
+        ImpactfemError: The stick has no such floor, or the wall starts inside the building.
+        SolutionError: The contact forces do not converge, or lagged ones create energy.
+    """
+    system = wall_system(stick, experiment, K=K, xi=xi, tension=tension)
+    # Pairs turn n · u of the stick into a change of the gap, of the other sign.
+    along = -system.J
+    u0 = static_state(stick, experiment)
+    experiment.check_start(along @ u0)
+    at_rest = np.zeros((experiment.n_t, 3))
+    response = simulate(system, at_rest, experiment.time_step, update=update, u0=u0)
+    return WallHistory(
+        floors=experiment.floors,
+        mass=np.array([pair.law.mass for pair in system.pairs], dtype=np.float64),
+        gap=experiment.gap,
+        time_step=experiment.time_step,
+        displacement=response.u @ along.T,
+        velocity=response.v @ along.T,
+        force=response.force,
+        opening=response.gap,
     )

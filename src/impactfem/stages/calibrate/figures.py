@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.style import (
     BLUE,
@@ -30,7 +28,6 @@ from impactfem.stages.calibrate.selection import (
     half_wave,
     history_of,
     impacts_of,
-    line_load,
     running_impulse,
 )
 from impactfem.stages.stores import open_store
@@ -54,26 +51,13 @@ def wall_figures(folder: Path) -> list[Path]:
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
-    drawn: list[Path] = []
     with open_store(folder / "calibrate.nc") as store:
-        makers: dict[str, Callable[[Path, xr.Dataset], None]] = {
-            "figure_06_wall_impact.png": _forces,
-            "figure_07_wall_stick.png": _with_stick,
-            "wall_energy.png": _energy,
-            "wall_line_load.png": _line_load,
-        }
+        curves = (_forces(store), _with_stick(store), _energy(store))
+        drawn = [one.write_png(target) for one in curves]
+        drawn.append(_line_load(target / "wall_line_load.png", store))
         if store.sizes["case"] > 1:
-            makers["wall_damping.png"] = _damping
-        for name, draw in sorted(makers.items()):
-            draw(target / name, store)
-            drawn.append(target / name)
-    return drawn
-
-
-def _colours(store: xr.Dataset) -> dict[int, Any]:
-    """A colour for each floor that may hit, the same in all figures."""
-    floors = store["floor"].values.tolist()
-    return dict(zip(floors, floor_colours(len(floors)), strict=True))
+            drawn.append(_damping(target / "wall_damping.png", store))
+    return sorted(drawn)
 
 
 def _and(floors: list[int]) -> str:
@@ -82,96 +66,122 @@ def _and(floors: list[int]) -> str:
     return f"floors {', '.join(first)} and {last}" if first else f"floor {last}"
 
 
-def _forces(path: Path, store: xr.Dataset) -> None:
-    name = store.attrs["building"]
-    history, colours, time = history_of(store, MODEL), _colours(store), store["time"].values
+def _forces(store: xr.Dataset) -> CurveFigure:
+    history, time = history_of(store, MODEL), store["time"].values
+    colours = dict(zip(history.floors, floor_colours(len(history.floors)), strict=True))
     first, last = focus(store)
     shown = (time >= first) & (time <= last)
-    before = int(np.argmax(shown))
     hitting = [found.floor for found in impacts_of(store, MODEL) if found.impacts]
     spared = [k for k in history.floors if k not in hitting]
     note = f" No contact of {_and(spared)}." if spared else ""
     caption = (
         f"Figure 6: Resultant of the contact forces on {_and(hitting)} of the 3D building "
-        f"{name} in the first impact on the rigid wall (a), mean of each time step of "
-        f"{1e3 * history.time_step:g} ms, and the impulse (b) over time.{note}"
+        f"{store.attrs['building']} in the first impact on the rigid wall (a), mean of each time "
+        f"step of {1e3 * history.time_step:g} ms, and the impulse (b) over time.{note}"
     )
-    with figure(path, (1, 2), (9.0, 3.4), caption) as (_, axes):
-        for floor in reversed(hitting):
-            force = 1e-6 * history.force[shown, history.column(floor)]
-            impulse = 1e-3 * running_impulse(history, floor)
-            impulse = impulse[shown] - impulse[before]
-            axes[0].plot(time[shown], force, color=colours[floor], label=f"floor {floor}")
-            label = f"floor {floor}, {impulse.max():.3g} kN·s"
-            axes[1].plot(time[shown], impulse, color=colours[floor], label=label)
-        axes[0].set_ylabel("contact force [MN]")
-        axes[1].set_ylabel("impulse [kN·s]")
-        for panel in axes:
-            _focus_axis(panel, first, last)
-            panel.set_xlabel("time [s]")
-            _headroom(panel)
-            panel.legend(loc="upper left")
-        letter(axes)
+    forces, impulses = [], []
+    for floor in reversed(hitting):
+        force = 1e-6 * history.force[shown, history.column(floor)]
+        impulse = 1e-3 * running_impulse(history, floor)[shown]
+        impulse -= impulse[0]
+        forces.append(Curve(time[shown], force, f"floor {floor}", colours[floor]))
+        label = f"floor {floor}, {impulse.max():.3g} kN·s"
+        impulses.append(Curve(time[shown], impulse, label, colours[floor]))
+    panels = [
+        Panel("time [s]", label, curves, room=0.12, legend="upper left")
+        for label, curves in (("contact force [MN]", forces), ("impulse [kN·s]", impulses))
+    ]
+    return CurveFigure("figure_06_wall_impact", caption, panels, size=(9.0, 3.4))
 
 
-def _with_stick(path: Path, store: xr.Dataset) -> None:
-    name, side = (store.attrs[key] for key in ("building", "side"))
+def _with_stick(store: xr.Dataset) -> CurveFigure:
+    name, side, update, gap = (
+        store.attrs[key] for key in ("building", "side", "stick_contact_update", "gap")
+    )
     top, time = int(store["floor"][-1]), store["time"].values
-    update = str(store.attrs["stick_contact_update"])
-    both = (
-        (history_of(store, STICK), "stick", RED, "--"),
-        (history_of(store, MODEL), "3D", BLUE, "-"),
-    )
     caption = (
         f"Figure 7: Displacement (a) and velocity (b) towards the wall, on side {side}, of the "
         f"mass centre of floor {top} of building {name}, and impulse of its contact forces (c), "
         "over time: 3D model with unilateral contact, and stick on the penalty law "
         f"({update} contact force) with the ε and $K_{{Ceq}}$ that the 3D model gives."
     )
-    panels = (
-        ("displacement", 1e2, "displacement $u$ [cm]"),
-        ("velocity", 1.0, "velocity $\\dot u$ [m/s]"),
-        ("impulse", 1e-3, "impulse [kN·s]"),
+    labels = ("displacement $u$ [cm]", "velocity $\\dot u$ [m/s]", "impulse [kN·s]")
+    curves: list[list[Curve]] = [[], [], []]
+    for which, kind, colour, dash in ((STICK, "stick", RED, "--"), (MODEL, "3D", BLUE, "-")):
+        history = history_of(store, which)
+        u, v = (getattr(history, of)[:, -1] for of in ("displacement", "velocity"))
+        for panel, values in zip(
+            curves, (1e2 * u, v, 1e-3 * running_impulse(history, top)), strict=True
+        ):
+            panel.append(Curve(time, values, kind, colour, dash, width=0.9))
+    curves[0].append(Curve(time[[0, -1]], np.full(2, 1e2 * gap), "wall", GREEN, ":", width=0.9))
+    panels = [Panel("time [s]", *one, legend="") for one in zip(labels, curves, strict=True)]
+    return CurveFigure(
+        "figure_07_wall_stick", caption, panels, columns=3, size=(10.8, 3.4), above=True
     )
-    with figure(path, (1, 3), (10.8, 3.2), caption) as (_, axes):
-        for panel, (quantity, factor, label) in zip(axes, panels, strict=True):
-            for history, kind, colour, dashes in both:
-                values = (
-                    running_impulse(history, top)
-                    if quantity == "impulse"
-                    else getattr(history, quantity)[:, history.column(top)]
-                )
-                panel.plot(time, factor * values, color=colour, ls=dashes, lw=0.9, label=kind)
-            panel.set_ylabel(label)
-            panel.set_xlabel("time [s]")
-            panel.set_xlim(time[0], time[-1])
-        axes[0].axhline(1e2 * store.attrs["gap"], color=GREEN, lw=0.9, ls=":", label="wall")
-        _headroom(axes[0], 0.25)
-        axes[0].legend(loc="upper right", ncols=3)
-        letter(axes)
 
 
-def _line_load(path: Path, store: xr.Dataset) -> None:
-    by_floor = {k: 1e-6 * line_load(store, k) for k in store["floor"].values[::-1].tolist()}
-    # A floor may touch later only.
-    floors = [floor for floor, load in by_floor.items() if load.any()]
-    loads = [by_floor[floor] for floor in floors]
-    largest = max(float(load.max()) for load in loads)
-    # Corners and the first touch have the largest values and would take the colours for themselves.
-    pushing = np.concatenate([load.values[load.values > 0.0] for load in loads])
-    limit = float(np.quantile(pushing, 1.0 - CUT))
-    whose, name = _and(floors[::-1]), store.attrs["building"]
+def _energy(store: xr.Dataset) -> CurveFigure:
+    """The energies over all the time and in the first impact, and their sum."""
+    time, numerical = store["time"].values, store["numerical_energy"].values
+    energies = {
+        "kinetic": (store["kinetic_energy"].values, BLUE),
+        "elastic": (store["elastic_energy"].values, ORANGE),
+        "damped": (store["damped_energy"].values, GREEN),
+        "contact": (-store["contact_work"].values, RED),
+    }
+    also = ""
+    if np.any(numerical):
+        energies["numerical"], also = (numerical, "0.5"), " and time stepping"
+    energies["sum"] = (np.sum([values for values, _ in energies.values()], axis=0), "black")
+    first, last = focus(store)
     caption = (
-        f"Line load of the wall on the edge of {whose} of building {name} over the "
-        "distance along the edge and the time of the first impact, straight between the vertices "
-        f"of the mesh. Largest value: {largest:.3g} MN/m."
+        f"Energies of the 3D building {store.attrs['building']} in front of the wall, over all the "
+        f"time (a) and in the first impact (b); what damping and contact{also} have taken so far. "
+        "Contact takes the energy of nodes that stop at the wall; it falls with mesh and time step."
     )
-    with figure(path, (1, len(floors)), (2.7 * len(floors) + 1.2, 3.6), caption) as (drawn, axes):
-        for panel, floor, load in zip(axes, floors, loads, strict=True):
+    panels = [
+        Panel(
+            "time [s]",
+            "energy [kJ]",
+            [
+                Curve(time[shown], 1e-3 * y[shown], name, look, "--" if name == "sum" else "-")
+                for name, (y, look) in energies.items()
+            ],
+            legend="",
+        )
+        for shown in (slice(None), (time >= first) & (time <= last))
+    ]
+    return CurveFigure("wall_energy", caption, panels, size=(9.0, 4.0), alike=True, above=True)
+
+
+def _line_load(path: Path, store: xr.Dataset) -> Path:
+    """P_i / w_i, with the force P_i and the length w_i of vertex i, over edge and time."""
+    load = 1e-6 * (store["constraint_force"] / store["constraint_length"]).transpose(
+        "step", "constraint"
+    )
+    # A floor may touch later only.
+    loads = {
+        floor: of_floor
+        for floor in store["floor"].values[::-1].tolist()
+        if (of_floor := load[:, (store["constraint_floor"] == floor).values]).any()
+    }
+    # Corners and the first touch have the largest values and would take the colours for themselves.
+    pushing = np.concatenate([one.values[one.values > 0.0] for one in loads.values()])
+    limit = float(np.quantile(pushing, 1.0 - CUT))
+    caption = (
+        f"Line load of the wall on the edge of {_and(list(loads)[::-1])} of building "
+        f"{store.attrs['building']} over the distance along the edge and the time of the first "
+        "impact, straight between the vertices of the mesh. Largest value: "
+        f"{pushing.max():.3g} MN/m."
+    )
+    size = (2.7 * len(loads) + 1.2, 3.6)
+    with figure(path, (1, len(loads)), size, caption) as (drawn, axes):
+        for panel, (floor, of_floor) in zip(axes, loads.items(), strict=True):
             mappable = panel.pcolormesh(
-                1e3 * load["step"],
-                load["position"],
-                load.T,
+                1e3 * of_floor["step"],
+                store["constraint_position"][(store["constraint_floor"] == floor).values],
+                of_floor.T,
                 shading="gouraud",
                 cmap=COLOURS,
                 vmin=0.0,
@@ -185,46 +195,13 @@ def _line_load(path: Path, store: xr.Dataset) -> None:
         bar = drawn.colorbar(mappable, ax=axes, location="right", aspect=30, pad=0.02, extend="max")
         bar.set_label("line load [MN/m]")
         letter(axes)
+    return path
 
 
-def _energy(path: Path, store: xr.Dataset) -> None:
-    building, time = store.attrs["building"], store["time"].values
-    curves = [
-        ("kinetic", store["kinetic_energy"].values, BLUE, "-"),
-        ("elastic", store["elastic_energy"].values, ORANGE, "-"),
-        ("damped", store["damped_energy"].values, GREEN, "-"),
-        ("contact", -store["contact_work"].values, RED, "-"),
-    ]
-    numerical = store["numerical_energy"].values
-    if np.any(numerical):
-        curves.append(("numerical", numerical, "0.5", "-"))
-    curves.append(("sum", np.sum([values for _, values, _, _ in curves], axis=0), "black", "--"))
-    first, last = focus(store)
-    also = " and time stepping" if np.any(numerical) else ""
-    caption = (
-        f"Energies of the 3D building {building} in front of the wall, over all the time (a) "
-        f"and in the first impact (b); what damping and contact{also} have taken so far. Contact"
-        " takes the energy of nodes that stop at the wall; it falls with mesh and time step."
-    )
-    with figure(path, (1, 2), (9.0, 3.8), caption) as (_, axes):
-        for panel in axes:
-            for name, values, colour, dashes in curves:
-                panel.plot(time, 1e-3 * values, color=colour, ls=dashes, label=name)
-            panel.set_xlabel("time [s]")
-            panel.set_ylabel("energy [kJ]")
-        axes[0].set_xlim(time[0], time[-1])
-        _focus_axis(axes[1], first, last)
-        _headroom(axes[0], 0.3)
-        axes[1].set_ylim(axes[0].get_ylim())
-        axes[0].legend(loc="upper right", ncols=3)
-        letter(axes)
-
-
-def _damping(path: Path, store: xr.Dataset) -> None:
+def _damping(path: Path, store: xr.Dataset) -> Path:
     frequency = half_wave(store)
     ratio = 1e2 * damping_ratios(store, frequency)
-    cases = [str(case) for case in store["case"].values]
-    top, building = store["floor"].values[-1], store.attrs["building"]
+    cases = store["case"].values.tolist()
     panels = (
         ("epsilon", 1.0, "restitution ε [-]"),
         ("K_Ceq", 1e-11, "contact stiffness $K_{Ceq}$ [$10^{11}$ N/m]"),
@@ -232,23 +209,18 @@ def _damping(path: Path, store: xr.Dataset) -> None:
     )
     caption = (
         f"Restitution by equation 5 (a), contact stiffness by equation 6 (b) and duration of the "
-        f"first impact (c) of floor {top} of building {building} over the Rayleigh "
-        f"damping ratio of the building at {frequency:.3g} Hz, the frequency whose half wave lasts "
-        f'as long as the impact of the case "{cases[0]}".'
+        f"first impact (c) of floor {store['floor'].values[-1]} of building "
+        f"{store.attrs['building']} over the Rayleigh damping ratio of the building at "
+        f"{frequency:.3g} Hz, the frequency whose half wave lasts as long as the impact of the "
+        f'case "{cases[0]}".'
     )
     colours = ordered_colours(len(cases))
     with figure(path, (1, 3), (10.0, 3.2), caption) as (_, axes):
         for panel, (name, factor, label) in zip(axes, panels, strict=True):
             values = factor * store[name].values
             for k, case in enumerate(cases):
-                panel.plot(
-                    float(ratio[k]),
-                    values[k],
-                    MARKERS[k % len(MARKERS)],
-                    color=colours[k],
-                    ms=6,
-                    label=case,
-                )
+                look = {"marker": MARKERS[k % len(MARKERS)], "ls": "none", "color": colours[k]}
+                panel.plot(float(ratio[k]), values[k], ms=6, label=case, **look)
             panel.set_xlabel(f"damping ratio at {frequency:.3g} Hz [%]")
             panel.set_ylabel(label)
             panel.set_xlim(0.0, 1.15 * float(ratio.max()))
@@ -256,15 +228,4 @@ def _damping(path: Path, store: xr.Dataset) -> None:
         axes[0].set_ylim(0.0, 1.0)
         axes[0].legend(loc="best")
         letter(axes)
-
-
-def _focus_axis(panel: Axes, first: float, last: float) -> None:
-    panel.set_xlim(first, last)
-    panel.xaxis.set_major_locator(MaxNLocator(5))
-    panel.ticklabel_format(axis="x", useOffset=False)
-
-
-def _headroom(panel: Axes, share: float = 0.12) -> None:
-    """Room for the legend above the curves."""
-    low, high = panel.get_ylim()
-    panel.set_ylim(low, high + share * (high - low))
+    return path

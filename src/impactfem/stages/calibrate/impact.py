@@ -1,4 +1,4 @@
-"""Impacts of a floor on the wall: when, how long, which impulse, and what the floor lost.
+"""Impacts of a floor on the wall, what they say of the penalty law, and how two models compare.
 
 The evaluation knows histories, not the model that they come from: a floor's force may be smooth, a
 chain of pulses as nonsmooth contact gives it, or pull at its end as the penalty law does.
@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.stages.calibrate.history import WallHistory
+from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
+from impactfem.stages.calibrate.experiment import SEPARATION, WallHistory
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 Array = NDArray[np.float64]
-SEPARATION = 5e-3
-"""Pulses less than this apart are one impact [s]: a slab's waves take some ms, its return 0.1 s."""
 THRESHOLD = 1e-6
 """Forces up to this part of the largest one of all floors are those of a solver's residual [-]."""
 
@@ -174,80 +173,43 @@ def floor_impacts(
             f"{separation:g} s and {threshold:g}"
         )
     j = history.column(floor)
-    F = history.force[:, j]
-    n_t = F.size
-    dt = history.time_step
+    F, dt = history.force[:, j], history.time_step
     touching = np.abs(F) > threshold * np.max(np.abs(history.force))
     if touching[0]:
         raise SolutionError(
             f"the wall starts inside the building: floor {floor} carries {F[0]:.4g} N at t = 0"
         )
-    runs = _runs(touching, separation / dt)
-    opening = history.opening
-    distance = history.gap - history.displacement[:, j] if opening is None else opening[:, j]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], touching, [False]]).astype(np.int8)))
+    first, last = edges[::2], edges[1::2] - 1
+    # In steps. Tolerance: a whole number of steps is rounded when divided by the step.
+    apart = separation / dt * (1.0 - 1e-9)
+    before = np.append(np.inf, first[1:] - 1 - last[:-1])[: first.size]
+    begins = np.flatnonzero(before >= apart)
+    ends = np.append(begins[1:], first.size)[: begins.size]
+    distance = history.gap - history.displacement[:, j]
+    if history.opening is not None:
+        distance = history.opening[:, j]
     return FloorImpacts(
         floor=floor,
         impacts=tuple(
-            _impact(
-                history,
-                j,
-                run,
-                # Whether another pulse of the same impact could come is known only so much later.
-                complete=run[1] + 1 < n_t and (n_t - 1 - run[1]) * dt >= separation,
-            )
-            for run in runs
+            _impact(history, j, int(first[begin]), int(last[end - 1]), int(end - begin), apart)
+            for begin, end in zip(begins, ends, strict=True)
         ),
         gap=history.gap,
         closest=float(np.min(distance)),
-        window=dt * (n_t - 1),
+        window=dt * (F.size - 1),
     )
-
-
-def _runs(touching: NDArray[np.bool_], separation: float) -> list[tuple[int, int, int]]:
-    """First and last index of each impact, and its number of pulses; separation in steps."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], touching, [False]]).astype(np.int8)))
-    runs: list[tuple[int, int, int]] = []
-    for first, after in edges.reshape(-1, 2).tolist():
-        # Tolerance: a separation of a whole number of steps is rounded when divided by the step.
-        if runs and first - 1 - runs[-1][1] < separation * (1.0 - 1e-9):
-            begin, _, pulses = runs.pop()
-            runs.append((begin, after - 1, pulses + 1))
-        else:
-            runs.append((first, after - 1, 1))
-    return runs
 
 
 def _impact(
-    history: WallHistory, j: int, run: tuple[int, int, int], *, complete: bool
+    history: WallHistory, j: int, first: int, last: int, pulses: int, apart: float
 ) -> WallImpact:
-    first, last, pulses = run
-    low, high = first - 1, min(last + 1, history.force.shape[0] - 1)
+    """The impact of a floor from its first to its last time with a force."""
+    n_t, dt = history.force.shape[0], history.time_step
+    low, high = first - 1, min(last + 1, n_t - 1)
     F = history.force[low : high + 1, j]
     mean_force = 0.5 * (F[:-1] + F[1:])
-    impulse = history.time_step * np.cumsum(mean_force)
-    displacement = history.displacement[low : high + 1, j]
-    start, end = _limits(history, j, first, last)
-    return WallImpact(
-        floor=history.floors[j],
-        mass=float(history.mass[j]),
-        first=first,
-        last=last,
-        pulses=pulses,
-        start=start,
-        end=end,
-        impulse=float(impulse[-1]),
-        largest_impulse=float(np.max(impulse)),
-        peak_force=float(np.max(F)),
-        approach=float(history.velocity[low, j]),
-        rebound=float(-history.velocity[high, j]),
-        work=float(np.sum(mean_force * np.diff(displacement))),
-        complete=complete,
-    )
-
-
-def _limits(history: WallHistory, j: int, first: int, last: int) -> tuple[float, float]:
-    """Start and end of an impact [s]."""
-    n_t = history.force.shape[0]
+    impulse = dt * np.cumsum(mean_force)
     # In steps: from the time first - 1 to the start, and back from the time last + 1 to the end.
     before, after = 0.5, 0.5
     if history.opening is not None:
@@ -256,8 +218,23 @@ def _limits(history: WallHistory, j: int, first: int, last: int) -> tuple[float,
             before = _steps_to_wall(g[first - 1], g[first - 2], (-1.0, 1.0), before)
         if last + 2 < n_t:
             after = _steps_to_wall(g[last + 1], g[last + 2], (0.0, 2.0), after)
-    end = last + 1 - after if last + 1 < n_t else float(last)
-    return history.time_step * (first - 1 + before), history.time_step * end
+    return WallImpact(
+        floor=history.floors[j],
+        mass=float(history.mass[j]),
+        first=first,
+        last=last,
+        pulses=pulses,
+        start=dt * (first - 1 + before),
+        end=dt * (last + 1 - after if last + 1 < n_t else last),
+        impulse=float(impulse[-1]),
+        largest_impulse=float(np.max(impulse)),
+        peak_force=float(np.max(F)),
+        approach=float(history.velocity[low, j]),
+        rebound=float(-history.velocity[high, j]),
+        work=float(np.sum(mean_force * np.diff(history.displacement[low : high + 1, j]))),
+        # Whether another pulse of the same impact could come is known only so much later.
+        complete=last + 1 < n_t and n_t - 1 - last >= apart,
+    )
 
 
 def _steps_to_wall(near: float, far: float, limits: tuple[float, float], unknown: float) -> float:
@@ -266,3 +243,143 @@ def _steps_to_wall(near: float, far: float, limits: tuple[float, float], unknown
     `unknown` when the floor was not nearing the wall, or leaving it.
     """
     return float(np.clip(near / (far - near), *limits)) if far > near else unknown
+
+
+@dataclass(frozen=True)
+class PenaltyParameters:
+    """What makes a mass on Kelvin-Voigt contact behave like the floor at the wall.
+
+    Args:
+        epsilon: Restitution ε [-].
+        xi_c: Damping ratio at contact ξ_c [-].
+        K_Ceq: Penalty stiffness [N/m].
+        tension: Whether the contact may pull at its end.
+    """
+
+    epsilon: float
+    xi_c: float
+    K_Ceq: float
+    tension: bool
+
+
+def penalty_parameters(
+    impact: WallImpact, *, tension: bool = True, at_end: bool = False
+) -> PenaltyParameters:
+    """Parameters of the penalty law from the impulse, approach velocity and duration of an impact.
+
+        ε = P / (M u̇⁻) - 1                     (5)
+        ξ_c = -ln ε / √(π² + ln² ε)             (4)
+        K_Ceq = M / (1 - ξ_c²) (π / Δt_c)²      (6)
+
+    P is the largest impulse, as in the paper. Where the wall only pushes, that is the one at the
+    end of the impact; where the force pulls at its end, as that of the law itself, only the impulse
+    at the end gives the ε and ξ_c back with which a free mass was computed, and Δt_c the K_Ceq.
+
+    A law that may not pull has other relations of ε, ξ_c and the duration; theirs are used with
+    `tension` false: K_Ceq = M (φ / Δt_c)² with the law's phase φ, in equation 6 π / √(1 - ξ_c²).
+
+    All three take the floor for a free mass, but the forces of its building act during the impact.
+    In the paper's experiment they push it towards the wall, because the floors below move on
+    while it is stopped: they add to the impulse and lengthen the impact, so that ε comes out
+    larger and K_Ceq smaller than those of a law with which the stick runs. A mass on one spring
+    behind a gap is pulled back instead: ε comes out smaller.
+
+    Args:
+        impact: A complete impact.
+        tension: Whether the contact of the law may pull at its end.
+        at_end: Take the impulse at the end of the impact for P, not the largest.
+
+    Raises:
+        SolutionError: The floor did not approach the wall, or ε is not above 0 and at most 1.
+    """
+    momentum = impact.mass * impact.approach
+    if not impact.approach > 0.0:
+        raise SolutionError(
+            f"the approach velocity of floor {impact.floor} before its impact at "
+            f"{impact.start:.4g} s is {impact.approach:.4g} m/s, not positive: its mass centre "
+            "does not move towards the wall, and equation 5 gives no restitution"
+        )
+    epsilon = impact.epsilon_at_end if at_end else impact.epsilon
+    impulse = impact.impulse if at_end else impact.largest_impulse
+    if not 0.0 < epsilon <= 1.0:
+        raise SolutionError(
+            f"equation 5 gives the restitution {epsilon:.4g} for floor {impact.floor}, expected "
+            f"above 0 and at most 1: impulse {1e-3 * impulse:.4g} kN s, momentum "
+            f"before the impact {1e-3 * momentum:.4g} kN s; the longer the impact, the more of the "
+            "impulse is that of the building's own forces"
+        )
+    xi_c = kelvin_voigt_xi(epsilon, tension=tension)
+    phase = kelvin_voigt_phase(xi_c, tension=tension)
+    K_Ceq = impact.mass * (phase / impact.duration) ** 2
+    return PenaltyParameters(epsilon, xi_c, K_Ceq, tension)
+
+
+@dataclass(frozen=True)
+class WallComparison:
+    """How the stick differs from the model it stands for, at one floor.
+
+    Args:
+        stick: Impacts of the stick's floor.
+        model: Impacts of the model's floor.
+        rebound_overshoot: Largest displacement away from the wall after the first impact, the
+            stick's over the model's, less 1 [-]; None when one of them does not swing back
+            behind its position at rest and turn there within its window.
+        return_overshoot: The same of the largest displacement towards the wall after that [-];
+            None when one of them has not turned again by the end of its window.
+    """
+
+    stick: FloorImpacts
+    model: FloorImpacts
+    rebound_overshoot: float | None
+    return_overshoot: float | None
+
+    @property
+    def delay(self) -> float:
+        """First impact of the stick less that of the model, positive when later [s]."""
+        return self.stick.first_complete().start - self.model.first_complete().start
+
+    def ratio(self, quantity: str) -> float:
+        """A quantity of the stick's first impact over the model's, by its name in `WallImpact`."""
+        stick, model = (getattr(of.first_complete(), quantity) for of in (self.stick, self.model))
+        return float(stick / model)
+
+
+def compare(
+    stick: WallHistory, model: WallHistory, floor: int, *, separation: float = SEPARATION
+) -> WallComparison:
+    """Compare two runs of the same experiment at one floor.
+
+    Args:
+        stick: Histories of the stick.
+        model: Histories of the model, with any time step.
+        floor: Number of the floor.
+        separation: See `floor_impacts`.
+
+    Raises:
+        ImpactfemError: The floor is not in both, or their gaps differ.
+        SolutionError: One of them has no complete first impact.
+    """
+    if not np.isclose(stick.gap, model.gap, rtol=1e-9, atol=0.0):
+        raise ImpactfemError(
+            "stick and model must stand before the same wall to be compared, got gaps of "
+            f"{1e3 * stick.gap:.6g} and {1e3 * model.gap:.6g} mm"
+        )
+    found = [floor_impacts(history, floor, separation=separation) for history in (stick, model)]
+    turns = [
+        _turns(history.displacement[:, history.column(floor)], impacts.first_complete().last)
+        for history, impacts in zip((stick, model), found, strict=True)
+    ]
+    rebound, back = (
+        None if u_stick is None or u_model is None else u_stick / u_model - 1.0
+        for u_stick, u_model in zip(*turns, strict=True)
+    )
+    return WallComparison(found[0], found[1], rebound, back)
+
+
+def _turns(u: Array, last: int) -> tuple[float | None, float | None]:
+    """Where a floor turns after an impact: away from the wall, then towards it [m]."""
+    far = last + int(np.argmin(u[last:]))
+    if far == u.size - 1 or u[far] >= 0.0:
+        return None, None
+    near = far + int(np.argmax(u[far:]))
+    return float(u[far]), None if near == u.size - 1 else float(u[near])

@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.stages.calibrate.history import WallHistory
+from impactfem.stages.calibrate.experiment import WallHistory
 from impactfem.stages.calibrate.impact import FloorImpacts, floor_impacts
 from impactfem.stages.stores import time_step
 
@@ -60,16 +60,6 @@ def damping_ratios(store: xr.Dataset, frequency: float) -> xr.DataArray:
     both = (store[f"{name}_coefficient"].values for name in ("mass", "stiffness"))
     ratios = [Rayleigh(*pair).ratio(frequency) for pair in zip(*both, strict=True)]
     return xr.DataArray(ratios, coords={"case": store["case"]}, dims="case")
-
-
-def line_load(store: xr.Dataset, floor: int) -> xr.DataArray:
-    """Line load at the vertices of a floor's edge at the times of `step` [N/m].
-
-    P_i / w_i, with the force P_i and the length w_i of vertex i; straight between vertices.
-    """
-    edge = store.isel(constraint=(store["constraint_floor"] == floor).values)
-    load = edge["constraint_force"] / edge["constraint_length"]
-    return load.assign_coords(position=edge["constraint_position"]).transpose("step", "constraint")
 
 
 def running_impulse(history: WallHistory, floor: int) -> Array:

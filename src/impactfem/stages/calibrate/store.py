@@ -1,4 +1,4 @@
-"""The store of the stage: `calibrate.nc`.
+"""The store of the stage, `calibrate.nc`, and its scalars by the names of `summary.json`.
 
 Displacements and velocities are those of the mass centres, positive towards the wall; forces push
 the floors away from it. What begins with `stick_` is of the stick, the rest of the 3D model.
@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from impactfem.stages.calibrate.compute import CalibrationStudy
-from impactfem.stages.calibrate.history import WallHistory
-from impactfem.stages.calibrate.scalars import calibration_scalars
+from impactfem.stages.calibrate.experiment import WallHistory
 from impactfem.stages.stores import Output, dataset
 from impactfem.system.files import write_netcdf
+from impactfem.system.scalar import Scalar
 
 OUTPUTS = {
     "time": Output("time", "s"),
@@ -64,16 +64,17 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
     Raises:
         ImpactfemError: The file cannot be written.
     """
-    prepared, cases = study.prepared, study.cases
-    experiment, contact = prepared.experiment, study.main.run.contact
-    near = _near_first_impact(study)
+    prepared, cases, structure = study.prepared, study.cases, study.case.structure
+    experiment, contact = prepared.experiment, cases[0].run.contact
     impacts = [case.impacts[-1].first_complete() for case in cases]
+    # Forces of the constraints matter, and are not zero, in the first impact only.
+    near = slice(max(0, impacts[0].first - 5), impacts[0].last + 6)
     floors = np.array(experiment.floors)
     values = {
         "time": contact.time,
         "floor": floors,
         "floor_mass": prepared.mass,
-        **_histories(study.main.run.history, ""),
+        **_histories(cases[0].run.history, ""),
         **_histories(study.stick, "stick_"),
         "kinetic_energy": contact.energy.kinetic,
         "elastic_energy": contact.energy.elastic,
@@ -89,9 +90,9 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         "case": [case.name for case in cases],
         "mass_coefficient": [case.damping.alpha for case in cases],
         "stiffness_coefficient": [case.damping.beta for case in cases],
-        "epsilon": [case.penalty.epsilon for case in cases],
-        "xi_c": [case.penalty.xi_c for case in cases],
-        "K_Ceq": [case.penalty.K_Ceq for case in cases],
+        **{
+            name: [getattr(c.penalty, name) for c in cases] for name in ("epsilon", "xi_c", "K_Ceq")
+        },
         "impact_time": [impact.start for impact in impacts],
         "impact_duration": [impact.duration for impact in impacts],
         "impulse": [impact.largest_impulse for impact in impacts],
@@ -101,10 +102,10 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         "title": study.case.title,
         "inputs": key,
         "case_hash": study.case.content_hash(),
-        "building": study.case.structure.building if study.case.structure else "",
+        "building": structure.building if structure else "",
         "side": experiment.side,
         "gap": experiment.gap,
-        "separation": prepared.separation,
+        "separation": experiment.separation,
         "displaced_floor": experiment.displaced_floor,
         "displacement_at_start": experiment.displacement,
         "pull": experiment.pull,
@@ -114,16 +115,87 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
     write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
 
 
-def _near_first_impact(study: CalibrationStudy) -> slice:
-    """The steps whose forces of the constraints are kept.
-
-    They matter, and are not zero, in the first impact only.
-    """
-    first = study.main.impacts[-1].first_complete()
-    return slice(max(0, first.first - 5), first.last + 6)
-
-
 def _histories(history: WallHistory, prefix: str) -> dict[str, Any]:
     names = ("displacement", "velocity", "force", "opening")
     histories = {f"{prefix}{name}": getattr(history, name) for name in names}
     return {name: values for name, values in histories.items() if values is not None}
+
+
+def calibration_scalars(study: CalibrationStudy) -> list[Scalar]:
+    """All scalars of the stage."""
+    main, experiment, model = study.cases[0], study.prepared.experiment, study.model
+    impact, penalty, contact = main.impacts[-1].first_complete(), main.penalty, main.run.contact
+    energy, comparison, top = contact.energy, study.comparison, f"floor {experiment.floors[-1]}"
+    # From the last time before the first impact to its end.
+    before, end = impact.first - 1, impact.last
+    taken = energy.damped + energy.numerical
+    by_contact = float(energy.contact[before] - energy.contact[end])
+    dissipated = float(taken[end] - taken[before]) + by_contact
+    again, again_3d = comparison.stick.second, comparison.model.second
+    none = "no second impact within the window"
+    of_stick = "of the stick" if again else f"{none}, stick"
+    of_model = "of the 3D model" if again_3d else f"{none}, 3D model"
+    by_equation_5 = f"by the impulse: equation 5 of Bodnar et al. 2022, {top}"
+    overshoot = "displacement of the stick after the impact over that of the 3D model, less 1"
+    on_return = "the same on its return to the wall"
+    unevenness = (
+        f"largest departure of the slab of floor {experiment.displaced_floor} from its "
+        f"displacement before the release, over it; pull = {experiment.pull}"
+    )
+    rows: list[tuple[str, float | None, str, str]] = [
+        ("impact_time", impact.start, "s", f"first impact, {top}"),
+        ("impact_duration", impact.duration, "s", top),
+        ("impulse", impact.largest_impulse, "N s", top),
+        ("approach_velocity", impact.approach, "m/s", f"mass centre, {top}"),
+        ("epsilon", penalty.epsilon, "-", by_equation_5),
+        ("xi_c", penalty.xi_c, "-", "by ε: equation 4"),
+        ("K_Ceq", penalty.K_Ceq, "N/m", "by ε and the duration: equation 6"),
+        ("peak_force", impact.peak_force, "N", top),
+        (
+            "energy_dissipated",
+            dissipated,
+            "J",
+            "by the damping of the building and the contact, during the first impact",
+        ),
+        (
+            "energy_dissipated.contact",
+            by_contact,
+            "J",
+            "of that: the energy of the contact nodes, which falls with mesh and step",
+        ),
+    ]
+    for found in main.impacts:
+        first = found.impacts[0] if found.impacts else None
+        name = f"floor_{found.floor}"
+        note = "" if first else f"no impact; nearest {1e3 * found.closest:.4g} mm"
+        rows += [
+            (f"{name}.impacts", float(found.number), "-", note),
+            (f"{name}.impact_time", first.start if first else None, "s", note),
+            (f"{name}.impact_duration", first.duration if first else None, "s", note),
+            (f"{name}.impulse", first.largest_impulse if first else None, "N s", note),
+        ]
+    rows += [
+        ("stick_delay", comparison.delay, "s", "of the stick's first impact"),
+        ("second_impulse", again.largest_impulse if again else None, "N s", of_stick),
+        ("second_impact_time", again.start if again else None, "s", of_stick),
+        ("second_impulse_3d", again_3d.largest_impulse if again_3d else None, "N s", of_model),
+        ("stick_impulse_ratio", comparison.ratio("largest_impulse"), "-", "stick over 3D"),
+        ("stick_duration_ratio", comparison.ratio("duration"), "-", "stick over 3D"),
+        ("rebound_overshoot", comparison.rebound_overshoot, "-", overshoot),
+        ("return_overshoot", comparison.return_overshoot, "-", on_return),
+        ("basis_vectors", float(len(model.eigenvalue)), "-", ""),
+        ("basis_error", model.difference, "-", "transfer functions"),
+        ("start_unevenness", model.uneven, "-", unevenness),
+        ("constraints", float(len(model.floor_of)), "-", ""),
+        ("complementarity", float(contact.residual.max()), "-", "residual"),
+        ("penetration", float(contact.penetration.max()), "m", ""),
+        ("energy_residual", energy.residual, "-", ""),
+        ("energy_gained", energy.gained, "-", "by the contact"),
+    ]
+    for one in study.cases[1:]:
+        note = f"α = {one.damping.alpha:.4g} 1/s, β = {one.damping.beta:.4g} s"
+        rows += [
+            (f"epsilon.{one.name}", one.penalty.epsilon, "-", note),
+            (f"K_Ceq.{one.name}", one.penalty.K_Ceq, "N/m", note),
+        ]
+    return [Scalar(f"calibration.{name}", value, unit, note) for name, value, unit, note in rows]

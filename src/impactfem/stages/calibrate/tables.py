@@ -8,8 +8,14 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.plot.table import Cell, Table, beside_published, columns_of, write_tables
-from impactfem.stages.calibrate.impact import FloorImpacts
+from impactfem.plot.table import (
+    Cell,
+    Table,
+    beside_published,
+    columns_of,
+    heads,
+    write_tables,
+)
 from impactfem.stages.calibrate.selection import (
     MODEL,
     STICK,
@@ -38,15 +44,12 @@ def wall_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
         ImpactfemError: A file cannot be written.
     """
     with open_store(folder / "calibrate.nc") as store:
-        tables = [_values(store, published), _impacts(store), _dampings(store, published)]
+        # Figures 6 and 7 and table 5 of the paper: the stage's scalars, published ones first.
+        shown = sorted(scalars_of(store), key=lambda scalar: scalar.name not in published)
+        title = f"Impact of building {store.attrs['building']} on a rigid wall"
+        values = beside_published("wall_calibration", title, shown, published)
+        tables = [values, _impacts(store), _dampings(store, published)]
     return write_tables(folder, tables)
-
-
-def _values(store: xr.Dataset, published: Mapping[str, float]) -> Table:
-    """Figures 6 and 7 and table 5 of the paper: the stage's scalars, published ones first."""
-    shown = sorted(scalars_of(store), key=lambda scalar: scalar.name not in published)
-    title = f"Impact of building {store.attrs['building']} on a rigid wall"
-    return beside_published("wall_calibration", title, shown, published)
 
 
 def _impacts(store: xr.Dataset) -> Table:
@@ -55,49 +58,33 @@ def _impacts(store: xr.Dataset) -> Table:
     The impulse is the largest on its way and that at the end, the peak that of the force; `over`
     says whether the impact ends in the window.
     """
-    rows = [
-        row
-        for kind, which in (("3D", MODEL), ("stick", STICK))
-        for floor in reversed(impacts_of(store, which))
-        for row in _of_floor(time_step(store), kind, floor)
-    ]
-    columns = (
-        *(("model", ""), ("floor", ""), ("impact", ""), ("start", "s"), ("duration", "ms")),
-        *(("impulse", "kN s"), ("at end", "kN s"), ("peak", "MN"), ("approach", "m/s")),
-        *(("rebound", "m/s"), ("epsilon", "-"), ("pulses", ""), ("steps", ""), ("over", "")),
-        ("nearest", "mm"),
+    rows: list[tuple[Cell, ...]] = []
+    for kind, which in (("3D", MODEL), ("stick", STICK)):
+        for found in reversed(impacts_of(store, which)):
+            closest = 1e3 * found.closest
+            if not found.impacts:
+                rows.append((kind, found.floor, 0, *[None] * 11, closest))
+            for number, one in enumerate(found.impacts, start=1):
+                impulses = (1e-3 * one.largest_impulse, 1e-3 * one.impulse)
+                speeds = (one.approach, one.rebound)
+                epsilon = one.epsilon if np.isfinite(one.epsilon) else None
+                over = "yes" if one.complete else "no"
+                rows.append(
+                    (
+                        *(kind, found.floor, number, one.start, 1e3 * one.duration, *impulses),
+                        *(1e-6 * one.peak_force, *speeds, epsilon, one.pulses),
+                        *(one.duration / time_step(store), over, closest),
+                    )
+                )
+    columns = heads(
+        "model; floor; impact; start [s]; duration [ms]; impulse [kN s]; at end [kN s]; peak [MN]; "
+        "approach [m/s]; rebound [m/s]; epsilon [-]; pulses; steps; over; nearest [mm]"
     )
     title = (
         f"Impacts of the floors of building {store.attrs['building']} on the rigid wall, 3D and "
         "stick; epsilon by the largest impulse, negative where the impulse is below the momentum"
     )
     return Table("wall_impacts", title, columns, tuple(rows))
-
-
-def _of_floor(step: float, kind: str, found: FloorImpacts) -> list[tuple[Cell, ...]]:
-    closest = 1e3 * found.closest
-    if not found.impacts:
-        return [(kind, found.floor, 0, *[None] * 11, closest)]
-    return [
-        (
-            kind,
-            found.floor,
-            number,
-            one.start,
-            1e3 * one.duration,
-            1e-3 * one.largest_impulse,
-            1e-3 * one.impulse,
-            1e-6 * one.peak_force,
-            one.approach,
-            one.rebound,
-            one.epsilon if np.isfinite(one.epsilon) else None,
-            one.pulses,
-            one.duration / step,
-            "yes" if one.complete else "no",
-            closest,
-        )
-        for number, one in enumerate(found.impacts, start=1)
-    ]
 
 
 def _dampings(store: xr.Dataset, published: Mapping[str, float]) -> Table:

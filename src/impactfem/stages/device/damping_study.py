@@ -14,9 +14,8 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import GroundMotion
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_building import CompleteModel
-from impactfem.stages.calibrate.building_run import run_reduced
-from impactfem.stages.calibrate.impact import floor_impacts
-from impactfem.stages.calibrate.penalty import penalty_parameters
+from impactfem.stages.calibrate.compute import run_reduced
+from impactfem.stages.calibrate.impact import floor_impacts, penalty_parameters
 from impactfem.stages.device.analysis import Analyst, DeviceResult, with_detailed
 from impactfem.stages.device.full_run import FullHistories
 from impactfem.stages.device.prepared import Prepared, analysis_of
@@ -244,6 +243,8 @@ def _epsilon(prepared: Prepared, model: CompleteModel, damping: Rayleigh) -> flo
     wall, reduced = prepared.wall, model.wall
     if wall is None or reduced is None:
         raise ValueError("the study has no wall experiment")
-    run = run_reduced(reduced, wall.experiment, wall.mass, damping, theta=wall.theta)
-    top = floor_impacts(run.history, wall.experiment.floors[-1], separation=wall.separation)
+    run = run_reduced(reduced, wall.experiment, wall.mass, damping)
+    top = floor_impacts(
+        run.history, wall.experiment.floors[-1], separation=wall.experiment.separation
+    )
     return penalty_parameters(top.first_complete()).epsilon

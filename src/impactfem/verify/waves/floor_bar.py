@@ -263,7 +263,7 @@ def _impact(
     from impactfem.reduction.reduced_basis import Accuracy
     from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
     from impactfem.reduction.wall import Wall
-    from impactfem.stages.calibrate.building_run import run_reduced
+    from impactfem.stages.calibrate.compute import run_reduced
     from impactfem.stages.calibrate.impact import floor_impacts
     from impactfem.stages.reduce.compute import COMPLETE, wall_probes
 
