@@ -26,6 +26,11 @@ LONGEST_NAME = 64  # letters; file names are made of names, two at a time
 _RESERVED = re.compile("con|prn|aux|nul|com[0-9]|lpt[0-9]", re.IGNORECASE)  # by Windows, for files
 
 
+def _one_or_list(one: dict[str, Any]) -> dict[str, Any]:
+    """The JSON schema of a value or a list of such values."""
+    return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]}
+
+
 @dataclass(frozen=True)
 class Whole(Leaf):
     """A whole number, from ``at_least`` to ``at_most``."""
@@ -61,17 +66,14 @@ class Wholes(Leaf):
 
     def check(self, value: Any, info: ValidationInfo) -> tuple[int, ...]:
         numbers = tuple(value) if isinstance(value, list | tuple) else (value,)
-        for number in numbers:
-            if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-                raise refuse(f"expected {self.phrase}")
+        if any(isinstance(k, bool) or not isinstance(k, int) or k < 1 for k in numbers):
+            raise refuse(f"expected {self.phrase}")
         if not numbers:
             raise refuse(f"expected {self.phrase}; the list is empty")
         return numbers
 
     def schema(self) -> dict[str, Any]:
-        one = {"type": "integer", "minimum": 1}
-        many = {"type": "array", "items": one, "minItems": 1}
-        return {"anyOf": [one, many], "x-accepts": self.phrase}
+        return _one_or_list({"type": "integer", "minimum": 1}) | {"x-accepts": self.phrase}
 
 
 @dataclass(frozen=True)
@@ -171,11 +173,7 @@ class FileName(Leaf):
 
 @dataclass(frozen=True)
 class OneOrMore(Leaf):
-    """A word of several, or a list of them, each once; held as a tuple.
-
-    Args:
-        words: The words.
-    """
+    """A word of several, or a list of them, each once; held as a tuple."""
 
     words: tuple[str, ...]
 
@@ -190,9 +188,9 @@ class OneOrMore(Leaf):
         return found
 
     def schema(self) -> dict[str, Any]:
-        one = {"type": "string", "enum": list(self.words)}
-        many = {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}
-        return {"anyOf": [one, many], "x-accepts": self.phrase}
+        schema = _one_or_list({"type": "string", "enum": list(self.words)})
+        schema["anyOf"][1]["uniqueItems"] = True
+        return schema | {"x-accepts": self.phrase}
 
 
 @dataclass(frozen=True)
@@ -210,16 +208,14 @@ class Levels(Leaf):
         return f"numbers of {self.word}, ascending from 1: '3', '2-8' or '1 3 5-7'"
 
     def check(self, value: Any, info: ValidationInfo) -> tuple[int, ...]:
-        levels: list[int] = []
+        levels = list(value) if isinstance(value, list | tuple) else []
         for part in value.split() if isinstance(value, str) else ():
             match = _RANGE.fullmatch(part)
-            if match is None or int(match[2] or match[1]) < int(match[1]):
-                raise refuse(f"expected {self.phrase}")
-            levels.extend(range(int(match[1]), int(match[2] or match[1]) + 1))
-        found = tuple(value) if isinstance(value, list | tuple) else tuple(levels)
-        if not found or any(a >= b for a, b in itertools.pairwise((0, *found))):
+            first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+            levels += range(first, last + 1) or [0]  # which is no number
+        if not levels or any(a >= b for a, b in itertools.pairwise((0, *levels))):
             raise refuse(f"expected {self.phrase}")
-        return found
+        return tuple(levels)
 
     def schema(self) -> dict[str, Any]:
         return {"type": "string", "pattern": r"^\s*[0-9-]+(\s+[0-9-]+)*\s*$"}

@@ -36,45 +36,72 @@ def read_number(text: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _to_float(value: int | float) -> float:
+def _number(value: Any) -> float:
+    """The float of a number; nan for what is none, inf for one that no float holds."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return math.nan
     try:
         return float(value)
     except OverflowError:
         return math.inf
 
 
-@dataclass(frozen=True)
-class Quantity(Leaf):
-    """A physical quantity, written with its unit, held as an SI float.
+@dataclass(frozen=True, kw_only=True)
+class _Bounded(Leaf):
+    """A number, in SI, between bounds.
 
     Args:
-        kind: The kind of quantity.
-        above: Open lower bound in SI, or None.
-        at_least: Closed lower bound in SI, or None.
-        at_most: Closed upper bound in SI, or None.
+        above: Open lower bound, or None.
+        at_least: Closed lower bound, or None.
+        below: Open upper bound, or None.
+        at_most: Closed upper bound, or None.
     """
 
-    kind: Kind
     above: float | None = None
     at_least: float | None = None
+    below: float | None = None
     at_most: float | None = None
+
+    @property
+    def _unit(self) -> str:
+        return ""
 
     @property
     def bound(self) -> str:
         """The bounds in words, empty when there are none."""
         # Zero needs no unit.
-        unit = f" {self.kind.unit}" if self.at_most is not None or self.at_least else ""
-        below = self.above is not None or self.at_least is not None
+        unit = self._unit if self.at_most is not None or self.at_least else ""
+        lower = self.above is not None or self.at_least is not None
         words = (
             ("above", self.above, ""),
             ("of at least", self.at_least, unit),
-            ("at most" if below else "of at most", self.at_most, unit),
+            ("below", self.below, unit),
+            ("at most" if lower else "of at most", self.at_most, unit),
         )
         return " and ".join(f"{word} {x:g}{unit}" for word, x, unit in words if x is not None)
+
+    def _inside(self, number: float) -> bool:
+        return (
+            (self.above is None or number > self.above)
+            and (self.at_least is None or number >= self.at_least)
+            and (self.below is None or number < self.below)
+            and (self.at_most is None or number <= self.at_most)
+        )
+
+
+@dataclass(frozen=True)
+class Quantity(_Bounded):
+    """A physical quantity, written with its unit, held as an SI float.
+
+    Args:
+        kind: The kind of quantity.
+    """
+
+    kind: Kind
+
+    @property
+    def _unit(self) -> str:
+        return f" {self.kind.unit}"
 
     @property
     def phrase(self) -> str:
@@ -82,24 +109,20 @@ class Quantity(Leaf):
 
     def check(self, value: Any, info: ValidationInfo) -> float:
         if isinstance(value, str):
-            return self.check_bound(self._from_text(value))
-        if not _is_number(value):
+            return self._bounded(self._from_text(value))
+        number = _number(value)
+        if math.isnan(number) and not isinstance(value, float):
             raise refuse(f"expected {self.phrase}")
         if info.context is not None:  # that of a case file; a model made from Python has none
             raise refuse(f"the unit is missing; expected {self.phrase}")
-        return self.check_bound(_to_float(value))
+        return self._bounded(number)
 
-    def check_bound(self, number: float) -> float:
-        """Refuse a value that is not finite or beyond the bound."""
+    def _bounded(self, number: float) -> float:
         if not math.isfinite(number):
             raise refuse(f"expected a finite value: {self.phrase}")
         if abs(number) > _BEYOND:
             raise refuse(f"expected a value below {_BEYOND:g} in SI units: {self.phrase}")
-        if (
-            (self.above is not None and number <= self.above)
-            or (self.at_least is not None and number < self.at_least)
-            or (self.at_most is not None and number > self.at_most)
-        ):
+        if not self._inside(number):
             example = f"for example '{self.kind.example}'"
             raise refuse(f"expected {self.kind.name} {self.bound}, {example}")
         return number
@@ -113,11 +136,10 @@ class Quantity(Leaf):
         match = _QUANTITY.fullmatch(text)
         if match is None:
             raise refuse(f"expected {self.phrase}")
-        number, unit = float(match[1]), match[2]
-        if not unit:
+        if not match[2]:
             raise refuse(f"the unit is missing; expected {self.phrase}")
         try:
-            return units.scale(number, units.si_factor(unit, self.kind))
+            return units.scale(float(match[1]), units.si_factor(match[2], self.kind))
         except UnitError as error:
             raise refuse(f"{error}; expected {self.phrase}") from error
 
@@ -132,33 +154,14 @@ class Quantity(Leaf):
 
 
 @dataclass(frozen=True)
-class Ratio(Leaf):
+class Ratio(_Bounded):
     """A number without dimension, bare or in percent.
 
     Args:
-        above: Open lower bound, or None.
-        at_least: Closed lower bound, or None.
-        below: Open upper bound, or None.
-        at_most: Closed upper bound, or None.
         percent: Whether ``5 %`` may be written for 0.05.
     """
 
-    above: float | None = None
-    at_least: float | None = None
-    below: float | None = None
-    at_most: float | None = None
     percent: bool = True
-
-    @property
-    def bound(self) -> str:
-        """The bounds in words, empty when there are none."""
-        words = (
-            ("above", self.above),
-            ("of at least", self.at_least),
-            ("below", self.below),
-            ("at most", self.at_most),
-        )
-        return " and ".join(f"{word} {value:g}" for word, value in words if value is not None)
 
     @property
     def phrase(self) -> str:
@@ -167,19 +170,8 @@ class Ratio(Leaf):
 
     def check(self, value: Any, info: ValidationInfo) -> float:
         percent = _PERCENT.fullmatch(value) if isinstance(value, str) and self.percent else None
-        if percent is not None:
-            return self.check_bound(float(percent[1]) / 100.0)
-        return self.check_bound(_to_float(value) if _is_number(value) else math.nan)
-
-    def check_bound(self, number: float) -> float:
-        """Refuse a value that is not finite or beyond the bounds."""
-        if (
-            not math.isfinite(number)
-            or (self.above is not None and number <= self.above)
-            or (self.at_least is not None and number < self.at_least)
-            or (self.below is not None and number >= self.below)
-            or (self.at_most is not None and number > self.at_most)
-        ):
+        number = _number(value) if percent is None else float(percent[1]) / 100.0
+        if not math.isfinite(number) or not self._inside(number):
             raise refuse(f"expected {self.phrase}")
         return number
 
@@ -200,12 +192,7 @@ class Ratio(Leaf):
 
 @dataclass(frozen=True)
 class OrWord(Leaf):
-    """What another leaf accepts, or a word, which is kept as it is.
-
-    Args:
-        value: The leaf of the values.
-        word: The word.
-    """
+    """What another leaf accepts, or a word, which is kept as it is."""
 
     value: Quantity | Ratio
     word: str
@@ -229,11 +216,7 @@ class OrWord(Leaf):
 
 @dataclass(frozen=True)
 class OneOrTwo(Leaf):
-    """One value for both, or a list of two; held as a tuple of two.
-
-    Args:
-        value: The leaf of a value.
-    """
+    """One value for both, or a list of two; held as a tuple of two."""
 
     value: Quantity | OrWord
 

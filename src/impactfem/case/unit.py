@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pint
 
-__all__ = ["KINDS", "Kind", "UnitError", "identify", "si_factor", "to_si"]
-
 
 class UnitError(ValueError):
     """A unit that cannot be used here; the message says why, for the user."""
@@ -74,21 +72,9 @@ ACCELERANCE = Kind("an acceleration per force", "1/kg", "1.5e-6 1/kg")
 
 # A shear or stretching stiffness is not among them: without its name it is a force.
 KINDS = (
-    *(LENGTH, AREA, SECOND_MOMENT, MASS, INERTIA, DENSITY, TIME, FREQUENCY, RATE),
-    *(
-        VELOCITY,
-        ACCELERATION,
-        FORCE,
-        STRESS,
-        STIFFNESS,
-        ROTATIONAL_STIFFNESS,
-        BENDING_STIFFNESS,
-        HERTZ_STIFFNESS,
-        FLEXIBILITY,
-        IMPULSE,
-        ENERGY,
-        ACCELERANCE,
-    ),
+    *(LENGTH, AREA, SECOND_MOMENT, MASS, INERTIA, DENSITY, TIME, FREQUENCY, RATE, VELOCITY),
+    *(ACCELERATION, FORCE, STRESS, STIFFNESS, ROTATIONAL_STIFFNESS, BENDING_STIFFNESS),
+    *(HERTZ_STIFFNESS, FLEXIBILITY, IMPULSE, ENERGY, ACCELERANCE),
 )
 
 SPELLED = (
@@ -98,9 +84,10 @@ SPELLED = (
 """Units as they are spelled, of which another spelling may be meant: ``Gpa``, ``KN``."""
 
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-_FACTOR = re.compile(r"([^\W\d_]+(?:_[^\W\d_]+)*)(?:(?:\^|\*\*)?([+-]?\d{1,2}(?:\.5)?))?")
-_UNNAMED = "a quantity of another dimension"
-_OPERATOR = re.compile(r"\s*[*·⋅./]\s*|\s+")
+_FACTOR = r"([^\W\d_]+(?:_[^\W\d_]+)*)(?:(?:\^|\*\*)?([+-]?\d{1,2}(?:\.5)?))?"
+_OPERATOR = r"(\s*[*·⋅./]\s*|\s+)"
+_FIRST = re.compile(rf"(1\s*/\s*)?{_FACTOR}")
+_NEXT = re.compile(rf"{_OPERATOR}{_FACTOR}")
 
 
 @dataclass(frozen=True)
@@ -111,6 +98,11 @@ class _Measured:
     dimension: tuple[tuple[str, str], ...]
     symbols: frozenset[str]
 
+    def is_of(self, kind: Kind) -> bool:
+        only = kind.symbols is None or self.symbols <= kind.symbols
+        one = not kind.one_of or bool(self.symbols & kind.one_of)
+        return self.dimension == _measure(kind.unit).dimension and only and one
+
 
 @cache
 def _registry() -> pint.UnitRegistry[float]:
@@ -120,43 +112,28 @@ def _registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry()
 
 
-def _factors(text: str) -> list[tuple[str, float]]:
-    """Take a unit apart into names and exponents; a factor after ``/`` has its exponent negated."""
-    plain = text.translate(_SUPERSCRIPTS).strip()
-    sign, position = 1, 0
-    inverse = re.match(r"1\s*/\s*", plain)
-    if inverse:
-        sign, position = -1, inverse.end()
-    factors = []
-    while True:
-        match = _FACTOR.match(plain, position)
-        if match is None:
-            raise UnitError(f"'{text}' cannot be read as a unit")
-        factors.append((match[1], sign * float(match[2] or 1)))
-        if match.end() == len(plain):
-            return factors
-        operator = _OPERATOR.match(plain, match.end())
-        if operator is None:
-            raise UnitError(f"'{text}' cannot be read as a unit")
-        sign = -1 if "/" in operator[0] else 1
-        position = operator.end()
-
-
 @lru_cache(maxsize=512)
 def _measure(text: str) -> _Measured:
     import pint
 
-    registry = _registry()
+    plain = text.translate(_SUPERSCRIPTS).strip()
     symbols = set()
-    total = registry.Quantity(1.0)
-    factors = _factors(text)
+    total = _registry().Quantity(1.0)
+    position, match = 0, _FIRST.match(plain)
     try:
-        for name, exponent in factors:
-            parsed = registry.parse_unit_name(name)
+        while match is not None:
+            operator, name, exponent = match.groups()
+            parsed = _registry().parse_unit_name(name)
             if not parsed:
                 raise UnitError(f"'{name}' is not a unit known here{_meant(name)}")
             symbols.add(parsed[0][1])
-            total = total * registry.Quantity(1.0, name) ** exponent
+            # A sign of division holds for the factor behind it alone.
+            sign = -1 if operator and "/" in operator else 1
+            total = total * _registry().Quantity(1.0, name) ** (sign * float(exponent or 1))
+            position = match.end()
+            match = _NEXT.match(plain, position)
+        if not position or position < len(plain):
+            raise UnitError(f"'{text}' cannot be read as a unit")
         base = total.to_base_units()
     except (pint.PintError, OverflowError) as error:
         raise UnitError(f"'{text}' cannot be used as a unit here") from error
@@ -164,10 +141,8 @@ def _measure(text: str) -> _Measured:
     return _Measured(base.magnitude, dimension, frozenset(symbols))
 
 
-def _is_of(measured: _Measured, kind: Kind) -> bool:
-    same = measured.dimension == _measure(kind.unit).dimension
-    only = kind.symbols is None or measured.symbols <= kind.symbols
-    return same and only and (not kind.one_of or bool(measured.symbols & kind.one_of))
+def _kind_of(measured: _Measured) -> Kind | None:
+    return next((kind for kind in KINDS if measured.is_of(kind)), None)
 
 
 def identify(text: str) -> str:
@@ -177,12 +152,11 @@ def identify(text: str) -> str:
         UnitError: The text is not a unit.
     """
     measured = _measure(text)
-    for kind in KINDS:
-        if _is_of(measured, kind):
-            return kind.name
-    if not measured.dimension:
-        return "a number without dimension"
-    return _UNNAMED
+    kind = _kind_of(measured)
+    if kind is not None:
+        return kind.name
+    another = "a quantity of another dimension"
+    return another if measured.dimension else "a number without dimension"
 
 
 def si_factor(text: str, kind: Kind) -> float:
@@ -198,20 +172,20 @@ def si_factor(text: str, kind: Kind) -> float:
     """
     if kind is ACCELERATION and text.strip() == "g":
         text = "standard_gravity"
-    measured = _measure(text)
-    if not _is_of(measured, kind):
+    measured, si = _measure(text), _measure(kind.unit)
+    if not measured.is_of(kind):
         given = identify(text)
-        if measured.dimension == _measure(kind.unit).dimension and given == _UNNAMED:
+        if measured.dimension == si.dimension and _kind_of(measured) is None:
             given = f"no unit for {kind.name}"  # rad/s where hertz is asked for
         raise UnitError(f"'{text}' is {given}{_meant(text, kind)}")
-    return measured.factor / _measure(kind.unit).factor
+    return measured.factor / si.factor
 
 
 def _meant(text: str, kind: Kind | None = None) -> str:
     """A question for the unit that is spelled with other capitals, of the kind if one is given."""
     for unit in SPELLED:
         alike = unit.lower() == text.strip().lower() and unit != text.strip()
-        if alike and (kind is None or _is_of(_measure(unit), kind)):
+        if alike and (kind is None or _measure(unit).is_of(kind)):
             return f"; did you mean '{unit}'?"
     return ""
 
@@ -242,8 +216,7 @@ def to_si(value: float, text: str) -> tuple[float, str]:
         return value, "-"
     if text.strip() == "%":
         return value / 100.0, "-"
-    measured = _measure(text)
-    for kind in KINDS:
-        if _is_of(measured, kind):
-            return scale(value, si_factor(text, kind)), kind.unit
-    raise UnitError(f"'{text}' measures no kind of quantity known here")
+    kind = _kind_of(_measure(text))
+    if kind is None:
+        raise UnitError(f"'{text}' measures no kind of quantity known here")
+    return scale(value, si_factor(text, kind)), kind.unit
