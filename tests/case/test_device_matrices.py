@@ -39,7 +39,7 @@ def test_a_matrix(read: Read) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "key", "message"),
     [
-        ("-1e6,1e6", "-1e6,1e6,0", "line 5", "expected 3 numbers as in the header, found 4"),
+        ("-1e6,1e6", "-1e6,1e6,0", "line 5", "expected 3 cells as in the header, found 4"),
         (
             "0,-1e6,1e6\n",
             "",

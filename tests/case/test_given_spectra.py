@@ -83,9 +83,9 @@ def test_products_of_a_run(read: Read) -> None:
         ("acceleration [m/s2]", "acceleration [m]", "line 1, column acceleration [m]", "a length"),
         ("acceleration [m/s2]", "acceleration", "line 1, column acceleration", "no unit"),
         ("10,8", "10,-8", "line 3, column acceleration [m/s2]", "expected an acceleration above 0"),
-        ("10,8", "50,8", "line 4, column frequency", "in order, each once; before: 50 Hz"),
-        ("10,8", "1,8", "line 3, column frequency", "in order, each once; before: 1 Hz"),
-        ("1,1.5,y,5", "", "line 6", "expected at least 2 frequencies of each direction"),
+        ("10,8", "50,8", "line 4, column frequency [Hz]", "in order, each once; before: 50"),
+        ("10,8", "1,8", "line 3, column frequency [Hz]", "in order, each once; before: 1"),
+        ("1,1.5,y,5", "", "line 6", "expected at least 2 points of each direction"),
         ("10,8,y,2", "10,8,north,2", "line 3, column direction", "expected 'x', 'y' or 'z'"),
         ("10,8,y,2", "10,8,y,120", "line 3, column damping [%]", "below 1"),
     ],
@@ -103,10 +103,15 @@ def test_faults_of_a_table(read: Read, old: str, new: str, key: str, message: st
 @pytest.mark.parametrize(
     ("old", "new", "key", "message"),
     [
-        ("broadened [m/s2]", "smooth [m/s2]", "line 1", "floor_spectra.csv: broadened [m/s2]"),
-        ("1.15,,3", "1.15,,", "line 3", "expected a damping from 0 to 1, a positive frequency"),
+        (
+            "broadened [m/s2]",
+            "smooth [m/s2]",
+            "line 1",
+            "missing column; expected 'broadened [m/s2]'",
+        ),
+        ("1.15,,3", "1.15,,", "line 3, column broadened [m/s2]", "expected a finite number"),
         ("1.15,,3", "0.5,,3", "", ""),
-        ("2,5,5", "1,5,5", "line 5, column frequency", "in order, each once; before: 1 Hz"),
+        ("2,5,5", "1,5,5", "line 5, column frequency [Hz]", "in order, each once; before: 1"),
     ],
 )
 def test_faults_of_products(read: Read, old: str, new: str, key: str, message: str) -> None:

@@ -88,7 +88,7 @@ def test_loads_alone_leave_the_ground_at_rest(broken: Broken) -> None:
         ("0,0,0\n5", "-1,0,0\n5", "line 2, column time [ms]", "from 0 s or later"),
         ("\n5,2.5,-40\n20,0,0", "", "", "at least two lines"),
         (",", ";", "line 1", "semicolons"),
-        ("5,2.5", "5," + "9" * 200_000, "", "not a CSV file"),
+        ("5,2.5", "5," + "9" * 200_000, "line 3", "not a line of a CSV file"),
     ],
 )
 def test_faults_of_the_table(broken: Broken, old: str, new: str, key: str, expected: str) -> None:

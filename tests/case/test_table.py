@@ -221,11 +221,11 @@ def test_all_faults_at_once(tmp_path: Path) -> None:
     row = ROW.replace("2502", "-1").replace("6.3e7", "x").replace("3.26", "-3")
     faults = faults_of(write(tmp_path, HEADER.replace("Iz [m4]", "Iz [m]"), row, "2,3"))
     assert [fault.key for fault in faults] == [
+        "line 3",  # that cells are lacking is seen before they are read
         "line 1, column Iz [m]",
         "line 2, column Jx [kg m2]",
         "line 2, column mass [t]",
         "line 2, column storey_height [m]",
-        "line 3",
     ]
 
 
@@ -296,7 +296,7 @@ def test_published_faults(tmp_path: Path) -> None:
     faults.clear()
     assert read_published(path, faults) is None
     assert [fault.expected.split(";")[0] for fault in faults] == [
-        "duplicate name",
+        "duplicate name, the first is in line 2",
         "'parsnip' is not a unit known here",
     ]
 

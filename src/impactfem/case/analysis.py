@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, StrictBool, Tag, ValidationInfo, field_validator
+from pydantic import Discriminator, Field, StrictBool, Tag
 
-from impactfem.case.base import Section, present, refuse
+from impactfem.case.base import Section, ascending, rule, step_within
 from impactfem.case.leaf import Whole
-from impactfem.case.quantity import DampingRatio, Duration, Frequency, Ratio, TimeStep
+from impactfem.case.quantity import DampingRatio, Duration, Frequency, TimeStep
 from impactfem.case.unit import FREQUENCY
 
 RG_1_122_END = 34.0  # Hz
@@ -30,13 +30,7 @@ class Pounding(Section):
     points_per_impact: Annotated[int, Whole(1, 100_000)] = 16
     """Least number of steps in an impact; fewer are reported."""
 
-    @field_validator("time_step")
-    @classmethod
-    def _step_in_duration(cls, value: float, info: ValidationInfo) -> float:
-        duration = info.data.get("duration")
-        if duration is not None and value >= duration:
-            raise refuse(f"expected a time below the duration, {duration:g} s")
-        return value
+    _step_in_duration = step_within("duration")
 
 
 class FrequencyGrid(Section):
@@ -57,44 +51,38 @@ class FrequencyGrid(Section):
     per_decade: Annotated[int, Whole(1)] = Field(default=100, validate_default=True)
     """Number of logarithmic frequencies in a decade, at least."""
 
-    @field_validator("minimum")
-    @classmethod
-    def _begins(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if info.data.get("list") == "logarithmic" and value is None:
-            raise refuse(f"missing; expected {FREQUENCY.phrase}, or list = 'rg1.122'")
-        if info.data.get("list") == "rg1.122" and value is not None:
-            raise refuse("expected no minimum: the list of Regulatory Guide 1.122 has its own")
-        return value
+    @rule("minimum", "list")
+    @staticmethod
+    def _begins(minimum: float | None, by: str) -> Iterator[str]:
+        if by == "logarithmic" and minimum is None:
+            yield f"missing; expected {FREQUENCY.phrase}, or list = 'rg1.122'"
+        if by == "rg1.122" and minimum is not None:
+            yield "expected no minimum: the list of Regulatory Guide 1.122 has its own"
 
-    @field_validator("maximum")
-    @classmethod
-    def _ordered(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if not present(info, ["list", "minimum"]):
-            return value
-        minimum: float | None = info.data["minimum"]
-        if info.data["list"] == "rg1.122":
-            if value is not None and value <= RG_1_122_END:
-                raise refuse(
-                    f"expected a frequency above the {RG_1_122_END:g} Hz at which the list of "
-                    "Regulatory Guide 1.122 ends, or no maximum"
-                )
-        elif value is None:
-            raise refuse(f"missing; expected {FREQUENCY.phrase}")
-        elif minimum is not None and value <= minimum:
-            raise refuse(f"expected a frequency above minimum, {minimum:g} Hz")
-        return value
+    @rule("maximum", "list", "minimum")
+    @staticmethod
+    def _ordered(maximum: float | None, by: str, minimum: float | None) -> Iterator[str]:
+        if maximum is None and by == "logarithmic":
+            yield f"missing; expected {FREQUENCY.phrase}"
+        elif maximum is not None and by == "rg1.122" and maximum <= RG_1_122_END:
+            yield (
+                f"expected a frequency above the {RG_1_122_END:g} Hz at which the list of "
+                "Regulatory Guide 1.122 ends, or no maximum"
+            )
+        elif maximum is not None and minimum is not None and maximum <= minimum:
+            yield f"expected a frequency above minimum, {minimum:g} Hz"
 
-    @field_validator("per_decade")
-    @classmethod
-    def _not_too_many(cls, value: int, info: ValidationInfo) -> int:
-        if present(info, ["list", "minimum", "maximum"]) and info.data["maximum"] is not None:
-            decades = math.log10(info.data["maximum"] / (info.data["minimum"] or RG_1_122_END))
-            if value * decades > MOST_FREQUENCIES:
-                raise refuse(
-                    f"expected at most {MOST_FREQUENCIES} frequencies, "
-                    f"not {value} in each of {decades:.3g} decades"
-                )
-        return value
+    @rule("per_decade", "list", "minimum", "maximum")
+    @staticmethod
+    def _not_too_many(
+        count: int, by: str, minimum: float | None, maximum: float | None
+    ) -> Iterator[str]:
+        decades = math.log10(maximum / (minimum or RG_1_122_END)) if maximum is not None else 0.0
+        if count * decades > MOST_FREQUENCIES:
+            yield (
+                f"expected at most {MOST_FREQUENCIES} frequencies, "
+                f"not {count} in each of {decades:.3g} decades"
+            )
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -130,7 +118,7 @@ class Spectra(Section):
     method: Literal["upsampled", "in-step"] = "upsampled"
     """'upsampled' makes the record finer once, band-limited; 'in-step' looks for the maximum inside
     each step of the record as it is."""
-    broadening: Annotated[float, Ratio(at_least=0, below=1)] = 0.15
+    broadening: DampingRatio = 0.15
     """How far the peaks of the floors' design spectra are broadened, of their frequency to either
     side; Regulatory Guide 1.122 gives 15 %, and at least 10 % where the uncertainty of the
     frequencies is computed. 0 leaves the peaks as computed."""
@@ -138,14 +126,7 @@ class Spectra(Section):
     """Whether narrow peaks are reduced by 15 % before they are broadened, at dampings below 10 %,
     as ASCE 4-98, section 3.4.2.3, allows."""
 
-    @field_validator("frequencies")
-    @classmethod
-    def _increasing(
-        cls, value: FrequencyGrid | tuple[float, ...]
-    ) -> FrequencyGrid | tuple[float, ...]:
-        if isinstance(value, tuple) and any(b <= a for a, b in itertools.pairwise(value)):
-            raise refuse("expected increasing frequencies")
-        return value
+    _increasing = ascending("frequencies", "expected increasing frequencies")
 
     @property
     def frequency_values(self) -> tuple[float, ...]:

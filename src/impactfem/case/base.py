@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any, TypeVar
@@ -15,6 +15,7 @@ from pydantic import (
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     ValidationInfo,
+    field_validator,
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
@@ -112,3 +113,94 @@ def each_once(values: tuple[T, ...], what: str) -> tuple[T, ...]:
     if len(set(values)) < len(values):
         raise refuse(f"expected each {what} once")
     return values
+
+
+def rule(
+    field: str, *others: str, sited: bool = False
+) -> Callable[[Callable[..., Iterator[str]]], Any]:
+    """A rule of a field of a section, by itself or with fields declared before it.
+
+    It is applied where all of these are free of faults, to their values, and yields what was
+    expected instead, in words.
+
+    Args:
+        field: The field, whose fault it is.
+        others: The fields that it is held against.
+        sited: Whether the rule also takes the information of the validation, which leads to the
+            rest of the case file.
+    """
+
+    def decorate(wrong: Callable[..., Iterator[str]]) -> Any:
+        def validate(cls: Any, value: Any, info: ValidationInfo) -> Any:
+            if present(info, others):
+                further = (info,) if sited else ()
+                for expected in wrong(value, *(info.data[name] for name in others), *further):
+                    raise refuse(expected)
+            return value
+
+        return field_validator(field)(classmethod(validate))
+
+    return decorate
+
+
+def together(first: str, second: str, words: str = "") -> Any:
+    """The rule that two fields are given both or not at all.
+
+    Args:
+        first: The field that is declared first.
+        second: The other one, whose fault it is.
+        words: What the two are, where the keys do not say it.
+    """
+
+    def wrong(value: Any, other: Any) -> Iterator[str]:
+        if (value is None) != (other is None):
+            yield f"expected {words or f'{first} and {second}'} together"
+
+    return rule(second, first)(wrong)
+
+
+def ascending(field: str, expected: str) -> Any:
+    """The rule that the values of a field, where it has any, increase.
+
+    Args:
+        field: The field.
+        expected: What was expected, in words.
+    """
+
+    def wrong(values: Any) -> Iterator[str]:
+        if isinstance(values, tuple) and any(b <= a for a, b in itertools.pairwise(values)):
+            yield expected
+
+    return rule(field)(wrong)
+
+
+def once(field: str, what: str) -> Any:
+    """The rule that none of the values of a field stands twice.
+
+    Args:
+        field: The field.
+        what: What one of them is, for the message.
+    """
+
+    def wrong(values: Any) -> Iterator[str]:
+        if values is not None and len(set(values)) < len(values):
+            yield f"expected each {what} once"
+
+    return rule(field)(wrong)
+
+
+def step_within(duration: str, share: float = 1.0) -> Any:
+    """The rule that a `time_step` is less than the duration of its section, or half of it.
+
+    Args:
+        duration: The field of the duration.
+        share: 0.5 where there have to be two steps.
+    """
+
+    def wrong(step: float, longest: float | None) -> Iterator[str]:
+        if longest is not None and share == 1.0 and step >= longest:
+            yield f"expected a time below the duration, {longest:g} s"
+        if longest is not None and share < 1.0 and step > share * longest:
+            yield f"expected at most half of the duration, {longest:g} s"
+
+    return rule("time_step", duration)(wrong)

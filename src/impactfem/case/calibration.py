@@ -6,14 +6,14 @@ from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import StrictBool, ValidationInfo, field_validator
+from pydantic import StrictBool, ValidationInfo
 
-from impactfem.case.base import Section, nearest, refuse
+from impactfem.case.base import Section, nearest, rule
 from impactfem.case.floors import Floor, floors_of
 from impactfem.case.leaf import Text, Whole
 from impactfem.case.quantity import Frequency, Mass, PositiveFactor, PositiveLength, Weight
 from impactfem.case.reading import TableFile
-from impactfem.case.table import Table, column_key, read_table
+from impactfem.case.table import Table, read_table
 from impactfem.system.errors import Fault
 
 
@@ -37,37 +37,18 @@ class Target(Section):
 def read_targets(
     path: Path, buildings: Collection[str] | None, faults: list[Fault]
 ) -> Table[Target] | None:
-    """Read a target table; what is wrong with it is appended to ``faults``.
+    """Read a target table, whose rows may be of some buildings; None where these are not known."""
 
-    Args:
-        path: A CSV file with the columns of ``Target``.
-        buildings: The names a row may have; None when they are not known.
-        faults: Every fault of the table is appended here.
+    def unknown(table: Table[Target]) -> Iterator[Fault]:
+        for line, row in table:
+            if buildings is not None and row.building not in buildings:
+                expected = f"unknown building; {nearest(row.building, list(buildings))}"
+                yield table.fault(line, "building", row.building, expected)
 
-    Returns:
-        The targets with the lines they stand on, or None when there were faults.
-    """
-    table = read_table(path, Target, faults)
-    if table is None:
-        return None
-    broken = list(_row_faults(path, table, buildings))
-    faults.extend(broken)
-    return None if broken else table
+    def twice(table: Table[Target]) -> Iterator[Fault]:
+        return table.duplicates("mode", "building")
 
-
-def _row_faults(
-    path: Path, table: Table[Target], buildings: Collection[str] | None
-) -> Iterator[Fault]:
-    seen: dict[tuple[str, int], int] = {}
-    for line, row in zip(table.lines, table.rows, strict=True):
-        if buildings is not None and row.building not in buildings:
-            key = column_key(line, table.headers["building"])
-            hint = nearest(row.building, list(buildings))
-            yield Fault(path, key, row.building, f"unknown building; {hint}")
-        first = seen.setdefault((row.building, row.mode), line)
-        if first != line:
-            key = column_key(line, table.headers["mode"])
-            yield Fault(path, key, row.mode, f"duplicate mode, the first is in line {first}")
+    return read_table(path, Target, faults, unknown, twice)
 
 
 TARGETS = TableFile(
@@ -104,57 +85,53 @@ class Calibration(Section):
     seed: Annotated[int, Whole(0)] = 0
     """Seed of the random starting points."""
 
-    @field_validator("stiffness_factor")
-    @classmethod
-    def _ordered(cls, value: tuple[float, float]) -> tuple[float, float]:
-        if value[0] > value[1]:
-            raise refuse("expected bounds in order, the lower one first")
-        return value
+    @rule("stiffness_factor")
+    @staticmethod
+    def _ordered(bounds: tuple[float, float]) -> Iterator[str]:
+        if bounds[0] > bounds[1]:
+            yield "expected bounds in order, the lower one first"
 
-    @field_validator("targets")
-    @classmethod
-    def _same_floors(cls, value: tuple[Target, ...], info: ValidationInfo) -> tuple[Target, ...]:
+    @rule("targets", sited=True)
+    @staticmethod
+    def _same_floors(targets: tuple[Target, ...], info: ValidationInfo) -> Iterator[str]:
         """The buildings of the targets share their heights, so they have as many floors."""
-        counts = {name: len(floors) for name, floors in _towers(value, info).items()}
-        for row in value:
+        counts = {name: len(floors) for name, floors in _towers(targets, info).items()}
+        for row in targets:
             modes = 2 * counts.get(row.building, row.mode)
             if row.mode > modes:
-                raise refuse(
-                    f"mode {row.mode} of {row.building} is asked, which has {modes} in a family"
-                )
+                yield f"mode {row.mode} of {row.building} is asked, which has {modes} in a family"
         if len(set(counts.values())) > 1:
             found = ", ".join(f"{name} {count}" for name, count in counts.items())
-            raise refuse(
+            yield (
                 "the fitted heights are shared: expected buildings with the same number of "
                 f"floors, found {found}"
             )
-        return value
 
-    @field_validator("rigid_depth")
-    @classmethod
-    def _within_storeys(cls, value: float, info: ValidationInfo) -> float:
-        for name, floors in _towers(info.data.get("targets", ()), info).items():
+    @rule("rigid_depth", "targets", sited=True)
+    @staticmethod
+    def _within_storeys(
+        depth: float, targets: tuple[Target, ...], info: ValidationInfo
+    ) -> Iterator[str]:
+        for name, floors in _towers(targets, info).items():
             for floor in floors[1:]:
-                if floor.storey_height_min <= value:
-                    raise refuse(
+                if floor.storey_height_min <= depth:
+                    yield (
                         f"the storey below floor {floor.floor} of {name} may become "
                         f"{floor.storey_height_min:g} m high; expected less than that"
                     )
-        return value
 
-    @field_validator("height")
-    @classmethod
-    def _within_bounds(cls, value: float, info: ValidationInfo) -> float:
-        for name, floors in _towers(info.data.get("targets", ()), info).items():
+    @rule("height", "targets", sited=True)
+    @staticmethod
+    def _within_bounds(
+        height: float, targets: tuple[Target, ...], info: ValidationInfo
+    ) -> Iterator[str]:
+        for name, floors in _towers(targets, info).items():
             low = sum(floor.storey_height_min for floor in floors)
             high = sum(floor.storey_height_max for floor in floors)
             # The bounds are sums of rounded numbers.
-            if not low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9):
-                raise refuse(
-                    f"expected a height the storeys of {name} can sum up to, "
-                    f"{low:g} m to {high:g} m"
-                )
-        return value
+            if not low * (1.0 - 1e-9) <= height <= high * (1.0 + 1e-9):
+                bounds = f"{low:g} m to {high:g} m"
+                yield f"expected a height the storeys of {name} can sum up to, {bounds}"
 
 
 def _towers(targets: Iterable[Target], info: ValidationInfo) -> dict[str, tuple[Floor, ...]]:

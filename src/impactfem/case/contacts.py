@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present, refuse
+from impactfem.case.base import Section, refuse, rule
 from impactfem.case.floors import floors_of
 from impactfem.case.leaf import BuildingName, FloorNumbers, LawName
 from impactfem.case.quantity import (
@@ -16,6 +16,7 @@ from impactfem.case.quantity import (
     Area,
     CalibratedRestitution,
     CalibratedStiffness,
+    DampingRatio,
     Depth,
     HertzStiffness,
     Length,
@@ -75,24 +76,19 @@ class KelvinVoigtLaw(Section):
     restitution: CalibratedRestitution | None = None
     """Coefficient of restitution asked: velocity after over velocity before; calibrated by the
     paper's equation 5."""
-    damping_ratio: Annotated[float, Ratio(at_least=0, below=1)] | None = Field(
-        default=None, validate_default=True
-    )
+    damping_ratio: DampingRatio | None = Field(default=None, validate_default=True)
     """Damping ratio ξ_C of the contact, with the reduced mass of the two floors."""
     tension: StrictBool = True
     """true keeps the tensile force at the end of an impact, as the paper does; false clips the
     force at zero."""
 
-    @field_validator("damping_ratio")
-    @classmethod
-    def _either(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if not present(info, ["restitution"]):
-            return value
-        if value is None and info.data["restitution"] is None:
-            raise refuse("missing; expected either restitution or damping_ratio")
-        if value is not None and info.data["restitution"] is not None:
-            raise refuse("expected either restitution or damping_ratio, not both")
-        return value
+    @rule("damping_ratio", "restitution")
+    @staticmethod
+    def _either(ratio: float | None, restitution: float | None) -> Iterator[str]:
+        if ratio is None and restitution is None:
+            yield "missing; expected either restitution or damping_ratio"
+        if ratio is not None and restitution is not None:
+            yield "expected either restitution or damping_ratio, not both"
 
     @property
     def calibrated(self) -> bool:
@@ -188,29 +184,21 @@ class ContactEnd(Section):
     ) -> tuple[int, ...] | None:
         return floors_of_building(value, info.data.get("building", ""), info)
 
-    @field_validator("storey")
-    @classmethod
-    def _floor_or_storey(
-        cls, value: tuple[int, ...] | None, info: ValidationInfo
-    ) -> tuple[int, ...] | None:
-        if not present(info, ["floor"]):
-            return value
-        if value is None and info.data["floor"] is None:
-            raise refuse("missing; expected either floor, or storey with relative_height")
-        if value is not None and info.data["floor"] is not None:
-            raise refuse("expected either floor, or storey with relative_height, not both")
-        return value
+    @rule("storey", "floor")
+    @staticmethod
+    def _floor_or_storey(storey: Any, floor: Any) -> Iterator[str]:
+        if storey is None and floor is None:
+            yield "missing; expected either floor, or storey with relative_height"
+        if storey is not None and floor is not None:
+            yield "expected either floor, or storey with relative_height, not both"
 
-    @field_validator("relative_height")
-    @classmethod
-    def _of_storey(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if not present(info, ["storey"]):
-            return value
-        if value is None and info.data["storey"] is not None:
-            raise refuse("missing; expected a number between 0 and 1 beside storey")
-        if value is not None and info.data["storey"] is None:
-            raise refuse("expected no relative_height beside floor, only beside storey")
-        return value
+    @rule("relative_height", "storey")
+    @staticmethod
+    def _of_storey(height: float | None, storey: Any) -> Iterator[str]:
+        if height is None and storey is not None:
+            yield "missing; expected a number between 0 and 1 beside storey"
+        if height is not None and storey is None:
+            yield "expected no relative_height beside floor, only beside storey"
 
     @property
     def count(self) -> int:
@@ -234,24 +222,15 @@ class ContactEntry(Section):
     bearing_area: Area | None = None
     """Area the force is spread over, for the mean bearing pressure."""
 
-    @field_validator("b")
-    @classmethod
-    def _pairs(cls, value: ContactEnd, info: ValidationInfo) -> ContactEnd:
-        if not present(info, ["a"]):
-            return value
-        a: ContactEnd = info.data["a"]
-        if a.building == value.building:
-            raise refuse(f"expected another building than '{a.building}', the one of a")
-        if a.count != value.count:
-            raise refuse(
-                f"expected lists of the same length in a and b, found {a.count} and {value.count}"
-            )
-        return value
+    @rule("b", "a")
+    @staticmethod
+    def _pairs(b: ContactEnd, a: ContactEnd) -> Iterator[str]:
+        if a.building == b.building:
+            yield f"expected another building than '{a.building}', the one of a"
+        if a.count != b.count:
+            yield f"expected lists of the same length in a and b, found {a.count} and {b.count}"
 
-    @field_validator("normal")
-    @classmethod
-    def _unit_vector(cls, value: Vector) -> Vector:
-        return unit_vector(value)
+    _unit_vector = field_validator("normal")(unit_vector)
 
 
 class ContactPoint(Section):
@@ -321,11 +300,7 @@ def expand(entries: tuple[ContactEntry, ...]) -> tuple[Contact, ...]:
 
 
 def _points(end: ContactEnd) -> Iterator[ContactPoint]:
-    place: dict[str, Any] = {
-        "building": end.building,
-        "offset": end.offset,
-        "relative_height": end.relative_height,
-    }
+    place = end.model_dump(include={"building", "offset", "relative_height"})
     for number in end.floor or ():
         yield ContactPoint(floor=number, storey=None, **place)
     for number in end.storey or ():

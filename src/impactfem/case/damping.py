@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Iterator
+from typing import Annotated, Any
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field
 
-from impactfem.case.base import Section, present, refuse
+from impactfem.case.base import Section, ascending, rule, together
 from impactfem.case.leaf import Name, Text
 from impactfem.case.quantity import CalibratedRestitution, Frequency, Quantity, Rate, Ratio
 from impactfem.case.unit import TIME
@@ -30,39 +31,21 @@ class Damping(Section):
     )
     """Coefficient β_R of the stiffness matrix."""
 
-    @field_validator("frequencies")
-    @classmethod
-    def _with_ratio(
-        cls, value: tuple[float, float] | None, info: ValidationInfo
-    ) -> tuple[float, float] | None:
-        if value is not None and value[0] >= value[1]:
-            raise refuse("expected two different frequencies, the lower one first")
-        if present(info, ["ratio"]) and (info.data["ratio"] is None) != (value is None):
-            raise refuse("expected ratio and frequencies together")
-        return value
+    _in_order = ascending("frequencies", "expected two different frequencies, the lower one first")
+    _with_ratio = together("ratio", "frequencies")
+    _both = together("mass_coefficient", "stiffness_coefficient")
 
-    @field_validator("mass_coefficient")
-    @classmethod
-    def _one_way(cls, value: float | None, info: ValidationInfo) -> float | None:
-        ratio_given = info.data.get("ratio", "broken") is not None
-        if value is not None and ratio_given:
-            raise refuse("expected either ratio and frequencies or the two coefficients, not both")
-        return value
+    @rule("mass_coefficient", "ratio")
+    @staticmethod
+    def _one_way(coefficient: float | None, ratio: float | None) -> Iterator[str]:
+        if coefficient is not None and ratio is not None:
+            yield "expected either ratio and frequencies or the two coefficients, not both"
 
-    @field_validator("stiffness_coefficient")
-    @classmethod
-    def _both(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if not present(info, ["mass_coefficient"]):
-            return value
-        if (info.data["mass_coefficient"] is None) != (value is None):
-            raise refuse("expected mass_coefficient and stiffness_coefficient together")
-        if value is None and info.data.get("ratio", "broken") is None:
-            given = info.data.get("frequencies", "broken") is not None
-            if not given:
-                raise refuse(
-                    "expected ratio and frequencies, or mass_coefficient and stiffness_coefficient"
-                )
-        return value
+    @rule("stiffness_coefficient", "ratio", "frequencies", "mass_coefficient")
+    @staticmethod
+    def _one_of_them(coefficient: float | None, *others: Any) -> Iterator[str]:
+        if coefficient is None and all(other is None for other in others):
+            yield "expected ratio and frequencies, or mass_coefficient and stiffness_coefficient"
 
     @property
     def rayleigh(self) -> Rayleigh:
@@ -99,12 +82,11 @@ OWN = "own"
 class _Named(Section):
     name: Name = Field(description=f"Name of the damping case, each its own; not '{OWN}'.")
 
-    @field_validator("name")
-    @classmethod
-    def _another_than_own(cls, value: str) -> str:
-        if value == OWN:
-            raise refuse(f"expected another name: '{OWN}' is the damping of [damping]")
-        return value
+    @rule("name")
+    @staticmethod
+    def _another_than_own(name: str) -> Iterator[str]:
+        if name == OWN:
+            yield f"expected another name: '{OWN}' is the damping of [damping]"
 
 
 # The name comes first in the order of the fields, which is that of the bases from right to left.

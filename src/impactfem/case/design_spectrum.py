@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, StrictBool, Tag, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present, refuse
+from impactfem.case.base import Section, ascending, refuse
 from impactfem.case.leaf import FileName, Whole
 from impactfem.case.quantity import Acceleration, Frequency, PositiveFactor, PositiveTime, Ratio
-from impactfem.case.table import MOST_POINTS, column_key, read_table
+from impactfem.case.table import MOST_POINTS, Table, read_table
 from impactfem.system.errors import Fault
 
 Ground = Literal["A", "B", "C", "D", "E"]
@@ -37,12 +36,7 @@ class DesignSpectrum(Section):
     type: Literal["corner-periods"] = "corner-periods"
     """Given by its level and corner periods."""
 
-    @field_validator("corner_periods")
-    @classmethod
-    def _increasing(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if not value[0] < value[1] < value[2]:
-            raise refuse("expected increasing corner periods T_B < T_C < T_D")
-        return value
+    _increasing = ascending("corner_periods", "expected increasing corner periods T_B < T_C < T_D")
 
 
 class EurocodeSpectrum(Section):
@@ -84,7 +78,7 @@ class DecreeSpectrum(Section):
     @field_validator("importance_factor")
     @classmethod
     def _of_the_text(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if value is None and present(info, ["text"]) and info.data["text"] == "special":
+        if value is None and info.data.get("text") == "special":
             raise refuse(
                 "missing; expected the acceleration of the special-risk text over the zone's a_gr"
             )
@@ -135,7 +129,7 @@ class SpectrumPoint(Section):
     """Period; the table has this column or the one before."""
     acceleration: Acceleration
     """Pseudo-acceleration there."""
-    damping: Annotated[float, Ratio(at_least=0, below=1)] = math.nan
+    damping: Annotated[float | None, Ratio(at_least=0, below=1)] = None
     """Damping ratio it holds for; without this column, that of the motion."""
 
 
@@ -164,55 +158,38 @@ class SpectrumTable:
 
 
 def read_spectrum(path: Path, faults: list[Fault]) -> SpectrumTable | None:
-    """Read the table of a design spectrum; what is wrong with it is appended to ``faults``.
+    """Read the table of a design spectrum.
 
     Args:
         path: A CSV file with the columns of ``SpectrumPoint``, either frequency or period; the
             frequencies or periods of each damping ascend or descend.
         faults: Every fault of the table is appended here.
-
-    Returns:
-        The table, or None when there were faults.
     """
-    table = read_table(path, SpectrumPoint, faults, MOST_POINTS)
+    table = read_table(path, SpectrumPoint, faults, _one_abscissa, most=MOST_POINTS)
     if table is None:
         return None
-    columns = [name for name in ("frequency", "period") if name in table.headers]
+    (column,) = _abscissae(table)
+    points = {}
+    for (damping,), curve in table.curves(column, "acceleration", "damping").items():
+        pairs = sorted((x if column == "frequency" else 1.0 / x, S) for x, S in curve)
+        points[damping] = (tuple(f for f, _ in pairs), tuple(S for _, S in pairs))
+    return SpectrumTable(points)
+
+
+def _abscissae(table: Table[SpectrumPoint]) -> list[str]:
+    return [name for name in ("frequency", "period") if name in table.headers]
+
+
+def _one_abscissa(table: Table[SpectrumPoint]) -> Iterator[Fault]:
+    columns = _abscissae(table)
     if len(columns) != 1:
         found = "both" if columns else "none of them"
         expected = f"expected either a column frequency [Hz] or a column period [s], found {found}"
-        faults.append(Fault(path, "header", None, expected))
-        return None
-    by_damping: dict[float | None, list[tuple[int, SpectrumPoint]]] = {}
-    for line, row in zip(table.lines, table.rows, strict=True):
-        known = None if math.isnan(row.damping) else row.damping
-        by_damping.setdefault(known, []).append((line, row))
-    column, header = columns[0], table.headers[columns[0]]
-    broken = []
-    points = {}
-    for known, rows in by_damping.items():
-        values = [float(getattr(row, column)) for _, row in rows]
-        if len(rows) < 2:
-            expected = "expected at least 2 points of each damping"
-            broken.append(Fault(path, f"line {rows[0][0]}", None, expected))
-            continue
-        sign = math.copysign(1.0, values[1] - values[0])
-        broken += [
-            Fault(path, column_key(line, header), b, f"expected values in order; before: {a:g}")
-            for (a, b), (line, _) in zip(itertools.pairwise(values), rows[1:], strict=True)
-            if (b - a) * sign <= 0.0
-        ]
-        broken += [
-            Fault(
-                path, column_key(line, header), value, "expected a period with a finite frequency"
-            )
-            for value, (line, _) in zip(values, rows, strict=True)
-            if math.isinf(1.0 / value)
-        ]
-        pairs = sorted(
-            (value if column == "frequency" else 1.0 / value, row.acceleration)
-            for value, (_, row) in zip(values, rows, strict=True)
-        )
-        points[known] = (tuple(f for f, _ in pairs), tuple(a for _, a in pairs))
-    faults.extend(broken)
-    return None if broken else SpectrumTable(points)
+        yield Fault(table.path, "header", None, expected)
+        return
+    yield from table.disorder(columns[0], "damping", "damping")
+    for line, row in table:
+        value = getattr(row, columns[0])
+        if math.isinf(1.0 / value):
+            expected = "expected a period with a finite frequency"
+            yield table.fault(line, columns[0], value, expected)

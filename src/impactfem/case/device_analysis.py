@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal, get_args
 
-from pydantic import Field, StrictBool, ValidationInfo, field_validator
+from pydantic import Field, StrictBool
 
-from impactfem.case.base import Section, each_once, present, refuse
+from impactfem.case.base import Section, once, rule
 from impactfem.case.leaf import OneOrMore
-from impactfem.case.quantity import Duration, Frequency, Ratio, TimeStep
+from impactfem.case.quantity import DampingRatio, Duration, Frequency, TimeStep
 
 Combination = Literal["abs", "srss", "cqc", "dsc", "dsc-abs", "ten-percent", "grouping"]
 
@@ -23,6 +24,11 @@ STEPS = 8
 """Steps of the coupled integration in one of the transient stage, when the case names no step."""
 
 
+def _of_gupta(frequency: float | None, methods: tuple[str, ...]) -> Iterator[str]:
+    if frequency is not None and "gupta" not in methods:
+        yield "expected no frequency, only with method 'gupta'"
+
+
 class RigidPart(Section):
     """The part of a mode's response that follows the anchor rigidly (Regulatory Guide 1.92)."""
 
@@ -35,15 +41,14 @@ class RigidPart(Section):
     f2: Frequency | None = Field(default=None, validate_default=True)
     """Of 'gupta': above it all is rigid; default by the spectrum."""
 
-    @field_validator("f1", "f2")
-    @classmethod
-    def _of_gupta(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if value is not None and "gupta" not in info.data.get("method", ("gupta",)):
-            raise refuse("expected no frequency, only with method 'gupta'")
-        low = info.data.get("f1")
-        if info.field_name == "f2" and value is not None and low is not None and value <= low:
-            raise refuse(f"expected a frequency above f1, {low:g} Hz")
-        return value
+    _f1_of_gupta = rule("f1", "method")(_of_gupta)
+    _f2_of_gupta = rule("f2", "method")(_of_gupta)
+
+    @rule("f2", "f1")
+    @staticmethod
+    def _above_f1(f2: float | None, f1: float | None) -> Iterator[str]:
+        if f2 is not None and f1 is not None and f2 <= f1:
+            yield f"expected a frequency above f1, {f1:g} Hz"
 
 
 class DeviceAnalysis(Section):
@@ -80,21 +85,17 @@ class DeviceAnalysis(Section):
     rotations: StrictBool = True
     """Whether the analysis is also done with the spectra of the anchor's rotations as further
     input."""
-    broadening: Annotated[float, Ratio(at_least=0, below=1)] = 0.15
+    broadening: DampingRatio = 0.15
     """How far the peaks of the spectra are broadened, of their frequency to either side, for a
     result beside that of the spectra as computed; 0 for none."""
     time_step: TimeStep | None = None
     """Time step of the 3D model with the devices; default an eighth of that of [transient]."""
 
-    @field_validator("combination", "supports")
-    @classmethod
-    def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        return each_once(value, "combination")
+    _combinations_once = once("combination", "combination")
+    _rules_once = once("supports", "combination")
 
-    @field_validator("duration")
-    @classmethod
-    def _for_the_double_sum(cls, value: float | None, info: ValidationInfo) -> float | None:
-        asked = info.data.get("combination", ())
-        if value is None and present(info, ["combination"]) and {"dsc", "dsc-abs"} & set(asked):
-            raise refuse("missing; expected the duration of the strong motion for the double sum")
-        return value
+    @rule("duration", "combination")
+    @staticmethod
+    def _for_the_double_sum(duration: float | None, combination: tuple[str, ...]) -> Iterator[str]:
+        if duration is None and {"dsc", "dsc-abs"} & set(combination):
+            yield "missing; expected the duration of the strong motion for the double sum"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field
 
-from impactfem.case.base import Section, present, refuse
+from impactfem.case.base import Section, rule
 from impactfem.case.leaf import File, Whole
 
 
@@ -28,21 +29,17 @@ class Ensemble(Section):
     the devices, with their impact forces: statistics of design spectra and of forces on anchors. 0
     carries none; statistics need at least two."""
 
-    @field_validator("structure_motions")
-    @classmethod
-    def _some(cls, value: int) -> int:
-        if value == 1:
-            raise refuse("expected 0, or at least 2: statistics of one motion there are none")
-        return value
+    @rule("structure_motions")
+    @staticmethod
+    def _some(count: int) -> Iterator[str]:
+        if count == 1:
+            yield "expected 0, or at least 2: statistics of one motion there are none"
 
-    @field_validator("records")
-    @classmethod
-    def _either(cls, value: Path | None, info: ValidationInfo) -> Path | None:
-        if not present(info, ["motions"]):
-            return value
-        if (value is None) == (info.data["motions"] is None):
-            raise refuse("expected either motions or records")
-        return value
+    @rule("records", "motions")
+    @staticmethod
+    def _either(records: Path | None, motions: int | None) -> Iterator[str]:
+        if (records is None) == (motions is None):
+            yield "expected either motions or records"
 
     def files(self) -> tuple[Path, ...]:
         """The records of the folder in the order of their names; none for synthetic motions."""

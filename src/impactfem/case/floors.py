@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import ValidationInfo, field_validator, model_validator
+from pydantic import ValidationInfo, model_validator
 
-from impactfem.case.base import Section, present, refuse
+from impactfem.case.base import Section, refuse, rule
 from impactfem.case.damping import Damping
 from impactfem.case.leaf import NameOf, Whole
 from impactfem.case.quantity import (
@@ -28,7 +28,7 @@ from impactfem.case.quantity import (
     Stress,
 )
 from impactfem.case.reading import reading_of
-from impactfem.case.table import Table, column_key, read_table
+from impactfem.case.table import Table, read_table
 from impactfem.case.unit import LENGTH
 from impactfem.system.errors import Fault
 
@@ -56,11 +56,7 @@ UNKNOWN_DAMPING = Damping(ratio=0.05, frequencies=(1.0, 20.0))
 
 @dataclass(frozen=True)
 class MaterialOf(NameOf):
-    """The name of a material in the case file, held as the material.
-
-    Args:
-        dense: Whether it must have a density.
-    """
+    """The name of a material, which must have a density where ``dense``; held as the material."""
 
     group: str = "materials"
     word: str = "material"
@@ -136,50 +132,27 @@ class Floor(Section):
             return {"storey_height_min": height, "storey_height_max": height} | data
         return data
 
-    @field_validator("storey_height_max")
-    @classmethod
-    def _ordered_bounds(cls, value: float, info: ValidationInfo) -> float:
-        if not present(info, ["storey_height", "storey_height_min"]):
-            return value
-        low, height = info.data["storey_height_min"], info.data["storey_height"]
-        if low > value:
-            raise refuse(f"expected bounds in order: storey_height_min is {low:g} m")
-        if not low <= height <= value:
-            raise refuse(f"expected bounds around storey_height, which is {height:g} m")
-        return value
+    @rule("storey_height_max", "storey_height", "storey_height_min")
+    @staticmethod
+    def _ordered_bounds(high: float, height: float, low: float) -> Iterator[str]:
+        if low > high:
+            yield f"expected bounds in order: storey_height_min is {low:g} m"
+        if not low <= height <= high:
+            yield f"expected bounds around storey_height, which is {height:g} m"
 
 
 def read_floors(path: Path, faults: list[Fault]) -> Table[Floor] | None:
-    """Read a floor table; what is wrong with it is appended to ``faults``.
-
-    Args:
-        path: A CSV file with the columns of ``Floor``.
-        faults: Every fault of the table is appended here.
-
-    Returns:
-        The floors with the lines they stand on, or None when there were faults.
-    """
-    table = read_table(path, Floor, faults, MOST_FLOORS)
-    if table is None:
-        return None
-    broken = list(_order_faults(path, table))
-    faults.extend(broken)
-    return None if broken else table
+    """Read a floor table."""
+    return read_table(path, Floor, faults, _bottom_to_top, most=MOST_FLOORS)
 
 
-def _order_faults(path: Path, table: Table[Floor]) -> Iterator[Fault]:
-    seen: dict[int, int] = {}
+def _bottom_to_top(table: Table[Floor]) -> Iterator[Fault]:
+    yield from table.duplicates("floor")
     highest = 0
-    for line, row in zip(table.lines, table.rows, strict=True):
-        key = column_key(line, table.headers["floor"])
-        if row.floor in seen:
-            first = seen[row.floor]
-            yield Fault(path, key, row.floor, f"duplicate floor, the first is in line {first}")
-        elif row.floor < highest:
-            yield Fault(
-                path, key, row.floor, f"expected floors from bottom to top, above {highest}"
-            )
-        seen.setdefault(row.floor, line)
+    for k, (line, row) in enumerate(table):
+        if row.floor < highest and all(row.floor != above.floor for above in table.rows[:k]):
+            expected = f"expected floors from bottom to top, above {highest}"
+            yield table.fault(line, "floor", row.floor, expected)
         highest = max(highest, row.floor)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,23 +10,24 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationInfo, field_validator
+from pydantic import ConfigDict, Field, ValidationInfo, create_model, field_validator
 
 from impactfem.case.base import Section, nearest
-from impactfem.case.contacts import Vector, unit_vector
+from impactfem.case.contacts import unit_vector
 from impactfem.case.floors import floors_of
 from impactfem.case.leaf import FileName
-from impactfem.case.quantity import Number, read_number
+from impactfem.case.quantity import Number, Quantity
 from impactfem.case.reading import reading_of
-from impactfem.case.table import column_key
-from impactfem.case.unit import FORCE, TIME, Kind, UnitError, si_factor
+from impactfem.case.table import Table, read_lines, read_table
+from impactfem.case.unit import FORCE, TIME
 from impactfem.system.errors import Fault
-from impactfem.system.text_file import read_text, wrong_separators
 
 Array = NDArray[np.float64]
 TABLE = "a table of forces (CSV) with the header time [s],<building>.floor_<k> [N]"
 
-_HEADER = re.compile(r"\s*([^\[\]]*?)\s*\[\s*([^\[\]]+?)\s*\]\s*")
+MOST_TIMES = 1_000_000
+"""Largest number of times in a table."""
+
 _FLOOR = re.compile(r"(.+)\.floor_([1-9][0-9]*)")
 
 
@@ -53,10 +53,19 @@ class FloorForces(Section):
             info.context.table(value, "a table of forces (CSV)", _read_for_case, info)
         return file
 
-    @field_validator("direction")
-    @classmethod
-    def _unit(cls, value: Vector) -> Vector:
-        return unit_vector(value)
+    _unit = field_validator("direction")(unit_vector)
+
+
+class _Time(Section):
+    """The column that each table of forces has; the others are those of its floors."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    time: Annotated[float, Quantity(TIME)]
+    """Time."""
+
+
+_Force = Annotated[float, Quantity(FORCE)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +92,7 @@ class ForceTable:
 
 
 def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
-    """Read a table of forces; what is wrong with it is appended to ``faults``.
+    """Read a table of forces.
 
     Args:
         path: The file.
@@ -92,52 +101,39 @@ def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
     Returns:
         The table, or None when there were faults.
     """
-    before = len(faults)
-    text = read_text(path, TABLE)
-    if isinstance(text, Fault):
-        faults.append(text)
+    header = read_lines(path, TABLE, TABLE, [], MOST_TIMES)
+    names = [name.partition("[")[0].strip() for name in header[0][1]] if header else []
+    floors = {name: place for name in names if (place := _FLOOR.fullmatch(name))}
+    fields: dict[str, Any] = {name: (_Force, Field(description="Force.")) for name in floors}
+    model = create_model("Forces", __base__=_Time, **fields)
+    found: list[Fault] = []
+    table = read_table(path, model, found, _increasing, most=MOST_TIMES, what=TABLE)
+    for number, headers in (header or ())[:1]:
+        for name, written in zip(names, headers, strict=True):
+            if name != "time" and name not in floors:
+                expected = "expected '<building>.floor_<k> [N]', or 'time [s]'"
+                found.append(Fault(path, f"line {number}, column {written}", None, expected))
+        if not floors:
+            expected = "expected a column '<building>.floor_<k> [N]' besides the time"
+            found.append(Fault(path, f"line {number}", None, expected))
+    faults += found
+    if table is None or found:
         return None
-    numbered = enumerate(text.splitlines(), start=1)
-    lines = [(k, line) for k, line in numbered if line.strip() and not line.startswith("#")]
-    if not lines:
-        faults.append(Fault(path, "", None, f"no header; expected {TABLE}"))
-        return None
-    separators = wrong_separators(lines[0][1])
-    if separators is not None:
-        expected = f"the columns are separated by {separators}; expected commas: {TABLE}"
-        faults.append(Fault(path, f"line {lines[0][0]}", None, expected))
-        return None
-    try:
-        headers, *table = [next(csv.reader([line])) for _, line in lines]
-    except csv.Error as error:
-        faults.append(Fault(path, "", None, f"not a CSV file ({error}); expected {TABLE}"))
-        return None
-    columns = [_column(path, lines[0][0], h, k == 0, faults) for k, h in enumerate(headers)]
-    names = [name for name, _ in columns[1:]]
-    if not names:
-        expected = "expected a column '<building>.floor_<k> [N]' besides the time"
-        faults.append(Fault(path, f"line {lines[0][0]}", None, expected))
-    faults.extend(
-        Fault(path, column_key(lines[0][0], headers[k + 1]), None, "duplicate column")
-        for k, name in enumerate(names)
-        if name in names[:k]
-    )
-    if len(lines) < 3:
-        faults.append(Fault(path, "", None, "expected at least two lines of values"))
-    numbers = [number for number, _ in lines[1:]]
-    rows = [
-        _row(path, number, cells, headers, faults)
-        for number, cells in zip(numbers, table, strict=True)
-    ]
-    if len(faults) > before:
-        return None
-    values = np.array(rows) * np.array([factor for _, factor in columns])
-    for k in np.flatnonzero(np.diff(values[:, 0], prepend=-1e-12) <= 0.0)[:1]:
-        expected = "expected times that increase, from 0 s or later"
-        key = column_key(lines[k + 1][0], headers[0])
-        faults.append(Fault(path, key, float(values[k, 0]), expected))
-        return None
-    return ForceTable(values[:, 0], tuple(names), values[:, 1:])
+    time = np.array([row.time for row in table.rows])
+    force = np.array([[getattr(row, name) for name in floors] for row in table.rows])
+    return ForceTable(time, tuple((p[1], int(p[2])) for p in floors.values()), force)
+
+
+def _increasing(table: Table[_Time]) -> Iterator[Fault]:
+    if len(table.rows) < 2:
+        yield Fault(table.path, "", None, "expected at least two lines of values")
+    before = -1e-12
+    for line, row in table:
+        if row.time <= before:
+            expected = "expected times that increase, from 0 s or later"
+            yield table.fault(line, "time", row.time, expected)
+            return
+        before = row.time
 
 
 def _read_for_case(path: Path, faults: list[Fault], info: ValidationInfo) -> ForceTable | None:
@@ -173,42 +169,3 @@ def early_ends(path: Path, table: ForceTable, duration: float) -> Iterator[Fault
             f"expected forces up to {duration:g} s, which is computed, or a last line of zeros"
         )
         yield Fault(path, "time", f"up to {table.time[-1]:g} s", expected)
-
-
-def _column(
-    path: Path, line: int, header: str, first: bool, faults: list[Fault]
-) -> tuple[tuple[str, int], float]:
-    """Building and floor of a column, ("", 0) for the time, and its factor to SI."""
-    match = _HEADER.fullmatch(header)
-    name = match[1] if match else header.strip()
-    kind: Kind = TIME if first else FORCE
-    place = _FLOOR.fullmatch(name)
-    key = column_key(line, header)
-    wanted = "'time [s]'" if first else "'<building>.floor_<k> [N]'"
-    if match is None:
-        faults.append(Fault(path, key, None, f"no unit; expected {wanted}"))
-    elif name != "time" if first else place is None:
-        faults.append(Fault(path, key, None, f"expected {wanted}"))
-    factor = 1.0
-    if match is not None:
-        try:
-            factor = si_factor(match[2], kind)
-        except UnitError as error:
-            faults.append(Fault(path, key, None, f"{error}; expected {wanted}"))
-    return (("", 0) if place is None else (place[1], int(place[2]))), factor
-
-
-def _row(
-    path: Path, number: int, cells: list[str], headers: list[str], faults: list[Fault]
-) -> list[float]:
-    if len(cells) != len(headers):
-        expected = f"expected {len(headers)} cells as in the header, found {len(cells)}"
-        faults.append(Fault(path, f"line {number}", None, expected))
-        return []
-    row = [read_number(cell.strip()) for cell in cells]
-    faults.extend(
-        Fault(path, column_key(number, header), cell, "expected a finite number")
-        for cell, header, value in zip(cells, headers, row, strict=True)
-        if value is None
-    )
-    return [value or 0.0 for value in row]

@@ -6,17 +6,15 @@ import itertools
 import math
 from abc import ABC, abstractmethod
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, TypeVar
 
-from pydantic import ValidationInfo, field_validator
-
-from impactfem.case.base import Section, nearest, present, refuse
+from impactfem.case.base import Section, nearest, rule
 from impactfem.case.leaf import LONGEST_NAME, Floors, Storeys, Text, Whole, Words
 from impactfem.case.quantity import Depth, Length, PositiveLength
-from impactfem.case.table import Table, column_key, read_table
+from impactfem.case.table import Table, read_table
 from impactfem.system.errors import Fault
 
 TOUCH = 1e-6  # m: what is closer than this touches
@@ -78,15 +76,6 @@ class Member(Section, ABC):
 class Line(Member):
     """A straight member in plan, from (x1, y1) to (x2, y2)."""
 
-    @field_validator("y2", check_fields=False)
-    @classmethod
-    def _two_ends(cls, value: float, info: ValidationInfo) -> float:
-        if present(info, ["x1", "y1", "x2"]):
-            x1, y1, x2 = (info.data[name] for name in ("x1", "y1", "x2"))
-            if math.hypot(x2 - x1, value - y1) <= TOUCH:
-                raise refuse("expected an end (x2, y2) away from (x1, y1)")
-        return value
-
     @property
     def coordinates(self) -> dict[str, float]:
         """Coordinates of both ends [m] by their column."""
@@ -116,77 +105,54 @@ class Line(Member):
         return shared > TOUCH and max(map(abs, across)) <= TOUCH
 
 
+def _two_ends(y2: float, x1: float, y1: float, x2: float) -> Iterator[str]:
+    if math.hypot(x2 - x1, y2 - y1) <= TOUCH:
+        yield "expected an end (x2, y2) away from (x1, y1)"
+
+
 MemberRow = TypeVar("MemberRow", bound=Member)
 
 
 def read_members(
     path: Path, model: type[MemberRow], site: Site, faults: list[Fault]
 ) -> Table[MemberRow] | None:
-    """Read a table of walls, beams or columns; what is wrong with it is appended to ``faults``.
+    """Read a table of walls, beams or columns, which stand somewhere.
 
     Args:
         path: A CSV file with the columns of the model.
         model: ``Wall``, ``Beam`` or ``Column``.
         site: Where they stand.
         faults: Every fault of the table is appended here.
-
-    Returns:
-        The rows with the lines they stand on, or None when there were faults.
     """
-    table = read_table(path, model, faults, MOST_MEMBERS)
-    if table is None:
-        return None
-    broken = [
-        *_name_faults(path, table),
-        *_level_faults(path, table, site),
-        *_plan_faults(path, table, site),
-        *_twice_faults(path, table),
-    ]
-    faults.extend(broken)
-    return None if broken else table
+
+    def placed(table: Table[MemberRow]) -> Iterator[Fault]:
+        yield from table.duplicates(model.kind)
+        known = ", ".join(map(str, site.heights or ()))
+        limits = {"x": ("length", site.length), "y": ("width", site.width)}
+        for line, row in table:
+            unknown = [str(k) for k in row.levels if site.heights and k not in site.heights]
+            if unknown:
+                expected = f"the building has the {row.levels_column} {known}"
+                yield table.fault(line, row.levels_column, ", ".join(unknown), expected)
+            for column, value in row.coordinates.items():
+                name, limit = limits[column[0]]
+                if limit is not None and not -TOUCH <= value <= limit + TOUCH:
+                    expected = (
+                        f"expected a {row.kind} within the plan: 0 m to its {name}, {limit:g} m"
+                    )
+                    yield table.fault(line, column, value, expected)
+
+    return read_table(path, model, faults, placed, _one_on_another, most=MOST_MEMBERS)
 
 
-def _name_faults(path: Path, table: Table[MemberRow]) -> Iterator[Fault]:
-    seen: dict[str, int] = {}
-    for line, row in zip(table.lines, table.rows, strict=True):
-        first = seen.setdefault(row.name, line)
-        if first != line:
-            key = column_key(line, table.headers[row.kind])
-            expected = f"duplicate {row.kind}, the first is in line {first}"
-            yield Fault(path, key, row.name, expected)
-
-
-def _level_faults(path: Path, table: Table[MemberRow], site: Site) -> Iterator[Fault]:
-    for line, row in zip(table.lines, table.rows, strict=True):
-        unknown = [str(k) for k in row.levels if site.heights is not None and k not in site.heights]
-        if unknown and site.heights is not None:
-            key = column_key(line, table.headers[row.levels_column])
-            known = ", ".join(map(str, site.heights))
-            expected = f"the building has the {row.levels_column} {known}"
-            yield Fault(path, key, ", ".join(unknown), expected)
-
-
-def _plan_faults(path: Path, table: Table[MemberRow], site: Site) -> Iterator[Fault]:
-    limits = {"x": ("length", site.length), "y": ("width", site.width)}
-    for line, row in zip(table.lines, table.rows, strict=True):
-        for column, value in row.coordinates.items():
-            name, limit = limits[column[0]]
-            if limit is not None and not -TOUCH <= value <= limit + TOUCH:
-                key = column_key(line, table.headers[column])
-                expected = f"expected a {row.kind} within the plan: 0 m to its {name}, {limit:g} m"
-                yield Fault(path, key, value, expected)
-
-
-def _twice_faults(path: Path, table: Table[MemberRow]) -> Iterator[Fault]:
+def _one_on_another(table: Table[MemberRow]) -> Iterator[Fault]:
     """Two of a kind in one place would be joined into one, with the section of either."""
-    rows = list(zip(table.lines, table.rows, strict=True))
-    for (first, one), (line, row) in itertools.combinations(rows, 2):
+    for (first, one), (line, row) in itertools.combinations(table, 2):
         shared = sorted(set(one.levels) & set(row.levels))
         if shared and row.lies_on(one):
-            key = column_key(line, table.headers[row.kind])
             level = f"{row.levels_column.removesuffix('s')} {shared[0]}"
             expected = f"lies on {one.name} of line {first} in {level}; expected a place of its own"
-            yield Fault(path, key, row.name, expected)
+            yield table.fault(line, row.kind, row.name, expected)
 
 
 class Beam(Line):
@@ -213,6 +179,8 @@ class Beam(Line):
     """Vertical side of the section."""
     offset: Length = 0.0
     """Height of its axis above the mid-plane of the slab; negative below it."""
+
+    _apart = rule("y2", "x1", "y1", "x2")(_two_ends)
 
 
 class Column(Member):
@@ -266,6 +234,8 @@ class Wall(Line):
     thickness: PositiveLength
     """Thickness of the wall."""
 
+    _apart = rule("y2", "x1", "y1", "x2")(_two_ends)
+
 
 class Bay(Section):
     """A rectangular opening in a wall: one row of the bay table.
@@ -307,98 +277,77 @@ class Bay(Section):
 def read_bays(
     path: Path, walls: Sequence[Wall] | None, site: Site, faults: list[Fault]
 ) -> Table[Bay] | None:
-    """Read a bay table; what is wrong with it is appended to ``faults``.
+    """Read a bay table.
 
     Args:
         path: A CSV file with the columns of ``Bay``.
         walls: The walls; None when they are not known.
         site: Where the walls stand.
         faults: Every fault of the table is appended here.
-
-    Returns:
-        The bays with the lines they stand on, or None when there were faults.
     """
-    table = read_table(path, Bay, faults)
-    if table is None:
-        return None
-    broken = list(_overlaps(path, table))
-    if walls is not None:
-        by_name = {wall.wall: wall for wall in walls}
-        broken += _wall_faults(path, table, by_name)
-        broken += _edge_faults(path, table, by_name, site)
-        broken += [] if broken else _nothing_left(path, table, by_name, site)
-    faults.extend(broken)
-    return None if broken else table
+    heights = site.heights or {}
+    by_name = {wall.wall: wall for wall in walls or ()}
+
+    def in_walls(table: Table[Bay]) -> Iterator[Fault]:
+        for line, bay in table:
+            wall = by_name.get(bay.wall)
+            if wall is None:
+                expected = f"unknown wall; {nearest(bay.wall, list(by_name))}"
+                yield table.fault(line, "wall", bay.wall, expected)
+            elif bay.storey not in wall.storeys:
+                storeys = ", ".join(map(str, wall.storeys))
+                expected = f"expected a storey of {bay.wall}, which stands in {storeys}"
+                yield table.fault(line, "storey", bay.storey, expected)
+            if wall is not None and not -TOUCH <= bay.left <= bay.right <= wall.length + TOUCH:
+                column = "centre" if bay.width <= wall.length + TOUCH else "width"
+                expected = (
+                    f"the bay goes from {bay.left:g} m to {bay.right:g} m along {bay.wall}; "
+                    f"expected 0 m to {wall.length:g} m at most"
+                )
+                yield table.fault(line, column, getattr(bay, column), expected)
+            height = heights.get(bay.storey)
+            if height is not None and bay.top > height + TOUCH:
+                column = "sill" if bay.height <= height + TOUCH else "height"
+                expected = (
+                    f"the bay goes up to {bay.top:g} m; expected at most the height of "
+                    f"storey {bay.storey}, {height:g} m"
+                )
+                yield table.fault(line, column, getattr(bay, column), expected)
+
+    def something_left(table: Table[Bay]) -> Iterator[Fault]:
+        """Walls that their bays, which are in them and do not overlap, take away as a whole."""
+        for (name, storey), rows in _by_wall(table).items():
+            whole = by_name[name].length * heights.get(storey, math.inf)
+            if sum(bay.width * bay.height for _, bay in rows) > whole * (1.0 - 1e-9):
+                line, bay = rows[-1]
+                expected = f"nothing is left of {name} in storey {storey}; leave the wall out there"
+                yield table.fault(line, "bay", bay.bay, expected)
+
+    def placed(table: Table[Bay]) -> Iterator[Fault]:
+        broken = [*_overlaps(table), *(in_walls(table) if walls is not None else ())]
+        yield from broken
+        if not broken and walls is not None:
+            yield from something_left(table)
+
+    return read_table(path, Bay, faults, placed)
 
 
-def _wall_faults(path: Path, table: Table[Bay], walls: Mapping[str, Wall]) -> Iterator[Fault]:
-    for line, bay in zip(table.lines, table.rows, strict=True):
-        wall = walls.get(bay.wall)
-        if wall is None:
-            key = column_key(line, table.headers["wall"])
-            yield Fault(path, key, bay.wall, f"unknown wall; {nearest(bay.wall, list(walls))}")
-        elif bay.storey not in wall.storeys:
-            key = column_key(line, table.headers["storey"])
-            storeys = ", ".join(map(str, wall.storeys))
-            expected = f"expected a storey of {bay.wall}, which stands in {storeys}"
-            yield Fault(path, key, bay.storey, expected)
-
-
-def _edge_faults(
-    path: Path, table: Table[Bay], walls: Mapping[str, Wall], site: Site
-) -> Iterator[Fault]:
-    """Bays that reach beyond the edges of their walls."""
-    for line, bay in zip(table.lines, table.rows, strict=True):
-        wall = walls.get(bay.wall)
-        if wall is not None and not -TOUCH <= bay.left <= bay.right <= wall.length + TOUCH:
-            column = "centre" if bay.width <= wall.length + TOUCH else "width"
-            key = column_key(line, table.headers[column])
-            expected = (
-                f"the bay goes from {bay.left:g} m to {bay.right:g} m along {bay.wall}; "
-                f"expected 0 m to {wall.length:g} m at most"
-            )
-            yield Fault(path, key, getattr(bay, column), expected)
-        height = None if site.heights is None else site.heights.get(bay.storey)
-        if height is not None and bay.top > height + TOUCH:
-            column = "sill" if bay.height <= height + TOUCH else "height"
-            key = column_key(line, table.headers[column])
-            expected = (
-                f"the bay goes up to {bay.top:g} m; expected at most the height of "
-                f"storey {bay.storey}, {height:g} m"
-            )
-            yield Fault(path, key, getattr(bay, column), expected)
-
-
-def _overlaps(path: Path, table: Table[Bay]) -> Iterator[Fault]:
+def _overlaps(table: Table[Bay]) -> Iterator[Fault]:
     """Bays that share more than an edge."""
     for rows in _by_wall(table).values():
         for (first, one), (line, bay) in itertools.combinations(rows, 2):
             along = min(one.right, bay.right) - max(one.left, bay.left)
             up = min(one.top, bay.top) - max(one.sill, bay.sill)
             if along > TOUCH and up > TOUCH:
-                key = column_key(line, table.headers["centre"])
                 expected = (
                     f"bay {bay.bay} overlaps bay {one.bay} of line {first} in {bay.wall}, storey "
                     f"{bay.storey}; expected bays that share no more than an edge"
                 )
-                yield Fault(path, key, bay.centre, expected)
-
-
-def _nothing_left(
-    path: Path, table: Table[Bay], walls: Mapping[str, Wall], site: Site
-) -> Iterator[Fault]:
-    """Walls that their bays, which do not overlap, take away as a whole."""
-    for (name, storey), rows in _by_wall(table).items():
-        if site.heights is not None and storey in site.heights:
-            whole = walls[name].length * site.heights[storey]
-            if sum(bay.width * bay.height for _, bay in rows) > whole * (1.0 - 1e-9):
-                line, bay = rows[-1]
-                expected = f"nothing is left of {name} in storey {storey}; leave the wall out there"
-                yield Fault(path, column_key(line, table.headers["bay"]), bay.bay, expected)
+                yield table.fault(line, "centre", bay.centre, expected)
 
 
 def _by_wall(table: Table[Bay]) -> dict[tuple[str, int], list[tuple[int, Bay]]]:
     rows = defaultdict(list)
-    for line, bay in zip(table.lines, table.rows, strict=True):
+    for line, bay in table:
         rows[bay.wall, bay.storey].append((line, bay))
     return rows

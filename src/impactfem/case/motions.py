@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, present, refuse
+from impactfem.case.base import Section, ascending, refuse, rule, step_within
 from impactfem.case.design_spectrum import SpectrumEntry, TableSpectrum
 from impactfem.case.leaf import FileName, Whole, Words
 from impactfem.case.quantity import (
     Acceleration,
     Duration,
     Frequency,
+    PositiveFactor,
     PositiveTime,
     Ratio,
     Time,
@@ -75,30 +77,25 @@ class SyntheticMotion(_Motion):
     spectrum: SpectrumEntry
     """The design spectrum that is matched."""
 
-    @field_validator("time_step")
-    @classmethod
-    def _step_in_duration(cls, value: float, info: ValidationInfo) -> float:
-        if present(info, ["duration"]) and value >= info.data["duration"]:
-            raise refuse(f"expected a time below the duration, {info.data['duration']:g} s")
-        if present(info, ["duration"]):
-            steps = info.data["duration"] / value
-            if abs(steps - round(steps)) > 1e-6 * steps or round(steps) < MIN_STEPS:
-                raise refuse(
-                    f"the duration of {info.data['duration']:g} s is {steps:.6g} steps of it; "
-                    f"expected a whole number of at least {MIN_STEPS}"
-                )
-        return value
+    _step_in_duration = step_within("duration")
 
-    @field_validator("strong_phase")
-    @classmethod
-    def _phase_in_duration(
-        cls, value: tuple[float, float], info: ValidationInfo
-    ) -> tuple[float, float]:
-        if value[0] >= value[1]:
-            raise refuse("expected the begin of the strong phase before its end")
-        if present(info, ["duration"]) and value[1] > info.data["duration"]:
-            raise refuse(f"expected a phase within the duration, {info.data['duration']:g} s")
-        return value
+    @rule("time_step", "duration")
+    @staticmethod
+    def _whole_steps(step: float, duration: float) -> Iterator[str]:
+        steps = duration / step
+        if abs(steps - round(steps)) > 1e-6 * steps or round(steps) < MIN_STEPS:
+            yield (
+                f"the duration of {duration:g} s is {steps:.6g} steps of it; "
+                f"expected a whole number of at least {MIN_STEPS}"
+            )
+
+    _in_order = ascending("strong_phase", "expected the begin of the strong phase before its end")
+
+    @rule("strong_phase", "duration")
+    @staticmethod
+    def _phase_in_duration(phase: tuple[float, float], duration: float) -> Iterator[str]:
+        if phase[1] > duration:
+            yield f"expected a phase within the duration, {duration:g} s"
 
 
 class RecordMotion(_Motion):
@@ -127,7 +124,7 @@ class RecordMotion(_Motion):
     """Low and high corner of a Butterworth band-pass of order 4, run forward and backward."""
     resample: TimeStep | None = None
     """Time step that the record is brought to, band-limited."""
-    scale: Annotated[float, Ratio(above=0)] = 1.0
+    scale: PositiveFactor = 1.0
     """Factor on the accelerations of the record."""
     pga: Acceleration | None = None
     """Peak ground acceleration the record is scaled to, in place of scale."""
@@ -146,19 +143,13 @@ class RecordMotion(_Motion):
             raise refuse(f"missing; expected {known}, the ending of the file is of none of them")
         return None
 
-    @field_validator("filter")
-    @classmethod
-    def _band(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        if value is not None and value[0] >= value[1]:
-            raise refuse("expected the low corner frequency before the high one")
-        return value
+    _band = ascending("filter", "expected the low corner frequency before the high one")
 
-    @field_validator("pga")
-    @classmethod
-    def _scale_or_pga(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if value is not None and info.data.get("scale", 1.0) != 1.0:
-            raise refuse("expected either scale or pga, not both")
-        return value
+    @rule("pga", "scale")
+    @staticmethod
+    def _scale_or_pga(pga: float | None, scale: float) -> Iterator[str]:
+        if pga is not None and scale != 1.0:
+            yield "expected either scale or pga, not both"
 
 
 class RestMotion(_Motion):

@@ -15,7 +15,7 @@ from impactfem.case.leaf import Prose, Text
 from impactfem.case.quantity import Weight, read_number
 from impactfem.case.reading import Reading, TableFile, reading_of
 from impactfem.case.source import Source, parse
-from impactfem.case.table import column_key, read_table
+from impactfem.case.table import Table, read_table
 from impactfem.case.unit import UnitError, to_si
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.text_file import LARGEST_TOML, read_text
@@ -57,7 +57,7 @@ class Published(Section):
 
 
 def read_published(path: Path, faults: list[Fault]) -> dict[str, Published] | None:
-    """Read a table of published values; what is wrong with it is appended to ``faults``.
+    """Read a table of published values, in SI by name.
 
     Args:
         path: A CSV file with the columns of ``PublishedRow``.
@@ -66,33 +66,30 @@ def read_published(path: Path, faults: list[Fault]) -> dict[str, Published] | No
     Returns:
         The values in SI by name, or None when there were faults.
     """
-    table = read_table(path, PublishedRow, faults)
-    if table is None:
-        return None
     values: dict[str, Published] = {}
-    before = len(faults)
-    for line, row in zip(table.lines, table.rows, strict=True):
-        relation: Relation = "="
-        if row.value[0] in "<>":
-            relation = "<" if row.value[0] == "<" else ">"
-        number = read_number(row.value if relation == "=" else row.value[1:])
-        if number is None:
-            key = column_key(line, table.headers["value"])
-            expected = "expected a finite number (its unit is in the column 'unit'), or '> 110'"
-            faults.append(Fault(path, key, row.value, expected))
-            continue
-        try:
-            value, unit = to_si(number, row.unit)
-        except UnitError as error:
-            key = column_key(line, table.headers["unit"])
-            faults.append(Fault(path, key, row.unit, f"{error}; expected a unit, or '-'"))
-            continue
-        if row.name in values:
-            key = column_key(line, table.headers["name"])
-            faults.append(Fault(path, key, row.name, "duplicate name"))
-            continue
-        values[row.name] = Published(value=value, relation=relation, unit=unit, source=row.source)
-    return values if len(faults) == before else None
+
+    def in_si(table: Table[PublishedRow]) -> Iterator[Fault]:
+        yield from table.duplicates("name")
+        for line, row in table:
+            relation: Relation = "="
+            if row.value[0] in "<>":
+                relation = "<" if row.value[0] == "<" else ">"
+            number = read_number(row.value if relation == "=" else row.value[1:])
+            if number is None:
+                expected = "expected a finite number (its unit is in the column 'unit'), or '> 110'"
+                yield table.fault(line, "value", row.value, expected)
+                continue
+            try:
+                value, unit = to_si(number, row.unit)
+            except UnitError as error:
+                expected = f"{error}; expected a unit, or '-'"
+                yield table.fault(line, "unit", row.unit, expected)
+                continue
+            values[row.name] = Published(
+                value=value, relation=relation, unit=unit, source=row.source
+            )
+
+    return None if read_table(path, PublishedRow, faults, in_si) is None else values
 
 
 REFERENCE = "what the study stands beside (TOML)"

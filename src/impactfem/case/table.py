@@ -1,9 +1,16 @@
-"""Tables: CSV files whose header carries the units, ``mass [t]``, read into models row by row."""
+"""Tables: CSV files whose header carries the units, ``mass [t]``, read into models row by row.
+
+Every reader takes a list for faults, to which it appends all that is wrong, and gives None then.
+"""
 
 from __future__ import annotations
 
 import csv
+import itertools
+import math
 import re
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -21,6 +28,8 @@ from impactfem.system.text_file import read_text, wrong_separators
 
 Row = TypeVar("Row", bound=Section)
 CellLeaf = Quantity | Ratio | Whole | Words | Levels
+Line = tuple[int, list[str]]
+"""Number of a line, from 1, and its cells."""
 
 MOST_ROWS = 10_000
 """Largest number of rows, where a table has no other."""
@@ -36,14 +45,59 @@ class Table(Generic[Row]):
     """The rows of a table.
 
     Args:
+        path: The file.
         rows: One model a row, SI.
         lines: Number of the line each row stands on, from 1.
         headers: The header of each column as written, by the name of the field.
     """
 
+    path: Path
     rows: tuple[Row, ...]
     lines: tuple[int, ...]
     headers: dict[str, str]
+
+    def __iter__(self) -> Iterator[tuple[int, Row]]:
+        """The rows with their lines."""
+        return zip(self.lines, self.rows, strict=True)
+
+    def fault(self, line: int, column: str, value: Any, expected: str) -> Fault:
+        """A fault of a cell."""
+        key = f"line {line}, column {self.headers.get(column, column)}"
+        return Fault(self.path, key, value, expected)
+
+    def duplicates(self, column: str, *further: str) -> Iterator[Fault]:
+        """Rows with a value, or a combination of those of columns, that stands above already."""
+        first: dict[tuple[Any, ...], int] = {}
+        for line, row in self:
+            above = first.setdefault(tuple(getattr(row, k) for k in (column, *further)), line)
+            if above != line:
+                expected = f"duplicate {column}, the first is in line {above}"
+                yield self.fault(line, column, getattr(row, column), expected)
+
+    def curves(self, x: str, y: str, *by: str) -> dict[tuple[Any, ...], list[tuple[float, float]]]:
+        """Points (x, y) of the curves that columns tell apart, as they stand."""
+        found: dict[tuple[Any, ...], list[tuple[float, float]]] = defaultdict(list)
+        for row in self.rows:
+            key = tuple(getattr(row, column) for column in by)
+            found[key].append((getattr(row, x), getattr(row, y)))
+        return found
+
+    def disorder(self, x: str, of_each: str, *by: str) -> Iterator[Fault]:
+        """Curves with fewer than two points, or whose abscissae neither rise nor fall."""
+        curves: dict[tuple[Any, ...], list[tuple[int, float]]] = defaultdict(list)
+        for line, row in self:
+            curves[tuple(getattr(row, k) for k in by)].append((line, getattr(row, x)))
+        for points in curves.values():
+            if len(points) < 2:
+                expected = f"expected at least 2 points of each {of_each}"
+                yield Fault(self.path, f"line {points[0][0]}", None, expected)
+                continue
+            sign = math.copysign(1.0, points[1][1] - points[0][1])
+            for (_, a), (line, b) in itertools.pairwise(points):
+                if (b - a) * sign <= 0.0:
+                    expected = f"expected values in order, each once; before: {a:g}"
+                    yield self.fault(line, x, b, expected)
+                    break  # one says it of all that follow
 
 
 @dataclass(frozen=True)
@@ -54,31 +108,24 @@ class _Column:
     factor: float | None  # None when the unit could not be used: its cells are not read
 
 
-def column_key(line: int, header: str) -> str:
-    """Where a cell is, for a message."""
-    return f"line {line}, column {header}"
+def read_lines(
+    path: Path, what: str, header: str, faults: list[Fault], most: int = MOST_ROWS
+) -> list[Line] | None:
+    """The header of a CSV file and its rows, which have as many cells.
 
-
-def read_table(
-    path: Path, row_model: type[Row], faults: list[Fault], most: int = MOST_ROWS
-) -> Table[Row] | None:
-    """Read a CSV file into models.
-
-    Lines that begin with ``#`` and empty lines are skipped. The first line left is the header:
-    names of the fields of ``row_model``, in any order, each with its unit in brackets.
+    Lines that begin with ``#`` and empty lines are skipped. A row with a fault is left out.
 
     Args:
         path: The file.
-        row_model: The model of a row; its fields carry a leaf each.
-        faults: Every fault of the table is appended here.
+        what: What it is to be, for messages.
+        header: The header that is expected, for messages.
+        faults: Every fault is appended here.
         most: Largest number of rows.
 
     Returns:
-        The table, or None when there were faults.
+        The lines, the header first; None where there is no header, or there are too many rows.
     """
-    before = len(faults)
-    example = ",".join(_header_of(name, info) for name, info in row_model.model_fields.items())
-    text = read_text(path, f"a table (CSV) with the header {example}")
+    text = read_text(path, what)
     if isinstance(text, Fault):
         faults.append(text)
         return None
@@ -87,34 +134,81 @@ def read_table(
         for number, line in enumerate(_NEWLINE.split(text), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
+    separators = wrong_separators(lines[0][1]) if lines else None
+    key, expected = "", ""
     if not lines:
-        faults.append(Fault(path, "", None, f"no header; expected {example}"))
-        return None
-    separators = wrong_separators(lines[0][1])
-    if separators is not None:
-        expected = f"the columns are separated by {separators}; expected commas: {example}"
-        faults.append(Fault(path, f"line {lines[0][0]}", None, expected))
-        return None
-    if len(lines) - 1 > most:
+        expected = f"no header; expected {header}"
+    elif separators is not None:
+        key = f"line {lines[0][0]}"
+        expected = f"the columns are separated by {separators}; expected commas: {header}"
+    elif len(lines) - 1 > most:
         expected = f"{len(lines) - 1} rows below the header; expected at most {most}"
-        faults.append(Fault(path, "", None, expected))
+    if expected:
+        faults.append(Fault(path, key, None, expected))
         return None
-    try:
-        columns = _columns(path, *lines[0], row_model, faults)
-    except csv.Error as error:
-        faults.append(Fault(path, f"line {lines[0][0]}", None, f"no header of a table ({error})"))
-        return None
+    found: list[Line] = []
+    for number, line in lines:
+        key = f"line {number}"
+        try:
+            cells = [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
+        except csv.Error as error:
+            faults.append(Fault(path, key, None, f"not a line of a CSV file ({error})"))
+            if not found:
+                return None
+            continue
+        if found and len(cells) != len(found[0][1]):
+            expected = f"expected {len(found[0][1])} cells as in the header, found {len(cells)}"
+            faults.append(Fault(path, key, None, expected))
+            continue
+        found.append((number, cells))
     if len(lines) == 1:
         faults.append(Fault(path, "", None, "the table has no row below its header"))
-    rows = []
-    for number, line in lines[1:]:
-        row = _row(path, number, line, columns, row_model, faults)
-        if row is not None:
-            rows.append((number, row))
-    if len(faults) > before:
-        return None
-    headers = {column.field: column.header for column in columns if column is not None}
-    return Table(tuple(row for _, row in rows), tuple(number for number, _ in rows), headers)
+    return found
+
+
+def read_table(
+    path: Path,
+    row_model: type[Row],
+    faults: list[Fault],
+    *checks: Callable[[Table[Row]], Iterable[Fault]],
+    most: int = MOST_ROWS,
+    what: str = "",
+) -> Table[Row] | None:
+    """Read a CSV file into models.
+
+    The header has names of the fields of ``row_model``, in any order, each with its unit in
+    brackets.
+
+    Args:
+        path: The file.
+        row_model: The model of a row; its fields carry a leaf each. One that ignores what it does
+            not know lets a table have further columns.
+        faults: Every fault of the table is appended here.
+        checks: What is further checked of a table whose rows have no fault.
+        most: Largest number of rows.
+        what: What the file is to be, where the model does not say it, for messages.
+
+    Returns:
+        The table, or None when there were faults.
+    """
+    example = ",".join(_header_of(name, info) for name, info in row_model.model_fields.items())
+    example, what = (what, what) if what else (example, f"a table (CSV) with the header {example}")
+    found: list[Fault] = []
+    table = None
+    lines = read_lines(path, what, example, found, most)
+    if lines is not None:
+        columns = _columns(path, *lines[0], row_model, found)
+        rows = [(n, _row(path, n, cells, columns, row_model, found)) for n, cells in lines[1:]]
+        table = Table(
+            path,
+            tuple(row for _, row in rows if row is not None),
+            tuple(number for number, row in rows if row is not None),
+            {column.field: column.header for column in columns if column is not None},
+        )
+        for check in () if found else checks:
+            found.extend(check(table))
+    faults.extend(found)
+    return None if found else table
 
 
 def leaf_of(info: FieldInfo) -> CellLeaf:
@@ -130,33 +224,30 @@ def _header_of(name: str, info: FieldInfo) -> str:
     return f"{name} [{leaf.kind.unit}]" if isinstance(leaf, Quantity) else name
 
 
-def _cells(line: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
-
-
 def _columns(
-    path: Path, number: int, line: str, row_model: type[Row], faults: list[Fault]
+    path: Path, number: int, headers: list[str], row_model: type[Row], faults: list[Fault]
 ) -> list[_Column | None]:
-    """Read the header; a column that cannot be used is None."""
+    """The columns of a header; one that cannot be used is None."""
     fields = row_model.model_fields
     columns: list[_Column | None] = []
     found: set[str] = set()
-    for header in _cells(line):
+    for header in headers:
         match = _HEADER.fullmatch(header)
         name, unit = (match[1], match[2]) if match else (header, None)
-        key = column_key(number, header)
+        column, wrong = None, ""
         if name not in fields:
-            hint = nearest(name, list(fields))
-            faults.append(Fault(path, key, None, f"unknown column; {hint}"))
-            columns.append(None)
+            if row_model.model_config.get("extra") != "ignore":
+                wrong = f"unknown column; {nearest(name, list(fields))}"
         elif name in found:
-            faults.append(Fault(path, key, None, "duplicate column"))
-            columns.append(None)
+            wrong = "duplicate column"
         else:
             found.add(name)
             leaf = leaf_of(fields[name])
-            factor = _unit_factor(path, key, leaf, name, unit, faults)
-            columns.append(_Column(header, name, leaf, factor))
+            factor, wrong = _unit_factor(leaf, name, unit)
+            column = _Column(header, name, leaf, factor)
+        if wrong:
+            faults.append(Fault(path, f"line {number}, column {header}", None, wrong))
+        columns.append(column)
     for name, info in fields.items():
         if info.is_required() and name not in found:
             expected = f"missing column; expected '{_header_of(name, info)}': {one_line(info)}"
@@ -164,111 +255,77 @@ def _columns(
     return columns
 
 
-def _unit_factor(
-    path: Path, key: str, leaf: object, name: str, unit: str | None, faults: list[Fault]
-) -> float | None:
-    """Factor from the unit of a header to SI; None, with a fault, when it is of no use."""
+def _unit_factor(leaf: CellLeaf, name: str, unit: str | None) -> tuple[float | None, str]:
+    """Factor from the unit of a header to SI, and why there is none."""
     if isinstance(leaf, Quantity):
         example = f"expected the unit of {leaf.kind.name} in brackets, '{name} [{leaf.kind.unit}]'"
-        if not unit:
-            faults.append(Fault(path, key, None, f"no unit; {example}"))
-            return None
         try:
-            return si_factor(unit, leaf.kind)
+            return (si_factor(unit, leaf.kind), "") if unit else (None, f"no unit; {example}")
         except UnitError as error:
-            faults.append(Fault(path, key, None, f"{error}; {example}"))
-            return None
+            return None, f"{error}; {example}"
     if isinstance(leaf, Ratio) and unit == "%":
-        return 0.01
+        return 0.01, ""
     if unit in {None, "", "-"}:
-        return 1.0
-    faults.append(Fault(path, key, None, f"this column has no unit; expected '{name}'"))
-    return None
+        return 1.0, ""
+    return None, f"this column has no unit; expected '{name}'"
 
 
 def _row(
     path: Path,
     number: int,
-    line: str,
+    cells: list[str],
     columns: list[_Column | None],
     row_model: type[Row],
     faults: list[Fault],
 ) -> Row | None:
-    try:
-        cells = _cells(line)
-    except csv.Error as error:
-        faults.append(Fault(path, f"line {number}", None, f"not a line of a CSV file ({error})"))
-        return None
-    if len(cells) != len(columns):
-        expected = f"expected {len(columns)} cells as in the header, found {len(cells)}"
-        faults.append(Fault(path, f"line {number}", None, expected))
-        return None
+    """The model of a row; None where it has faults."""
     values: dict[str, Any] = {}
+    written: dict[str, str] = {}
+    key = f"line {number}, column "
     for cell, column in zip(cells, columns, strict=True):
-        if column is None or column.factor is None:
+        if column is None:
             continue
-        value = _value(cell, column.leaf, column.factor)
+        written[column.field] = cell
+        if column.factor is None:
+            continue
+        value, expected = _value(cell, column.leaf, column.factor)
         if value is None:
-            key = column_key(number, column.header)
-            faults.append(Fault(path, key, cell, f"expected {_cell_words(column.leaf)}"))
+            faults.append(Fault(path, key + column.header, cell, f"expected {expected}"))
         else:
             values[column.field] = value
     try:
         return row_model.model_validate(values)
     except ValidationError as error:
-        faults.extend(_faults_of(error, path, number, cells, columns, values))
+        headers = {column.field: column.header for column in columns if column is not None}
+        items = error.errors(include_url=False)
+        fields = [str(item["loc"][0]) if item["loc"] else "" for item in items]
+        said = [(i["msg"], i["input"]) for i, f in zip(items, fields, strict=True) if f in values]
+        further = []
+        for item, field in zip(items, fields, strict=True):
+            message = item["msg"]
+            if field in values:
+                faults.append(Fault(path, key + headers[field], written[field], message))
+            # What is missing, or in a column but not read, was said of the header or the cell
+            # already; and a field without a column may follow another one, whose fault it repeats.
+            elif (
+                item["type"] != "missing"
+                and field not in written
+                and (message, item["input"]) not in said
+            ):
+                expected = f"{field}, which has no column: {message}" if field else message
+                further.append(Fault(path, f"line {number}", None, expected))
+        faults += further
         return None
 
 
-def _faults_of(
-    error: ValidationError,
-    path: Path,
-    number: int,
-    cells: list[str],
-    columns: list[_Column | None],
-    values: dict[str, Any],
-) -> list[Fault]:
-    """What a model refused of a row and was not said before."""
-    written = {
-        column.field: (column.header, cell)
-        for cell, column in zip(cells, columns, strict=True)
-        if column is not None
-    }
-    found: list[Fault] = []
-    said: list[tuple[str, Any]] = []
-    further: list[tuple[str, str, Any]] = []
-    for item in error.errors(include_url=False):
-        field = str(item["loc"][0]) if item["loc"] else ""
-        if field in values:
-            header, cell = written[field]
-            found.append(Fault(path, column_key(number, header), cell, item["msg"]))
-            said.append((item["msg"], item["input"]))
-        # What is missing, or in a column but not read, was said of the header or the cell already.
-        elif item["type"] != "missing" and field not in written:
-            further.append((field, item["msg"], item["input"]))
-    for field, message, value in further:
-        # A field without a column may follow another one, whose fault it repeats.
-        if (message, value) not in said:
-            expected = f"{field}, which has no column: {message}" if field else message
-            found.append(Fault(path, f"line {number}", None, expected))
-    return found
-
-
-def _value(cell: str, leaf: object, factor: float) -> float | int | str | None:
-    """The value of a cell; None when it cannot be read as what the column holds."""
-    if isinstance(leaf, Words | Levels):
-        return cell or None
-    if isinstance(leaf, Whole):
-        return int(cell) if re.fullmatch(r"[+-]?\d{1,9}", cell) else None
-    number = read_number(cell)
-    return None if number is None else scale(number, factor)
-
-
-def _cell_words(leaf: object) -> str:
+def _value(cell: str, leaf: CellLeaf, factor: float) -> tuple[float | int | str | None, str]:
+    """The value of a cell, None when it cannot be read, and what was expected of it."""
     if isinstance(leaf, Words):
-        return "a text, the cell is empty"
+        return cell or None, "a text, the cell is empty"
     if isinstance(leaf, Levels):
-        return leaf.phrase
+        return cell or None, leaf.phrase
     if isinstance(leaf, Whole):
-        return leaf.phrase
-    return "a finite number (the unit is in the header)"
+        return int(cell) if re.fullmatch(r"[+-]?\d{1,9}", cell) else None, leaf.phrase
+    number = read_number(cell)
+    value = None if number is None else scale(number, factor)
+    return value, "a finite number (the unit is in the header)"
