@@ -15,7 +15,7 @@ import xarray as xr
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.device import selection as of_device
-from impactfem.stages.device.verdict import LOADS, anchors, rigid_words, shortfall
+from impactfem.stages.device.verdict import anchors, shortfall
 from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import floors_of, known, shown
 
@@ -197,22 +197,22 @@ def _structure_spectra(run: RunFiles) -> Facts:
 
 def _devices(run: RunFiles) -> Facts:
     with run.store("device.nc") as store:
-        headline, own = of_device.headline(store), names_of(store, "case")[0]
+        headline, direction = of_device.headline(store), of_device.direction(store)
         choices: dict[str, str | None] = {"3D model": None, f"RSA, {headline}": headline}
         for method, choice in of_device.rigid_variants(store).items():
-            choices[f"RSA, {rigid_words(method)}"] = choice
+            choices[f"RSA, {of_device.RIGID_WORDS[method]}"] = choice
         rows, notes = [], []
         for device in names_of(store, "device"):
-            for impact, load in LOADS.items():
+            for impact, words in of_device.LOADS.items():
+                load = of_device.Load(store, device, impact)
                 rows += [
-                    [device, load, label, *_anchor_row(store, device, impact, choice)]
+                    [device, words, label, *_anchor_row(load, choice)]
                     for label, choice in choices.items()
-                    if choice is None or of_device.was_done(store, device, impact, own, choice)
+                    if load.was_done(choice)
                 ]
             notes += [f"{device}: {text}." for text in shortfall(store, device)]
             if (pulled := anchors(store, device)) is not None:
                 notes.append(f"{device}, net tension at the anchor: {pulled}.")
-        direction = of_device.direction(store)
     head = ["device", "load", "analysis", *(f"F{a} [kN]" for a in "xyz")]
     head += [f"M{a} [kN m]" for a in "xyz"]
     head += [f"difference of F{direction} [%]", "net tension [kN]"]
@@ -224,18 +224,13 @@ def _devices(run: RunFiles) -> Facts:
     return Facts("Forces of the devices on the floor", head, rows, note + " ".join(notes))
 
 
-def _anchor_row(store: xr.Dataset, device: str, impact: str, choice: str | None) -> list[str]:
+def _anchor_row(load: of_device.Load, choice: str | None) -> list[str]:
     """Forces, moments, difference and net tension of one analysis, or the detailed one."""
-    load = (device, impact, names_of(store, "case")[0])
-    row = [f"{1e-3 * value:.2f}" for value in of_device.components(store, *load, choice).values]
-    pull = of_device.pull_of(store, *load)
-    tension = None if pull is None else pull.tension
-    difference = None
-    if choice is not None:
-        difference = of_device.relative_difference(store, *load, choice)
-        tension = of_device.tension_by_spectrum(store, *load, choice)
+    row = [f"{1e-3 * value:.2f}" for value in load.components(choice).values]
+    difference = None if choice is None else load.difference(choice)
     row.append("" if difference is None else f"{100.0 * difference:+.1f}")
-    row.append("not known" if tension is None else f"{1e-3 * tension:.2f}")
+    tension = load.tension(choice)
+    row.append(f"{1e-3 * tension:.2f}" if math.isfinite(tension) else "not known")
     return row
 
 

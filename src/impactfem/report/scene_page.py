@@ -32,7 +32,8 @@ from impactfem.plot.scene import (
 )
 from impactfem.plot.style import BLUE, GREEN, RED
 from impactfem.report.run_files import SCENE
-from impactfem.stages.device.pictures import device_size, standing
+from impactfem.stages.device.model_figures import device_size
+from impactfem.stages.device.pictures import standing
 from impactfem.stages.device.selection import anchor_of
 from impactfem.stages.stores import names_of, open_store
 from impactfem.system.files import atomic

@@ -1,5 +1,6 @@
 """The figures of the stage `device`, from stores that no solver made."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,9 +12,15 @@ from PIL import Image
 from impactfem.plot import style
 from impactfem.stages.device import figures
 from impactfem.stages.device.figures import device_figures
-from impactfem.stages.device.model_figures import elements_figure, model_figure, modes_figure
-from impactfem.stages.device.position import Floor
-from impactfem.stages.device.selection import drawing_of
+from impactfem.stages.device.model_figures import (
+    device_size,
+    drawing_of,
+    elements_figure,
+    model_figure,
+    modes_figure,
+)
+from impactfem.stages.device.pictures import Floor, device_pictures
+from impactfem.stages.device.selection import input_variants
 from impactfem.system.errors import ImpactfemError
 
 from .device_store import FREQUENCIES, HEIGHT, WantedDevice, device_folder, device_store
@@ -23,6 +30,16 @@ FORCES += ["figure_29_anchor_spectra", "figure_30_shear_force_damping"]
 SPRINGS = ["figure_24_elements", "figure_25_modes", "figure_26_model"]
 POSITION = ["figure_23_position"]
 ONE = [name for name in FORCES if name != "figure_30_shear_force_damping"]
+INPUTS = {
+    "srss": (0.6, 0.8),
+    "cqc": (0.61, 0.81),
+    "srss.rotations": (0.7, 0.9),
+    "srss.envelope": (0.9, 1.1),
+    "srss.envelope.broadened": (0.95, 1.2),
+    "srss.given": (math.nan, math.nan),
+    "srss.envelope-dampings": (1.1, 1.3),
+    "srss.supports-abs": (0.8, 0.9),
+}
 OWN = [name for name in FORCES if name != "figure_28_damping"]
 CASES = {
     "the paper's": ({}, True, [*FORCES, *SPRINGS, *POSITION]),
@@ -43,12 +60,17 @@ CASES = {
         [*FORCES, *SPRINGS],
     ),
     "no springs": ({"from_modes": True, "nodes": 1}, True, [*FORCES, *POSITION]),
+    "other inputs": (
+        {"choices": INPUTS, "dampings": 2},
+        False,
+        [*FORCES, *SPRINGS, "device_inputs"],
+    ),
 }
 
 
 @dataclass
 class Drawn:
-    """What a run of the figures wrote and drew: curves and texts."""
+    """What a run of the figures wrote and drew: curves, bars and texts."""
 
     folder: object
     files: list = field(default_factory=list)
@@ -61,10 +83,10 @@ class Drawn:
 def drawn(tmp_path_factory):
     """Each case, drawn once and coarsely."""
     found = {}
-    kept = {name: getattr(Axes, name) for name in ("plot", "bar", "text")}
+    plot, bar, text = Axes.plot, Axes.bar, Axes.text
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
-        # The pictures in 3D have tests of their own.
+        # The pictures in 3D have a test of their own.
         patch.setattr(figures, "device_pictures", lambda folder: [])
         for name, (wanted, building, _) in CASES.items():
             one = found[name] = Drawn(device_folder(tmp_path_factory.mktemp("device"), **wanted))
@@ -72,22 +94,21 @@ def drawn(tmp_path_factory):
                 one_floor().to_netcdf(one.folder / "building.nc", engine="h5netcdf")
 
             # Axes with logarithms plot, too.
-            def curve(self, x, y, *args, one=one, **options):
-                points = (np.array(x), np.array(y))
-                one.curves.setdefault(options.get("label"), []).append(points)
-                return kept["plot"](self, x, y, *args, **options)
+            def seen_plot(self, x, y, *args, one=one, **options):
+                one.curves.setdefault(options.get("label"), []).append((np.array(x), np.array(y)))
+                return plot(self, x, y, *args, **options)
 
-            def bar(self, x, height, *args, one=one, **options):
+            def seen_bar(self, x, height, *args, one=one, **options):
                 one.bars.setdefault(options["color"], []).append(np.array(height))
-                return kept["bar"](self, x, height, *args, **options)
+                return bar(self, x, height, *args, **options)
 
-            def text(self, x, y, words, *args, one=one, **options):
+            def seen_text(self, x, y, words, *args, one=one, **options):
                 one.texts.append(words)
-                return kept["text"](self, x, y, words, *args, **options)
+                return text(self, x, y, words, *args, **options)
 
-            patch.setattr(Axes, "plot", curve)
-            patch.setattr(Axes, "bar", bar)
-            patch.setattr(Axes, "text", text)
+            patch.setattr(Axes, "plot", seen_plot)
+            patch.setattr(Axes, "bar", seen_bar)
+            patch.setattr(Axes, "text", seen_text)
             one.files = device_figures(one.folder)
     return found
 
@@ -178,6 +199,21 @@ def test_demands(drawn):
     assert len(drawn["along z, one analysis"].bars) == 2
 
 
+def test_forces_by_input_over_the_detailed_one(drawn):
+    store = device_store(WantedDevice(choices=INPUTS))
+    assert input_variants(store, "pump") == {
+        "computed spectra": "srss",
+        "envelope with further points": "srss.envelope",
+        "envelope over all dampings": "srss.envelope-dampings",
+        "supports by absolute sum": "srss.supports-abs",
+    }
+    assert list(input_variants(device_store(WantedDevice()), "pump")) == ["computed spectra"]
+    for case in store["case"].values[:2]:
+        found = [x for x, y in drawn["other inputs"].curves[case] if list(y) == [0, 1, 2, 3]]
+        assert found[0] == pytest.approx([0.6, 0.9, 1.1, 0.8])
+        assert found[1] == pytest.approx([0.8, 1.1, 1.3, 0.9])
+
+
 def test_modes_move_as_in_the_store(drawn):
     (beam, base, centre) = (
         drawn["the paper's"].curves[name] for name in ("beam", "base", "mass centre")
@@ -226,7 +262,8 @@ def test_a_rigid_spring(tmp_path):
     store = device_store(WantedDevice())
     store["base_stiffness"][0, 1] = np.inf
     drawing = drawing_of(store, "pump")
-    assert drawing is not None and drawing.spring == np.inf
+    assert drawing is not None
+    assert drawing.value("base_stiffness", component=drawing.axis) == np.inf
     model_figure(tmp_path / "model.png", store, "pump")
     assert (tmp_path / "model.png").is_file()
 
@@ -257,3 +294,29 @@ def test_a_figure_that_cannot_be_written(tmp_path):
     (folder / "figures" / "figure_28_damping.png" / "full").mkdir(parents=True)
     with pytest.raises(ImpactfemError, match=r"cannot write .*figure_28_damping\.png"):
         device_figures(folder)
+
+
+@pytest.mark.slow
+def test_pictures_of_two_devices(tmp_path):
+    folder = device_folder(tmp_path, devices=("pump", "fan"))
+    assert device_pictures(folder) == []
+    one_floor().to_netcdf(folder / "building.nc", engine="h5netcdf")
+    found = device_pictures(folder)
+    assert [path.name for path in found] == ["figure_23_model.png", "figure_23_model_fan.png"]
+    for path in found:
+        with Image.open(path) as picture:
+            assert picture.width > 1000
+            assert len(picture.convert("RGB").getcolors(maxcolors=10**7)) > 50
+
+
+@pytest.mark.parametrize(
+    ("wanted", "size"),
+    [
+        ({}, (0.5, 1.0)),
+        ({"cylinder": False}, (0.25 * HEIGHT, HEIGHT)),
+        ({"from_modes": True}, (0.25, 1.0)),
+    ],
+)
+def test_size_of_a_device(wanted, size):
+    found = device_size(device_store(WantedDevice(**wanted)), "pump")
+    assert found == pytest.approx(size)

@@ -155,6 +155,15 @@ def test_all_analyses(tmp_path):
     assert (found[0]["Fx [N]"], found[0]["difference [%]"]) == ("5000.0", "")
 
 
+def test_what_was_not_done_is_in_no_table(tmp_path):
+    choices = {"srss": (0.6, 0.8), "srss.given": (np.nan, np.nan), "srss.envelope": (0.9, 1.1)}
+    found = tables(tmp_path, choices=choices | {"srss.envelope.broadened": (0.95, 1.2)})
+    analyses = {row["analysis"] for row in found["analyses"]}
+    assert analyses == {"detailed", "srss", "srss, envelope", "srss, envelope, broadened"}
+    words = "with envelope with further points: without impact in 0 of"
+    assert any(row["finding"].startswith(words) for row in found["verdict"])
+
+
 RIGID = {"srss": (0.8, 0.9), "srss.gupta": (np.nan, 0.95), "srss.lindley-yow": (1.0, 0.97)}
 
 

@@ -11,12 +11,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
-from impactfem.stages.device.selection import (
-    Drawing,
-    anchor_of,
-    drawing_of,
-    modes_of,
-)
+from impactfem.stages.device.selection import anchor_of, direction, shown_modes
 
 Array = NDArray[np.float64]
 
@@ -25,6 +20,90 @@ SHOWN = 4
 """Most modes that are drawn."""
 AMPLITUDE = 0.3
 """Largest displacement of a drawn mode over the height of the device."""
+UNKNOWN = 0.25
+"""Radius of a device of unknown size over its height."""
+
+
+class Drawing:
+    """A device on springs, seen across a horizontal direction; nan for what it has not.
+
+    Attributes:
+        axis: The direction, "x" or "y".
+        about: The other one.
+        height: Of the mass centre above the anchor [m].
+        radius: Of a body that is a cylinder [m].
+        length: The same.
+        beam: Length of the beam [m].
+        top: Height of the device [m].
+        levels: Heights of the points of the shapes, the mass centre last, shape (n,) [m].
+        shift: Displacement of each mode along the direction, shape (n_modes, n) [1/√kg].
+        slope: Its derivative along the height by the rotation, shape (n_modes, n) [1/(m √kg)].
+    """
+
+    def __init__(self, store: xr.Dataset, device: str) -> None:
+        one = store.drop_dims(["case", "impact"]).sel(device=device)
+        self.one = one.isel(
+            mode=np.isfinite(one["mode_frequency"].values),
+            level=np.isfinite(one["level_height"].values),
+        )
+        # Across a vertical direction, either horizontal one will do.
+        self.axis = direction(store) if direction(store) in "xy" else "y"
+        self.about = {"x": "y", "y": "x"}[self.axis]
+        self.height, self.radius = self.value("body_height"), self.value("body_radius")
+        self.length, self.beam = self.value("body_length"), self.value("beam_length")
+        self.top = float(np.nanmax([self.length, self.height, self.beam]))
+        self.levels: Array = self.one["level_height"].values
+        shape = self.one["mode_shape"].transpose("component", "mode", "level")
+        self.shift: Array = shape.sel(component=self.axis).values
+        # u = θ × r: du_x/dz = θ_y, du_y/dz = -θ_x.
+        sense = 1.0 if self.axis == "x" else -1.0
+        self.slope: Array = sense * shape.sel(component=f"r{self.about}").values
+
+    def value(self, name: str, **labels: str) -> float:
+        """A number of the device in the store."""
+        return float(self.one[name].sel(labels))
+
+    @property
+    def carrier(self) -> str:
+        """What is between base and body."""
+        return "rigid link" if math.isnan(self.beam) else "beam"
+
+    @property
+    def outline(self) -> Array:
+        """Outline of the body at rest, from its lower left on, shape (5, 2) [m].
+
+        Of its size if known. A cylinder has its middle where the case has its mass centre only if
+        both are as high; it stands on the floor.
+        """
+        if math.isnan(self.radius):
+            half, low, high = 0.15 * self.top, self.height * 0.85, self.height * 1.15
+        else:
+            half, low, high = self.radius, 0.0, self.length
+        return np.array([[-half, low], [half, low], [half, high], [-half, high], [-half, low]])
+
+
+def drawing_of(store: xr.Dataset, device: str) -> Drawing | None:
+    """What figures show of a device on springs; None for one that is made of modes."""
+    on_springs = np.isfinite(store["body_mass"].sel(device=device))
+    return Drawing(store, device) if on_springs else None
+
+
+def device_size(store: xr.Dataset, device: str) -> tuple[float, float]:
+    """Radius and height of the cylinder that shows a device [m]; of its body where that is known.
+
+    A device that is made of modes is shown 1 m high.
+    """
+    drawn = drawing_of(store, device)
+    if drawn is None:
+        return UNKNOWN, 1.0
+    return (UNKNOWN * drawn.top if math.isnan(drawn.radius) else drawn.radius), drawn.top
+
+
+def _drawing(store: xr.Dataset, device: str) -> Drawing:
+    drawn = drawing_of(store, device)
+    if drawn is None:
+        raise ValueError(f"device {device} is made of modes")
+    return drawn
 
 
 def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
@@ -35,23 +114,24 @@ def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
     """
     drawn = _drawing(store, device)
     axis = drawn.axis
-    every = modes_of(store, device)
-    mass, frequency = every["effective_mass"].sel(component=axis).values, every["mode_frequency"]
-    modes = [int(k) for k in np.flatnonzero(mass > 1e-6 * mass.sum())][:SHOWN]
-    about = "x" if axis == "y" else "y"
+    modes = shown_modes(store, device, axis)
+    mass = modes["effective_mass"].sel(component=axis)
+    whole = float(mass.sum())
     caption = (
         f"Figure 25: Modes of {device} that move along $e_{axis}$ and rotate about "
-        f"$e_{about}$, relative to the anchor and not to scale, with their effective masses "
-        f"along $e_{axis}$ and the parts of their sum, {mass.sum():.5g} kg. Dashed: at rest."
+        f"$e_{drawn.about}$, relative to the anchor and not to scale, with their effective masses "
+        f"along $e_{axis}$ and the parts of their sum, {whole:.5g} kg. Dashed: at rest."
     )
-    with figure(path, (1, len(modes)), (max(2.9 * len(modes), 4.0), 3.5), caption) as (_, axes):
-        for panel, mode in zip(axes, modes, strict=True):
-            _mode(panel, drawn, mode)
+    modes = modes.isel(mode=slice(SHOWN))
+    count = modes.sizes["mode"]
+    with figure(path, (1, count), (max(2.9 * count, 4.0), 3.5), caption) as (_, axes):
+        for panel, k in zip(axes, modes["mode"], strict=True):
+            _mode(panel, drawn, int(k) - 1)
+            f, m = float(modes["mode_frequency"].sel(mode=k)), float(mass.sel(mode=k))
             panel.text(
                 0.03,
                 0.98,
-                f"f = {float(frequency[mode]):.2f} Hz\n"
-                f"{mass[mode]:.5g} kg, {100.0 * mass[mode] / mass.sum():.3g} %",
+                f"f = {f:.2f} Hz\n{m:.5g} kg, {100.0 * m / whole:.3g} %",
                 transform=panel.transAxes,
                 va="top",
                 fontsize=8.0,
@@ -62,7 +142,7 @@ def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
 
 
 def elements_figure(path: Path, store: xr.Dataset, device: str) -> None:
-    """Figure 24: the elements of the device to scale.
+    """Figure 24: the elements of the device to scale, in the colours of the paper's.
 
     Raises:
         ValueError: The device is made of modes and has no springs.
@@ -71,171 +151,63 @@ def elements_figure(path: Path, store: xr.Dataset, device: str) -> None:
     _, floor, nodes = anchor_of(store, device)
     caption = (
         f"Figure 24: Elements of {device}, in elevation in the plane "
-        f"$(e_{drawn.axis}, e_z)$: a body on {'a beam' if _has_beam(drawn) else 'a rigid link'} on "
-        f"springs, anchored by rigid links to {nodes} node{'s' * (nodes > 1)} of floor {floor}."
+        f"$(e_{drawn.axis}, e_z)$: a body on a {drawn.carrier} on springs, "
+        f"anchored by rigid links to {nodes} node{'s' * (nodes > 1)} of floor {floor}."
     )
-    with figure(path, (1, 1), (6.5, 4.4), caption) as (drawing, axes):
-        _elevation(axes[0], drawn)
+    outline, top = drawn.outline, drawn.top
+    half = float(np.abs(outline[:, 0]).max())
+    with figure(path, (1, 1), (6.5, 4.4), caption) as (drawing, (panel, *_)):
+        panel.fill(outline[:, 0], outline[:, 1], color=RED, alpha=0.12)
+        panel.plot(outline[:, 0], outline[:, 1], color=RED, lw=1.0, label="body, rigid")
+        if not math.isnan(drawn.beam):
+            panel.plot([0.0, 0.0], [0.0, drawn.beam], color=RED, lw=3.0, label="beam")
+        panel.plot(0.0, drawn.height, "o", color="black", ms=5, label="mass centre")
+        # As wide as high at least, however slim the device is.
+        reach = max(1.6 * half, 0.95 * top)
+        panel.axhline(-0.16 * top, color=BLUE, lw=4.0, label="floor")
+        # Springs have no length: they are drawn apart to be seen.
+        for x in np.linspace(-half, half, 5):
+            label = "rigid links to the floor" if x == half else None
+            panel.plot([0.0, x], [-0.06 * top, -0.15 * top], color=GREEN, lw=1.5, label=label)
+        base = [0.0, -0.06 * top]
+        panel.plot([0.0, 0.0], base, color=ORANGE, lw=5.0, label="springs of the base")
+        beside = half + 0.12 * reach
+        arrow = {"arrowstyle": "<->", "color": GREY, "shrinkA": 0.0, "shrinkB": 0.0}
+        panel.annotate("", (beside, 0.0), xytext=(beside, drawn.height), arrowprops=arrow)
+        panel.text(half + 0.15 * reach, 0.5 * drawn.height, f"{drawn.height:g} m", va="center")
+        panel.set(xlim=(-reach, reach), ylim=(-0.25 * top, 1.15 * top), aspect="equal")
+        panel.set(xlabel=f"{drawn.axis} [m]", ylabel="height [m]")
+        panel.grid(False)
         drawing.legend(loc="outside upper center", ncols=3)
 
 
 def model_figure(path: Path, store: xr.Dataset, device: str) -> None:
     """Figure 26: the mechanical model of the device, with its values and modes.
 
+    Mass, beam, spring along and spring about; lengths mean nothing.
+
     Raises:
         ValueError: The device is made of modes and has no springs.
     """
     drawn = _drawing(store, device)
-    axis = drawn.axis
+    axis, about = drawn.axis, drawn.about
     caption = (
         f"Figure 26: Mechanical model of {device} in the plane $(e_{axis}, e_z)$, "
         "and its modes in this plane with their effective masses."
     )
-    with figure(path, (1, 1), (6.5, 4.4), caption) as (_, axes):
-        _mechanics(axes[0], drawn, _mode_lines(store, device, axis))
-
-
-def _drawing(store: xr.Dataset, device: str) -> Drawing:
-    drawn = drawing_of(store, device)
-    if drawn is None:
-        raise ValueError(f"device {device} is made of modes")
-    return drawn
-
-
-def _top(drawn: Drawing) -> float:
-    """Height of the device [m]."""
-    return float(np.nanmax([drawn.length, drawn.height, drawn.beam_length]))
-
-
-def _body(drawn: Drawing) -> Array:
-    """Outline of the body at rest, from its lower left on, shape (5, 2) [m]; of its size if known.
-
-    A cylinder has its middle where the case has its mass centre only if both are as high; it stands
-    on the floor.
-    """
-    if math.isnan(drawn.radius):
-        half, low, high = 0.15 * _top(drawn), drawn.height * 0.85, drawn.height * 1.15
-    else:
-        half, low, high = drawn.radius, 0.0, drawn.length
-    return np.array([[-half, low], [half, low], [half, high], [-half, high], [-half, low]])
-
-
-def _mode(panel: Axes, drawn: Drawing, mode: int) -> None:
-    outline = _body(drawn)
-    shift, slope = drawn.shift[mode], drawn.slope[mode]
-    # The body turns about its mass centre, the last level.
-    arm = outline - np.array([0.0, drawn.height])
-    moved = np.column_stack([shift[-1] + slope[-1] * arm[:, 1], -slope[-1] * arm[:, 0]])
-    largest = float(max(np.abs(moved[:, 0]).max(), np.abs(shift).max()))
-    sign = 1.0 if shift[-1] >= 0.0 else -1.0
-    factor = sign * AMPLITUDE * _top(drawn) / largest
-    x = factor * shift
-    for at_rest in (outline, np.array([[0.0, 0.0], [0.0, drawn.height]])):
-        panel.plot(at_rest[:, 0], at_rest[:, 1], color=GREY, ls="--", lw=0.8)
-    panel.plot(*(outline + factor * moved).T, color=RED, lw=1.0, label="body")
-    panel.plot(
-        x, drawn.levels, color=BLUE, lw=2.0, label="beam" if _has_beam(drawn) else "rigid link"
+    spring, turning = (drawn.value("base_stiffness", component=c) for c in (axis, f"r{about}"))
+    carrier = "rigid"
+    if not math.isnan(drawn.beam):
+        mass = drawn.value("beam_mass")
+        bending = _power(drawn.value("beam_bending", bending_about=about), "N m²")
+        carrier = f"beam, {drawn.beam:g} m\n$E I$ = {bending}"
+        carrier += f"\n{mass:.4g} kg" if mass > 0.0 else ""
+    body = (
+        f"$m$ = {drawn.value('body_mass'):.5g} kg at {drawn.height:g} m\n"
+        f"$J_{about}$ = {drawn.value('body_inertia', axis=about):.4g} kg m²"
     )
-    panel.plot(x[0], 0.0, "s", color=ORANGE, ms=5, label="base")
-    panel.plot(x[-1], drawn.height, "o", color="black", ms=4, label="mass centre")
-    half = float(np.abs(outline[:, 0]).max())
-    # So wide that the width of the panel, not its height, gives the scale.
-    reach = max(half + 1.35 * AMPLITUDE * _top(drawn), 0.95 * _top(drawn))
-    panel.axhline(0.0, color="black", lw=1.5)
-    panel.set_xlim(-reach, reach)
-    panel.set_ylim(-0.75 * _top(drawn), 1.5 * _top(drawn))
-    panel.set_aspect("equal")
-    panel.set_xlabel(f"{drawn.axis} [m]")
-    panel.grid(False)
-
-
-def _has_beam(drawn: Drawing) -> bool:
-    return not math.isnan(drawn.beam_length)
-
-
-def _elevation(panel: Axes, drawn: Drawing) -> None:
-    """The parts in the colours of the paper's figure 24, each with a label."""
-    outline, top = _body(drawn), _top(drawn)
-    half = float(np.abs(outline[:, 0]).max())
-    panel.fill(outline[:, 0], outline[:, 1], color=RED, alpha=0.12)
-    panel.plot(outline[:, 0], outline[:, 1], color=RED, lw=1.0, label="body, rigid")
-    if _has_beam(drawn):
-        panel.plot([0.0, 0.0], [0.0, drawn.beam_length], color=RED, lw=3.0, label="beam")
-    panel.plot(0.0, drawn.height, "o", color="black", ms=5, label="mass centre")
-    # As wide as high at least, however slim the device is.
-    reach = max(1.6 * half, 0.95 * top)
-    panel.axhline(-0.16 * top, color=BLUE, lw=4.0, label="floor")
-    # Springs have no length: they are drawn apart to be seen.
-    for x in np.linspace(-half, half, 5):
-        label = "rigid links to the floor" if x == half else None
-        panel.plot([0.0, x], [-0.06 * top, -0.15 * top], color=GREEN, lw=1.5, label=label)
-    panel.plot([0.0, 0.0], [0.0, -0.06 * top], color=ORANGE, lw=5.0, label="springs of the base")
-    panel.annotate(
-        "",
-        (half + 0.12 * reach, 0.0),
-        xytext=(half + 0.12 * reach, drawn.height),
-        arrowprops={"arrowstyle": "<->", "color": GREY, "shrinkA": 0.0, "shrinkB": 0.0},
-    )
-    panel.text(half + 0.15 * reach, 0.5 * drawn.height, f"{drawn.height:g} m", va="center")
-    panel.set_xlim(-reach, reach)
-    panel.set_ylim(-0.25 * top, 1.15 * top)
-    panel.set_aspect("equal")
-    panel.set_xlabel(f"{drawn.axis} [m]")
-    panel.set_ylabel("height [m]")
-    panel.grid(False)
-
-
-def _mechanics(panel: Axes, drawn: Drawing, modes: list[str]) -> None:
-    """Mass, beam, spring along and spring about, with their values; lengths mean nothing."""
-    other = "x" if drawn.axis == "y" else "y"
-    _coils(panel, (-1.5, 0.0), (-0.4, 0.0))
-    panel.plot([-0.4, 0.0], [0.0, 0.0], color=ORANGE, lw=1.6)
-    panel.plot([-1.5, -1.5], [-0.25, 0.25], color="black", lw=2.5)
-    _spiral(panel)
-    panel.plot([-0.3, 0.3], [-0.55, -0.55], color="black", lw=2.5)
-    panel.plot([0.0, 0.0], [0.0, 1.6], color=RED, lw=2.5)
-    panel.plot(0.0, 1.6, "o", color="black", ms=13)
-    panel.plot(0.0, 0.0, "s", color=ORANGE, ms=6)
-    label = (
-        f"$m$ = {drawn.mass:.5g} kg at {drawn.height:g} m\n$J_{other}$ = {drawn.inertia:.4g} kg m²"
-    )
-    panel.text(0.22, 1.6, label, va="center")
-    if _has_beam(drawn):
-        carried = f"\n{drawn.beam_mass:.4g} kg" if drawn.beam_mass > 0.0 else ""
-        bending = _power(drawn.beam_bending, "N m²")
-        text = f"beam, {drawn.beam_length:g} m\n$E I$ = {bending}{carried}"
-    else:
-        text = "rigid"
-    panel.text(0.15, 0.85, text, va="center")
-    panel.text(
-        -0.95,
-        0.33,
-        f"$K_{{{drawn.axis}{drawn.axis}}}$ = {_power(drawn.spring, 'N/m')}",
-        ha="center",
-    )
-    panel.text(
-        0.42,
-        -0.28,
-        f"$K_{{r{other}{other}}}$ = {_power(drawn.turning, 'N m/rad')}",
-        va="center",
-    )
-    panel.text(-1.6, -0.85, "\n".join(modes), va="top", fontsize=8.5)
-    for start, end, name in (
-        ((-1.5, 1.1), (-1.0, 1.1), f"$e_{drawn.axis}$"),
-        ((-1.5, 1.1), (-1.5, 1.6), "$e_z$"),
-    ):
-        panel.annotate("", end, xytext=start, arrowprops={"arrowstyle": "->", "color": GREY})
-        panel.text(end[0] + 0.06, end[1], name, va="center")
-    panel.set_xlim(-1.8, 2.2)
-    panel.set_ylim(-1.0 - 0.21 * len(modes), 2.0)
-    panel.set_axis_off()
-
-
-def _mode_lines(store: xr.Dataset, device: str, axis: str) -> list[str]:
-    modes = modes_of(store, device)
-    mass = modes["effective_mass"].sel(component=axis)
-    modes = modes.isel(mode=(mass > 1e-6 * mass.sum()).values).isel(mode=slice(SHOWN))
-    return [
+    modes = shown_modes(store, device, axis).isel(mode=slice(SHOWN))
+    lines = [
         f"mode {k}: {f:.2f} Hz, {m:.5g} kg, damping {100.0 * damping:.3g} %"
         for k, f, m, damping in zip(
             modes["mode"].values,
@@ -245,22 +217,59 @@ def _mode_lines(store: xr.Dataset, device: str, axis: str) -> list[str]:
             strict=True,
         )
     ]
+    with figure(path, (1, 1), (6.5, 4.4), caption) as (_, (panel, *_)):
+        # The spring along: a zigzag from a wall on the left to the base.
+        across = np.array([0, 0, 1, -1, 1, -1, 1, -1, 0, 0]) * 0.12
+        panel.plot(np.linspace(-1.5, -0.4, across.size), across, color=ORANGE, lw=1.6)
+        panel.plot([-0.4, 0.0], [0.0, 0.0], color=ORANGE, lw=1.6)
+        panel.plot([-1.5, -1.5], [-0.25, 0.25], color="black", lw=2.5)
+        # The spring about: a spiral around the base that ends on its support.
+        turn = np.linspace(0.0, 5.0 * math.pi, 240)
+        radius = 0.08 + 0.24 * turn / turn[-1]
+        x, z = radius * np.sin(turn), radius * np.cos(turn)
+        panel.plot(x, z, color=ORANGE, lw=1.6)
+        panel.plot([x[-1], x[-1]], [z[-1], -0.55], color=ORANGE, lw=1.6)
+        panel.plot([-0.3, 0.3], [-0.55, -0.55], color="black", lw=2.5)
+        panel.plot([0.0, 0.0], [0.0, 1.6], color=RED, lw=2.5)
+        panel.plot(0.0, 1.6, "o", color="black", ms=13)
+        panel.plot(0.0, 0.0, "s", color=ORANGE, ms=6)
+        panel.text(0.22, 1.6, body, va="center")
+        panel.text(0.15, 0.85, carrier, va="center")
+        along = f"$K_{{{axis}{axis}}}$ = {_power(spring, 'N/m')}"
+        panel.text(-0.95, 0.33, along, ha="center")
+        rocking = f"$K_{{r{about}{about}}}$ = {_power(turning, 'N m/rad')}"
+        panel.text(0.42, -0.28, rocking, va="center")
+        panel.text(-1.6, -0.85, "\n".join(lines), va="top", fontsize=8.5)
+        for end, name in (((-1.0, 1.1), f"$e_{axis}$"), ((-1.5, 1.6), "$e_z$")):
+            arrow = {"arrowstyle": "->", "color": GREY}
+            panel.annotate("", end, xytext=(-1.5, 1.1), arrowprops=arrow)
+            panel.text(end[0] + 0.06, end[1], name, va="center")
+        panel.set(xlim=(-1.8, 2.2), ylim=(-1.0 - 0.21 * len(lines), 2.0))
+        panel.set_axis_off()
 
 
-def _coils(panel: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
-    """A spring drawn as a zigzag from left to right."""
-    across = np.array([0, 0, 1, -1, 1, -1, 1, -1, 0, 0]) * 0.12
-    x = np.linspace(start[0], end[0], across.size)
-    panel.plot(x, start[1] + across, color=ORANGE, lw=1.6)
-
-
-def _spiral(panel: Axes) -> None:
-    """A spring that turns: a spiral around the base that ends on its support."""
-    turn = np.linspace(0.0, 5.0 * math.pi, 240)
-    radius = 0.08 + 0.24 * turn / turn[-1]
-    x, z = radius * np.sin(turn), radius * np.cos(turn)
-    panel.plot(x, z, color=ORANGE, lw=1.6)
-    panel.plot([x[-1], x[-1]], [z[-1], -0.55], color=ORANGE, lw=1.6)
+def _mode(panel: Axes, drawn: Drawing, mode: int) -> None:
+    outline, top = drawn.outline, drawn.top
+    shift, slope = drawn.shift[mode], drawn.slope[mode]
+    # The body turns about its mass centre, the last level.
+    arm = outline - np.array([0.0, drawn.height])
+    moved = np.column_stack([shift[-1] + slope[-1] * arm[:, 1], -slope[-1] * arm[:, 0]])
+    largest = float(max(np.abs(moved[:, 0]).max(), np.abs(shift).max()))
+    factor = math.copysign(AMPLITUDE * top / largest, shift[-1])
+    x = factor * shift
+    for at_rest in (outline, np.array([[0.0, 0.0], [0.0, drawn.height]])):
+        panel.plot(at_rest[:, 0], at_rest[:, 1], color=GREY, ls="--", lw=0.8)
+    panel.plot(*(outline + factor * moved).T, color=RED, lw=1.0, label="body")
+    panel.plot(x, drawn.levels, color=BLUE, lw=2.0, label=drawn.carrier)
+    panel.plot(x[0], 0.0, "s", color=ORANGE, ms=5, label="base")
+    panel.plot(x[-1], drawn.height, "o", color="black", ms=4, label="mass centre")
+    half = float(np.abs(outline[:, 0]).max())
+    # So wide that the width of the panel, not its height, gives the scale.
+    reach = max(half + 1.35 * AMPLITUDE * top, 0.95 * top)
+    panel.axhline(0.0, color="black", lw=1.5)
+    panel.set(xlim=(-reach, reach), ylim=(-0.75 * top, 1.5 * top), aspect="equal")
+    panel.set_xlabel(f"{drawn.axis} [m]")
+    panel.grid(False)
 
 
 def _power(value: float, unit: str) -> str:

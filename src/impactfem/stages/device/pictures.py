@@ -1,4 +1,4 @@
-"""Pictures of devices in the 3D model: where each stands in the building, and on its floor (23)."""
+"""Figure 23: where a device stands, on the plan of its floor and in the 3D model."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 
+from impactfem.building.mesh import Part, parse_group
 from impactfem.plot.scene import (
     GHOST,
     OUTLINE,
@@ -27,20 +30,159 @@ from impactfem.plot.scene import (
     show,
 )
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
-from impactfem.stages.device.position import Floor
-from impactfem.stages.device.selection import anchor_of, drawing_of, file_stem
+from impactfem.stages.device.model_figures import device_size
+from impactfem.stages.device.selection import anchor_of, file_stem
 from impactfem.stages.stores import names_of, open_store
 from impactfem.system.own_process import in_own_process
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
-STEM = "figure_23_model"
+FLAT = 1e-6
+"""How far vertices of a slab may differ in height [m]."""
+MARGIN = 0.06
+GREY = "0.35"
+SIDES = ((0, 1), (1, 2), (2, 0))
 AROUND = 2.2
 """Half of the side of the piece of floor that is shown, over the size of the device."""
 LIFT = 0.01
 """How far lines are above the slab, so that it does not hide them, over that half side."""
-UNKNOWN = 0.25
-"""Radius of a device of unknown size over its height."""
+
+
+class Floor:
+    """A floor of `building.nc` in plan.
+
+    Args:
+        building: The open store.
+        number: Number of the floor.
+    """
+
+    def __init__(self, building: xr.Dataset, number: int) -> None:
+        self._building = building
+        self._number = number
+        self.nodes: Array = np.asarray(building["node_position"].values, dtype=np.float64)
+        slab = self._of("shell_part", "triangle", "floor")
+        level = np.ptp(self.nodes[slab[:, :3], 2], axis=1) < FLAT
+        # Not what stands on the slab, such as an acroterion.
+        self.cells: Index = slab[level]
+        sides = np.sort(np.concatenate([self.cells[:, side] for side in SIDES]), axis=1)
+        self._sides, self._shared = np.unique(sides, axis=0, return_counts=True)
+
+    def outline(self) -> Array:
+        """Sides of one triangle only: the outline and the bays, shape (n, 2, 2) [m]."""
+        return self._plan(self._sides[self._shared == 1])
+
+    def mesh(self) -> Array:
+        """All sides of the elements, shape (n, 2, 2) [m]."""
+        return self._plan(self._sides)
+
+    def walls(self) -> Array:
+        """Upper edges of the walls below, shape (n, 2, 2) [m]."""
+        walls = self._of("shell_part", "triangle", "storey")
+        sides = np.concatenate([walls[:, side] for side in SIDES])
+        return self._plan(np.unique(np.sort(self._upper(sides), axis=1), axis=0))
+
+    def beams(self) -> Array:
+        """Beams under the slab, shape (n, 2, 2) [m]."""
+        return self._plan(self._of("beam_part", "line", "beam")[:, :2])
+
+    def columns(self) -> Array:
+        """Upper ends of the columns below, shape (n, 2) [m]."""
+        ends = self._of("beam_part", "line", "column")[:, :2].reshape(-1, 1)
+        return np.asarray(self.nodes[np.unique(self._upper(ends)), :2])
+
+    def impact_edge(self) -> Array:
+        """The edge that may be hit, shape (n, 2, 2) [m]."""
+        edges = np.asarray(self._building["edge_line"].values, dtype=np.int64)
+        return self._plan(edges[self._building["edge_floor"].values == self._number, :2])
+
+    def anchor_nodes(self, point: Array, count: int) -> Array:
+        """The nodes of the slab that are nearest to a point, shape (count, 2) [m]."""
+        nodes = self.nodes[np.unique(self.cells), :2]
+        away = np.linalg.norm(nodes - point[:2], axis=1)
+        return np.asarray(nodes[np.argsort(away, kind="stable")[:count]])
+
+    def _plan(self, lines: Index) -> Array:
+        return np.asarray(self.nodes[lines][:, :, :2], dtype=np.float64)
+
+    def _of(self, parts: str, cells: str, family: str) -> Index:
+        """Nodes of the cells of this floor's parts of a family."""
+        names = [parse_group(str(name)) for name in self._building[f"{parts}_name"].values]
+        wanted = [
+            isinstance(part, Part) and (part.family, part.level) == (family, self._number)
+            for part in names
+        ]
+        found = np.asarray(self._building[f"{cells}_node"].values, dtype=np.int64)
+        part = self._building[f"{cells}_part"].values
+        return np.asarray(found[np.asarray(wanted, dtype=bool)[part]], dtype=np.int64)
+
+    def _upper(self, lines: Index) -> Index:
+        """Those of them that are in the plane of the slab."""
+        level = self.nodes[self.cells[0, 0], 2]
+        inside = np.abs(self.nodes[lines, 2] - level) < FLAT
+        return np.asarray(lines[np.all(inside, axis=1)], dtype=np.int64)
+
+
+def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dataset) -> None:
+    """Figure 23: plan of the floor (a) and the base plate between the anchor and the mesh (b)."""
+    point, number, count = anchor_of(store, device)
+    floor = Floor(building, number)
+    plan = floor.nodes[np.unique(floor.cells), :2]
+    (x, y), (width, depth) = plan.min(axis=0), np.ptp(plan, axis=0)
+    caption = (
+        f"Figure 23: Position of {device} on floor {number} of building {store.attrs['building']} "
+        f"at ({point[0]:g}, {point[1]:g}, {point[2]:g}) m (a), and its rigid connection to "
+        f"{count} node{'s' * (count > 1)} of the mesh (b)."
+    )
+    with figure(path, (1, 2), (9.0, 3.7), caption) as (drawn, axes):
+        grid = axes[0].get_gridspec()
+        if grid is not None:
+            grid.set_width_ratios((1.7, 1.0))
+        left, right = axes
+        _lines(left, floor.walls(), "0.7", 6.0, "walls below")
+        _lines(left, floor.beams(), ORANGE, 1.6, "beams")
+        _lines(left, floor.outline(), "black", 1.0, "slab")
+        _lines(left, floor.impact_edge(), BLUE, 3.0, "edge that may be hit")
+        columns = floor.columns()
+        if len(columns):
+            left.plot(*columns.T, "s", color=GREY, ms=3.5, label="columns below")
+        left.plot(*point[:2], "o", color=RED, ms=6, label=f"anchor of {device}")
+        beyond = MARGIN * float(max(width, depth))
+        left.set_xlim(x - beyond, x + width + beyond)
+        left.set_ylim(y - beyond, y + depth + beyond)
+        _base_plate(right, floor, point, count)
+        for panel in axes:
+            panel.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+            panel.grid(False)
+        labelled: dict[str, Any] = {}
+        for panel in axes:
+            labelled |= dict(zip(*reversed(panel.get_legend_handles_labels()), strict=True))
+        drawn.legend(list(labelled.values()), list(labelled), loc="outside upper center", ncols=5)
+        letter(axes)
+
+
+def _base_plate(panel: Axes, floor: Floor, point: Array, count: int) -> None:
+    nodes = floor.anchor_nodes(point, count)
+    spokes = np.stack([np.broadcast_to(point[:2], nodes.shape), nodes], axis=1)
+    _lines(panel, floor.mesh(), "0.75", 0.8, "mesh")
+    _lines(panel, floor.beams(), ORANGE, 1.6, "beams")
+    _lines(panel, spokes, GREEN, 2.0, "rigid links")
+    panel.plot(*nodes.T, "s", color=BLUE, ms=5, label="nodes")
+    panel.plot(*point[:2], "o", color=RED, ms=6)
+    reach = float(np.linalg.norm(nodes - point[:2], axis=1).max())
+    cell = float(np.ptp(floor.nodes[floor.cells[:, :3]], axis=1).max())
+    half = max(2.0 * reach, 1.5 * cell)
+    panel.set_xlim(point[0] - half, point[0] + half)
+    panel.set_ylim(point[1] - half, point[1] + half)
+
+
+def _lines(panel: Axes, lines: Array, colour: str, width: float, label: str) -> None:
+    if len(lines):
+        panel.add_collection(
+            LineCollection(
+                list(lines), colors=colour, linewidths=width, label=label, capstyle="round"
+            )
+        )
 
 
 def device_pictures(folder: Path) -> list[Path]:
@@ -56,24 +198,26 @@ def device_pictures(folder: Path) -> list[Path]:
         ImpactfemError: A file cannot be written, or the process that draws crashed, as it does
             where OpenGL is missing (Debian's libegl1 and libgl1).
     """
-    return in_own_process(draw, folder) if (folder / "building.nc").is_file() else []
+    return in_own_process(_draw, folder) if (folder / "building.nc").is_file() else []
 
 
-def draw(folder: Path) -> list[Path]:
+def _draw(folder: Path) -> list[Path]:
     """Draw what `device_pictures` gives, in this process."""
     target = folder / "figures"
     target.mkdir(exist_ok=True)
+    drawn = []
     with (
         open_store(folder / "building.nc") as building,
         open_store(folder / "device.nc") as store,
     ):
-        return [
-            _model(target / f"{file_stem(store, STEM, device)}.png", building, store, device)
-            for device in names_of(store, "device")
-        ]
+        for device in names_of(store, "device"):
+            drawn.append(target / f"{file_stem(store, 'figure_23_model', device)}.png")
+            _model(drawn[-1], building, store, device)
+    return drawn
 
 
-def _model(path: Path, building: xr.Dataset, store: xr.Dataset, device: str) -> Path:
+def _model(path: Path, building: xr.Dataset, store: xr.Dataset, device: str) -> None:
+    """The building with the device (a), and the device on a piece of its floor (b)."""
     point, number, count = anchor_of(store, device)
     caption = (
         f"Figure 23: Position of {device} in the 3D model of building {store.attrs['building']} "
@@ -87,39 +231,37 @@ def _model(path: Path, building: xr.Dataset, store: xr.Dataset, device: str) -> 
         ("nodes", BLUE, "ball"),
         (device, RED, "face"),
     ]
-    whole = _whole(building, point)
-    near = _near(building, store, device)
+    scene = plotter()
+    add_ghost(scene, building)
+    nodes = building["node_position"].values
+    scene.add_mesh(balls(point[None], 0.015 * float(np.ptp(nodes, axis=0).max())), color=RED)
+    whole = render(scene, nodes, impact_view(building))
+    near = _near(Floor(building, number), point, count, *device_size(store, device))
     with figure(path, (1, 2), (9.0, 4.0), caption) as (drawn, axes):
         show(axes[0], whole)
         note(axes[0], whole, point, device)
         show(axes[1], near)
         drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
         letter(axes)
-    return path
 
 
-def _whole(building: xr.Dataset, point: Array) -> Picture:
-    scene = plotter()
-    add_ghost(scene, building)
-    nodes = building["node_position"].values
-    scene.add_mesh(balls(point[None], 0.015 * float(np.ptp(nodes, axis=0).max())), color=RED)
-    return render(scene, nodes, impact_view(building))
+def _near(floor: Floor, point: Array, count: int, radius: float, height: float) -> Picture:
+    import pyvista
 
-
-def _near(building: xr.Dataset, store: xr.Dataset, device: str) -> Picture:
-    """The device on a piece of its floor."""
-    point, number, count = anchor_of(store, device)
-    floor = Floor(building, number)
-    radius, height = device_size(store, device)
     links = floor.anchor_nodes(point, count)
     reach = max(radius, 0.5 * height, float(np.linalg.norm(links - point[:2], axis=1).max()))
     half = AROUND * reach
     scene = plotter()
-    slab, edges, beams = _piece(floor, point, half)
+    # The floor in a square around the point: its slab, the edges of its mesh and its beams.
+    cells = np.insert(floor.cells[:, :3], 0, 3, axis=1)
+    slab = _square(pyvista.PolyData(floor.nodes, cells.ravel()).clean(), point, half)
     scene.add_mesh(slab, color=GHOST, **SHADING)
-    for lines, colour, width in ((edges, OUTLINE, 1.5), (beams, ORANGE, 6.0)):
-        if len(lines):
-            scene.add_mesh(segments(lines.reshape(-1, 3)), color=colour, line_width=width)
+    above = point[2] + 0.5 * LIFT * half
+    for plan, colour, width in ((floor.mesh(), OUTLINE, 1.5), (floor.beams(), ORANGE, 6.0)):
+        ends = np.insert(plan.reshape(-1, 2), 2, above, axis=1)
+        lines = _square(segments(ends), point, half)
+        if lines.n_points:
+            scene.add_mesh(lines, color=colour, line_width=width)
     z = point[2] + LIFT * half
     spokes = np.zeros((count, 2, 3))
     spokes[:, 0], spokes[:, 1, :2], spokes[..., 2] = point, links, z
@@ -149,59 +291,9 @@ def standing(point: Array, radius: float, height: float, *, capping: bool = True
     )
 
 
-def device_size(store: xr.Dataset, device: str) -> tuple[float, float]:
-    """Radius and height of the cylinder that shows a device [m]; of its body where that is known.
-
-    A device that is made of modes is shown 1 m high.
-    """
-    drawing = drawing_of(store, device)
-    if drawing is None:
-        return UNKNOWN, 1.0
-    height = float(np.nanmax([drawing.length, drawing.height, drawing.beam_length]))
-    return (UNKNOWN * height if np.isnan(drawing.radius) else drawing.radius), height
-
-
-def _piece(floor: Floor, point: Array, half: float) -> tuple[Any, Array, Array]:
-    """The floor in a square around a point: its slab, the edges of its mesh and its beams.
-
-    Lines are cut at the square, shape (n, 2, 3) [m].
-    """
-    import pyvista
-
-    cells = floor.cells[:, :3]
-    faces = np.column_stack([np.full(len(cells), 3), cells])
-    slab = pyvista.PolyData(floor.nodes, faces.ravel()).clean()
-    x, y = point[:2]
-    for normal, origin in (
-        ((1, 0, 0), (x + half, y, 0)),
-        ((-1, 0, 0), (x - half, y, 0)),
-        ((0, 1, 0), (x, y + half, 0)),
-        ((0, -1, 0), (x, y - half, 0)),
-    ):
-        slab = slab.clip(normal=normal, origin=origin)
-    z = point[2] + 0.5 * LIFT * half
-    return slab, _cut(floor.mesh(), point, half, z), _cut(floor.beams(), point, half, z)
-
-
-def _cut(lines: Array, point: Array, half: float, z: float) -> Array:
-    """The parts of lines (n, 2, 2) in a square around a point, at a height, shape (m, 2, 3) [m].
-
-    A point of a line is a + s (b − a); s goes from the last entry into the four half planes to the
-    first exit out of them.
-    """
-    a, along = lines[:, 0] - point[:2], lines[:, 1] - lines[:, 0]
-    first: Array = np.zeros(len(lines))
-    last: Array = np.ones(len(lines))
-    for axis in (0, 1):
-        for sign in (1.0, -1.0):
-            # Inside where there + s · rate <= 0.
-            there, rate = sign * a[:, axis] - half, sign * along[:, axis]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                s = -there / rate
-            first = np.where(rate < 0.0, np.maximum(first, s), first)
-            last = np.where(rate > 0.0, np.minimum(last, s), last)
-            last = np.where((rate == 0.0) & (there > 0.0), -1.0, last)
-    kept = first < last
-    ends = np.stack([first[kept], last[kept]], axis=1)
-    plan = lines[kept, 0][:, None] + ends[..., None] * along[kept][:, None]
-    return np.asarray(np.concatenate([plan, np.full((*plan.shape[:2], 1), z)], axis=2))
+def _square(mesh: Any, point: Array, half: float) -> Any:
+    """What of a mesh is in a square around a point."""
+    for normal in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)):
+        if mesh.n_points:
+            mesh = mesh.clip(normal=normal, origin=point + half * np.array(normal))
+    return mesh

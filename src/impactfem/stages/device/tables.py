@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
 
@@ -12,30 +12,20 @@ import xarray as xr
 
 from impactfem.plot.table import Cell, Table, heads, write_tables
 from impactfem.stages.device.selection import (
+    LOADS,
     ROTATIONS,
-    WITH,
-    WITHOUT,
+    Load,
     building_damping,
-    components,
-    detailed_force,
     direction,
-    force_by_spectrum,
     headline,
-    is_calibrated,
     loaded,
-    modal_mass,
-    mode_ordinates,
+    loads_of,
     modes_of,
-    pull_of,
-    relative_difference,
     restitution,
     rigid_variants,
-    scalar_name,
     scalar_start,
     shown_modes,
-    tension_by_spectrum,
     variant,
-    was_done,
 )
 from impactfem.stages.device.verdict import verdict
 from impactfem.stages.stores import names_of, open_store
@@ -44,6 +34,7 @@ Published = Mapping[str, float]
 Rows = list[tuple[Cell, ...]]
 
 COMPONENTS = "Fx [N]; Fy [N]; Fz [N]; Mx [N m]; My [N m]; Mz [N m]"
+LOAD = "device; damping; impacts"
 SMALL = 1e-4
 """Parts of a force below this part of the largest one are left out."""
 PRINTED = "printed"
@@ -78,17 +69,22 @@ def device_tables(folder: Path, published: Published) -> list[Path]:
     return write_tables(folder, tables)
 
 
-def _loads(store: xr.Dataset) -> Iterator[tuple[str, str, str]]:
-    """Every device, damping case and impact."""
-    return product(names_of(store, "device"), names_of(store, "case"), (WITHOUT, WITH))
-
-
-def _ratio(ours: float | None, theirs: float | None) -> float | None:
-    return ours / theirs if ours is not None and theirs else None
-
-
 def _percent(value: float | None) -> float | None:
     return None if value is None else 100.0 * value
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _analyses_shown(store: xr.Dataset) -> list[tuple[str, str | None]]:
+    """The detailed analysis, and the headline with rotations and other rigid parts: what they are.
+
+    The name is that of a response spectrum analysis; None for the detailed one.
+    """
+    names = (headline(store), variant(store, ROTATIONS), *rigid_variants(store).values())
+    found = [(f"RSA, {name.replace('.', ', ')}", name) for name in names if name is not None]
+    return [("detailed", None), *found]
 
 
 def _modes(store: xr.Dataset, published: Published) -> Table:
@@ -132,27 +128,29 @@ def _modes(store: xr.Dataset, published: Published) -> Table:
 
 def _demand(store: xr.Dataset, published: Published) -> Table:
     """Table 7: the loading demand, and as the paper has it over the sum of effective masses."""
-    axis, own = direction(store), names_of(store, "case")[0]
+    axis = direction(store)
     rows: Rows = []
     for device in names_of(store, "device"):
-        mass = modal_mass(store, device)
-        theirs_mass = _published_mass(store, device, published)
-        for (label, choice), impact in product(_analyses_shown(store), (WITHOUT, WITH)):
-            if choice is not None and not was_done(store, device, impact, own, choice):
+        mass = float(modes_of(store, device)["effective_mass"].sel(component=axis).sum())
+        start = f"{scalar_start(store, device)}.effective_mass"
+        names = [f"{start}.{k}" for k in shown_modes(store, device)["mode"].values]
+        theirs_mass = sum(published[name] for name in names if name in published)
+        loads = [Load(store, device, impact) for impact in LOADS]
+        for (label, choice), load in product(_analyses_shown(store), loads):
+            if not load.was_done(choice):
                 continue
             key = {None: "detailed", headline(store): "rsa"}.get(choice)
-            name = scalar_name(store, device, f"f{axis}.{key}", impact, own)
-            theirs = published.get(name) if key else None
-            gap = scalar_name(store, device, "relative_difference", impact, own)
-            off = relative_difference(store, device, impact, own, choice)
-            force = float(components(store, device, impact, own, choice).sel(component=axis))
+            theirs = published.get(load.scalar(f"f{axis}.{key}")) if key else None
+            force = float(load.components(choice).sel(component=axis))
+            gap = published.get(load.scalar("relative_difference")) if key == "rsa" else None
             rows.append(
                 (
-                    *(device, impact, label, force, theirs, _ratio(force, theirs)),
-                    _ratio(force, mass),
-                    _ratio(theirs, theirs_mass),
-                    None if choice is None else _percent(off),
-                    _percent(published.get(gap)) if key == "rsa" else None,
+                    *(device, load.impact, label, force, theirs),
+                    force / theirs if theirs else None,
+                    force / mass if mass else None,
+                    theirs / theirs_mass if theirs is not None and theirs_mass else None,
+                    None if choice is None else _percent(load.difference(choice)),
+                    _percent(gap),
                 )
             )
     return Table(
@@ -172,24 +170,6 @@ def _demand(store: xr.Dataset, published: Published) -> Table:
     )
 
 
-def _analyses_shown(store: xr.Dataset) -> list[tuple[str, str | None]]:
-    """The detailed analysis, and the headline with rotations and other rigid parts: what they are.
-
-    The name is that of a response spectrum analysis; None for the detailed one.
-    """
-    names = (headline(store), variant(store, ROTATIONS), *rigid_variants(store).values())
-    found = [(f"RSA, {name.replace('.', ', ')}", name) for name in names if name is not None]
-    return [("detailed", None), *found]
-
-
-def _published_mass(store: xr.Dataset, device: str, published: Published) -> float | None:
-    """Sum of the published effective masses of the modes along the shown direction [kg]."""
-    start = scalar_start(store, device)
-    names = [f"{start}.effective_mass.{k}" for k in shown_modes(store, device)["mode"].values]
-    found = [published[name] for name in names if name in published]
-    return sum(found) if found else None
-
-
 def _dampings(store: xr.Dataset, published: Published) -> Table:
     """Table 8, whose restitutions are printed in one order and described in the other.
 
@@ -203,14 +183,13 @@ def _dampings(store: xr.Dataset, published: Published) -> Table:
     for case in names_of(store, "case"):
         name = "calibration.epsilon" if case == own else f"calibration.epsilon.{case}"
         described = published.get(name)
-        damping, epsilon = building_damping(store, case), restitution(store, case)
-        source = "contact laws" if epsilon is None else "given"
+        damping, (epsilon, source) = building_damping(store, case), restitution(store, case)
         rows.append(
             (
                 *(case, damping.alpha, damping.beta),
                 *(100.0 * float(damping.ratio(f)) for f in shown),
                 epsilon,
-                "calibrated" if is_calibrated(store, case) else source,
+                source,
                 described,
                 # One that is not printed elsewhere is the same in both orders.
                 published.get(f"{name}.{PRINTED}", described),
@@ -238,23 +217,17 @@ def _study(store: xr.Dataset, published: Published) -> Table:
     """Table 9: detailed and response spectrum analysis by damping, the paper's behind ours."""
     axis, turned = direction(store), variant(store, ROTATIONS)
     rows: Rows = []
-    for device, case, impact in _loads(store):
-        theirs = [
-            published.get(scalar_name(store, device, word, impact, case))
-            for word in (f"f{axis}.detailed", f"f{axis}.rsa", "relative_difference")
-        ]
-        load = (device, impact, case)
+    for load in loads_of(store):
+        words = (f"f{axis}.detailed", f"f{axis}.rsa", "relative_difference")
+        detailed, by_spectrum, difference = (published.get(load.scalar(word)) for word in words)
         rows.append(
             (
-                *(device, case, impact),
-                detailed_force(store, *load),
-                theirs[0],
-                force_by_spectrum(store, *load),
-                theirs[1],
-                _percent(relative_difference(store, *load)),
-                _percent(theirs[2]),
-                force_by_spectrum(store, *load, turned) if turned else None,
-                _percent(relative_difference(store, *load, turned)) if turned else None,
+                *(load.device, load.case, load.impact),
+                *(load.detailed, detailed),
+                *(load.by_spectrum(), by_spectrum),
+                *(_percent(load.difference()), _percent(difference)),
+                load.by_spectrum(turned) if turned else None,
+                _percent(load.difference(turned)) if turned else None,
             )
         )
     return Table(
@@ -277,14 +250,18 @@ def _study(store: xr.Dataset, published: Published) -> Table:
 def _analyses(store: xr.Dataset) -> Table:
     """Every response spectrum analysis of every device, load and damping, all components."""
     rows: Rows = []
-    for device, case, impact in _loads(store):
-        start, load = (device, case, impact), (device, impact, case)
-        rows.append((*start, "detailed", *components(store, *load).values.tolist(), None))
-        for choice in names_of(store, "choice"):
-            if was_done(store, *load, choice):
-                found = components(store, *load, choice).values.tolist()
-                off = _percent(relative_difference(store, *load, choice))
-                rows.append((*start, choice.replace(".", ", "), *found, off))
+    for load in loads_of(store):
+        start = (load.device, load.case, load.impact)
+        rows.append((*start, "detailed", *load.components().values.tolist(), None))
+        rows += [
+            (
+                *(*start, choice.replace(".", ", ")),
+                *load.components(choice).values.tolist(),
+                _percent(load.difference(choice)),
+            )
+            for choice in names_of(store, "choice")
+            if load.was_done(choice)
+        ]
     return Table(
         "device_analyses",
         "Largest forces and moments of the devices on the floor: in the 3D model in detail, and by "
@@ -293,29 +270,23 @@ def _analyses(store: xr.Dataset) -> Table:
         "file; spectra of the anchor's rotations as input; broadened peaks; supports: combination "
         "of several anchors where it is not the first that was asked; difference of the force "
         f"along {direction(store)}",
-        heads(f"device; damping; impacts; analysis; {COMPONENTS}; difference [%]"),
+        heads(f"{LOAD}; analysis; {COMPONENTS}; difference [%]"),
         tuple(rows),
     )
 
 
 def _anchors(store: xr.Dataset) -> Table:
     """Forces and moments at the anchor beside the weight: is it pulled, and how much."""
-    rows: Rows = []
-    for device, case, impact in _loads(store):
-        load = (device, impact, case)
-        pull = pull_of(store, *load)
-        for label, choice in _analyses_shown(store):
-            if choice is not None and not was_done(store, *load, choice):
-                continue
-            found = components(store, *load, choice)
-            if pull is None:
-                less: tuple[Cell, ...] = (None, None, None)
-            elif choice is None:
-                less = (pull.weight, pull.uplift, pull.tension)
-            else:
-                uplift = float(found.sel(component="z")) - pull.weight
-                less = (pull.weight, uplift, tension_by_spectrum(store, *load, choice))
-            rows.append((device, case, impact, label, *found.values.tolist(), *less))
+    rows: Rows = [
+        (
+            *(load.device, load.case, load.impact, label),
+            *load.components(choice).values.tolist(),
+            *map(_known, (load.weight, load.uplift(choice), load.tension(choice))),
+        )
+        for load in loads_of(store)
+        for label, choice in _analyses_shown(store)
+        if load.was_done(choice)
+    ]
     return Table(
         "device_anchors",
         "Largest forces and moments of the devices on the floor by their motion, and with their "
@@ -339,25 +310,19 @@ def _shares(store: xr.Dataset) -> Table:
     the anchor gives √(M M_i) S to the force under the pseudo-acceleration S of that component.
     """
     rows: Rows = []
-    for device, case, impact in _loads(store):
-        modes = modes_of(store, device)
-        mass, frequency = modes["effective_mass"], modes["mode_frequency"].values
-        S = mode_ordinates(store, device, impact, case).transpose("component", "mode").values
+    for load in loads_of(store):
+        modes = modes_of(store, load.device)
+        mass, ω = modes["effective_mass"], 2.0 * math.pi * modes["mode_frequency"].values
+        S = load.ordinates.transpose("component", "mode").values
         both = (mass.sel(component=direction(store)) * mass).transpose("component", "mode")
         force = np.sqrt(both.values) * np.nan_to_num(S)
         whole = float((force**2).sum())
         names = names_of(store, "component")
         for i, k in zip(*np.nonzero(force > SMALL * force.max()), strict=True):
-            rows.append(
-                (
-                    *(device, case, impact, names[i], int(k) + 1),
-                    float(frequency[k]),
-                    float(S[i, k]),
-                    1e3 * float(S[i, k] / (2.0 * math.pi * frequency[k]) ** 2),
-                    float(force[i, k]),
-                    100.0 * float(force[i, k] ** 2) / whole,
-                )
-            )
+            part = 100.0 * force[i, k] ** 2 / whole
+            values = (S[i, k], 1e3 * S[i, k] / ω[k] ** 2, force[i, k], part)
+            start = (load.device, load.case, load.impact, names[i], int(k) + 1)
+            rows.append((*start, float(modes["mode_frequency"][k]), *map(float, values)))
     return Table(
         "device_shares",
         f"What each mode and each component of the anchor gives to the force along "
