@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.report.scene_page import Notes, Scale, _level, _overlay, _peaks, write_scene
+from impactfem.report.scene_page import Notes, _level, _overlay, _peaks, write_scene
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 
@@ -115,7 +115,7 @@ def test_peaks_by_node(transient_folder):
 
 
 def test_notes_are_escaped():
-    notes = Notes("a <b>", [("x & y", "#123456")], Scale("peak [m/s²]", 0.0, 4.0))
+    notes = Notes("a <b>", [("x & y", "#123456")], ("peak [m/s²]", 0.0, 4.0))
     text = _overlay(notes)
     assert "a &lt;b&gt;" in text and "x &amp; y" in text and "background:#123456" in text
     assert "<span>0</span><span>2</span><span>4</span>" in text and "linear-gradient" in text

@@ -8,12 +8,14 @@ import json
 import re
 import zipfile
 from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from jinja2 import Environment
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
@@ -53,43 +55,25 @@ FAVICONS = re.compile(r"`https?://[^`]*favicon[^`]*`")
 
 
 @dataclass
-class Scale:
-    """A scale of colours.
-
-    Args:
-        label: What the colours mean, with the unit.
-        low: Value of the first colour.
-        high: Value of the last one.
-    """
-
-    label: str
-    low: float
-    high: float
-
-
-@dataclass
 class Notes:
-    """What stands beside the building.
+    """Notes next to the building.
 
     Args:
         title: Of the page.
-        entries: Label and colour of what is shown.
-        scale: Of the colours of the slabs; None where they have one colour.
+        entries: Label and colour of each part.
+        scale: Label of the scale of colours, and its first and last value; None for one colour.
     """
 
     title: str
     entries: list[tuple[str, str]] = field(default_factory=list)
-    scale: Scale | None = None
+    scale: tuple[str, float, float] | None = None
 
 
 def write_scene(folder: Path) -> list[Path]:
-    """Write `figures/building_scene.html`, in a process of its own.
+    """Write `figures/building_scene.html` of a run's folder, in a separate process.
 
     Slabs have the colours of their peak acceleration where `transient_maps.nc` has it. Impact edges
     are marked, and the devices of `device.nc`.
-
-    Args:
-        folder: The run's folder.
 
     Returns:
         The file; none without `building.nc`.
@@ -102,7 +86,7 @@ def write_scene(folder: Path) -> list[Path]:
 
 
 def draw(folder: Path) -> list[Path]:
-    """Write what `write_scene` gives, in this process."""
+    """As `write_scene`, in this process."""
     target = folder / "figures"
     target.mkdir(exist_ok=True)
     scene = plotter()
@@ -134,17 +118,16 @@ def _slabs(scene: Any, notes: Notes, building: xr.Dataset, folder: Path) -> None
     else:
         direction, peak = values
         grid.point_data["peak"] = peak.astype(np.float32)
-        shown = peak[_level(building)]
+        shown = peak[_level(building)]  # not the vertices of an acroterion
         low, high = float(shown.min()), float(shown.max())
-        label = f"slabs: peak acceleration along {direction} [m/s²]"
-        notes.scale = Scale(label, low, high)
+        notes.scale = (f"slabs: peak acceleration along {direction} [m/s²]", low, high)
         look = {"scalars": "peak", "cmap": COLOURS, "clim": (low, high), "show_scalar_bar": False}
     scene.add_mesh(_light(surface(grid)), lighting=False, **look)
 
 
 def _level(building: xr.Dataset) -> NDArray[np.int64]:
-    """Vertices of slabs that are level: not those of what stands on them, as an acroterion."""
-    names = [str(name) for name in building["shell_part_name"].values]
+    """Vertices of the level triangles of slabs; of all where none is level."""
+    names = names_of(building, "shell_part_name")
     floors = np.array([name.split("_")[0] == "floor" for name in names], dtype=bool)
     cells = building["triangle_node"].values[floors[building["triangle_part"].values]][:, :3]
     z = building["node_position"].values[cells, 2]
@@ -213,16 +196,14 @@ def _light(mesh: Any) -> Any:
 
 
 def _page(scene: Any, notes: Notes) -> str:
-    """The page: the viewer with the scene in it, and what its colours mean."""
+    """The page: the viewer with the scene in it, and the meaning of its colours."""
     from trame_vtk.tools.vtksz2html import write_html
 
     stream = io.StringIO()
     write_html(_scene_file(scene), stream)
-    text = stream.getvalue()
-    text = FAVICONS.sub("`data:,`", text)
-    text = re.sub(
-        r"<title>.*?</title>", f"<title>{html.escape(notes.title)}</title>", text, count=1
-    )
+    text = FAVICONS.sub("`data:,`", stream.getvalue())
+    title = f"<title>{html.escape(notes.title)}</title>"
+    text = re.sub(r"<title>.*?</title>", lambda _: title, text, count=1)
     # The viewer empties what it draws into: the whole body, unless something is of class content.
     place = '<div class="content" style="position:absolute;inset:0"></div>'
     return text.replace("</body>", f"{place}\n{_overlay(notes)}\n</body>", 1)
@@ -263,28 +244,10 @@ def _scene_file(scene: Any) -> bytes:
 
 def _overlay(notes: Notes) -> str:
     """Title, legend and scale, over the lower left of the scene."""
-    rows = [f"<b>{html.escape(notes.title)}</b>"]
-    if notes.scale is not None:
-        colours = mpl.colormaps[COLOURS](np.linspace(0.0, 1.0, STEPS))
-        steps = ", ".join(to_hex(colour) for colour in colours)
-        middle = 0.5 * (notes.scale.low + notes.scale.high)
-        ticks = "".join(
-            f"<span>{value:.3g}</span>" for value in (notes.scale.low, middle, notes.scale.high)
-        )
-        rows.append(
-            f"{html.escape(notes.scale.label)}"
-            f'<div style="height:0.9em;background:linear-gradient(to right, {steps})"></div>'
-            f'<div style="display:flex;justify-content:space-between">{ticks}</div>'
-        )
-    rows += [
-        f'<span style="display:inline-block;width:0.8em;height:0.8em;background:{colour}"></span> '
-        f"{html.escape(label)}"
-        for label, colour in notes.entries
-    ]
-    rows.append("<i>turn: drag; move: shift and drag; zoom: wheel</i>")
-    style = (
-        "position:fixed;left:0.8em;bottom:0.8em;z-index:10;max-width:17em;padding:0.5em 0.7em;"
-        "background:rgba(255,255,255,0.85);color:#111;font:13px/1.5 sans-serif;pointer-events:none"
+    template = (files("impactfem.report") / "templates" / "scene.html").read_text("utf-8")
+    colours = mpl.colormaps[COLOURS](np.linspace(0.0, 1.0, STEPS))
+    return (
+        Environment(autoescape=True, trim_blocks=True)
+        .from_string(template)
+        .render(notes=notes, colours=[to_hex(colour) for colour in colours])
     )
-    lines = "".join(f"<div>{row}</div>" for row in rows)
-    return f'<div id="notes" style="{style}">{lines}</div>'

@@ -44,19 +44,19 @@ def check(path: Path, *, mesh: bool = False) -> Case:
 
     Args:
         path: The case file.
-        mesh: Whether the mesh of the case is read, or made, too, which takes some seconds, and
-            warnings are given that a run gives itself: gaps that are not those of axes and offsets,
-            floors that face each other and are in no pair, and what is hardly meant.
+        mesh: Whether the mesh is read, or made, too, which takes some seconds, and the warnings of
+            a run are given: gaps that are not those of axes and offsets, floors that face each
+            other and are in no pair, and implausible values.
 
     Raises:
-        InputError: With every fault found; also where the run would not fit this machine.
+        InputError: With every fault; also where the run would not fit this machine.
         ImpactfemError: A file cannot be read.
     """
     return checked(path, mesh=mesh)[0]
 
 
 def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tuple[Case, Estimate]:
-    """As `check`, for a run up to a stage, or of all; gives what the run will take, too."""
+    """As `check`, for a run up to a stage, or of all; with the estimate of what it takes."""
     with file_errors():
         case, faults, left_out = read_case(path)
         found = None
@@ -94,25 +94,20 @@ def warn_of_gaps(case: Case) -> None:
 
 
 def warn_of_implausible(case: Case, found: Estimate) -> None:
-    """Warn of values that are hardly meant."""
+    """Warn of values that are probably mistakes."""
     for one in implausible(case, found.longest):
         LOGGER.warning("warning: %s", one)
 
 
 @dataclass
 class Further:
-    """What was found.
-
-    Args:
-        faults: What is wrong.
-        estimate: What a run will take; None where faults hide it.
-    """
+    """Faults, and what a run will take, which is None where faults hide it."""
 
     faults: list[Fault] = field(default_factory=list)
     estimate: Estimate | None = None
 
     def attempt(self, action: Callable[[], T]) -> T | None:
-        """The result of a check; None where it found faults, which are kept, each once."""
+        """The result of a check; None where it has faults, which are added, each once."""
         try:
             return action()
         except InputError as error:
@@ -121,12 +116,12 @@ class Further:
 
 
 def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bool) -> Further:
-    """Check devices, motions, times and forces of a case, and the mesh.
+    """Check devices, motions, times and forces of a case, and the mesh if it is read or made.
 
     Args:
         case: The case, as far as it could be read.
-        left_out: Names of the sections that could not be read, which are not looked at.
-        stages: Names of the stages that are to run.
+        left_out: Names of the sections that could not be read, which are not checked.
+        stages: Names of the stages of the run.
         mesh: Whether the mesh is read, or made and read.
     """
     found = Further()
@@ -191,19 +186,14 @@ def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bo
 
 
 def mesh_faults(case: Case, path: Path) -> list[Fault]:
-    """What does not go together between a mesh and the rest of its case.
-
-    Args:
-        case: The case; it has a structure.
-        path: The mesh file.
-    """
+    """The contradictions between a mesh file and the rest of its case, which has a structure."""
     found = Further()
     _read_mesh(case, path, found)
     return found.faults
 
 
 def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
-    """The mesh, where it can be read; what does not go together with it is added to the faults."""
+    """The mesh, where it can be read; its faults and contradictions to the case are added."""
     generated = case.structure is not None and isinstance(case.structure.mesh, GeneratedMesh)
     read = found.attempt(lambda: read_parts(case, path))
     mesh = None if read is None else read[0].mesh
@@ -233,21 +223,18 @@ def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
 
 def _time_faults(case: Case, computed: float) -> list[Fault]:
     """Steps and durations that do not go with the motions, whose records say how long they last."""
+    half = f"expected at most half of what is computed, {computed:g} s"
+    step, transient = case.pounding.time_step, case.transient
     faults = []
-    step = case.pounding.time_step
     if step > computed / 2.0:
-        expected = f"expected at most half of what is computed, {computed:g} s"
-        faults.append(Fault(case.path, "pounding.time_step", step, expected))
-    transient = case.transient
+        faults.append(Fault(case.path, "pounding.time_step", step, half))
     recorded = any(isinstance(motion, RecordMotion) for motion in case.motions)
-    if transient is None or transient.forces is not None or not recorded:
-        return faults  # what lasts as the case says was looked at when it was read
-    if case.pounding.duration is not None:
-        return faults
-    if transient.duration is not None and transient.duration > computed * (1.0 + 1e-9):
-        expected = f"expected at most what is computed of the sticks, {computed:g} s"
-        faults.append(Fault(case.path, "transient.duration", transient.duration, expected))
-    if transient.duration is None and transient.time_step > computed / 2.0:
-        expected = f"expected at most half of what is computed, {computed:g} s"
-        faults.append(Fault(case.path, "transient.time_step", transient.time_step, expected))
+    # Durations that the case itself states were checked when it was read.
+    if transient and transient.forces is None and recorded and case.pounding.duration is None:
+        step, lasting = transient.time_step, transient.duration
+        if lasting is not None and lasting > computed * (1.0 + 1e-9):
+            expected = f"expected at most what is computed of the sticks, {computed:g} s"
+            faults.append(Fault(case.path, "transient.duration", lasting, expected))
+        if lasting is None and step > computed / 2.0:
+            faults.append(Fault(case.path, "transient.time_step", step, half))
     return faults

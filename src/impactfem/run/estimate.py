@@ -24,7 +24,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Damping
 from impactfem.case.motions import SyntheticMotion
 from impactfem.case.structure import FileMesh
-from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE, Transient
+from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE
 from impactfem.system.errors import Fault
 from impactfem.system.memory import disk_folder, total_memory
 from impactfem.system.parallel import threads
@@ -49,9 +49,9 @@ class StageCost:
 
     Args:
         name: Its name.
-        seconds: On one core, and on all of them where it shares work out [s].
+        seconds: On one core, or on all of them where it uses them [s].
         memory: Largest memory [byte].
-        file: Part of the memory that goes to a file where the rest has no room [byte].
+        file: Part of the memory that goes to a file where memory is short [byte].
     """
 
     name: str
@@ -81,7 +81,7 @@ class Estimate:
     longest: float
 
     def of(self, names: set[str]) -> Estimate:
-        """That of some stages; of all where there are none among them, as of a case at fault."""
+        """The estimate of some stages; of all where none is named, as of a case at fault."""
         stages = tuple(stage for stage in self.stages if stage.name in names)
         return replace(self, stages=stages or self.stages)
 
@@ -121,19 +121,28 @@ def estimate(case: Case, longest: float, mesh: BuildingMesh | None = None) -> Es
         mesh: The mesh of its building, where it is there already.
     """
     steps = _steps(case, longest)
-    stages = [_sticks(case, steps)]
-    if case.ensemble is not None:
-        stages.append(_ensemble(case, steps, stages[0]))
+    stages = list(_sticks(case, steps))
     dofs, vectors = None, _vectors(case)
-    if case.structure is not None:
-        dofs = DOFS * (_nodes(case) if mesh is None else len(mesh.nodes))
-        stages = [_building(case, dofs), *stages]
+    structure = case.structure
+    if structure is not None:
+        if mesh is not None:
+            nodes = len(mesh.nodes)
+        elif isinstance(structure.mesh, FileMesh):
+            nodes = nodes_of_file(structure.mesh.file)
+        else:
+            nodes = 2 * elements_of(geometry_of(case))
+        dofs = DOFS * nodes
+        analyses = 0.5 if structure.calibration is None else 1.0
+        seconds = 40.0 * (dofs / 342_594) ** 1.15 * analyses * (0.5 + structure.modes / 40.0)
+        # Two further vectors of the eigensolver for each mode.
+        memory = BASE + dofs * (PER_DOF + 24.0 * max(0, structure.modes - 20))
+        stages = [StageCost("building", 6.0 + seconds, memory), *stages]
         stages += _reduced_stages(case, dofs, steps, vectors)
     return Estimate(steps, dofs, mesh is not None, vectors, tuple(stages), longest)
 
 
 def too_much(case: Case, found: Estimate) -> Iterator[Fault]:
-    """Why a run does not fit this machine: its memory, or the disk for what memory cannot hold."""
+    """Why a run does not fit this machine: its memory, or the disk where memory is short."""
     machine, stage = total_memory(), found.largest
     held = max(found.stages, key=lambda one: one.memory - one.file)
     most = max(found.steps, key=lambda of: found.steps[of])
@@ -198,16 +207,6 @@ def _steps(case: Case, longest: float) -> dict[str, int]:
         samples = (_count(motion.duration, motion.time_step) for motion in made)
         found["of the ground motion"] = max(samples)
     return found
-
-
-def _nodes(case: Case) -> int:
-    """Nodes of the mesh: those of the file, or by areas and sizes."""
-    structure = case.structure
-    if structure is None:
-        return 0
-    if isinstance(structure.mesh, FileMesh):
-        return nodes_of_file(structure.mesh.file)
-    return 2 * elements_of(geometry_of(case))
 
 
 def elements_of(geometry: Geometry) -> int:
@@ -305,47 +304,29 @@ def _histories(case: Case, records: float, step: float, steps: int) -> float:
     return 8.0 * records * steps * (1.0 + factor)
 
 
-def _sticks(case: Case, steps: dict[str, int]) -> StageCost:
-    count = steps["of the sticks"]
+def _sticks(case: Case, steps: dict[str, int]) -> Iterator[StageCost]:
+    """The stages pounding and ensemble."""
+    count, ensemble = steps["of the sticks"], case.ensemble
     floors = sum(len(building.floors) for building in case.buildings)
-    freedoms = 6 * floors
     # Displacements, velocities and accelerations with contact and without, and their copies.
-    memory = 8.0 * count * (10.5 * freedoms + 8.0 * len(case.contacts))
+    memory = BASE + 8.0 * count * (10.5 * 6 * floors + 8.0 * len(case.contacts))
     memory += _histories(case, len(case.motions) * floors, case.pounding.time_step, count)
     memory += 400.0 * steps.get("of the ground motion", 0)
-    seconds = 8.0 + _integration(case, steps)
-    if case.calibration is not None and case.calibration.mode == "fit":
-        seconds += 0.5 * case.calibration.starts
-    return StageCost("pounding", seconds, BASE + memory)
-
-
-def _integration(case: Case, steps: dict[str, int]) -> float:
-    """Time of one motion: its synthesis, its pounding and its spectra [s]."""
-    count, floors = steps["of the sticks"], sum(len(one.floors) for one in case.buildings)
+    # Of one motion: its synthesis, its pounding and its spectra.
     frequencies = len(case.spectra.frequency_values) * len(case.spectra.damping)
-    seconds = 2.4e-7 * count * floors + 2e-10 * count * floors * frequencies
+    motion_time = 2.4e-7 * count * floors + 2e-10 * count * floors * frequencies
     for motion in case.motions:
         if isinstance(motion, SyntheticMotion):
             samples = _count(motion.duration, motion.time_step)
-            seconds += 1.5e-6 * samples * (motion.iterations + 4)
-    return seconds
-
-
-def _ensemble(case: Case, steps: dict[str, int], sticks: StageCost) -> StageCost:
-    """Members are computed one by one, on all cores."""
-    ensemble = case.ensemble
-    members = 0 if ensemble is None else ensemble.motions or len(ensemble.files())
-    one = 0.6 + _integration(case, steps)
-    return StageCost("ensemble", 4.0 + members * one / threads(), sticks.memory + 2e6 * members)
-
-
-def _building(case: Case, dofs: int) -> StageCost:
-    modes = 0 if case.structure is None else case.structure.modes
-    fitted = case.structure is not None and case.structure.calibration is not None
-    analyses = 1.0 if fitted else 0.5
-    seconds = 6.0 + 40.0 * (dofs / 342_594) ** 1.15 * analyses * (0.5 + modes / 40.0)
-    # Two further vectors of the eigensolver for each mode.
-    return StageCost("building", seconds, BASE + dofs * (PER_DOF + 24.0 * max(0, modes - 20)))
+            motion_time += 1.5e-6 * samples * (motion.iterations + 4)
+    seconds = 8.0 + motion_time
+    if case.calibration is not None and case.calibration.mode == "fit":
+        seconds += 0.5 * case.calibration.starts
+    yield StageCost("pounding", seconds, memory)
+    if ensemble is not None:  # one motion after the other, on all cores
+        motions = ensemble.motions or len(ensemble.files())
+        seconds = 4.0 + motions * (0.6 + motion_time) / threads()
+        yield StageCost("ensemble", seconds, memory + 2e6 * motions)
 
 
 def _reduced_stages(
@@ -356,17 +337,23 @@ def _reduced_stages(
     if "reduce" not in vectors:
         return
     every, reduced = vectors["reduce"], vectors.get("transient", 0)
-    yield _basis("reduce", dofs, every)
+    # Factor, solutions, and products of all vectors with all before.
+    seconds = dofs / 342_594 * (10.0 + 0.09 * every + 1.1e-4 * every**2)
+    room = 8.0 * COPIES * dofs * every
+    yield StageCost("reduce", seconds, BASE + dofs * PER_DOF + room, room)
     small = BASE + 0.25 * dofs * PER_DOF
     if case.wall_impact is not None:
         yield StageCost("calibrate", 6.0, small + 16.0 * every * steps["at the wall"])
     transient = case.transient
     if transient is None:
         return
-    asked = transient.probes
-    probes = 20 + sum(GROUP if one.group is not None else one.count or 1 for one in asked)
+    probes = 20
+    for one in transient.probes:
+        probes += GROUP if one.group is not None else one.count or 1
     histories = 16.0 * reduced * times + _histories(case, 3 * probes, transient.time_step, times)
-    seconds = 25.0 * (1.0 + 1e-5 * times) + _full(transient, dofs, times)
+    seconds = 25.0 * (1.0 + 1e-5 * times)
+    if transient.solver != "reduced":
+        seconds += 0.57e-6 * dofs * times
     yield StageCost("transient", seconds, small + histories + 48.0 * probes * times)
     if case.devices:
         fine, dampings = steps["with devices"], 1 + len(case.damping_cases)
@@ -374,20 +361,3 @@ def _reduced_stages(
         yield StageCost("device", seconds, small + 16.0 * every * times + 400.0 * fine)
     members = 0 if case.ensemble is None else case.ensemble.structure_motions
     yield StageCost("design", 8.0 + 4.0 * members, small + histories)
-
-
-def _full(transient: Transient, dofs: int, times: int) -> float:
-    """Time of the steps of the full solver [s]."""
-    return 0.0 if transient.solver == "reduced" else 0.57e-6 * dofs * times
-
-
-def _basis(name: str, dofs: int, vectors: int) -> StageCost:
-    """A reduced basis: factor, solutions, and products of all vectors with all before."""
-    seconds = dofs / 342_594 * (10.0 + 0.09 * vectors + 1.1e-4 * vectors**2)
-    room = 8.0 * COPIES * dofs * vectors
-    return StageCost(name, seconds, BASE + dofs * PER_DOF + room, room)
-
-
-def _with(cost: StageCost, seconds: float, memory: float) -> StageCost:
-    """A stage with further time [s] and memory [byte]."""
-    return StageCost(cost.name, cost.seconds + seconds, cost.memory + memory, cost.file)

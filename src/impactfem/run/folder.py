@@ -28,9 +28,9 @@ _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 
 @contextmanager
 def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
-    """Make the folder of a run, or see that it may be used, and keep others out of the block.
+    """Make or check the folder of a run, and keep other runs out while the block runs.
 
-    What a killed run left half written is removed. Not collective: rank 0 opens the folder for all.
+    Half-written files of a killed run are removed. Not collective: rank 0 opens it for all.
 
     Args:
         folder: The folder.
@@ -45,8 +45,14 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
         try:
             if resume and not (folder / log).is_file():
                 raise _refused(folder, "--resume", "expected a folder that holds a run")
-            expected = _unusable(folder, log)
-            if expected:
+            if CONTROL.search(str(folder)):
+                raise _refused(folder, "--out", "expected a name without control characters")
+            if folder.exists() and not folder.is_dir():
+                raise _refused(folder, "--out", "expected a folder, this is a file")
+            if folder.is_dir() and any(folder.iterdir()) and not (folder / log).is_file():
+                expected = (
+                    "expected an empty folder or one of an earlier run; this one holds other files"
+                )
                 raise _refused(folder, "--out", expected)
             _refuse_links(folder, "--out")
             folder.mkdir(parents=True, exist_ok=True)
@@ -62,10 +68,9 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
 
 @contextmanager
 def locked(folder: Path, key: str = "") -> Iterator[None]:
-    """Keep other runs out of a folder that holds one while the block runs. Not collective.
+    """Keep other runs out of the folder of a run while the block runs. Not collective.
 
-    The kernel gives the lock back when the process ends, however it ends: the file that a killed
-    run leaves is in nobody's way.
+    The kernel releases the lock when the process ends, however it ends.
 
     Args:
         folder: The folder.
@@ -89,24 +94,23 @@ def locked(folder: Path, key: str = "") -> Iterator[None]:
                 raise _not_writable(folder, key, error) from error
             text = "warning: %s cannot be locked (%s): see that no other run works in it"
             LOGGER.warning(text, folder, error.strerror)
-        held.callback(_remove, path)  # while it is still ours: nobody holds a file that is no more
-        yield
+        try:
+            yield
+        finally:
+            with suppress(OSError):
+                path.unlink()  # before the lock is released: nobody holds a file that is removed
 
 
 def log_case(case: Case) -> None:
-    """Keep in the log of the run which case it runs, for `check_same_case`."""
+    """Write into the log of the run which case it runs, for `check_same_case`."""
     LOGGER.debug("case %s, hash %s", case.path.name, case.content_hash())  # as in _CASE_LINE
 
 
 def check_same_case(folder: Path, case: Case) -> None:
-    """See that a folder holds a run of this case: of the same content, whatever its name.
-
-    Args:
-        folder: The folder; it holds a run.
-        case: The case that is to go on there.
+    """Refuse to resume the run in a folder with a case of other content, whatever its name.
 
     Raises:
-        InputError: The last run in the folder had another one.
+        InputError: The last run in the folder had another case.
     """
     lines = (folder / LOG).read_text(encoding="utf-8", errors="replace").splitlines()
     before = [found for line in lines if (found := _CASE_LINE.search(line)) is not None]
@@ -122,12 +126,7 @@ def check_same_case(folder: Path, case: Case) -> None:
 
 
 def _refuse_links(folder: Path, key: str) -> None:
-    """Refuse symbolic links in a folder: what is written there would land elsewhere.
-
-    Raises:
-        InputError: There is one.
-        OSError: The folder cannot be read.
-    """
+    """Refuse symbolic links in a folder: files written there would land elsewhere."""
     for path in folder.rglob("*"):
         if path.is_symlink():
             name = path.relative_to(folder)
@@ -144,19 +143,3 @@ def _refused(folder: Path, key: str, expected: str) -> InputError:
 def _not_writable(folder: Path, key: str, error: OSError) -> InputError:
     expected = f"expected a folder that can be written: {error.strerror or error}"
     return _refused(folder, key, expected)
-
-
-def _unusable(folder: Path, log: str) -> str:
-    """What a folder should be that cannot be that of a run; "" for one that can."""
-    if CONTROL.search(str(folder)):
-        return "expected a name without control characters"
-    if folder.exists() and not folder.is_dir():
-        return "expected a folder, this is a file"
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / log).is_file():
-        return "expected an empty folder or one of an earlier run; this one holds other files"
-    return ""
-
-
-def _remove(path: Path) -> None:
-    with suppress(OSError):
-        path.unlink()

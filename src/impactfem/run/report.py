@@ -36,38 +36,21 @@ STEPS = {"overview": 2.0, "page": 8.0}
 def make_report(folder: Path) -> Path:
     """Make the page of a finished run again, and its overview, from the files of its folder.
 
-    Args:
-        folder: The run's folder.
-
-    Returns:
-        The page.
-
     Raises:
         InputError: The folder holds no run, or a run is at work in it.
         ImpactfemError: A file cannot be read or written.
     """
-    RunFiles(folder)  # before anything is written into a folder that is none of a run
+    RunFiles(folder)  # before anything is written into a folder that holds no run
     with locked(folder), file_errors():
         return write_page(folder)
 
 
 def write_page(folder: Path, *, bar: bool = True) -> Path:
-    """Make the page and the overview in a folder that this process has opened.
-
-    Args:
-        folder: The run's folder.
-        bar: Whether a bar shows on a terminal how far it is.
-
-    Returns:
-        The page.
-
-    Raises:
-        ImpactfemError: A file cannot be read or written.
-    """
+    """Make the page and the overview in a folder that this process has locked."""
     LOGGER.info("stage %s: starts", REPORT)
     with Steps(STEPS, f"stage {REPORT}", bar=bar) as steps:
         with steps.step("overview"):
-            # Those of a run before would go with other results.
+            # Those of an earlier run show other results.
             for name in (FLOWCHART, SCENE):
                 (folder / "figures" / name).unlink(missing_ok=True)
             flowchart_figure(folder, STAGES)

@@ -43,9 +43,9 @@ class Entry:
         unit: SI unit; "-" when it has none.
         paper: The published value; None where there is none.
         note: What to know when reading it.
-        relation: What the publication says of its own: "=", or ">" or "<" the value; None without.
-        kind: What ours is beside it: "result", or "input", "fitted", "scaled", "selected" or
-            "derived", which is no test of ours; None without.
+        relation: What the publication states: "=", or ">" or "<" its value; None without.
+        kind: "result", or "input", "fitted", "scaled", "selected" or "derived", where the published
+            value tests nothing; None without.
     """
 
     name: str
@@ -58,27 +58,14 @@ class Entry:
 
 
 def open_run(folder: str | os.PathLike[str]) -> RunFolder:
-    """Open the folder of a run.
-
-    Args:
-        folder: The folder, as `impactfem run` and `study.run` write it.
-
-    Raises:
-        InputError: It holds no run.
-    """
+    """Open the folder of a run; InputError where it holds none."""
     return RunFolder(Path(folder))
 
 
 class RunFolder:
-    """A run's folder. Stores are opened when they are asked for, and read as far as they are used.
+    """A run's folder. Stores are opened when they are used first, and read as far as necessary.
 
     Close it, or use it in a `with` statement, before the case is run again.
-
-    Args:
-        folder: The folder.
-
-    Raises:
-        InputError: It holds no run.
     """
 
     def __init__(self, folder: Path) -> None:

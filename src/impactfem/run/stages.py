@@ -35,11 +35,7 @@ def stage_names() -> list[str]:
 
 
 def check_stage_name(name: str | None) -> None:
-    """See that a stage of that name exists; None stands for the last one.
-
-    Raises:
-        InputError: There is none.
-    """
+    """Raise an InputError where no stage has that name; None stands for the last one."""
     known = stage_names()
     if name is not None and name not in known:
         expected = f"expected one of the stages {', '.join(known)}"
@@ -53,8 +49,8 @@ def asked_stages(case: Case, last: str | None) -> list[Stage]:
 
     Args:
         case: The case.
-        last: Name of a stage, which runs with all that it needs; None or the report's for all
-            stages that the case has the input for.
+        last: Name of a stage, which runs with all that it needs; None or "report" for all stages
+            that the case has the input for.
 
     Raises:
         InputError: The case lacks what the stage needs.

@@ -44,7 +44,7 @@ LOG = "sweep.log"  # distinguishes the folder of a sweep from any other
 
 @dataclass(frozen=True)
 class Sweep:
-    """What a sweep gave.
+    """The results of a sweep.
 
     Args:
         folder: Its folder.
@@ -66,14 +66,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a variant.
-
-    Args:
-        scalars: Its results; none when it failed.
-        error: Why it failed; "" when it did not.
-        warnings: Number of its warnings.
-        seconds: Its wall time [s].
-    """
+    """Results of a variant, or why it failed; its number of warnings and its wall time [s]."""
 
     scalars: list[Scalar]
     error: str
@@ -145,8 +138,13 @@ def sweep(
         def write() -> Sweep:
             found = [(outcome.scalars, outcome.error) for outcome in outcomes]
             table = SweepTable.of(case.title, axes, variants, found, published_values(case), zipped)
+            known = list(table.units)
+            for pattern in show:
+                if known and not any(fnmatchcase(name, pattern) for name in known):
+                    near = get_close_matches(pattern, known, n=1)
+                    hint = f"; did you mean '{near[0]}'?" if near else ""
+                    LOGGER.warning("warning: no result is called %s%s", pattern, hint)
             shown = table.chosen(show)
-            _warn_of_unknown(show, list(table.units))
             return Sweep(folder, table, tuple(shown), tuple(table.write(folder, shown)))
 
         return on_root(write)
@@ -155,7 +153,7 @@ def sweep(
 def _outcomes(
     variants: list[Variant], folder: Path, stage: str | None, processes: int
 ) -> list[Outcome]:
-    """What became of the variants, in their order; nothing on the ranks that worked for rank 0."""
+    """The outcomes of the variants, in their order; none on the ranks that worked for rank 0."""
     LOGGER.info("%d variants", len(variants))
     found: dict[int, Outcome] = {}
     with ExitStack() as stack:
@@ -207,21 +205,14 @@ def _run_elsewhere(
 
 
 def run_alone(variant: Variant, folder: Path, stage: str | None) -> Outcome:
-    """Run a variant in a process that is one of several workers; it reports to its files only."""
+    """Run a variant in one of several workers; it reports to its files only."""
     log.set_up(verbose=False, rank=1)
     with alone():
         return run_variant(variant, folder, stage, bar=False)
 
 
 def run_variant(variant: Variant, folder: Path, stage: str | None, *, bar: bool = True) -> Outcome:
-    """Run a variant; a failure is an outcome.
-
-    Args:
-        variant: The variant; its case file is written.
-        folder: The folder of the sweep.
-        stage: The last stage to run; all stages when None.
-        bar: Whether a bar shows on a terminal how far its run is.
-    """
+    """Run a variant, whose case file is in the folder of the sweep; a failure is an outcome."""
     start = perf_counter()
     scalars: list[Scalar] = []
     failure = ""
@@ -244,11 +235,3 @@ def run_variant(variant: Variant, folder: Path, stage: str | None, *, bar: bool 
             failure = f"{type(error).__name__}: {error}"
     gc.collect()  # matrices of a variant go before those of the next one come
     return Outcome(scalars, failure, len(warnings), perf_counter() - start)
-
-
-def _warn_of_unknown(show: Sequence[str], known: list[str]) -> None:
-    for pattern in show:
-        if known and not any(fnmatchcase(name, pattern) for name in known):
-            near = get_close_matches(pattern, known, n=1)
-            hint = f"; did you mean '{near[0]}'?" if near else ""
-            LOGGER.warning("warning: no result is called %s%s", pattern, hint)

@@ -28,7 +28,7 @@ SHOWN = 6
 
 @dataclass(frozen=True, eq=False)
 class SweepTable:
-    """The variants of a sweep and what they gave; rows of all tables are named by the variants.
+    """The variants of a sweep and their results; rows of all tables are named by the variants.
 
     Args:
         title: Title of the case.
@@ -60,16 +60,7 @@ class SweepTable:
         published: Mapping[str, float],
         zipped: bool,
     ) -> SweepTable:
-        """The table of some variants.
-
-        Args:
-            title: Title of the case.
-            axes: The swept keys.
-            variants: The variants.
-            found: The results of each, and why it failed.
-            published: Published values in SI by the name of the result.
-            zipped: Whether the keys ran together.
-        """
+        """The table of variants, of which each has found results or why it failed."""
         names = [variant.name for variant in variants]
         scalars, errors = zip(*found, strict=True)
         rows = [{one.name: one.value for one in given} for given in scalars]
@@ -91,11 +82,9 @@ class SweepTable:
         )
 
     def chosen(self, patterns: Sequence[str]) -> list[str]:
-        """Names of the results to show.
+        """Names of the results to show: those of the patterns, in which * stands for any letters.
 
-        Args:
-            patterns: Names, in which * stands for any letters. Without any: results that differ
-                between the variants, those with a published value first.
+        Without patterns those that differ between the variants, published ones first.
         """
         known = list(self.units)
         if patterns:
@@ -120,11 +109,7 @@ class SweepTable:
             yield Table(NAME, title, (*heads, ("", "")), tuple(rows)).as_text(width)
 
     def write(self, folder: Path, shown: Sequence[str]) -> list[Path]:
-        """Write `sweep.csv`, `sweep.json` and, where there is something to draw, `sweep.png`.
-
-        Args:
-            folder: The folder of the sweep.
-            shown: Names of the results that are drawn.
+        """Write `sweep.csv`, `sweep.json` and, where results can be shown, `sweep.png`.
 
         Returns:
             The files.
@@ -158,9 +143,7 @@ class SweepTable:
     def draw(self, path: Path, names: Sequence[str]) -> bool:
         """Draw results over the first swept key that has numbers, a line a value of the others.
 
-        Args:
-            path: The PNG file.
-            names: Names of the results, a panel each; those without two values are left out.
+        Each has a panel; those without two values are left out.
 
         Returns:
             Whether there was something to draw.
@@ -202,12 +185,10 @@ class SweepTable:
         label = pd.Series("", self.values.index)
         for key in others:
             label += ", " if key != others[0] else ""
-            label += self.values[key].map(lambda value, key=key: _pair(key, value, self.keys[key]))
+            unit = self.keys[key].removesuffix("-")
+            for row, value in self.values[key].items():
+                words = f"{value:.4g} {unit}" if isinstance(value, float) else value
+                label[row] += f"{key} = {words}".rstrip()
         y = self.results[name].set_axis(self.values[along])
         found = y.groupby(label.to_numpy(), sort=False)
         return {str(text): line.dropna().sort_index() for text, line in found if line.notna().any()}
-
-
-def _pair(key: str, value: float | str, unit: str) -> str:
-    words = f"{value:.4g} {unit}" if isinstance(value, float) else value
-    return f"{key} = {words}".removesuffix(" -")

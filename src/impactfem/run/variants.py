@@ -43,13 +43,7 @@ _RANGE = re.compile(rf"{_END}:{_END}:\s*(\d+)\s*(:\s*log\s*)?", re.DOTALL)
 
 @dataclass(frozen=True)
 class Axis:
-    """A key that is swept.
-
-    Args:
-        key: The key as it was written.
-        place: Its place in the case.
-        values: Its values as in a case file: texts with units, numbers, truth values, lists.
-    """
+    """A key that is swept, its place in the case, and its values as in a case file."""
 
     key: str
     place: Place
@@ -68,31 +62,32 @@ class Axis:
 
 @dataclass(frozen=True)
 class Variant:
-    """A variant of a case.
-
-    Args:
-        axes: The axes of the sweep.
-        values: Its value on each axis, as in a case file.
-    """
+    """A variant of a case: a value of each axis of the sweep."""
 
     axes: tuple[Axis, ...]
     values: tuple[Any, ...]
 
     @property
     def title(self) -> str:
-        """What it is, in words."""
-        pairs = zip(self.axes, self.values, strict=True)
-        return ", ".join(f"{axis.key} = {words(value)}" for axis, value in pairs)
+        """Its keys and values in words."""
+        return ", ".join(f"{key} = {value}" for key, value in self._words())
 
     @property
     def name(self) -> str:
-        """Its name for files; it depends on its own values only."""
-        pairs = zip(self.axes, self.values, strict=True)
-        name = ",".join(f"{_plain(axis.key)}={_plain(words(value))}" for axis, value in pairs)
+        """Its name for files, of letters, digits and a few signs; it depends on its values only."""
+        parts = []
+        for pair in self._words():
+            short = [re.sub(r"\s+|[\[\]\"']", "", text.replace("%", "pct")) for text in pair]
+            parts.append("=".join(re.sub(r"[^\w.+-]+", "_", text) for text in short))
+        name = ",".join(parts)
         if len(name) <= _LONGEST:
             return name
         digest = hashlib.sha256(self.title.encode()).hexdigest()[:8]
         return f"{name[: _LONGEST - 9]}-{digest}"
+
+    def _words(self) -> list[tuple[str, str]]:
+        pairs = zip(self.axes, self.values, strict=True)
+        return [(axis.key, words(value)) for axis, value in pairs]
 
     def case_file(self, folder: Path) -> Path:
         """Its case file in the folder of a sweep."""
@@ -103,23 +98,21 @@ class Variant:
         return folder / RUNS / self.name
 
     def case_text(self, source: Source, folder: Path) -> str:
-        """Its case file: it extends the case and has what differs.
+        """Its case file, which extends the case `source` by what differs.
 
-        A list is replaced as a whole by a file that extends another one, so that a change within a
-        list writes all of it. Names of files, which are relative to the folder of the case, are
-        written relative to the folder of the new file.
-
-        Args:
-            source: The case that it extends.
-            folder: Where its case file will be; it need not exist yet.
+        A file that extends another one replaces a list as a whole: a change within a list writes
+        all of it. Names of files become relative to the `folder` of the new file, which need not
+        exist yet.
         """
         raw, origin = deepcopy(source.raw), source.path.parent.resolve()
+        target = folder.resolve()
         for axis, value in zip(self.axes, self.values, strict=True):
             value_at(axis.place[:-1], raw)[axis.place[-1]] = deepcopy(value)
         for place, name in list(file_names(raw, (), raw, CaseFile)):
             if not Path(name).is_absolute():
-                value_at(place[:-1], raw)[place[-1]] = _relative(origin / name, folder)
-        changed: dict[str, Any] = {EXTENDS: _relative(origin / source.path.name, folder)}
+                value_at(place[:-1], raw)[place[-1]] = os.path.relpath(origin / name, target)
+        extended = os.path.relpath(origin / source.path.name, target)
+        changed: dict[str, Any] = {EXTENDS: extended}
         for axis in self.axes:
             *tables, last = itertools.takewhile(lambda part: isinstance(part, str), axis.place)
             table = changed
@@ -130,7 +123,7 @@ class Variant:
 
 
 def words(value: Any) -> str:
-    """A value as a person writes it on the command line."""
+    """A value as on the command line."""
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
@@ -148,16 +141,13 @@ def in_si(value: Any) -> tuple[float | str, str]:
 def read_axes(
     settings: Settings, source: Source, *, zipped: bool = False
 ) -> tuple[list[Axis], list[Fault]]:
-    """The axes that are requested, and every fault of them.
+    """The axes of the settings that are free of faults, and every fault.
 
     Args:
         settings: The swept keys with their values. In a text, values are separated by commas, and
             one may be a range.
         source: The case.
         zipped: Whether the axes run together, so that an axis may have a value more than once.
-
-    Returns:
-        The axes that are free of faults, and the faults.
     """
     if isinstance(settings, Mapping):
         pairs = list(settings.items())
@@ -182,8 +172,14 @@ def read_axes(
                 if all(a == b for a, b in zip(place, other.place, strict=False)):
                     hint = f"{other.key} is swept as well"
                     wrong.append((None, f"expected keys that do not hold one another; {hint}"))
-            values, refused = _read_values(given)
-            wrong += refused
+            values = [] if isinstance(given, str) else list(given)
+            for item in _items(given) if isinstance(given, str) else ():
+                try:
+                    values += _values_of(item)
+                except ValueError as error:
+                    wrong.append((item, str(error)))
+            if not values and not wrong:
+                wrong.append((None, "expected one value or more after '='"))
             written = [words(value) for value in values]
             repeated = dict.fromkeys(w for w in written if written.count(w) > 1 and not zipped)
             wrong += [(value, "expected each value once") for value in repeated]
@@ -193,22 +189,8 @@ def read_axes(
     return axes, faults
 
 
-def _read_values(given: str | Sequence[Any]) -> tuple[list[Any], list[tuple[Any, str]]]:
-    """The values, and the items of the text that are none with what was expected."""
-    values: list[Any] = [] if isinstance(given, str) else list(given)
-    wrong: list[tuple[Any, str]] = []
-    for item in _items(given) if isinstance(given, str) else ():
-        try:
-            values += _values_of(item)
-        except ValueError as error:
-            wrong.append((item, str(error)))
-    if not values and not wrong:
-        wrong.append((None, "expected one value or more after '='"))
-    return values, wrong
-
-
 def _items(text: str) -> list[str]:
-    """What stands between the commas that are in no quotes and no brackets."""
+    """The items between the commas that are in no quotes and no brackets."""
     items: list[str] = []
     for piece in text.split(",") if text.strip() else ():
         bare = re.sub(r"\"[^\"]*\"|'[^']*'", "", items[-1]) if items else ""
@@ -220,11 +202,7 @@ def _items(text: str) -> list[str]:
 
 
 def _values_of(item: str) -> list[Any]:
-    """The values of an item: those of a range, or the item itself.
-
-    Raises:
-        ValueError: It is empty or a range with a fault; says what was expected.
-    """
+    """The values of an item: those of a range, or the item; a ValueError says what was expected."""
     if not item:
         raise ValueError("expected a value between two commas")
     try:
@@ -238,11 +216,7 @@ def _values_of(item: str) -> list[Any]:
 
 
 def _range(text: str) -> list[Any]:
-    """The values of a range, evenly spaced or in equal ratios, in the unit of its ends.
-
-    Raises:
-        ValueError: It is none; says what was expected.
-    """
+    """The values of a range, evenly spaced or in equal ratios, in the unit of its ends."""
     match = _RANGE.fullmatch(text)
     if match is None:
         forms = "start:stop:count or start:stop:count:log, for example '25 cm:35 cm:3'"
@@ -267,12 +241,7 @@ def _range(text: str) -> list[Any]:
 
 
 def variants_of(axes: Sequence[Axis], *, zipped: bool) -> list[Variant]:
-    """The variants of some axes, the last axis running fastest.
-
-    Args:
-        axes: The axes.
-        zipped: Whether the axes run together, value by value; else each value of one meets each
-            value of the others.
+    """The product of the axes, the last one running fastest, or `zipped` value by value.
 
     Raises:
         InputError: Axes that run together differ in their number of values, there are too many
@@ -301,12 +270,7 @@ def variants_of(axes: Sequence[Axis], *, zipped: bool) -> list[Variant]:
 
 
 def check_variants(variants: Sequence[Variant], source: Source, stage: str | None) -> None:
-    """Read every variant with all that it names; nothing is computed or left behind.
-
-    Args:
-        variants: The variants.
-        source: The case that they extend, which has no fault itself.
-        stage: The last stage to run.
+    """Read every variant with all files that it names; nothing is computed or left behind.
 
     Raises:
         InputError: With the faults of all variants, each value of a key once.
@@ -330,7 +294,7 @@ def check_variants(variants: Sequence[Variant], source: Source, stage: str | Non
 
 
 def _of_value(fault: Fault, variant: Variant, path: Path) -> Fault:
-    """A fault of a variant's file, as one of the value that makes it."""
+    """A fault of a variant's file, as one of the setting that makes it."""
     if fault.file != path:
         return fault
     for axis, value in zip(variant.axes, variant.values, strict=True):
@@ -341,23 +305,9 @@ def _of_value(fault: Fault, variant: Variant, path: Path) -> Fault:
 
 
 def write_case(variant: Variant, source: Source, folder: Path) -> None:
-    """Write the case file of a variant into the folder of a sweep.
-
-    Raises:
-        ImpactfemError: It cannot be written.
-    """
+    """Write the case file of a variant into the folder of a sweep; ImpactfemError if it cannot."""
     path = variant.case_file(folder)
     with file_errors():
         path.parent.mkdir(exist_ok=True)
     with atomic(path) as temporary:
         temporary.write_text(variant.case_text(source, path.parent), encoding="utf-8")
-
-
-def _relative(path: Path, folder: Path) -> str:
-    return os.path.relpath(path, folder.resolve())
-
-
-def _plain(text: str) -> str:
-    """A text of letters, digits and a few signs, for the name of a file."""
-    short = re.sub(r"\s+|[\[\]\"']", "", text.replace("%", "pct"))
-    return re.sub(r"[^\w.+-]+", "_", short)
