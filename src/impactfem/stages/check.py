@@ -1,4 +1,4 @@
-"""What a check of a stage says, and whether it is met."""
+"""Checks of a stage: a sentence each, and whether it is met."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from impactfem.spectra.design import ENDED
 from impactfem.system.log import LOGGER
 
 Check = tuple[bool | None, str]
-"""Whether it is met, and the sentence with its number and what is asked of it.
-
-None for what is told: a number without a limit, which can neither be met nor missed."""
+"""Whether it is met, None for a number without a limit, and the sentence with number and limit."""
 
 
 def end_check(
@@ -47,7 +45,7 @@ def end_check(
 
 
 def log_checks(checks: Iterable[Check]) -> None:
-    """Log checks, as warnings where one is not met; what is told is no warning."""
+    """Log checks, as warnings where one is not met."""
     for good, line in checks:
         if good is False:
             LOGGER.warning("warning: %s", line)

@@ -47,22 +47,12 @@ def manifest_file(folder: Path, stage: str) -> Path:
 
 
 def read_manifest(folder: Path, stage: str) -> Manifest:
-    """Read the manifest of a stage.
-
-    Raises:
-        OSError: There is none, or it cannot be read.
-        ValueError: It is none.
-    """
+    """The manifest of a stage; OSError where it cannot be read, ValueError where it is damaged."""
     return Manifest.model_validate_json(manifest_file(folder, stage).read_bytes())
 
 
 def changed_file(folder: Path, files: Mapping[str, str]) -> Path | None:
-    """The first file that is missing or is not as it was written; None when all are whole.
-
-    Args:
-        folder: The run's folder.
-        files: Hash of each file by its name.
-    """
+    """The first file of a folder that is missing or does not have its hash; None for none."""
     for name, digest in files.items():
         path = folder / name
         try:
@@ -74,23 +64,13 @@ def changed_file(folder: Path, files: Mapping[str, str]) -> Path | None:
 
 
 def file_digest(path: Path) -> str:
-    """Hash of a file.
-
-    Raises:
-        OSError: It cannot be read.
-    """
+    """Hash of the content of a file."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def is_finished(folder: Path, stage: str, key: str) -> bool:
-    """Whether all files of a stage are there, whole, and made from the same inputs.
-
-    Args:
-        folder: The run's folder.
-        stage: Name of the stage.
-        key: Hash of its inputs now.
-    """
+    """Whether all files of a stage are there, whole, and made from inputs with the hash `key`."""
     try:
         manifest = read_manifest(folder, stage)
     except FileNotFoundError:
@@ -107,27 +87,13 @@ def is_finished(folder: Path, stage: str, key: str) -> bool:
 
 
 def is_drawn(folder: Path, stage: str, key: str) -> bool:
-    """Whether all tables and figures of a finished stage are there, whole, and as now drawn.
-
-    Args:
-        folder: The run's folder.
-        stage: Name of the stage.
-        key: Hash of what they depend on now.
-    """
+    """Whether all tables and figures of a finished stage are whole and were drawn with `key`."""
     manifest = read_manifest(folder, stage)
     return manifest.drawn_from == key and changed_file(folder, manifest.drawings) is None
 
 
 def mark_drawn(folder: Path, stage: str, key: str, files: list[Path], seconds: float) -> None:
-    """Write down the tables and figures of a finished stage.
-
-    Args:
-        folder: The run's folder.
-        stage: Name of the stage.
-        key: Hash of what they depend on.
-        files: All tables and figures, below the folder.
-        seconds: Wall time [s].
-    """
+    """Record the tables and figures of a finished stage, and the time that they took [s]."""
     manifest = read_manifest(folder, stage)
     drawn = {
         "drawn_from": key,
@@ -145,7 +111,7 @@ def mark_finished(
     seconds: dict[str, float],
     memory: float | None = None,
 ) -> None:
-    """Write down what a stage computed, last of all: without it the stage is not finished.
+    """Record the files of a stage, as its last step: without it the stage is not finished.
 
     Args:
         folder: The run's folder.
@@ -179,24 +145,25 @@ def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Pat
     Raises:
         ImpactfemError: A file cannot be written.
     """
-    if _claims(folder, stage, key):
+
+    def manifest_of(run: Path) -> Manifest | None:
+        """Of a run with these inputs."""
+        try:
+            manifest = read_manifest(run, stage)
+        except (OSError, ValueError):
+            return None
+        return manifest if manifest.inputs == key else None
+
+    if manifest_of(folder) is not None:
         return None
     for other in others:
-        if _claims(other, stage, key) and is_finished(other, stage, key):
-            manifest = read_manifest(other, stage)
+        manifest = manifest_of(other)
+        if manifest is not None and is_finished(other, stage, key):
             drawn = changed_file(other, manifest.drawings) is None
             names = manifest.every if drawn else manifest.files
-            for name in (*names, manifest_file(other, stage).name):  # the manifest last of all
+            for name in (*names, manifest_file(other, stage).name):  # the manifest as the last
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 with atomic(folder / name) as temporary:
                     shutil.copyfile(other / name, temporary)
             return other
     return None
-
-
-def _claims(folder: Path, stage: str, key: str) -> bool:
-    """Whether a run says that it has finished a stage with these inputs."""
-    try:
-        return read_manifest(folder, stage).inputs == key
-    except (OSError, ValueError):
-        return False

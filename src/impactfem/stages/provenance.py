@@ -1,4 +1,4 @@
-"""`provenance.json`: what made a run, so that it can be made again."""
+"""`provenance.json`: the origin of a run, so that it can be made again."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PACKAGES = (
 
 
 class Provenance(BaseModel):
-    """What made a run, as it is written down.
+    """The origin of a run.
 
     Args:
         impactfem: Version of the program.

@@ -14,16 +14,10 @@ ROOT = Path(impactfem.__file__).parent
 
 @cache
 def program_key(modules: tuple[str, ...]) -> str:
-    """Hash of the program's version and of what modules and all that they import say.
+    """Hash of the program's version, of modules by dotted names, and of all that they import.
 
     Imports count wherever they stand, in functions too. Comments, docstrings and layout do not
-    count. Read when first asked for: sources that change while a run goes on are not seen.
-
-    Args:
-        modules: Dotted names below the package.
-
-    Returns:
-        The hash, as hexadecimal digits.
+    count. Sources are read once: their changes during a run are not seen.
 
     Raises:
         ValueError: There is no such module.
@@ -35,11 +29,7 @@ def program_key(modules: tuple[str, ...]) -> str:
 
 
 def imported_by(modules: tuple[str, ...]) -> set[str]:
-    """Modules of the program that these import, directly or not, and these themselves.
-
-    Raises:
-        ValueError: There is no such module.
-    """
+    """Modules of the program that these import, directly or not, and these themselves."""
     found: set[str] = set()
     ahead = list(modules)
     while ahead:
@@ -84,14 +74,11 @@ def _statements(module: str) -> str:
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list):
-            body[:] = [line for line in body if not _is_text(line)]
+            # Without texts that stand alone, as docstrings do.
+            body[:] = [
+                line
+                for line in body
+                if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))
+                or not isinstance(line.value.value, str)
+            ]
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
-
-
-def _is_text(node: ast.AST) -> bool:
-    """Whether a statement is a text alone: a docstring of a module, class, function or value."""
-    return (
-        isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    )

@@ -1,4 +1,4 @@
-"""Stores of a run: what a stage declares of its outputs, how they are written and opened.
+"""Stores of a run: the declared outputs of a stage, how they are written and opened.
 
 Each stage has one table of outputs in its `store.py`: name, dimensions, unit, long name. A label is
 a coordinate that says what the entries of a dimension are, as `station_floor` does of `station`:
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Output:
-    """What a stage declares of one variable of its store.
+    """The declaration of one variable of a store.
 
     Args:
         dims: Its dimensions, by a blank between them; "" for a single number.
@@ -55,10 +55,10 @@ def dataset(
     scalars: Iterable[Scalar] | None = None,
     notes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """Results as a store says them: with dimensions, units and labels.
+    """Results as a store, with dimensions, units and labels.
 
     Args:
-        outputs: What the stage declares.
+        outputs: The declared outputs of the stage.
         values: The results by name; an output that a run does not have is left out.
         attributes: What holds for the store as a whole: title, hashes, words.
         scalars: The scalar results; None where another store has them.
@@ -77,9 +77,10 @@ def dataset(
             array = np.array(value, dtype=object)
         elif array.dtype.kind == "f" and array.size and not output.unit:
             raise ValueError(f"{name} is declared without a unit")
-        told = {"units": output.unit, "long_name": output.long_name}
-        told["note"] = (notes or {}).get(name, "")
-        fields[name] = xr.Variable(output.dims.split(), array, {k: v for k, v in told.items() if v})
+        about = {"units": output.unit, "long_name": output.long_name}
+        about["note"] = (notes or {}).get(name, "")
+        about = {key: text for key, text in about.items() if text}
+        fields[name] = xr.Variable(output.dims.split(), array, about)
     labels = [name for name in fields if outputs[name].label or outputs[name].dims == name]
     found = xr.Dataset(
         {name: field for name, field in fields.items() if name not in labels},
@@ -91,10 +92,7 @@ def dataset(
 
 @contextmanager
 def open_store(path: Path) -> Iterator[xr.Dataset]:
-    """Give a store, open until the block ends.
-
-    Args:
-        path: The NetCDF file.
+    """Give the store in a NetCDF file, open until the block ends.
 
     Raises:
         ImpactfemError: It is missing, cannot be read or is of an earlier version.
@@ -111,14 +109,7 @@ def open_store(path: Path) -> Iterator[xr.Dataset]:
 
 @contextmanager
 def open_stores(folder: Path) -> Iterator[Callable[[str], xr.Dataset]]:
-    """Give a function that opens a store of a folder by its file name, until the block ends.
-
-    Args:
-        folder: The run's folder.
-
-    Raises:
-        ImpactfemError: By the function: the store is missing or cannot be read.
-    """
+    """Give a function that opens a store of a run by its file name, as `open_store`."""
     with ExitStack() as stores:
         yield lambda name: stores.enter_context(open_store(folder / name))
 

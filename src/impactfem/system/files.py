@@ -19,6 +19,7 @@ import xarray as xr
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.log import LOGGER
 
+_ROOT = Path(__file__).parents[3]
 _PART = re.compile(r"\..+\.([1-9]\d{0,8})\.part")
 
 
@@ -31,7 +32,7 @@ def in_source_tree(name: str) -> Path:
     Raises:
         ImpactfemError: The program runs without its source tree.
     """
-    path = Path(__file__).parents[3] / name
+    path = _ROOT / name
     if not path.exists():
         raise ImpactfemError(f"{path} is not there: this needs a clone of the source tree")
     return path
