@@ -25,6 +25,8 @@ HEIGHT = 430
 """Of a row of panels in a page [pixel]; less where there are several."""
 DASHES = {"-": "solid", "--": "dash", "-.": "dashdot", ":": "dot"}
 SETTINGS = {"displaylogo": False, "responsive": True, "toImageButtonOptions": {"format": "svg"}}
+ENTRY = 1.5
+"""Width of an entry of a legend above the panels [inch]."""
 THIN = 2e-3
 """Width of a band over the largest value of its curve, below which a page cannot show it."""
 BAND = 0.3
@@ -191,7 +193,10 @@ class CurveFigure:
                 one.set_title(panel.title, fontsize=9.0, loc=place) if panel.title else None
             if self.above:
                 handles, labels = axes[0].get_legend_handles_labels()
-                drawn.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+                # A legend is filled column by column; none is wider than the figure.
+                rows = math.ceil(len(labels) * ENTRY / self.size[0])
+                across = math.ceil(len(labels) / rows)
+                drawn.legend(handles, labels, loc="outside upper center", ncols=across)
         return path
 
     def to_html(self) -> str:

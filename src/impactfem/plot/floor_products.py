@@ -11,27 +11,34 @@ Ordinates that were not computed, at the corners of broadened peaks, are left em
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from impactfem.plot.floor_figures import floor_figures
+from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.floor_workbook import write_workbook
-from impactfem.plot.table import Cell, Table
+from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
+from impactfem.plot.table import Cell, Table, cell, heads
 from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
 from impactfem.spectra.frequency_list import FloatArray
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.statistics import Statistic, statistic_words
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import scalars_of
+from impactfem.system.scalar import scalars_of, words
 
 FOLDER = "products"
 FRACTILES = (0.16, 0.5, 0.84)
-DIGITS = 6  # significant ones in tables
+LABELS = heads("building; floor; direction; damping [-]")
+COLUMNS = 4
+PANEL = (2.6, 2.0)
+"""Width and height of a panel [inch]."""
+DIRECTION_COLOURS = {"x": RED, "y": BLUE, "z": GREEN}
 
 
 def write_floor_products(
@@ -62,12 +69,86 @@ def write_floor_products(
     target, figures = folder / FOLDER, folder / "figures"
     for one in (target, figures):
         one.mkdir(parents=True, exist_ok=True)
-    files = [table.write_csv(target) for table in (spectrum_table(design), peak_table(design))]
-    for name, write in (("xlsx", write_workbook), ("nc", _write_store(inputs))):
-        path = target / f"floor_spectra.{name}"
-        write(path, design)
-        files.append(path)
+    files = [table.write_csv(target) for table in _tables(design)]
+    files += write_design_files(target / "floor_spectra", design, inputs)
     return files + floor_figures(figures, design)
+
+
+def write_design_files(stem: Path, design: DesignFloorSpectra, inputs: str) -> list[Path]:
+    """Write design spectra as workbook and store.
+
+    Args:
+        stem: The files without their endings.
+        design: The spectra.
+        inputs: Hash of what they were made from.
+
+    Returns:
+        The files.
+
+    Raises:
+        ImpactfemError: A file cannot be written.
+    """
+    book, store = (stem.with_name(f"{stem.name}.{ending}") for ending in ("xlsx", "nc"))
+    write_workbook(book, design)
+    write_netcdf(store, floor_store(design, inputs))
+    return [book, store]
+
+
+def floor_figures(folder: Path, design: DesignFloorSpectra) -> list[Path]:
+    """Draw the spectra at the first damping, a figure a building with a panel for each floor."""
+    source, files = design.source, []
+    for building in dict.fromkeys(station.building for station in source.stations):
+        floors = [s for s, station in enumerate(source.stations) if station.building == building]
+        panels = [Panel("", "", _curves(design, s), source.stations[s].label) for s in floors]
+        caption = (
+            f"Floor response spectra of building {building} (pseudo-acceleration, "
+            f"{100.0 * source.damping[0]:g} % damping) as computed (thin) and for design (thick); "
+            f"{design.broadening_text}. Dotted: zero-period acceleration. {design.motions_text}."
+        )
+        name = f"floor_spectra_{building}"
+        files.append(floor_page(name, caption, panels, PANEL, alike=True).write_png(folder))
+    return files
+
+
+def floor_page(
+    name: str, caption: str, panels: Sequence[Panel], size: tuple[float, float], **options: Any
+) -> CurveFigure:
+    """A page of spectra with a panel for each floor, and one legend above all.
+
+    Args:
+        name: Name of its file without ending.
+        caption: What it shows.
+        panels: Curves over frequency with the titles of the panels.
+        size: Width and height of a panel [inch].
+        options: Further ones of the figure.
+    """
+    count, columns = len(panels), min(COLUMNS, len(panels))
+    look: dict[str, Any] = {"log": "x", "bottom": 0.0, "legend": ""}
+    pages = [
+        replace(
+            panel,
+            xlabel="frequency [Hz]" if k + columns >= count else "",
+            ylabel="acceleration [m/s²]" if k % columns == 0 else "",
+            **look,
+        )
+        for k, panel in enumerate(panels)
+    ]
+    whole = max(columns, 3) * size[0], math.ceil(count / columns) * size[1] + 0.5
+    return CurveFigure(name, caption, pages, columns, whole, above=True, **options)
+
+
+def _curves(design: DesignFloorSpectra, s: int) -> list[Curve]:
+    source, ends = design.source, design.frequency[[0, -1]]
+    curves = []
+    for x, direction in enumerate(source.directions):
+        colour, along = DIRECTION_COLOURS.get(direction, ORANGE), f"along $e_{direction}$"
+        zpa = design.zpa[s, x].repeat(2)
+        curves += [
+            Curve(source.frequency, design.raw[0, s, x], f"computed, {along}", colour, width=0.6),
+            Curve(design.frequency, design.psa[0, s, x], f"for design, {along}", colour, width=1.4),
+            Curve(ends, zpa, "", colour, ":", 0.8),
+        ]
+    return curves
 
 
 def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, str]:
@@ -98,9 +179,13 @@ def _spectra_of(data: xr.Dataset) -> FloorSpectrumSet:
         motions: tuple[str, ...] = ("that of the case",)
     else:
         motions = tuple(str(name) for name in data["motion"].values)
-    elevation = (
-        data["elevation"].values if "elevation" in data else np.full(psa["station"].size, np.nan)
-    )
+    unknown = np.full(psa["station"].size, np.nan)
+    elevation = data["elevation"].values if "elevation" in data else unknown
+    method = "pseudo-acceleration of oscillators on the floor, time histories with pounding"
+    scalars = {s.name: s for s in scalars_of(data)} if "result" in data.dims else {}
+    points = scalars.get("frs.points_per_cycle")
+    if points is not None and points.value is not None:
+        method += f", {points.value:.3g} points in a cycle {points.note}"
     stations = zip(
         data["station_building"].values, data["station_floor"].values, elevation, strict=True
     )
@@ -116,78 +201,59 @@ def _spectra_of(data: xr.Dataset) -> FloorSpectrumSet:
         zpa=pfa.transpose("motion", "station", "direction").values,
         motions=motions,
         title=str(data.attrs.get("title", "")),
-        method=_method(data),
+        method=method,
     )
 
 
-def _method(data: xr.Dataset) -> str:
-    text = "pseudo-acceleration of oscillators on the floor, time histories with pounding"
-    scalars = {s.name: s for s in scalars_of(data)} if "result" in data.dims else {}
-    points = scalars.get("frs.points_per_cycle")
-    if points is not None and points.value is not None:
-        text += f", {points.value:.3g} points in a cycle {points.note}"
-    return text
-
-
-def spectrum_table(design: DesignFloorSpectra) -> Table:
-    """All spectra as a tidy table."""
-    columns = {"raw": design.computed, "broadened": design.psa}
-    columns |= {name: design.at_design(values) for name, values in _statistics(design).items()}
-    frequency = [_cell(f) for f in design.frequency]
-    rows: list[tuple[Cell, ...]] = []
-    for labels, index in _each(design):
-        ordinates = [[_cell(value) for value in values[index]] for values in columns.values()]
-        rows += ((*labels, *row) for row in zip(frequency, *ordinates, strict=True))
-    return Table(
-        "floor_spectra",
-        f"Floor response spectra; {design.broadening_text}",
-        (*_LABELS, ("frequency", "Hz"), *((name, "m/s2") for name in columns)),
-        tuple(rows),
-    )
-
-
-def peak_table(design: DesignFloorSpectra) -> Table:
-    """The peak, the zero-period acceleration and its frequency of each spectrum."""
-    rows: list[tuple[Cell, ...]] = []
-    for labels, (d, s, x) in _each(design):
-        raw = design.raw[d, s, x]
-        numbers = (
-            design.source.stations[s].elevation,
-            raw.max(),
-            design.source.frequency[int(np.argmax(raw))],
-            design.psa[d, s, x].max(),
-            design.zpa[s, x],
-            design.rigid[d, s, x],
-        )
-        rows.append((*labels, *(_cell(float(number)) for number in numbers)))
-    return Table(
-        "floor_peaks",
-        "Peaks and zero-period accelerations of the floor response spectra",
-        (
-            *_LABELS,
-            ("elevation", "m"),
-            ("raw peak", "m/s2"),
-            ("frequency of the raw peak", "Hz"),
-            ("broadened peak", "m/s2"),
-            ("zero-period acceleration", "m/s2"),
-            (f"within {100 * ZPA_TOLERANCE:g} % of it from", "Hz"),
-        ),
-        tuple(rows),
-    )
-
-
-_LABELS = (("building", ""), ("floor", ""), ("direction", ""), ("damping", "-"))
-
-
-def _each(
+def labelled(
     design: DesignFloorSpectra,
 ) -> Iterator[tuple[tuple[Cell, ...], tuple[int, int, int]]]:
-    """The labels and the index of each spectrum."""
+    """The cells of `LABELS` and the index (damping, station, direction) of each spectrum."""
     source = design.source
     for s, station in enumerate(source.stations):
         for x, direction in enumerate(source.directions):
             for d, damping in enumerate(source.damping):
-                yield (station.building, station.floor, direction, _cell(damping)), (d, s, x)
+                yield (station.building, station.floor, direction, cell(damping)), (d, s, x)
+
+
+def curve_rows(
+    before: tuple[Cell, ...], columns: Iterable[FloatArray], after: tuple[Cell, ...] = ()
+) -> list[tuple[Cell, ...]]:
+    """Rows of a table for ordinates of one spectrum, with the same cells before and after each."""
+    return [(*before, *map(cell, row), *after) for row in zip(*columns, strict=True)]
+
+
+def _tables(design: DesignFloorSpectra) -> list[Table]:
+    """All spectra as a tidy table, and of each its peak and zero-period acceleration."""
+    source = design.source
+    columns = {"raw": design.computed, "broadened": design.psa}
+    columns |= {name: design.at_design(values) for name, values in _statistics(design).items()}
+    curves: list[tuple[Cell, ...]] = []
+    peaks: list[tuple[Cell, ...]] = []
+    for labels, (d, s, x) in labelled(design):
+        at, raw = (d, s, x), design.raw[d, s, x]
+        curves += curve_rows(labels, [design.frequency, *(v[at] for v in columns.values())])
+        highest = float(source.frequency[int(np.argmax(raw))])
+        numbers = (source.stations[s].elevation, raw.max(), highest, design.psa[at].max())
+        peaks.append((*labels, *map(cell, (*numbers, design.zpa[s, x], design.rigid[at]))))
+    numbers_of_peaks = heads(
+        "elevation [m]; raw peak [m/s2]; frequency of the raw peak [Hz]; broadened peak [m/s2]; "
+        f"zero-period acceleration [m/s2]; within {100 * ZPA_TOLERANCE:g} % of it from [Hz]"
+    )
+    return [
+        Table(
+            "floor_spectra",
+            f"Floor response spectra; {design.broadening_text}",
+            (*LABELS, ("frequency", "Hz"), *((name, "m/s2") for name in columns)),
+            tuple(curves),
+        ),
+        Table(
+            "floor_peaks",
+            "Peaks and zero-period accelerations of the floor response spectra",
+            (*LABELS, *numbers_of_peaks),
+            tuple(peaks),
+        ),
+    ]
 
 
 def _statistics(design: DesignFloorSpectra) -> dict[str, FloatArray]:
@@ -197,17 +263,6 @@ def _statistics(design: DesignFloorSpectra) -> dict[str, FloatArray]:
         return {}
     wanted: tuple[Statistic, ...] = ("mean", *FRACTILES, "envelope")
     return {statistic_words(one): source.over_motions(one)[0] for one in wanted}
-
-
-def _cell(value: float) -> Cell:
-    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None
-
-
-def _write_store(inputs: str) -> Any:
-    def write(path: Path, design: DesignFloorSpectra) -> None:
-        write_netcdf(path, floor_store(design, inputs))
-
-    return write
 
 
 def floor_store(design: DesignFloorSpectra, inputs: str = "") -> xr.Dataset:
@@ -236,11 +291,11 @@ def floor_store(design: DesignFloorSpectra, inputs: str = "") -> xr.Dataset:
         "frequency": ("frequency", source.frequency, {"units": "Hz"}),
         "design_frequency": ("design_frequency", design.frequency, {"units": "Hz"}),
         "damping": ("damping", source.damping, {"units": "-"}),
-        "direction": ("direction", _words(source.directions)),
-        "station": ("station", _words(f"{s.building}.floor_{s.floor}" for s in stations)),
-        "station_building": ("station", _words(s.building for s in stations)),
-        "station_floor": ("station", _words(s.floor for s in stations)),
-        "station_points": ("station", _words(", ".join(s.points) for s in stations)),
+        "direction": ("direction", words(source.directions)),
+        "station": ("station", words(f"{s.building}.floor_{s.floor}" for s in stations)),
+        "station_building": ("station", words(s.building for s in stations)),
+        "station_floor": ("station", words(s.floor for s in stations)),
+        "station_points": ("station", words(", ".join(s.points) for s in stations)),
         "elevation": ("station", np.array([s.elevation for s in stations]), {"units": "m"}),
     }
     for name, values in _statistics(design).items():
@@ -257,7 +312,3 @@ def floor_store(design: DesignFloorSpectra, inputs: str = "") -> xr.Dataset:
             "interpolation": "straight lines on doubly logarithmic axes between the frequencies",
         },
     )
-
-
-def _words(values: Any) -> Any:
-    return np.array(list(values), dtype=object)

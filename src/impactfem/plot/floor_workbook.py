@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from openpyxl import Workbook
 from openpyxl.cell import WriteOnlyCell
 from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
 from openpyxl.styles import Alignment, Font
+from openpyxl.utils import get_column_letter
 
-from impactfem.plot.table import Cell
+from impactfem.plot.table import Cell, cell
 from impactfem.spectra.design import ZPA_TOLERANCE
 from impactfem.spectra.product import DesignFloorSpectra
 from impactfem.system.files import atomic
@@ -73,7 +73,7 @@ def _sheet(book: Any, name: str, design: DesignFloorSpectra, building: str, x: i
     sheet = book.create_sheet(name)
     sheet.column_dimensions["A"].width = LABEL_WIDTH
     for column in range(2, 2 + 2 * len(numbers)):
-        sheet.column_dimensions[_letters(column)].width = COLUMN_WIDTH
+        sheet.column_dimensions[get_column_letter(column)].width = COLUMN_WIDTH
     head: list[list[Cell]] = [
         ["case", source.title],
         ["building", building],
@@ -83,11 +83,11 @@ def _sheet(book: Any, name: str, design: DesignFloorSpectra, building: str, x: i
         [],
         ["floor", *_twice(station.label for station in stations)],
         ["points", *_twice("; ".join(station.points) for station in stations)],
-        ["elevation [m]", *_twice(_number(station.elevation) for station in stations)],
-        ["zero-period acceleration [m/s2]", *_twice(_number(design.zpa[s, x]) for s in numbers)],
+        ["elevation [m]", *_twice(cell(station.elevation) for station in stations)],
+        ["zero-period acceleration [m/s2]", *_twice(cell(design.zpa[s, x]) for s in numbers)],
         [
             f"within {100 * ZPA_TOLERANCE:g} % of it from [Hz]",
-            *_twice(_number(design.rigid[d, s, x]) for s in numbers),
+            *_twice(cell(design.rigid[d, s, x]) for s in numbers),
         ],
     ]
     for line in head:
@@ -99,40 +99,28 @@ def _sheet(book: Any, name: str, design: DesignFloorSpectra, building: str, x: i
     raw, psa = design.computed[d, :, x], design.psa[d, :, x]
     for k, frequency in enumerate(design.frequency):
         pairs = [value for s in numbers for value in (raw[s, k], psa[s, k])]
-        sheet.append([_number(frequency), *(_number(value) for value in pairs)])
+        sheet.append([cell(frequency), *(cell(value) for value in pairs)])
 
 
 def _append(sheet: Any, cells: Sequence[Cell], bold: bool = False) -> None:
     row = []
     for value in cells:
-        cell = WriteOnlyCell(sheet, value=None)
+        entry = WriteOnlyCell(sheet, value=None)
         if isinstance(value, str):
             # As text whatever it begins with: a title such as "=1+1" is no formula.
-            cell.value = ILLEGAL_CHARACTERS_RE.sub(" ", value)
-            cell.data_type = "s"
+            entry.value = ILLEGAL_CHARACTERS_RE.sub(" ", value)
+            entry.data_type = "s"
         else:
-            cell.value = value
-        cell.alignment = Alignment(horizontal="left")
-        cell.font = Font(bold=bold)
-        row.append(cell)
+            entry.value = value
+        entry.alignment = Alignment(horizontal="left")
+        entry.font = Font(bold=bold)
+        row.append(entry)
     sheet.append(row)
 
 
 def _twice(values: Iterable[Cell]) -> list[Cell]:
     """One entry over both columns of a floor, for filters and copies."""
     return [value for value in values for _ in range(2)]
-
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.6g}") if np.isfinite(value) else None
-
-
-def _letters(column: int) -> str:
-    letters = ""
-    while column:
-        column, rest = divmod(column - 1, 26)
-        letters = chr(ord("A") + rest) + letters
-    return letters
 
 
 def _sheet_name(wanted: str, names: set[str]) -> str:

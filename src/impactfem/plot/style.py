@@ -94,9 +94,11 @@ def figure(
 
 
 def letter(axes: Sequence[Axes]) -> None:
-    """Letter the panels (a), (b), ... at their upper left."""
+    """Letter the panels (a), (b), ..., (z), (aa), ... at their upper left."""
     for index, panel in enumerate(axes):
-        panel.set_title(f"({chr(ord('a') + index)})", loc="left", fontsize=9.0)
+        ahead, last = divmod(index, 26)
+        name = (chr(ord("a") + ahead - 1) if ahead else "") + chr(ord("a") + last)
+        panel.set_title(f"({name})", loc="left", fontsize=9.0)
 
 
 def span(panel: Axes, values: NDArray[np.float64]) -> None:

@@ -133,6 +133,11 @@ def _text(cell: Cell) -> str:
     return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
 
 
+def cell(value: float, digits: int = 6) -> float | None:
+    """A number of a table with so many significant digits; None where it is not finite."""
+    return float(f"{value:.{digits}g}") if math.isfinite(value) else None
+
+
 def heads(text: str) -> tuple[tuple[str, str], ...]:
     """Names and units of columns from a line like "pair; force [MN]; steps"."""
     parts = (head.strip().rstrip("]").partition(" [") for head in text.split(";"))
