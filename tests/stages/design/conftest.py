@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
@@ -14,11 +15,8 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import EdgeForce, Loads
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
-from impactfem.stages.design.floor_points import floor_points
-from impactfem.stages.design.member import Carrier
-from impactfem.stages.design.member_loads import MemberLoads
-from impactfem.stages.design.point_spectra import Search
-from impactfem.stages.design.records import Records
+from impactfem.stages.design.ensemble import Carrier
+from impactfem.stages.design.floors import NO_POINTS
 
 Array = NDArray[np.float64]
 
@@ -51,6 +49,11 @@ def basis_of(names: tuple[str, ...]) -> ReducedBasis:
     )
 
 
+def points(**columns: list[int]) -> pd.DataFrame:
+    """Points of floors by columns."""
+    return pd.DataFrame({name: np.array(values) for name, values in columns.items()})
+
+
 @pytest.fixture
 def some_loads() -> Callable[..., Loads]:
     """A ground motion along y with pulses on floors."""
@@ -80,14 +83,16 @@ def whole() -> ReducedBasis:
 
 @pytest.fixture
 def carrier(whole: ReducedBasis) -> Carrier:
+    """Two floors with one probe each, node 9 and node 4."""
     frequencies = tuple(float(f) for f in np.geomspace(1.0, 30.0, 12))
+    probes = points(floor=[0] * 3 + [1] * 3, component=[0, 1, 2] * 2, node=[9] * 3 + [4] * 3)
     return Carrier(
         basis=whole,
-        nodes=np.array([9, 4]),
-        floors=floor_points(
-            ("centre_1", "centre_2"), np.array([[0, 0, 3.0], [0, 0, 6.0]]), {1: 0, 2: 1}
-        )[0],
-        search=None,
+        points=probes,
+        centres=np.ones(6, dtype=bool),
+        candidates=NO_POINTS,
+        frequency=np.geomspace(1.0, 30.0, 8),
+        search_damping=0.02,
         damping=Rayleigh(0.5, 1e-4),
         spectra=Spectra(damping=(0.02, 0.05), frequencies=frequencies),
         analyst=None,
@@ -98,13 +103,5 @@ def carrier(whole: ReducedBasis) -> Carrier:
 @pytest.fixture
 def searching(carrier: Carrier) -> Carrier:
     """The same, with nodes 7 and 9 of the lower floor to be looked at, along y and z."""
-    every = Records(np.zeros(4, dtype=np.int64), np.array([1, 1, 2, 2]), np.array([7, 9, 7, 9]))
-    return replace(carrier, search=Search(every, np.geomspace(1.0, 30.0, 8), 0.02))
-
-
-@pytest.fixture
-def member(some_loads: Callable[..., Loads]) -> Callable[..., MemberLoads]:
-    def make(**changes: object) -> MemberLoads:
-        return MemberLoads(some_loads(**changes), np.array([1e5, 2e5]))
-
-    return make
+    every = points(floor=[0] * 4, component=[1, 1, 2, 2], node=[7, 9, 7, 9])
+    return replace(carrier, candidates=every)

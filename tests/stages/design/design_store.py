@@ -8,14 +8,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
-from impactfem.stages.design.carried import CarriedEnsemble
-from impactfem.stages.design.case_spectra import CaseSpectra
-from impactfem.stages.design.floor_points import enveloped, floor_points
-from impactfem.stages.design.records import Records, RecordSpectra
+from impactfem.stages.design.compute import DesignStudy
+from impactfem.stages.design.ensemble import Ensemble
+from impactfem.stages.design.floors import WholeFloors, enveloped, probe_points
 from impactfem.stages.design.store import write_design
-from impactfem.stages.design.whole_floors import WholeFloors
 from impactfem.system.files import write_netcdf
 
 F = np.geomspace(0.5, 50.0, 40)
@@ -50,88 +49,103 @@ def peaked(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
     return 1.0 + rng.uniform(5.0, 9.0, (*shape, 1)) / (1.0 + (9.0 * (F / at - 1.0)) ** 2)
 
 
-def vertices(still: bool = False) -> Records:
+def vertices(still: bool = False) -> pd.DataFrame:
     """A vertex of each floor along each direction, and one more of the upper floor along y."""
     places = [(s, c) for s in (0, 1) for c in range(3) if c or not still]
     floor, component = np.array([*places, (1, 1)]).T
-    return Records(floor, component, 100 + np.arange(len(floor)))
+    node = 100 + np.arange(len(floor))
+    at = {"x": node, "y": 0.0 * node, "z": 3.0 + 3.0 * floor}
+    return pd.DataFrame({"floor": floor, "component": component, "node": node} | at)
 
 
-def own_spectra(still: bool = False, alone: bool = False) -> CaseSpectra:
-    """Spectra under the case's own motion; with the probes alone, or with vertices."""
+def probes_of(still: bool = False) -> xr.Dataset:
+    """Spectra of the probes under the case's own motion."""
     psa = peaked(np.random.default_rng(1), (2, len(NAMES), 3))
     if still:
         psa[:, :, 0] = 0.0
-    floors, elsewhere = floor_points(NAMES, np.array([[0.0, 0.0, z] for z in HEIGHT]), {1: 0, 2: 2})
-    own = CaseSpectra(
-        building="B1",
-        names=NAMES,
-        nodes=np.arange(len(NAMES)),
-        floors=floors,
-        elsewhere=elsewhere,
-        frequency=F,
-        damping=DAMPING,
-        psa=psa,
-        pfa=psa[0, :, :, -1],
-        maximum_frequency=50.0,
+    height = np.array(HEIGHT)
+    return xr.Dataset(
+        {
+            "psa": (("damping", "probe", "component", "frequency"), psa),
+            "pfa": (("probe", "component"), psa[0, :, :, -1]),
+            "probe_node": ("probe", np.arange(len(NAMES))),
+            "on_floor": (("probe", "station"), height[:, None] == [3.0, 6.0]),
+            "station_floor": ("station", [1, 2]),
+            "elevation": ("station", [3.0, 6.0]),
+            "centre": ("station", [0, 2]),
+        },
+        coords={"probe": list(NAMES), "damping": DAMPING, "frequency": F},
+        attrs={"building": "B1", "maximum_frequency": 50.0},
     )
-    if alone:
-        return own
-    there = vertices(still)
-    # The vertices move as much as the probes, at other frequencies.
-    at_vertices = peaked(np.random.default_rng(5), (2, len(there)))
-    return own.with_vertices(there, RecordSpectra(at_vertices, at_vertices[0, :, -1]))
 
 
-def design_store(path: Path, asked: WantedDesign | None = None) -> CaseSpectra:
+@dataclass(frozen=True)
+class Stored:
+    """What a store was written from: the spectra at the probes, and at the vertices."""
+
+    psa: np.ndarray
+    vertex_psa: np.ndarray
+
+    def probes(self, damping: int, component: int) -> np.ndarray:
+        """Spectra of the probes of the upper floor, shape (3, n_f)."""
+        return self.psa[damping, 2:5, component]
+
+    def upper(self, damping: int) -> np.ndarray:
+        """Spectra of the vertices of the upper floor along y, shape (2, n_f)."""
+        return self.vertex_psa[damping, [4, 6]]
+
+
+def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
     """Write the store; gives the spectra under the case's own motion."""
     asked = asked or WantedDesign()
-    rng, own = np.random.default_rng(2), own_spectra(asked.still, asked.whole is None)
-    whole = None
+    rng, probes = np.random.default_rng(2), probes_of(asked.still)
+    there = vertices(asked.still)
+    # The vertices move as much as the probes, at other frequencies.
+    at_vertices = peaked(np.random.default_rng(5), (2, len(there)))
+    whole = spectra = None
     if asked.whole is not None:
-        there = vertices(asked.still)
-        empty = np.zeros((2, 3, F.size))
-        known = RecordSpectra(own.vertex_spectra.psa, own.vertex_spectra.pfa)
-        reached = there.raised(empty, known.psa[0], axis=0)
-        reached_pfa = there.raised(empty[..., 0], known.pfa, axis=0)
+        spectra = SimpleNamespace(psa=at_vertices, zpa=at_vertices[0, :, -1])
+        with_peak = np.concatenate([at_vertices[0], at_vertices[0, :, -1:]], axis=1)
+        reached = enveloped(there, with_peak, 2)
         whole = WholeFloors(
             frequency=F,
             damping=0.02,
-            psa=asked.whole * reached,
-            pfa=asked.whole * reached_pfa,
-            vertices=np.array([50, 60]),
             points_per_cycle=2.0,
+            envelope=asked.whole * reached,
+            reached=reached,
+            vertices=np.array([50, 60]),
             governing=there,
-            position=np.stack([there.node, 0.0 * there.node, 3.0 + 3.0 * there.floor], axis=1),
-            governing_psa=reached,
-            governing_pfa=reached_pfa,
             candidates=there,
         )
-    carried = None
+    ensemble = None
     if asked.motions:
         n, d = asked.motions, len(asked.devices)
         psa = peaked(rng, (n, 2, len(NAMES), 3))
-        carried = CarriedEnsemble(
-            members=tuple(f"seed_{k}" for k in range(n)),
+        points = probe_points(probes)
+        rows, along = points["point"].to_numpy(), points["component"].to_numpy()
+        pfa = psa[:, 0, :, :, -1]
+        ensemble = Ensemble(
+            motions=tuple(f"seed_{k}" for k in range(n)),
             failed={f"seed_{n + k}": "too far" for k in range(asked.failed)},
-            psa=psa,
-            pfa=psa[:, 0, :, :, -1],
-            floor_psa=enveloped(psa, own.floors, axis=2),
-            floor_pfa=enveloped(psa[:, 0, :, :, -1], own.floors, axis=1),
-            vertices=np.full((n, 2, 3), 4),
-            floors=(1, 2),
-            impact_force=rng.uniform(8e7, 1.4e8, (n, 2)),
+            edges=(1, 2),
             devices=asked.devices,
-            device_force=rng.uniform(6e4, 1.1e5, (n, d, 6)),
-            device_spectrum=rng.uniform(5e4, 1e5, (n, d, 6)),
             analysis="srss",
-            basis_error=np.full(n, 1e-3),
+            results={
+                "floor_psa": enveloped(points, psa[:, :, rows, along], 2, axis=2),
+                "floor_pfa": enveloped(points, pfa[:, rows, along], 2, axis=1),
+                "centre_peak": psa[:, :, [0, 2]].max(axis=-1),
+                "vertices": np.full((n, 2, 3), 4),
+                "impact_force": rng.uniform(8e7, 1.4e8, (n, 2)),
+                "device_force": rng.uniform(6e4, 1.1e5, (n, d, 6)),
+                "device_spectrum": rng.uniform(5e4, 1e5, (n, d, 6)),
+                "basis_error": np.full(n, 1e-3),
+            },
         )
     case: Any = SimpleNamespace(
         title="Two buildings", content_hash=lambda: "abc", shown_direction="y"
     )
-    write_design(path, case, own, whole, carried, "key")
-    return own
+    write_design(path, case, DesignStudy(probes, whole, spectra, ensemble), "key")
+    return Stored(probes["psa"].values, at_vertices)
 
 
 def stick_store(path: Path) -> None:

@@ -1,14 +1,13 @@
 """Figures and the table of members of the stage `design`."""
 
-import csv
+import json
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.stages.design.device_figures import design_device, member_table
-from impactfem.stages.design.figures import design_figures
-from impactfem.stages.design.products import design_products_of
+from impactfem.stages.design.figures import design_curves, design_figures
+from impactfem.stages.design.products import design_products_of, member_table
 
 from .design_store import WantedDesign, design_store, stick_store
 
@@ -16,56 +15,65 @@ pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:Deprecat
 
 
 @pytest.fixture
-def stored(tmp_path):
+def drawn(tmp_path):
+    """Draw all figures; gives the store and the names of the files."""
+
     def make(asked=None):
         design_store(tmp_path / "design.nc", asked)
         stick_store(tmp_path / "pounding.nc")
-        with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store:
-            return store.load()
+        with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as opened:
+            store = opened.load()
+        made = design_products_of(store, tmp_path / "pounding.nc", (0.1, 0.15), False)
+        files = design_figures(tmp_path, made)
+        assert all(path.stat().st_size > 10_000 for path in files)
+        return store, {path.name for path in files}
 
     return make
 
 
-def test_a_page_for_each_direction_and_damping(stored, tmp_path):
-    store = stored(WantedDesign(still=True))
-    files = design_figures(
-        tmp_path, design_products_of(store, tmp_path / "pounding.nc", (0.1, 0.15), False)
-    )
-    assert {path.name for path in files} == {
-        f"design_{kind}_{direction}_{damping}pct.png"
-        for kind in ("spectra", "ensemble")
-        for direction in "yz"
-        for damping in (2, 5)
+def test_a_page_for_each_direction_and_damping(drawn):
+    _, files = drawn(WantedDesign(still=True))
+    assert files == {
+        "design_device_force.png",
+        *(
+            f"design_{kind}_{direction}_{damping}pct.png"
+            for kind in ("spectra", "ensemble")
+            for direction in "yz"
+            for damping in (2, 5)
+        ),
     }
-    assert all(path.stat().st_size > 10_000 for path in files)
 
 
-def test_no_page_of_an_ensemble_that_is_not_there(stored, tmp_path):
-    store = stored(WantedDesign(motions=0))
-    files = design_figures(
-        tmp_path, design_products_of(store, tmp_path / "pounding.nc", 0.15, False)
-    )
-    assert len(files) == 6 and not any("ensemble" in path.name for path in files)
-    assert design_device(tmp_path, store) == []
+def test_no_page_of_an_ensemble_that_is_not_there(drawn):
+    _, files = drawn(WantedDesign(motions=0))
+    assert len(files) == 6 and not any("ensemble" in name or "force" in name for name in files)
+
+
+@pytest.mark.parametrize("broadening", [0.15, (0.1, 0.15)])
+def test_curves_of_the_report(drawn, tmp_path, broadening):
+    """With a ratio to either side, which is a list in the case as it was understood, too."""
+    drawn(WantedDesign(motions=0))
+    spectra = {"broadening": broadening, "clipping": False}
+    (tmp_path / "case.json").write_text(json.dumps({"spectra": spectra}))
+    (page,) = design_curves(tmp_path)
+    assert page.name == "design_spectra_y_2pct" and len(page.panels) == 2
+    words = "±15 %" if broadening == 0.15 else "-10 % and +15 %"
+    assert words in page.caption
 
 
 @pytest.mark.parametrize("devices", [(), ("pump",), ("pump", "rack_1", "rack_2", "cabinet")])
-def test_members(stored, tmp_path, devices):
-    files = design_device(tmp_path, stored(WantedDesign(devices=devices)))
-    assert [path.name for path in files] == [
-        "design_members.csv",
-        *(["design_device_force.png"] if devices else []),
-    ]
-    with files[0].open(newline="") as stream:
-        rows = list(csv.reader(stream))
-    assert len(rows) == 1 + 5 + 4 and len(rows[0]) == 2 + 2 + 2 * len(devices)
-    assert [row[0] for row in rows[-4:]] == [
+def test_members(drawn, devices):
+    store, files = drawn(WantedDesign(devices=devices))
+    assert ("design_device_force.png" in files) == bool(devices)
+    table = member_table(store)
+    assert len(table.rows) == 5 + 4 and len(table.columns) == 2 + 2 + 2 * len(devices)
+    assert [row[0] for row in table.rows[-4:]] == [
         *("median", "mean", "84 % fractile", "lognormal 84 % fractile"),
     ]
 
 
-def test_statistics_of_members(stored):
-    store = stored()
+def test_statistics_of_members(drawn):
+    store, _ = drawn()
     table = member_table(store)
     names = [name for name, _ in table.columns]
     column = names.index("Fy of pump, 3D model")

@@ -12,11 +12,11 @@ import xarray as xr
 
 from impactfem.spectra import broaden, fractile
 from impactfem.stages.design.products import (
+    EACH,
     DesignProducts,
     design_products_of,
     write_design_products,
 )
-from impactfem.stages.design.view import EACH
 from impactfem.system.errors import ImpactfemError
 
 from .design_store import F, WantedDesign, design_store, stick_store
@@ -45,12 +45,11 @@ def test_envelope_broadened(tmp_path):
         *("centre_2", "edge_2", "line_1"),
         *("1 vertex along x", "2 vertices along y", "1 vertex along z"),
     )
-    at_vertices = own.vertex_spectra.psa[1, [4, 6]].max(axis=0)
-    raw = np.maximum(own.psa[1, 2:5, 1].max(axis=0), at_vertices)
+    raw = np.concatenate([own.probes(1, 1), own.upper(1)]).max(axis=0)
     wanted = broaden(F, raw, 0.15, design.frequency)
     np.testing.assert_allclose(design.psa[1, 1, 1], wanted, rtol=1e-12)
     # One point alone is lower, and so are the probes alone.
-    for lower in (own.psa[1, 2, 1], own.probes_psa[1, 1, 1]):
+    for lower in (own.psa[1, 2, 1], own.probes(1, 1).max(axis=0)):
         alone = broaden(F, lower, 0.15, design.frequency)
         assert np.any(wanted > 1.1 * alone) and np.all(wanted >= alone)
     assert "on no floor: tower" in design.source.method
@@ -61,7 +60,7 @@ def test_tables(tmp_path):
     files = write_design_products(tmp_path, products)
     assert {path.name for path in files} == {
         *("design_spectra.csv", "design_peaks.csv", "design_ensemble.csv", "design_coverage.csv"),
-        "design_vertices.csv",
+        *("design_vertices.csv", "design_members.csv"),
         *(f"design_spectra.{ending}" for ending in ("xlsx", "nc")),
         *(
             f"design_ensemble_{name}.{ending}"
@@ -92,7 +91,7 @@ def test_tables(tmp_path):
 def test_statistics(tmp_path):
     products = made(tmp_path)
     write_design_products(tmp_path, products)
-    members = products.view.members
+    members = products.members
     assert members is not None and len(members.motions) == 5
     wanted = fractile(members.psa[:, 0, 1, 1], 0.84, "lognormal")
     np.testing.assert_allclose(products.statistics["p84_lognormal"].raw[0, 1, 1], wanted)
@@ -115,7 +114,7 @@ def test_peaks_name_their_point(tmp_path):
         for r in rows(tmp_path / "products" / "design_peaks.csv")
         if (r["floor"], r["direction"], r["damping [-]"]) == ("2", "y", "0.02")
     )
-    there = np.concatenate([own.psa[0, 2:5, 1], own.vertex_spectra.psa[0, [4, 6]]]).max(axis=1)
+    there = np.concatenate([own.probes(0, 1), own.upper(0)]).max(axis=1)
     names = ("centre_2", "edge_2", "line_1", "node 104", "node 106")
     assert row["point of the peak"] == names[int(there.argmax())]
     assert float(row["peak [m/s2]"]) == pytest.approx(there.max(), rel=1e-5)

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from impactfem.stages.check import Check
-from impactfem.stages.design.view import ALONE, DesignView
-from impactfem.stages.stores import open_store
+from impactfem.stages.design.products import ALONE, share_reached
+from impactfem.stages.stores import names_of, open_store
 from impactfem.system.scalar import values_of
 
 COVERED = 0.95
@@ -25,10 +25,16 @@ def design_checks(folder: Path) -> list[Check]:
         folder: The run's folder, with `design.nc`.
     """
     with open_store(folder / "design.nc") as store:
-        view = DesignView(store)
         checks: list[Check] = [(False, f"design: {ALONE}")]
-        if view.places:
-            checks = [one for x in range(len(view.directions)) for one in _coverage(view, x)]
+        if store["vertex_count"].any():
+            # From the fields alone: the points are better sampled in the design spectra, which
+            # would hide what they lack.
+            share = share_reached(store)
+            checks = [
+                _coverage(share.sel(direction=direction).dropna("station", how="all"))
+                for direction in names_of(store, "direction")
+                if store["vertex_count"].sel(direction=direction).any()
+            ]
         if "motion" in store.dims:
             values = values_of(store)
             failed = values["ensemble3d.failed"]
@@ -38,51 +44,36 @@ def design_checks(folder: Path) -> list[Check]:
     return checks
 
 
-def _coverage(view: DesignView, x: int) -> list[Check]:
-    """Whether the points of the floors have what their vertices have along a direction.
-
-    Both are from the fields over the floors: the points are better sampled in the design spectra,
-    which would hide what they lack.
-    """
-    found = {}
-    for s, direction in view.places:
-        if direction == x:
-            frequency, share = view.reached(s, x)
-            worst = int(np.argmin(share))
-            found[view.case.stations[s].label] = (float(share[worst]), float(frequency[worst]))
-    if not found:
-        return []
-    label = min(found, key=lambda one: found[one][0])
-    least, at = found[label]
+def _coverage(share: xr.DataArray) -> Check:
+    """Whether the points of the floors have what their vertices have along a direction."""
+    worst = share.isel(share.argmin(["station", "whole_frequency"]))
+    at = float(worst["whole_frequency"])
     where = f"at {at:.3g} Hz" if np.isfinite(at) else "of the peak acceleration"
-    low = [one for one, (share, _) in found.items() if share < COVERED]
+    low = share["station_floor"].values[(share < COVERED).any("whole_frequency")]
     text = (
-        f"design: along {view.directions[x]} the points have at least {100.0 * least:.3g} % of the "
-        f"envelope of all vertices of a floor at every frequency ({label}, {where}); at least "
+        f"design: along {worst['direction'].item()} the points have at least "
+        f"{100.0 * float(worst):.3g} % of the envelope of all vertices of a floor at every "
+        f"frequency (floor {worst['station_floor'].item()}, {where}); at least "
         f"{100.0 * COVERED:g} % is asked"
     )
-    if low:
-        text += f", missed on {', '.join(low)}"
-    return [(not low, text)]
+    if low.size:
+        text += f", missed on {', '.join(f'floor {floor}' for floor in low)}"
+    return not low.size, text
 
 
 def _forces(path: Path, store: xr.Dataset) -> list[Check]:
     """Whether members have the impact forces that they have in the stage `ensemble`."""
     if not path.is_file():
         return []
+    force = store["member_impact_force"]
+    scalars = [f"pounding.peak_force.floor_{floor}" for floor in force["edge"].values]
     with open_store(path) as ensemble:
-        names = [str(name) for name in ensemble["scalar"].values]
-        motions = [str(name) for name in ensemble["motion"].values]
-        floors = [int(floor) for floor in store["edge"].values]
-        scalars = [f"pounding.peak_force.floor_{floor}" for floor in floors]
-        same = str(ensemble.attrs["studied_building"]) == str(store.attrs["building"])
-        both = [str(name) for name in store["motion"].values if str(name) in motions]
-        if not same or not both or any(name not in names for name in scalars):
+        both = [name for name in names_of(store, "motion") if name in names_of(ensemble, "motion")]
+        same = ensemble.attrs["studied_building"] == store.attrs["building"]
+        if not same or not both or not set(scalars) <= set(names_of(ensemble, "scalar")):
             return []
-        rows = [motions.index(name) for name in both]
-        known = ensemble["value"].values[rows][:, [names.index(name) for name in scalars]]
-        found = store["member_impact_force"].sel(motion=both).values
-    differences = np.abs(found - known) / np.maximum(known, 1.0)
+        known = ensemble["value"].sel(motion=both, scalar=scalars).transpose("motion", ...).values
+    differences = np.abs(force.sel(motion=both).values - known) / np.maximum(known, 1.0)
     worst = float(differences.max(initial=0.0))
     text = f"design: impact forces of the members as in the stage ensemble within {worst:.1e}"
     return [(worst < SAME, text)]

@@ -1,21 +1,24 @@
-"""Figures of the design spectra of the 3D building: a page for each direction and damping."""
+"""Figures of the design spectra of the 3D building, and of the members of an ensemble."""
 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from impactfem.plot.curves import Curve, CurveFigure, Panel
-from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
-from impactfem.spectra.product import DesignFloorSpectra
-from impactfem.stages.design.products import DesignProducts, design_products_of
-from impactfem.stages.stores import open_store
+import numpy as np
+import xarray as xr
 
-COLUMNS = 4
+from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.floor_products import floor_page
+from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
+from impactfem.spectra.statistics import over_members
+from impactfem.stages.design.products import DesignProducts, design_products_of
+from impactfem.stages.design.scalars import largest_impact
+from impactfem.stages.stores import names_of, open_store
+
 PANEL = (2.5, 2.1)
-"""Width and height [inch]."""
+"""Width and height of a floor's panel [inch]."""
 GREY = "0.72"
 STATISTICS = (
     ("mean", "mean", BLUE, "-"),
@@ -23,10 +26,12 @@ STATISTICS = (
     ("p84_lognormal", "84 %, lognormal", ORANGE, "--"),
 )
 """Name of a statistic over motions, its label, colour and dashes."""
+DEVICES = 3
+"""Panels of devices in a row."""
 
 
 def design_figures(folder: Path, products: DesignProducts) -> list[Path]:
-    """Draw all figures of the design spectra.
+    """Draw the design spectra along each direction at each damping, and the forces on the anchors.
 
     Args:
         folder: The run's folder.
@@ -42,11 +47,13 @@ def design_figures(folder: Path, products: DesignProducts) -> list[Path]:
     target.mkdir(parents=True, exist_ok=True)
     source = products.case.source
     files = []
-    for x in range(len(source.directions)):
-        for d in range(len(source.damping)):
-            files.append(_case_page(products, d, x).write_png(target))
-            if products.statistics:
-                files.append(_ensemble_page(products, d, x).write_png(target))
+    for x, d in np.ndindex(len(source.directions), len(source.damping)):
+        files.append(_case_page(products, d, x).write_png(target))
+        if products.members is not None:
+            files.append(_ensemble_page(products, d, x).write_png(target))
+    if "device" in products.store.dims:
+        files.append(target / "design_device_force.png")
+        _force_figure(files[-1], products.store)
     return files
 
 
@@ -57,50 +64,50 @@ def design_curves(folder: Path) -> list[CurveFigure]:
         folder: The run's folder, with `design.nc`, `pounding.nc` and `case.json`.
     """
     wanted = json.loads((folder / "case.json").read_text(encoding="utf-8"))["spectra"]
-    sticks = folder / "pounding.nc"
+    broadening, clipping = wanted["broadening"], wanted["clipping"]
+    # A ratio down and one up is a list in JSON.
+    sides = tuple(broadening) if isinstance(broadening, list) else broadening
     with open_store(folder / "design.nc") as store:
-        made = design_products_of(store, sticks, wanted["broadening"], wanted["clipping"])
-        return [_case_page(made, 0, made.view.directions.index(made.view.direction))]
+        made = design_products_of(store, folder / "pounding.nc", sides, clipping)
+        shown = names_of(store, "direction").index(store.attrs["shown_direction"])
+        return [_case_page(made, 0, shown)]
 
 
 def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
     """The case's motion; the page has the statistics over an ensemble in addition."""
     design = products.case
-    source = design.source
     caption = (
-        f"{_head(design, d, x)} under the case's motion: envelope of {_points(products)} of each "
-        "floor of the 3D model as computed and for design, beside that of all vertices of the "
-        "floor, without samples between, and the design spectrum of the sticks at the mass centre, "
-        f"where there are such; {design.broadening_text}. Dotted: zero-period acceleration."
+        f"under the case's motion: envelope of {_points(products)} of each floor of the 3D model "
+        "as computed and for design, beside that of all vertices of the floor, without samples "
+        "between, and the design spectrum of the sticks at the mass centre, where there are such; "
+        f"{design.broadening_text}. Dotted: zero-period acceleration."
     )
     floors = []
-    for s in range(len(source.stations)):
+    for s in range(len(design.source.stations)):
+        place = d, s, x
         curves = [
-            Curve(source.frequency, design.raw[d, s, x], "3D, computed", BLUE, width=0.6),
-            Curve(design.frequency, design.psa[d, s, x], "3D, for design", BLUE, width=1.5),
+            Curve(design.source.frequency, design.raw[place], "3D, computed", BLUE, width=0.6),
+            Curve(design.frequency, design.psa[place], "3D, for design", BLUE, width=1.5),
         ]
-        stick = products.of_stick(d, s, x)
+        stick, whole = products.of_stick(place), products.of_vertices(place)
         if stick is not None:
             curves.append(Curve(*stick, "sticks, for design", RED, "--", width=1.1))
-        whole = products.view.whole(d, s, x)
         if whole is not None:
             curves.append(Curve(*whole, "3D, all vertices, computed", GREEN, width=0.7))
         ends, zpa = design.frequency[[0, -1]], design.zpa[s, x].repeat(2)
         curves.append(Curve(ends, zpa, "", BLUE, ":", width=0.8))
-        floors.append([*curves, *_statistics(products, d, s, x, further=True)])
-    return _page("design_spectra", design, d, x, caption, floors)
+        floors.append([*curves, *_statistics(products, place, further=True)])
+    return _page("design_spectra", products, d, x, caption, floors)
 
 
 def _ensemble_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
-    members = products.view.members
+    design, members = products.case, products.members
     if members is None:
         raise ValueError("the store has no ensemble")
-    design = products.case
     caption = (
-        f"{_head(design, d, x)} over {len(members.motions)} motions, envelope of "
-        f"{_points(products)} of each floor of the 3D model: design spectra of the mean and of the "
-        "84 % fractiles, beside that of the case's own motion; "
-        f"{design.broadening_text}. Grey: the members as computed."
+        f"over {len(members.motions)} motions, envelope of {_points(products)} of each floor of "
+        "the 3D model: design spectra of the mean and of the 84 % fractiles, beside that of the "
+        f"case's own motion; {design.broadening_text}. Grey: the members as computed."
     )
     floors = []
     for s in range(len(design.source.stations)):
@@ -108,18 +115,17 @@ def _ensemble_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
             Curve(members.frequency, psa, "" if k else "members", GREY, width=0.4)
             for k, psa in enumerate(members.psa[:, d, s, x])
         ]
-        curves += _statistics(products, d, s, x)
         own = Curve(design.frequency, design.psa[d, s, x], "the case's motion", "black", ":", 0.9)
-        floors.append([*curves, own])
-    return _page("design_ensemble", design, d, x, caption, floors)
+        floors.append([*curves, *_statistics(products, (d, s, x)), own])
+    return _page("design_ensemble", products, d, x, caption, floors)
 
 
 def _statistics(
-    products: DesignProducts, d: int, s: int, x: int, *, further: bool = False
+    products: DesignProducts, place: tuple[int, int, int], *, further: bool = False
 ) -> list[Curve]:
     found = products.statistics
     return [
-        Curve(found[n].frequency, found[n].psa[d, s, x], label, colour, dash, 1.3, further=further)
+        Curve(found[n].frequency, found[n].psa[place], label, colour, dash, 1.3, further=further)
         for n, label, colour, dash in STATISTICS
         if n in found
     ]
@@ -127,42 +133,59 @@ def _statistics(
 
 def _page(
     name: str,
-    design: DesignFloorSpectra,
+    products: DesignProducts,
     d: int,
     x: int,
     caption: str,
     floors: Sequence[Sequence[Curve]],
 ) -> CurveFigure:
     """A page with a panel for each floor."""
-    source, count = design.source, len(floors)
-    columns = min(COLUMNS, count)
-    panels = [
-        Panel(
-            "frequency [Hz]" if k + columns >= count else "",
-            "acceleration [m/s²]" if k % columns == 0 else "",
-            curves,
-            title=station.label,
-            log="x",
-            bottom=0.0,
-            legend="",
-        )
-        for k, (station, curves) in enumerate(zip(source.stations, floors, strict=True))
-    ]
-    size = (max(PANEL[0] * columns, 3.0 * PANEL[0]), PANEL[1] * math.ceil(count / columns) + 0.4)
-    stem = f"{name}_{source.directions[x]}_{100.0 * source.damping[d]:g}pct"
-    return CurveFigure(
-        stem, caption, panels, columns=columns, size=size, lettered=False, above=True
+    source = products.case.source
+    damping, direction = f"{100.0 * source.damping[d]:g}", source.directions[x]
+    head = (
+        f"Floor response spectra of building {source.stations[0].building} along $e_{direction}$ "
+        f"({damping} % damping)"
     )
+    panels = [
+        Panel("", "", curves, title=station.label)
+        for station, curves in zip(source.stations, floors, strict=True)
+    ]
+    stem = f"{name}_{direction}_{damping}pct"
+    return floor_page(stem, f"{head} {caption}", panels, PANEL, lettered=False)
 
 
 def _points(products: DesignProducts) -> str:
-    whole = products.view.vertex_counts.any()
+    whole = products.store["vertex_count"].any()
     return "the probes and of the governing vertices" if whole else "the PROBES ALONE"
 
 
-def _head(design: DesignFloorSpectra, d: int, x: int) -> str:
-    source = design.source
-    return (
-        f"Floor response spectra of building {source.stations[0].building} along "
-        f"$e_{source.directions[x]}$ ({100.0 * source.damping[d]:g} % damping)"
+def _force_figure(path: Path, store: xr.Dataset) -> None:
+    axis, names = str(store.attrs["shown_direction"]), names_of(store, "device")
+    impact = 1e-6 * largest_impact(store)
+    columns = min(DEVICES, len(names))
+    rows = -(-len(names) // columns)
+    caption = (
+        f"Largest force on the anchor along $e_{axis}$ in the 3D model and by response spectrum "
+        f"analysis ({store.attrs['analysis']}), against the largest impact force of the sticks, "
+        f"for each of {len(impact)} motions. Lines: mean (solid) and 84 % fractile (dashed) of "
+        "either."
     )
+    size = (max(5.0, 3.4 * columns), 3.2 * rows)
+    looks = (("force", BLUE, "o", "3D model"), ("spectrum", ORANGE, "^", "response spectra"))
+    with figure(path, (rows, columns), size, caption) as (_, axes):
+        for spare in axes[len(names) :]:
+            spare.set_visible(False)
+        for panel, name in zip(axes, names, strict=False):
+            for kind, colour, marker, label in looks:
+                values = store[f"member_device_{kind}"].sel(device=name, component=axis).values
+                force = 1e-3 * values
+                panel.plot(impact, force, marker, color=colour, ms=4.5, label=label, alpha=0.85)
+                for statistic, style in (("mean", "-"), ("p84", "--")):
+                    level = float(over_members(force, statistic))
+                    panel.axhline(level, color=colour, lw=0.9, ls=style)
+            panel.set_xlabel("largest impact force [MN]")
+            panel.set_ylabel(f"force of {name} [kN]")
+            panel.set_ylim(bottom=0.0)
+        axes[0].legend(loc="best")
+        if len(names) > 1:
+            letter(axes[: len(names)])

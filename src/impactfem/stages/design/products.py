@@ -1,123 +1,70 @@
-"""Design spectra of the 3D building as tables, workbooks and stores, beside those of the sticks.
+"""Design spectra of the 3D building as tables, workbooks and stores, with those of the sticks.
 
 Into `products/`: `design_spectra.csv`, `.xlsx` and `.nc` under the case's own motion and
 `design_peaks.csv`; with an ensemble that was carried through the 3D model `design_ensemble.csv`
 with its statistics, and a workbook and a store of each of them. Statistics are taken frequency by
-frequency over the envelopes of the members, and broadened afterwards.
+frequency over the envelopes of the members, and broadened afterwards. Into `tables/`: what the
+points of each floor have of the envelope of all its vertices, the vertices that govern, and the
+members of the ensemble.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.plot.floor_products import FOLDER, floor_store, read_floor_spectra
-from impactfem.plot.floor_workbook import write_workbook
-from impactfem.plot.table import Cell, Table
+from impactfem.plot.floor_products import (
+    FOLDER,
+    LABELS,
+    curve_rows,
+    floor_store,
+    labelled,
+    read_floor_spectra,
+    write_design_files,
+)
+from impactfem.plot.table import Cell, Table, cell, heads
 from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
 from impactfem.spectra.frequency_list import interpolate_frequency, merged_frequencies
-from impactfem.spectra.product import DesignFloorSpectra
-from impactfem.spectra.statistics import STATISTICS
-from impactfem.stages.design.view import VERTICES, DesignView
-from impactfem.system.files import write_netcdf
+from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
+from impactfem.spectra.statistics import STATISTICS, over_members
+from impactfem.stages.design.scalars import largest_impact
+from impactfem.stages.stores import names_of
 
 Array = NDArray[np.float64]
+Place = tuple[int, int, int]
+
+VERTICES = "design_vertices"
+"""Name of the table of the vertices that govern."""
+EACH = "the vertices that govern under each motion"
+"""The points in addition to the probes under motions of an ensemble, in words."""
+ALONE = (
+    "envelope of the PROBES ALONE, which is not that of the whole floor: without fields over the "
+    "floors it is not known how much of a floor its probes have"
+)
 UNIT = "m/s2"
-LABELS = (("building", ""), ("floor", ""), ("direction", ""), ("damping", "-"))
-ENDS = (("points", ""), ("unit of the accelerations", ""), ("method", ""))
-Index = tuple[int, int, int]
 
 
-def coverage_table(view: DesignView) -> Table | None:
-    """Of each floor and direction, what its points have of the envelope of all its vertices.
+def share_reached(store: xr.Dataset) -> xr.DataArray:
+    """What the vertices that govern have of the envelope of all vertices, both from the fields.
 
     Args:
-        view: The design spectra.
+        store: `design.nc` of a case with fields over the floors.
 
     Returns:
-        The table; None where there are no spectra over whole floors.
+        Parts of the envelopes [-] over `station`, `direction` and `whole_frequency` [Hz], which
+        ends with infinity for the peak acceleration; nan where no vertex governs.
     """
-    source = view.case
-    rows: list[tuple[Cell, ...]] = []
-    for s, x in view.places:
-        station = source.stations[s]
-        for d, damping in enumerate(source.damping):
-            whole = view.whole(d, s, x)
-            if whole is None:
-                continue
-            frequency, vertices = whole
-            at, share = view.reached(s, x)
-            worst, peak = int(np.argmin(share[:-1])), int(np.argmax(vertices))
-            rows.append(
-                (
-                    *(station.building, station.floor, source.directions[x], _cell(damping)),
-                    view.number_of_points(s, x) - int(view.vertex_counts[s, x]),
-                    *(int(view.vertex_counts[s, x]), view.vertices(s)),
-                    *map(_cell, (view.probes_peak(d, s, x), source.psa[0, d, s, x].max())),
-                    *map(_cell, (vertices[peak], frequency[peak])),
-                    *map(_cell, (share[worst], at[worst], share[-1])),
-                )
-            )
-    if not rows:
-        return None
-    return Table(
-        "design_coverage",
-        "What the points of each floor have of the envelope of all its vertices, as computed",
-        (
-            *(("building", ""), ("floor", ""), ("direction", ""), ("damping", "-")),
-            *(("probes", ""), ("vertices that govern", ""), ("vertices", "")),
-            ("peak of the probes alone", "m/s2"),
-            ("peak of the points", "m/s2"),
-            ("peak of all vertices, without samples between", "m/s2"),
-            ("at", "Hz"),
-            ("least part at any frequency, sampled alike", "-"),
-            ("there", "Hz"),
-            ("part of the peak acceleration", "-"),
-        ),
-        tuple(rows),
+    psa, zpa = (
+        (store[f"reached_{name}"] / store[f"whole_{name}"]).where(store[f"whole_{name}"] > 0.0, 1.0)
+        for name in ("psa", "zpa")
     )
-
-
-def vertex_table(view: DesignView) -> Table | None:
-    """The vertices that govern: where they are, their peaks, and where they are the largest.
-
-    Args:
-        view: The design spectra.
-
-    Returns:
-        The table; None without such vertices.
-    """
-    store, source = view.store, view.case
-    if "vertex" not in store.dims:
-        return None
-    probes = store.sizes["point"] - store.sizes["vertex"]
-    rows: list[tuple[Cell, ...]] = []
-    for v, s in enumerate(store["vertex_station"].values):
-        x = source.directions.index(str(store["vertex_direction"].values[v]))
-        largest = store["governing"].values[:, s, x] == probes + v
-        rows.append(
-            (
-                *(source.stations[s].building, source.stations[s].floor, source.directions[x]),
-                int(store["vertex_node"].values[v]),
-                *map(_cell, store["vertex_position"].values[v]),
-                _cell(float(largest.mean())),
-            )
-        )
-    return Table(
-        VERTICES,
-        "The vertices that govern the envelopes of the floors under the case's motion",
-        (
-            *(("building", ""), ("floor", ""), ("direction", ""), ("node", "")),
-            *((axis, "m") for axis in "xyz"),
-            ("part of the frequencies at which it is the largest", "-"),
-        ),
-        tuple(rows),
-    )
+    share = xr.concat([psa, zpa.expand_dims(whole_frequency=[np.inf])], "whole_frequency")
+    return share.where(store["vertex_count"] > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,26 +72,43 @@ class DesignProducts:
     """The design spectra of a run.
 
     Args:
-        view: What the store says of them.
+        store: `design.nc`.
         case: Under the case's own motion.
-        stick: The same of the sticks at their mass centres.
+        sticks: The same of the sticks at their mass centres, as a store.
+        members: Under the motions of an ensemble, as computed; None without one.
         statistics: Over the members of an ensemble, by name; none without one.
     """
 
-    view: DesignView
+    store: xr.Dataset
     case: DesignFloorSpectra
-    stick: DesignFloorSpectra
+    sticks: xr.Dataset
+    members: FloorSpectrumSet | None
     statistics: dict[str, DesignFloorSpectra]
 
-    def of_stick(self, damping: int, station: int, direction: int) -> tuple[Array, Array] | None:
-        """Frequencies [Hz] and design spectrum [m/s2] of the sticks; None where there is none."""
-        source, wanted = self.stick.source, self.case.source
-        names = [(one.building, one.floor) for one in source.stations]
-        place, along = wanted.stations[station], wanted.directions[direction]
-        if (place.building, place.floor) not in names or along not in source.directions:
+    def of_stick(self, place: Place) -> tuple[Array, Array] | None:
+        """Frequencies [Hz] and design spectrum [m/s2] of the sticks; None where there is none.
+
+        Args:
+            place: Number of the damping, the floor and the direction.
+        """
+        d, s, x = place
+        there = {name: self.store[name].values[k] for name, k in (("station", s), ("direction", x))}
+        try:
+            curve = self.sticks["broadened"].isel(damping=d).sel(there)
+        except KeyError:
             return None
-        s, x = names.index((place.building, place.floor)), source.directions.index(along)
-        return self.stick.frequency, self.stick.psa[damping, s, x]
+        return curve["design_frequency"].values, curve.values
+
+    def of_vertices(self, place: Place) -> tuple[Array, Array] | None:
+        """Frequencies [Hz] and the envelope of all vertices of a floor [m/s2].
+
+        None where there are no fields over the floors, or for another damping.
+        """
+        d, s, x = place
+        damping = self.store["damping"].values[d]
+        if "whole_psa" not in self.store or not np.isclose(self.store["whole_damping"], damping):
+            return None
+        return self.store["whole_frequency"].values, self.store["whole_psa"].values[s, x]
 
 
 def design_products_of(
@@ -161,20 +125,72 @@ def design_products_of(
     Raises:
         ImpactfemError: A store is not usable.
     """
-    view = DesignView(store)
-    stick, _ = read_floor_spectra(sticks)
-    members = view.members
-    return DesignProducts(
-        view=view,
-        case=view.case.design(broadening, clipping=clipping),
-        stick=stick.design(broadening, clipping=clipping),
-        statistics={}
-        if members is None
-        else {
-            name: members.of_members(name).design(broadening, clipping=clipping)
-            for name in STATISTICS
-        },
+    of_sticks, _ = read_floor_spectra(sticks)
+    design = partial(FloorSpectrumSet.design, broadening=broadening, clipping=clipping)
+    members, statistics = None, {}
+    if "motion" in store.dims:
+        members = _spectra(store, "member_", (EACH,) if "vertex" in store.dims else ())
+        statistics = {name: design(members.of_members(name)) for name in STATISTICS}
+    own = _spectra(store, "", ())
+    return DesignProducts(store, design(own), floor_store(design(of_sticks)), members, statistics)
+
+
+def _spectra(store: xr.Dataset, prefix: str, further: tuple[str, ...]) -> FloorSpectrumSet:
+    """The spectra whose variables have a prefix, of the probes and of further points in words."""
+    directions, stations = names_of(store, "direction"), []
+    psa, zpa = store[f"{prefix}psa"].values, store[f"{prefix}zpa"].values
+    for floor, probes, z, counts in zip(
+        store["station_floor"].values,
+        store["station_points"].values,
+        store["elevation"].values,
+        store["vertex_count"].values,
+        strict=True,
+    ):
+        along = [f"{_vertices(n)} along {x}" for n, x in zip(counts, directions, strict=True) if n]
+        points = (*str(probes).split(", "), *(further if prefix else along))
+        stations.append(Station(str(store.attrs["building"]), str(floor), points, float(z)))
+    method = (
+        "pseudo-acceleration of oscillators at points of the floor; 3D model of shells and beams "
+        f"under ground motion and impact forces, meant up to {store.attrs['maximum_frequency']:g} "
+        f"Hz; {enveloped_words(store, members=bool(prefix))}"
     )
+    if store.sizes["elsewhere"]:
+        method += f"; on no floor: {', '.join(names_of(store, 'elsewhere'))}"
+    if store["vertex_count"].any():
+        method += f"; see tables/design_coverage.csv and tables/{VERTICES}.csv"
+    return FloorSpectrumSet(
+        frequency=np.asarray(store["frequency"].values, dtype=np.float64),
+        damping=np.asarray(store["damping"].values, dtype=np.float64),
+        stations=tuple(stations),
+        directions=tuple(directions),
+        psa=psa if prefix else psa[None],
+        zpa=zpa if prefix else zpa[None],
+        motions=tuple(names_of(store, "motion")) if prefix else ("that of the case",),
+        title=str(store.attrs["title"]),
+        method=method,
+    )
+
+
+def enveloped_words(store: xr.Dataset, *, members: bool) -> str:
+    """What is enveloped on each floor, in words: under the case's motion, or those of members."""
+    if not store["vertex_count"].any():
+        return ALONE
+    if members:
+        part = 100.0 * (1.0 - float(store.attrs["missed"]))
+        return (
+            f"envelope of the probes and of {EACH}: the fewest that have {part:g} % of what "
+            f"{int(store['candidates'].sum())} have, which are the largest ones of their floors "
+            "under the case's own"
+        )
+    return (
+        "envelope of the probes and of the vertices of the floor that govern; under the case's "
+        f"motion these have at least {100.0 * float(share_reached(store).min()):.3g} % of the "
+        "envelope of all vertices at every frequency, sampled alike"
+    )
+
+
+def _vertices(count: int) -> str:
+    return "1 vertex" if count == 1 else f"{count} vertices"
 
 
 def write_design_products(folder: Path, products: DesignProducts) -> list[Path]:
@@ -190,130 +206,97 @@ def write_design_products(folder: Path, products: DesignProducts) -> list[Path]:
     Raises:
         ImpactfemError: A file cannot be written.
     """
-    target, others = folder / FOLDER, folder / "tables"
+    target, others, store = folder / FOLDER, folder / "tables", products.store
     for one in (target, others):
         one.mkdir(parents=True, exist_ok=True)
-    tables = [case_table(products), peak_table(products)]
-    if products.statistics:
-        tables.append(statistics_table(products))
-    files = [table.write_csv(target) for table in tables]
-    for table in (coverage_table(products.view), vertex_table(products.view)):
-        if table is not None:
-            files.append(table.write_csv(others))
+    files = [table.write_csv(target) for table in _spectrum_tables(products)]
+    if products.members is not None:
+        files.append(_statistics_table(products).write_csv(target))
+        files.append(member_table(store).write_csv(others))
+    if store["vertex_count"].any():
+        files += [make(products).write_csv(others) for make in (coverage_table, vertex_table)]
     named = {"design_spectra": products.case}
     named |= {f"design_ensemble_{name}": one for name, one in products.statistics.items()}
     for name, design in named.items():
-        book, store = target / f"{name}.xlsx", target / f"{name}.nc"
-        write_workbook(book, design)
-        write_netcdf(store, floor_store(design, products.view.inputs))
-        files += [book, store]
+        files += write_design_files(target / name, design, str(store.attrs["inputs"]))
     return files
 
 
-def case_table(products: DesignProducts) -> Table:
-    """The spectra under the case's own motion, beside the design spectra of the sticks."""
-    design = products.case
-    rows: list[tuple[Cell, ...]] = []
-    for labels, index, ends in _each(products.view, design):
-        stick = products.of_stick(*index)
-        columns = [design.computed[index], design.psa[index]]
-        columns += [_inside(one, design.frequency) for one in (stick, products.view.whole(*index))]
-        rows += _rows(labels, design.frequency, columns, ends)
-    names = (
-        "computed",
-        "for design",
-        "for design, sticks at the mass centre",
-        "computed, all vertices of the floor, without samples between",
+def _spectrum_tables(products: DesignProducts) -> list[Table]:
+    """The spectra under the case's own motion, and their peaks with the point of each."""
+    design, store = products.case, products.store
+    source, statistics = design.source, products.statistics
+    curves: list[tuple[Cell, ...]] = []
+    peaks: list[tuple[Cell, ...]] = []
+    for labels, place in labelled(design):
+        _, s, x = place
+        points = str(store["station_points"].values[s]).split(", ")
+        probes, count = len(points), int(store["vertex_count"].values[s, x])
+        if count:
+            points.append(f"{_vertices(count)} of tables/{VERTICES}.csv")
+        stick, raw = products.of_stick(place), design.raw[place]
+        others = [_inside(one, design.frequency) for one in (stick, products.of_vertices(place))]
+        columns = [design.frequency, design.computed[place], design.psa[place], *others]
+        method = f"{enveloped_words(store, members=False)}; {design.broadening_text}"
+        curves += curve_rows(labels, columns, ("; ".join(points), UNIT, method))
+        k = int(np.argmax(raw))
+        peaks.append(
+            (
+                *labels,
+                *map(cell, (source.stations[s].elevation, raw[k], source.frequency[k])),
+                *map(cell, (design.zpa[s, x], design.rigid[place])),
+                str(store["point"].values[store["governing"].values[(*place, k)]]),
+                probes + count,
+                None if stick is None else cell(stick[1].max()),
+                *(cell(one.psa[place].max()) for one in statistics.values()),
+            )
+        )
+    heads_of_peaks = heads(
+        "elevation [m]; peak [m/s2]; frequency of the peak [Hz]; zero-period acceleration [m/s2]; "
+        f"within {100 * ZPA_TOLERANCE:g} % of it from [Hz]; point of the peak; number of points; "
+        "peak, sticks at the mass centre [m/s2]"
     )
-    return _table(
-        "design_spectra", "Design spectra of the 3D building under the case's motion", names, rows
-    )
+    return [
+        _curve_table(
+            "design_spectra",
+            "Design spectra of the 3D building under the case's motion",
+            (
+                *("computed", "for design", "for design, sticks at the mass centre"),
+                "computed, all vertices of the floor, without samples between",
+            ),
+            curves,
+        ),
+        Table(
+            "design_peaks",
+            "Peaks and zero-period accelerations of the design spectra of the 3D building",
+            (*LABELS, *heads_of_peaks, *((f"peak, {STATISTICS[n]}", UNIT) for n in statistics)),
+            tuple(peaks),
+        ),
+    ]
 
 
-def statistics_table(products: DesignProducts) -> Table:
+def _statistics_table(products: DesignProducts) -> Table:
     """The design spectra of the case's own motion and of the ensemble's statistics."""
     designs = [products.case, *products.statistics.values()]
     frequency = merged_frequencies(np.concatenate([one.frequency for one in designs]))
+    first = designs[1]
+    method = f"{enveloped_words(products.store, members=True)}; {first.broadening_text}"
     rows: list[tuple[Cell, ...]] = []
-    for labels, index, ends in _each(
-        products.view, next(iter(products.statistics.values())), members=True
-    ):
-        columns = [interpolate_frequency(d.frequency, d.psa[index], frequency) for d in designs]
-        rows += _rows(labels, frequency, columns, ends)
+    for labels, place in labelled(first):
+        columns = [interpolate_frequency(d.frequency, d.psa[place], frequency) for d in designs]
+        points = "; ".join(first.source.stations[place[1]].points)
+        rows += curve_rows(labels, [frequency, *columns], (points, UNIT, method))
     names = ("the case's motion", *(STATISTICS[name] for name in products.statistics))
-    return _table(
-        "design_ensemble", "Design spectra of the 3D building over an ensemble", names, rows
-    )
+    title = "Design spectra of the 3D building over an ensemble"
+    return _curve_table("design_ensemble", title, names, rows)
 
 
-def peak_table(products: DesignProducts) -> Table:
-    """Peaks and zero-period accelerations, and which point has the peak."""
-    design, view = products.case, products.view
-    source = design.source
-    rows: list[tuple[Cell, ...]] = []
-    for labels, (d, s, x), _ in _each(products.view, design):
-        raw = design.raw[d, s, x]
-        peak = int(np.argmax(raw))
-        stick = products.of_stick(d, s, x)
-        numbers = (
-            source.stations[s].elevation,
-            float(raw[peak]),
-            float(source.frequency[peak]),
-            float(design.zpa[s, x]),
-            float(design.rigid[d, s, x]),
-        )
-        others = [
-            float(np.nan) if stick is None else float(stick[1].max()),
-            *(float(one.psa[d, s, x].max()) for one in products.statistics.values()),
-        ]
-        rows.append(
-            (
-                *labels,
-                *map(_cell, numbers),
-                view.governing(d, s, x, peak),
-                view.number_of_points(s, x),
-                *map(_cell, others),
-            )
-        )
-    return Table(
-        "design_peaks",
-        "Peaks and zero-period accelerations of the design spectra of the 3D building",
-        (
-            *LABELS,
-            ("elevation", "m"),
-            ("peak", UNIT),
-            ("frequency of the peak", "Hz"),
-            ("zero-period acceleration", UNIT),
-            (f"within {100 * ZPA_TOLERANCE:g} % of it from", "Hz"),
-            ("point of the peak", ""),
-            ("number of points", ""),
-            ("peak, sticks at the mass centre", UNIT),
-            *((f"peak, {STATISTICS[name]}", UNIT) for name in products.statistics),
-        ),
-        tuple(rows),
-    )
-
-
-def _each(
-    view: DesignView, design: DesignFloorSpectra, *, members: bool = False
-) -> Iterator[tuple[tuple[Cell, ...], Index, tuple[Cell, ...]]]:
-    """Labels, index, and points, unit and method of each spectrum."""
-    source = design.source
-    enveloped = view.members_enveloped if members else view.enveloped
-    method = f"{enveloped}; {design.broadening_text}"
-    for s, station in enumerate(source.stations):
-        for x, direction in enumerate(source.directions):
-            for d, damping in enumerate(source.damping):
-                labels = (station.building, station.floor, direction, _cell(float(damping)))
-                points = view.member_points(s) if members else view.points(s, x)
-                yield labels, (d, s, x), ("; ".join(points), UNIT, method)
-
-
-def _rows(
-    labels: tuple[Cell, ...], frequency: Array, columns: list[Array], ends: tuple[Cell, ...]
-) -> Iterator[tuple[Cell, ...]]:
-    for f, *values in zip(frequency, *columns, strict=True):
-        yield (*labels, _cell(float(f)), *(_cell(float(value)) for value in values), *ends)
+def _curve_table(
+    name: str, title: str, columns: tuple[str, ...], rows: list[tuple[Cell, ...]]
+) -> Table:
+    ends = heads("points; unit of the accelerations; method")
+    units = (("frequency", "Hz"), *((column, UNIT) for column in columns))
+    return Table(name, title, (*LABELS, *units, *ends), tuple(rows))
 
 
 def _inside(curve: tuple[Array, Array] | None, wanted: Array) -> Array:
@@ -326,10 +309,92 @@ def _inside(curve: tuple[Array, Array] | None, wanted: Array) -> Array:
     return found
 
 
-def _table(name: str, title: str, columns: tuple[str, ...], rows: list[tuple[Cell, ...]]) -> Table:
-    heads = (*LABELS, ("frequency", "Hz"), *((column, UNIT) for column in columns), *ENDS)
-    return Table(name, title, heads, tuple(rows))
+def coverage_table(products: DesignProducts) -> Table:
+    """Of each floor and direction, what its points have of the envelope of all its vertices."""
+    store, share = products.store, share_reached(products.store)
+    rows: list[tuple[Cell, ...]] = []
+    for labels, place in labelled(products.case):
+        d, s, x = place
+        vertices, count = products.of_vertices(place), int(store["vertex_count"].values[s, x])
+        if vertices is None or not count:
+            continue
+        frequency, whole = vertices
+        part = share.isel(station=s, direction=x)
+        worst = part.isel(whole_frequency=slice(-1))
+        numbers = (
+            *(store[name].values[d, s, x].max() for name in ("probes_psa", "psa")),
+            *(whole.max(), frequency[whole.argmax()]),
+            *(float(worst.min()), float(worst.idxmin()), float(part[-1])),
+        )
+        probes, every = (int(store[name].values[s]) for name in ("probe_count", "vertices"))
+        rows.append((*labels, probes, count, every, *map(cell, numbers)))
+    return Table(
+        "design_coverage",
+        "What the points of each floor have of the envelope of all its vertices, as computed",
+        (
+            *LABELS,
+            *heads(
+                "probes; vertices that govern; vertices; peak of the probes alone [m/s2]; "
+                "peak of the points [m/s2]; peak of all vertices, without samples between [m/s2]; "
+                "at [Hz]; least part at any frequency, sampled alike [-]; there [Hz]; "
+                "part of the peak acceleration [-]"
+            ),
+        ),
+        tuple(rows),
+    )
 
 
-def _cell(value: float) -> Cell:
-    return float(f"{value:.6g}") if np.isfinite(value) else None
+def vertex_table(products: DesignProducts) -> Table:
+    """The vertices that govern: where they are, and where they are the largest."""
+    store, stations = products.store, products.case.source.stations
+    first = store.sizes["point"] - store.sizes["vertex"]
+    rows: list[tuple[Cell, ...]] = []
+    for v, s in enumerate(store["vertex_station"].values):
+        vertex, floor = store.isel(vertex=v), stations[s]
+        direction = str(vertex["vertex_direction"].values)
+        largest = store["governing"].isel(station=s).sel(direction=direction) == first + v
+        where = [*vertex["vertex_position"].values, float(largest.mean())]
+        node = int(vertex["vertex_node"])
+        rows.append((floor.building, floor.floor, direction, node, *map(cell, where)))
+    return Table(
+        VERTICES,
+        "The vertices that govern the envelopes of the floors under the case's motion",
+        heads(
+            "building; floor; direction; node; x [m]; y [m]; z [m]; "
+            "part of the frequencies at which it is the largest [-]"
+        ),
+        tuple(rows),
+    )
+
+
+def member_table(store: xr.Dataset) -> Table:
+    """Each member: largest impact force, peaks of the floors' spectra, forces on the anchors."""
+    axis = str(store.attrs["shown_direction"])
+    psa = store["member_psa"].isel(damping=0).sel(direction=axis).max("frequency").values
+    columns: list[tuple[str, str, Array]] = [("largest impact force", "N", largest_impact(store))]
+    columns += [
+        (f"peak of the spectrum of floor {floor}", UNIT, psa[:, s])
+        for s, floor in enumerate(store["station_floor"].values)
+    ]
+    for name in names_of(store, "device") if "device" in store.dims else ():
+        one = store.sel(device=name, component=axis)
+        for kind, words in (("force", "3D model"), ("spectrum", store.attrs["analysis"])):
+            values = one[f"member_device_{kind}"].values
+            columns.append((f"F{axis} of {name}, {words}", "N", values))
+    rows: list[tuple[Cell, ...]] = [
+        (motion, *(cell(values[m]) for *_, values in columns))
+        for m, motion in enumerate(names_of(store, "motion"))
+    ]
+    for name, words in STATISTICS.items():
+        cells: list[Cell] = [words]
+        for *_, values in columns:
+            # What a member does not have, as the force on an anchor, has no logarithm.
+            known = name != "p84_lognormal" or np.all(values > 0.0)
+            cells.append(cell(float(over_members(values, name))) if known else None)
+        rows.append(tuple(cells))
+    return Table(
+        "design_members",
+        f"Members of the ensemble through the 3D building, along {axis}",
+        (("motion", ""), *((name, unit) for name, unit, _ in columns)),
+        tuple(rows),
+    )

@@ -8,68 +8,70 @@ members of their X; X has the name that it has for the case's own motion, `desig
 from __future__ import annotations
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.spectra.statistics import STATISTICS, over_members
-from impactfem.stages.design.carried import CarriedEnsemble
-from impactfem.stages.design.case_spectra import CaseSpectra
+from impactfem.stages.stores import names_of
 from impactfem.system.scalar import Scalar
 
 Array = NDArray[np.float64]
 
 
-def design_scalars(
-    own: CaseSpectra, direction: str, carried: CarriedEnsemble | None
-) -> list[Scalar]:
+def design_scalars(store: xr.Dataset) -> list[Scalar]:
     """All scalars of the stage.
 
     Args:
-        own: The spectra under the case's own motion.
-        direction: The shown direction.
-        carried: The ensemble; None without one.
+        store: The content of `design.nc`, with all directions.
     """
-    c = "xyz".index(direction)
-    scalars = []
-    for k, floor in enumerate(own.floors):
-        psa, at = own.floor_psa[0, k, c], _points(len(floor.names), len(own.vertices.at(k, c)))
-        peak = int(np.argmax(psa))
-        name = f"design.frs.floor_{floor.floor}"
-        scalars += [
-            Scalar(f"{name}.peak", float(psa[peak]), "m/s2", at),
-            Scalar(f"{name}.peak_frequency", float(own.frequency[peak]), "Hz", at),
-            Scalar(f"{name}.zpa", float(own.floor_pfa[k, c]), "m/s2", at),
+    axis, members = str(store.attrs["shown_direction"]), "motion" in store.dims
+    shown = store.isel(damping=0).sel(direction=axis)
+    own, ensemble = [], _of_members(shown) if members else []
+    for s, number in enumerate(store["station_floor"].values):
+        one, name = shown.isel(station=s), f"frs.floor_{number}"
+        note = _points(one, int(one["vertex_count"]))
+        own += [
+            Scalar(f"design.{name}.peak", float(one["psa"].max()), "m/s2", note),
+            Scalar(f"design.{name}.peak_frequency", float(one["psa"].idxmax()), "Hz", note),
+            Scalar(f"design.{name}.zpa", float(one["zpa"]), "m/s2", note),
         ]
-    return scalars if carried is None else [*scalars, *_ensemble(own, c, carried)]
+        if members:
+            note = _points(one, round(float(one["member_vertices"].mean())))
+            peaks = one["member_psa"].max("frequency").values
+            ensemble += _statistics(f"{name}.peak", peaks, "m/s2", note)
+            ensemble += _statistics(f"{name}.zpa", one["member_zpa"].values, "m/s2", note)
+            at_centre = one["member_centre_peak"].values
+            ensemble += _statistics(f"transient.{name}.peak", at_centre, "m/s2", "mass centre")
+    if members:
+        force = largest_impact(store)
+        ensemble += _statistics("impact_force", force, "N", "largest one, sticks")
+    if "device" in store.dims:
+        ensemble += _of_devices(store, axis)
+    return own + ensemble
 
 
-def _ensemble(own: CaseSpectra, c: int, carried: CarriedEnsemble) -> list[Scalar]:
-    scalars = [
-        Scalar("ensemble3d.members", float(len(carried.members)), "-"),
-        Scalar("ensemble3d.failed", float(len(carried.failed)), "-", "; ".join(carried.failed)),
-        Scalar(
-            "ensemble3d.basis_error",
-            float(carried.basis_error.max()),
-            "-",
-            "transfer functions at the points",
-        ),
+def largest_impact(store: xr.Dataset) -> Array:
+    """Largest force of the sticks on the building, shape (n_m,) [N]; 0 without contact pairs."""
+    return np.asarray(store["member_impact_force"].values.max(axis=1, initial=0.0))
+
+
+def _of_members(store: xr.Dataset) -> list[Scalar]:
+    failed = names_of(store, "failed")
+    error = float(store["member_basis_error"].max())
+    return [
+        Scalar("ensemble3d.members", float(store.sizes["motion"]), "-"),
+        Scalar("ensemble3d.failed", float(len(failed)), "-", "; ".join(failed)),
+        Scalar("ensemble3d.basis_error", error, "-", "transfer functions at the points"),
     ]
-    peaks = carried.floor_psa[:, 0, :, c].max(axis=-1)
-    zpa = carried.floor_pfa[:, :, c]
-    for k, floor in enumerate(own.floors):
-        centre = floor.centre
-        at_centre = carried.psa[:, 0, centre, c].max(axis=-1)
-        envelope = _points(len(floor.names), round(carried.vertices[:, k, c].mean()))
-        name = f"floor_{floor.floor}"
-        scalars += _statistics(f"frs.{name}.peak", peaks[:, k], "m/s2", envelope)
-        scalars += _statistics(f"frs.{name}.zpa", zpa[:, k], "m/s2", envelope)
-        scalars += _statistics(f"transient.frs.{name}.peak", at_centre, "m/s2", "mass centre")
-    force = carried.largest_impact
-    scalars += _statistics("impact_force", force, "N", "largest one, sticks")
-    axis = "xyz"[c]
-    for d, device in enumerate(carried.devices):
+
+
+def _of_devices(store: xr.Dataset, axis: str) -> list[Scalar]:
+    scalars = []
+    for d, device in enumerate(names_of(store, "device")):
+        one = store.isel(device=d).sel(component=axis)
         name = "device" if d == 0 else f"device.{device}"
-        detailed, rsa = carried.device_force[:, d, c], carried.device_spectrum[:, d, c]
-        analysis = f"{device}, {carried.analysis}"
+        detailed, rsa = (one[f"member_device_{k}"].values for k in ("force", "spectrum"))
+        analysis = f"{device}, {store.attrs['analysis']}"
         scalars += _statistics(f"{name}.f{axis}.detailed.impact", detailed, "N", device)
         scalars += _statistics(f"{name}.f{axis}.rsa.impact", rsa, "N", analysis)
         if np.all(detailed > 0.0):
@@ -78,20 +80,17 @@ def _ensemble(own: CaseSpectra, c: int, carried: CarriedEnsemble) -> list[Scalar
     return scalars
 
 
-def _points(probes: int, vertices: int) -> str:
+def _points(station: xr.Dataset, vertices: int) -> str:
     """What is enveloped, in words."""
-    return f"envelope of {probes} probes" + (f" and {vertices} vertices" if vertices else " alone")
+    probes = f"envelope of {int(station['probe_count'])} probes"
+    return probes + (f" and {vertices} vertices" if vertices else " alone")
 
 
 def _statistics(name: str, values: Array, unit: str, note: str) -> list[Scalar]:
     # Differences and forces that are zero have no logarithm.
     known = [key for key in STATISTICS if key != "p84_lognormal" or np.all(values > 0.0)]
+    note = f"{note}; over {len(values)} members"
     return [
-        Scalar(
-            f"ensemble3d.{key}.{name}",
-            float(over_members(values, key)),
-            unit,
-            f"{note}; over {len(values)} members",
-        )
+        Scalar(f"ensemble3d.{key}.{name}", float(over_members(values, key)), unit, note)
         for key in known
     ]

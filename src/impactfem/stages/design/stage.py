@@ -11,7 +11,6 @@ from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.calibrated_contact import with_contact_of_run
 from impactfem.stages.design.checks import design_checks
-from impactfem.stages.design.device_figures import design_device
 from impactfem.stages.design.figures import design_curves, design_figures
 from impactfem.stages.design.products import design_products_of, write_design_products
 from impactfem.stages.device.stage import DEVICE
@@ -52,7 +51,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             raise ValueError("rank 0 has the results of the stage")
         files = [folder / "design.nc"]
         with steps.step("stores"):
-            write_design(files[0], case, study.own, study.whole, study.carried, key)
+            write_design(files[0], case, study, key)
         return files
 
     return on_root(write)
@@ -100,9 +99,7 @@ def _draw(case: Case, folder: Path) -> list[Path]:
         products = design_products_of(
             store, folder / "pounding.nc", case.spectra.broadening, case.spectra.clipping
         )
-        files = write_design_products(folder, products)
-        files += design_figures(folder, products)
-        return files + design_device(folder, store)
+        return write_design_products(folder, products) + design_figures(folder, products)
 
 
 def _needs(case: Case) -> tuple[Stage, ...]:
@@ -130,7 +127,7 @@ DESIGN = Stage(
     sections=(),
     further=lambda case: f"{_carried(case)} members",
     computed_by=("compute", "store"),
-    drawn_by=("device_figures", "figures", "products"),
+    drawn_by=("figures", "products"),
     stores={"design": "design.nc"},
     compute=_compute,
     draw=_draw,

@@ -12,19 +12,25 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+import pandas as pd
 
 from impactfem.case import Case
-from impactfem.stages.design.carried import CarriedEnsemble
-from impactfem.stages.design.case_spectra import CaseSpectra
-from impactfem.stages.design.fewest import MISSED
+from impactfem.stages.design.compute import DesignStudy
+from impactfem.stages.design.ensemble import Ensemble
+from impactfem.stages.design.floors import (
+    MISSED,
+    STILL,
+    WholeFloors,
+    counted,
+    enveloped,
+    probe_points,
+)
 from impactfem.stages.design.scalars import design_scalars
-from impactfem.stages.design.whole_floors import STILL, WholeFloors
-from impactfem.stages.stores import Output, dataset
+from impactfem.stages.stores import Output, dataset, names_of
 from impactfem.system.files import write_netcdf
+from impactfem.system.scalar import with_scalars
 
-Array = NDArray[np.float64]
-
+AXES = ["x", "y", "z"]
 _CURVE = "damping station direction frequency"
 _PLACE = "station direction"
 _WHOLE = "station direction whole_frequency"
@@ -43,6 +49,8 @@ OUTPUTS = {
     "zpa": Output(_PLACE, "m/s2", "envelope of their peak accelerations"),
     "governing": Output(_CURVE, "", "number of the point with the largest ordinate, from 0"),
     "probes_psa": Output(_CURVE, "m/s2", "envelope of the probes alone"),
+    "probe_count": Output("station", "", "number of its probes"),
+    "vertex_count": Output(_PLACE, "", "number of vertices that govern"),
     "whole_frequency": Output("whole_frequency", "Hz"),
     "whole_damping": Output("", "-", "of the oscillators of the fields"),
     "whole_psa": Output(_WHOLE, "m/s2", "envelope of all vertices"),
@@ -59,7 +67,11 @@ OUTPUTS = {
     "motion": Output("motion", "", "member of the ensemble"),
     "member_psa": Output(f"motion {_CURVE}", "m/s2", "envelope of the points"),
     "member_zpa": Output(f"motion {_PLACE}", "m/s2", "envelope of their peak accelerations"),
+    "member_centre_peak": Output(
+        f"motion damping {_PLACE}", "m/s2", "largest pseudo-acceleration at the mass centre"
+    ),
     "member_vertices": Output(f"motion {_PLACE}", "", "number of vertices that govern"),
+    "member_basis_error": Output("motion", "-", "estimated, of transfer functions at the points"),
     "edge": Output("edge", "", "number of the floor"),
     "member_impact_force": Output("motion edge", "N", "largest one of the sticks"),
     "device": Output("device"),
@@ -71,124 +83,118 @@ OUTPUTS = {
 }
 
 
-def write_design(
-    path: Path,
-    case: Case,
-    own: CaseSpectra,
-    whole: WholeFloors | None,
-    carried: CarriedEnsemble | None,
-    key: str,
-) -> None:
+def write_design(path: Path, case: Case, study: DesignStudy, key: str) -> None:
     """Write `design.nc`.
 
     Args:
         path: The file.
         case: The case.
-        own: The spectra under its own motion.
-        whole: Those over whole floors; None without.
-        carried: The ensemble; None without one.
+        study: What the stage computed.
         key: Hash of the stage's inputs.
 
     Raises:
         ImpactfemError: The file cannot be written.
     """
-    moving, floors = _moving(own), own.floors
+    probes, whole, ensemble = study.probes, study.whole, study.ensemble
+    names, building = names_of(probes, "probe"), str(probes.attrs["building"])
+    on_floor = probes["on_floor"].values
+    # Each point along one direction: the probes first, then the vertices that govern.
+    points = probe_points(probes)
+    along = points["point"].to_numpy(), points["component"].to_numpy()
+    psa, pfa = probes["psa"].values[:, *along], probes["pfa"].values[along]
+    floors = probes.sizes["station"]
     values = {
-        "direction": ["xyz"[c] for c in moving],
-        "frequency": own.frequency,
-        "damping": own.damping,
-        "station": [f"{own.building}.floor_{f.floor}" for f in floors],
-        "station_floor": [f.floor for f in floors],
-        "station_points": [", ".join(f.names) for f in floors],
-        "elevation": [f.elevation for f in floors],
-        "point": [*own.names, *(f"node {n}" for n in own.vertices.node)],
-        "elsewhere": own.elsewhere,
-        "psa": own.floor_psa[:, :, moving],
-        "zpa": own.floor_pfa[:, moving],
-        "governing": _governing(own)[:, :, moving],
-        "probes_psa": own.probes_psa[:, :, moving],
-        **({} if whole is None else _whole(whole, moving)),
-        **({} if carried is None else _members(carried, moving)),
+        "direction": AXES,
+        "frequency": probes["frequency"].values,
+        "damping": probes["damping"].values,
+        "station": [f"{building}.floor_{floor}" for floor in probes["station_floor"].values],
+        "station_floor": probes["station_floor"].values,
+        "station_points": [", ".join(probes["probe"].values[on]) for on in on_floor.T],
+        "elevation": probes["elevation"].values,
+        "elsewhere": [name for name, on in zip(names, on_floor.any(axis=1), strict=True) if not on],
+        "probes_psa": enveloped(points, psa, floors, axis=1),
+        "probe_count": on_floor.sum(axis=0),
+        "vertex_count": np.zeros((floors, 3), dtype=np.int64),
+    }
+    if whole is not None and study.vertex_spectra is not None:
+        number = len(names) + np.arange(len(whole.governing))
+        points = pd.concat([points, whole.governing.assign(point=number)], ignore_index=True)
+        psa = np.concatenate([psa, study.vertex_spectra.psa], axis=1)
+        pfa = np.concatenate([pfa, study.vertex_spectra.zpa])
+        names += [f"node {node}" for node in whole.governing["node"]]
+        values |= _whole(whole)
+    governing = np.zeros(values["probes_psa"].shape, dtype=np.int64)
+    for (floor, component), rows in points.groupby(["floor", "component"]).indices.items():
+        largest = psa[:, rows].argmax(axis=1)
+        governing[:, floor, component] = points["point"].to_numpy()[rows[largest]]
+    values |= {
+        "point": names,
+        "psa": enveloped(points, psa, floors, axis=1),
+        "zpa": enveloped(points, pfa, floors),
+        "governing": governing,
+        **({} if ensemble is None else _members(ensemble)),
     }
     attributes = {
         "title": case.title,
         "inputs": key,
         "case_hash": case.content_hash(),
-        "building": own.building,
+        "building": building,
         "shown_direction": case.shown_direction,
-        "maximum_frequency": own.maximum_frequency,
+        "maximum_frequency": float(probes.attrs["maximum_frequency"]),
         "missed": MISSED,
-        "analysis": "" if carried is None else carried.analysis,
+        "analysis": "" if ensemble is None else ensemble.analysis,
     }
     notes = {}
     if whole is not None:
         samples = f"{whole.points_per_cycle:.3g} samples in a cycle of the highest frequency"
         notes = {"whole_psa": samples}
-    scalars = design_scalars(own, case.shown_direction, carried)
-    store = dataset(OUTPUTS, values, attributes=attributes, scalars=scalars, notes=notes)
-    write_netcdf(path, store)
+    store = dataset(OUTPUTS, values, attributes=attributes, notes=notes)
+    peak = store["psa"].max(["damping", "station", "frequency"])
+    moving = (peak > STILL * peak.max()) | (store["vertex_count"] > 0).any("station")
+    store = with_scalars(store, design_scalars(store))
+    write_netcdf(path, store.isel(direction=np.flatnonzero(moving)))
 
 
-def _moving(own: CaseSpectra) -> list[int]:
-    largest = own.floor_psa.max(axis=(0, 1, 3))
-    known = {int(c) for c in own.vertices.component}
-    return [c for c in range(3) if largest[c] > STILL * largest.max() or c in known]
-
-
-def _governing(own: CaseSpectra) -> NDArray[np.int64]:
-    """The point with the largest ordinate, probes first, shape (n_d, n_floors, 3, n_f)."""
-    found = [
-        np.asarray(floor.probes)[own.psa[:, list(floor.probes)].argmax(axis=1)]
-        for floor in own.floors
-    ]
-    governing: NDArray[np.int64] = np.stack(found, axis=1)
-    if own.vertex_spectra is None:
-        return governing
-    largest = np.array(own.probes_psa)
-    for v, place in enumerate(zip(own.vertices.floor, own.vertices.component, strict=True)):
-        here = (slice(None), *place)
-        higher = own.vertex_spectra.psa[:, v] > largest[here]
-        largest[here][higher] = own.vertex_spectra.psa[:, v][higher]
-        governing[here][higher] = len(own.names) + v
-    return governing
-
-
-def _whole(whole: WholeFloors, moving: list[int]) -> dict[str, Any]:
+def _whole(whole: WholeFloors) -> dict[str, Any]:
     """Envelopes of all vertices, and which of them govern, each of a floor along a direction."""
-    governing = whole.governing
+    governing, floors = whole.governing, len(whole.vertices)
     return {
+        "vertex_count": counted(governing, floors),
         "whole_frequency": whole.frequency,
         "whole_damping": whole.damping,
-        "whole_psa": whole.psa[:, moving],
-        "whole_zpa": whole.pfa[:, moving],
-        "reached_psa": whole.governing_psa[:, moving],
-        "reached_zpa": whole.governing_pfa[:, moving],
+        "whole_psa": whole.envelope[..., :-1],
+        "whole_zpa": whole.envelope[..., -1],
+        "reached_psa": whole.reached[..., :-1],
+        "reached_zpa": whole.reached[..., -1],
         "vertices": whole.vertices,
-        "candidates": whole.candidates.counts(len(whole.vertices))[:, moving],
-        "xyz": ["x", "y", "z"],
-        "vertex_node": governing.node,
-        "vertex_station": governing.floor,
-        "vertex_direction": ["xyz"[c] for c in governing.component],
-        "vertex_position": whole.position,
+        "candidates": counted(whole.candidates, floors),
+        "xyz": AXES,
+        "vertex_node": governing["node"].to_numpy(),
+        "vertex_station": governing["floor"].to_numpy(),
+        "vertex_direction": [AXES[component] for component in governing["component"]],
+        "vertex_position": governing[AXES].to_numpy(),
     }
 
 
-def _members(carried: CarriedEnsemble, moving: list[int]) -> dict[str, Any]:
+def _members(ensemble: Ensemble) -> dict[str, Any]:
+    results = ensemble.results
     values: dict[str, Any] = {
-        "motion": carried.members,
-        "member_psa": carried.floor_psa[:, :, :, moving],
-        "member_zpa": carried.floor_pfa[:, :, moving],
-        "member_vertices": carried.vertices[:, :, moving],
-        "edge": np.array(carried.floors, dtype=np.int64),
-        "member_impact_force": carried.impact_force,
-        "failed": list(carried.failed),
-        "failed_reason": list(carried.failed.values()),
+        "motion": ensemble.motions,
+        "member_psa": results["floor_psa"],
+        "member_zpa": results["floor_pfa"],
+        "member_centre_peak": results["centre_peak"],
+        "member_vertices": results["vertices"],
+        "member_basis_error": results["basis_error"],
+        "edge": np.array(ensemble.edges, dtype=np.int64),
+        "member_impact_force": results["impact_force"],
+        "failed": list(ensemble.failed),
+        "failed_reason": list(ensemble.failed.values()),
     }
-    if carried.devices:
+    if ensemble.devices:
         values |= {
-            "device": carried.devices,
+            "device": ensemble.devices,
             "component": ["x", "y", "z", "rx", "ry", "rz"],
-            "member_device_force": carried.device_force,
-            "member_device_spectrum": carried.device_spectrum,
+            "member_device_force": results["device_force"],
+            "member_device_spectrum": results["device_spectrum"],
         }
     return values

@@ -1,0 +1,312 @@
+"""An ensemble of motions through the 3D building and the devices, one motion after another.
+
+Each motion goes through the sticks first, whose impact forces then act on the 3D building. Its
+results are stored as soon as they are there, so that an interrupted run goes on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from impactfem.building.mesh import BuildingMesh
+from impactfem.case import Case, Spectra
+from impactfem.coupling.force_history import ForceHistory
+from impactfem.coupling.from_case import loads_of
+from impactfem.coupling.pounding import System, interpolate_ground, simulate
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.motion.from_case import ground_motions
+from impactfem.reduction.forces import with_floor_forces
+from impactfem.reduction.loads import EdgeForce, Loads, make_loads
+from impactfem.reduction.reduced_basis import ReducedBasis
+from impactfem.reduction.response import modal_histories, record_spectra
+from impactfem.spectra import response_spectra
+from impactfem.stages.design.floors import NO_POINTS, counted, enveloped, fewest
+from impactfem.stages.device.analysis import Analyst
+from impactfem.stages.device.spectrum_choice import SpectrumChoice
+from impactfem.stages.transient.maps import AS_THEY_ARE
+from impactfem.stages.transient.prepared import transient_of
+from impactfem.system.errors import ImpactfemError, SolutionError
+from impactfem.system.files import read_archive, write_archive
+from impactfem.system.log import LOGGER
+from impactfem.system.parallel import threads
+
+Array = NDArray[np.float64]
+Arrays = dict[str, Any]
+
+AT_ONCE = 768
+"""Records whose spectra are computed together."""
+WORDS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+"""Results of a response spectrum analysis, in the order of the components of a force."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """What the motions gave; those that failed are left out of all arrays.
+
+    Args:
+        motions: Names of the n_m motions.
+        failed: Name and reason of those that failed.
+        edges: Numbers of the n_e floors that contact pairs touch.
+        devices: Names of the n_a anchors of the devices: that of a device with one is its own.
+        analysis: Name of the response spectrum analysis of them; empty without devices.
+        results: What `carry` gives, with the motions first, and `impact_force`, the largest force
+            of the sticks on each edge, shape (n_m, n_e) [N].
+    """
+
+    motions: tuple[str, ...]
+    failed: dict[str, str]
+    edges: tuple[int, ...]
+    devices: tuple[str, ...]
+    analysis: str
+    results: Arrays
+
+
+def motion_loads(
+    case: Case, system: System, names: Sequence[str], edges: Sequence[EdgeForce], mesh: BuildingMesh
+) -> tuple[Loads, Array]:
+    """Run the sticks under the motions of a case as the stage `pounding` does.
+
+    Args:
+        case: The case with the motions.
+        system: The sticks.
+        names: Of the contact pairs that touch the building.
+        edges: What a positive force of each does to it.
+        mesh: The mesh of the building.
+
+    Returns:
+        The loads at the step of the 3D model, and the largest force of the sticks on each floor
+        that a pair touches, ascending [N]; 0 on one that is not hit.
+
+    Raises:
+        InputError: A record is not usable.
+        SolutionError: The sticks found no usable result, or their motion is too short.
+    """
+    transient, dt = transient_of(case), case.pounding.time_step
+    motions = ground_motions(case.motions, accept=False)
+    along = [motion.history for motion in motions]
+    longest = max(motion.accelerogram.duration for motion in motions)
+    n_t = round((case.pounding.duration or longest) / dt) + 1
+    ground, forces = interpolate_ground(along, dt, n_t), loads_of(case, system, dt, n_t)
+    response = simulate(system, ground, dt, update=case.pounding.update, loads=forces)
+    duration = transient.duration or float(response.time[-1])
+    if response.time[-1] < duration - dt:
+        raise SolutionError(
+            f"the sticks end at {response.time[-1]:g} s, the 3D model is asked up to {duration:g} s"
+        )
+    every = [pair.name for pair in system.pairs]
+    columns = [every.index(name) for name in names]
+    history = ForceHistory(response.time, tuple(names), response.force[:, columns])
+    n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
+    on_building, acting = with_floor_forces(case, mesh, history, list(edges))
+    loads = make_loads(
+        along, on_building, acting, transient.time_step, n_steps, len(acting) - len(edges)
+    )
+    floor = np.array([edge.floor for edge in edges])
+    peaks = [history.force[:, floor == k].max(initial=0.0) for k in np.unique(floor)]
+    return loads, np.array(peaks, dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Carrier:
+    """What all motions share.
+
+    Args:
+        basis: The reduced basis of the building, at all nodes of the points and candidates.
+        points: The probes of the floors, as of `probe_points`.
+        centres: Which of them are at the mass centre of their floor, shape (n_points,).
+        candidates: Among which the vertices that govern are sought; none without fields over the
+            floors, where the probes stand alone for them.
+        frequency: At which frequencies they are sought [Hz].
+        search_damping: With which damping of the oscillators [-].
+        damping: Of the building.
+        spectra: The case's floor spectra.
+        analyst: Of the devices; None without devices.
+        choice: Which response spectrum analysis counts; None without devices.
+    """
+
+    basis: ReducedBasis
+    points: pd.DataFrame
+    centres: NDArray[np.bool_]
+    candidates: pd.DataFrame
+    frequency: Array
+    search_damping: float
+    damping: Rayleigh
+    spectra: Spectra
+    analyst: Analyst | None
+    choice: SpectrumChoice | None
+
+
+def point_records(
+    basis: ReducedBasis, loads: Loads, modal: Array, points: pd.DataFrame, kind: Any = np.float64
+) -> Array:
+    """Absolute accelerations of points, each along its direction, shape (n, n_t) [m/s2].
+
+    Args:
+        basis: The reduced basis.
+        loads: The loads, for the ground's motion.
+        modal: q'' of its finest model under them, shape (r, n_t).
+        points: At nodes that the basis was made for.
+        kind: In which precision; single takes half the time.
+
+    Raises:
+        KeyError: The basis was not made for a node.
+    """
+    component = points["component"].to_numpy()
+    shapes = basis.of(basis.model, points["node"].to_numpy())[np.arange(len(points)), component]
+    relative = shapes.astype(kind) @ modal.astype(kind)
+    return np.asarray(relative + loads.ground.T[component], dtype=np.float64)
+
+
+def carry(carrier: Carrier, loads: Loads) -> Arrays:
+    """The results of one motion.
+
+    Args:
+        carrier: What all motions share.
+        loads: Of the motion.
+
+    Returns:
+        `floor_psa`, envelope over the probes of each floor and the vertices that govern under this
+        motion, shape (n_dampings, n_floors, 3, n_f), and `floor_pfa` of their peak accelerations,
+        shape (n_floors, 3) [m/s2]; `centre_peak`, the largest ordinate at the mass centres, shape
+        (n_dampings, n_floors, 3) [m/s2]; `vertices`, how many govern, shape (n_floors, 3);
+        `basis_error`, largest estimated error of the transfer functions of the basis at the probes
+        and at the vertices that govern under the case's own motion [-]; `device_force` and
+        `device_spectrum`, largest force on each anchor in the 3D model and by response spectrum
+        analysis, shape (n_a, 6) [N, N m].
+
+    Raises:
+        ImpactfemError: A spectrum does not reach a mode of a device, or the result is not finite.
+        KeyError: The basis has no pattern of one of the loads.
+    """
+    basis, floors = carrier.basis, int(carrier.centres.sum()) // 3
+    modal = modal_histories(basis, loads, carrier.damping).acceleration
+    chosen = _governing(carrier, loads, modal)
+    points = pd.concat([carrier.points, chosen], join="inner")
+    spectra = record_spectra(
+        point_records(basis, loads, modal, points), loads.time_step, carrier.spectra
+    )
+    centres = np.flatnonzero(carrier.centres)
+    found = {
+        "floor_psa": enveloped(points, spectra.psa, floors, axis=1),
+        "floor_pfa": enveloped(points, spectra.zpa, floors),
+        "centre_peak": spectra.psa[:, centres].max(axis=2).reshape(-1, floors, 3),
+        "vertices": counted(chosen, floors),
+        "basis_error": np.array(basis.difference),
+        "device_force": np.zeros((0, len(WORDS))),
+        "device_spectrum": np.zeros((0, len(WORDS))),
+    }
+    if carrier.analyst is not None and carrier.choice is not None:
+        results = carrier.analyst.analyse(loads, carrier.damping)
+        found["device_force"] = np.array([one.detailed.largest for one in results])
+        found["device_spectrum"] = np.array(
+            [[one.value(carrier.choice, word) for word in WORDS] for one in results]
+        )
+    return found
+
+
+def _governing(carrier: Carrier, loads: Loads, modal: Array) -> pd.DataFrame:
+    """The fewest candidates whose envelope is near that of all candidates, as of `fewest`."""
+    every = carrier.candidates
+    curves = np.empty((len(every), len(carrier.frequency) + 1))
+    for first in range(0, len(every), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        # Records as they are, without samples between: enough to choose by.
+        found = response_spectra(
+            point_records(carrier.basis, loads, modal, every.iloc[part], np.float32),
+            loads.time_step,
+            carrier.frequency,
+            [carrier.search_damping],
+            points_per_cycle=AS_THEY_ARE,
+            threads=threads(),
+            absolute=False,
+        )
+        curves[part, :-1], curves[part, -1] = found.psa[0], found.zpa
+    groups = every.groupby(["floor", "component"]).indices.values()
+    return pd.concat([NO_POINTS, *(every.iloc[rows[fewest(curves[rows])]] for rows in groups)])
+
+
+def stored_motions(files: Mapping[str, Path], keys: Mapping[str, str]) -> dict[str, Arrays]:
+    """The results that are there, by name of the motion.
+
+    Args:
+        files: Where those of each motion are stored, by name.
+        keys: Hash of what it depends on.
+    """
+    stored = {name: read_archive(path, keys[name]) for name, path in files.items()}
+    return {
+        name: {part: array for part, array in arrays.items() if part != "key"}
+        for name, arrays in stored.items()
+        if arrays is not None
+    }
+
+
+def carry_motions(
+    carrier: Carrier,
+    waiting: Mapping[str, tuple[Loads, Array]],
+    files: Mapping[str, Path],
+    keys: Mapping[str, str],
+    executor: Executor,
+    progress: Callable[[int], None],
+) -> tuple[dict[str, Arrays], dict[str, str]]:
+    """Carry motions through the 3D building, and store the results of each as soon as it is done.
+
+    Args:
+        carrier: What they share.
+        waiting: Loads and largest forces of the sticks, by name, as of `motion_loads`.
+        files: Where each is stored.
+        keys: Hash of what it depends on.
+        executor: Runs them.
+        progress: Called with the number of motions done.
+
+    Returns:
+        The results by name, and the reason of those that failed.
+
+    Raises:
+        ImpactfemError: A file cannot be written.
+    """
+    one = partial(carry, carrier)
+    futures = {
+        executor.submit(one, loads): (name, force) for name, (loads, force) in waiting.items()
+    }
+    found: dict[str, Arrays] = {}
+    failed: dict[str, str] = {}
+    for done, future in enumerate(as_completed(futures), 1):
+        name, force = futures[future]
+        try:
+            found[name] = {**future.result(), "impact_force": force}
+        except ImpactfemError as error:
+            failed[name] = str(error)
+            LOGGER.warning("warning: ensemble member %s in 3D failed: %s", name, error)
+        else:
+            write_archive(files[name], keys[name], found[name])
+        progress(done)
+    return found, failed
+
+
+def stacked(names: Sequence[str], found: Mapping[str, Arrays], failed: Mapping[str, str]) -> Arrays:
+    """The results of all motions, each array with the motions first.
+
+    Args:
+        names: Names of those that gave a result, in their order.
+        found: Their results.
+        failed: Name and reason of the others.
+
+    Raises:
+        SolutionError: There are fewer than two.
+    """
+    if len(names) < 2:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
+        raise SolutionError(
+            f"fewer than two members of the ensemble went through the 3D model: {reasons}"
+        )
+    return {part: np.stack([found[name][part] for name in names]) for part in found[names[0]]}

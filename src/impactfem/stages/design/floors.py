@@ -1,0 +1,228 @@
+"""Points of the floors of the 3D building: the probes, and the vertices that govern.
+
+The probes of a floor are those that are level with its mass centre. Where `transient_maps.nc` has
+fields over the floors, every vertex of them is there, but with records as they are: few samples in
+a cycle of the highest frequencies. The fields say which vertices govern; the spectra of these are
+then computed as finely as those of the probes.
+
+Points, each along one direction, are rows of a table with the columns `floor` (place of the floor
+from the lowest), `component` (0, 1 or 2 for x, y, z) and `node`;
+those of vertices have their coordinates `x`, `y`, `z` [m], too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from impactfem.stages.stores import open_store
+from impactfem.system.errors import ImpactfemError
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+LEVEL = 0.05
+"""How far from its mass centre's level a point of a floor may be [m]."""
+STILL = 1e-9
+"""Along a direction a floor is still where no ordinate is above this part of the largest of all."""
+LARGEST = 80
+"""So many vertices of a floor with the largest ordinates, at any one frequency along any one
+direction, are looked at under other motions."""
+MISSED = 0.02
+"""Part of the envelope of all that the envelope of the chosen ones may lack anywhere."""
+MOST = 24
+"""The most that are chosen, of one floor along one direction."""
+NO_POINTS = pd.DataFrame(
+    {name: np.zeros(0, np.int64) for name in ("floor", "component", "node")}
+    | {axis: np.zeros(0) for axis in "xyz"}
+)
+
+
+def read_probes(path: Path) -> xr.Dataset:
+    """Spectra of the probes under the case's own motion, and which floors the probes are on.
+
+    Args:
+        path: `transient.nc`.
+
+    Returns:
+        `psa` and `pfa` with the labels of the store; over `station`, the floors from the lowest,
+        `station_floor`, `elevation` [m] and `centre`, the place of the probe at the mass centre;
+        and `on_floor` over `probe` and `station`.
+
+    Raises:
+        ImpactfemError: The file cannot be read, is no such store, or has no probe at a mass centre.
+    """
+    with open_store(path) as store:
+        try:
+            probes = store[["psa", "pfa", "probe_node", "probe_position"]].load()
+            height = probes["probe_position"].sel(xyz="z").values
+            centres = np.flatnonzero(probes["probe_kind"] == "centre")
+            floors = probes["probe_floor"].values
+        except KeyError as error:
+            raise ImpactfemError(f"{path} holds no spectra of probes: {error.args[0]}") from error
+    if not centres.size:
+        raise ImpactfemError("no probe at the mass centre of a floor")
+    centres = centres[np.argsort(height[centres])]
+    level = np.abs(height[:, None] - height[centres]) <= LEVEL
+    return probes.transpose("damping", "probe", "component", "frequency", ...).assign(
+        on_floor=(("probe", "station"), level),
+        centre=("station", centres),
+        station_floor=("station", floors[centres]),
+        elevation=("station", height[centres]),
+    )
+
+
+def probe_points(probes: xr.Dataset) -> pd.DataFrame:
+    """The probes of the floors, each along x, y and z; `point` is the place among all probes.
+
+    Args:
+        probes: As of `read_probes`.
+    """
+    floor, probe = np.nonzero(probes["on_floor"].values.T)
+    return pd.DataFrame(
+        {
+            "floor": floor.repeat(3),
+            "component": np.tile(np.arange(3), len(probe)),
+            "node": probes["probe_node"].values[probe].repeat(3),
+            "point": probe.repeat(3),
+        }
+    )
+
+
+def enveloped(points: pd.DataFrame, values: Array, floors: int, axis: int = 0) -> Array:
+    """Envelope over the points of each floor along each direction.
+
+    Args:
+        points: n_p points.
+        values: Not negative, of any shape with n_p along `axis`.
+        floors: Number of floors.
+        axis: The axis of the points; those of the floors and of x, y, z take its place.
+    """
+    values = np.moveaxis(values, axis, 0)
+    found = np.zeros((floors, 3, *values.shape[1:]))
+    np.maximum.at(found, (points["floor"].to_numpy(), points["component"].to_numpy()), values)
+    return np.moveaxis(found, (0, 1), (axis, axis + 1))
+
+
+def counted(points: pd.DataFrame, floors: int) -> Index:
+    """How many points each floor has along x, y, z, shape (n_floors, 3)."""
+    places = 3 * points["floor"].to_numpy() + points["component"].to_numpy()
+    return np.bincount(places, minlength=3 * floors).reshape(floors, 3)
+
+
+def fewest(curves: Array, *, missed: float = MISSED, most: int = MOST) -> list[int]:
+    """Choose curves until their envelope is near that of all curves everywhere.
+
+    A greedy choice: next is the curve that comes near the envelope e_j = max_i c_ij at most of the
+    places j that no chosen one comes near to, near meaning c_ij ≥ (1 − m) e_j. The fewest in the
+    strict sense take a search that grows exponentially; the greedy choice has at most about
+    1 + ln n times as many for n places (V. Chvátal, Math. Oper. Res. 4 (1979) 233-235).
+
+    Args:
+        curves: c, not negative, shape (n_curves, n_places).
+        missed: m.
+        most: The most curves.
+
+    Returns:
+        Their numbers, in the order of the choice; places where all curves are zero ask for none.
+    """
+    envelope = curves.max(axis=0, initial=0.0)
+    near = (curves >= (1.0 - missed) * envelope) & (envelope > 0.0)
+    open_places = envelope > 0.0
+    chosen: list[int] = []
+    while open_places.any() and len(chosen) < most:
+        chosen.append(int(np.argmax(near[:, open_places].sum(axis=1))))
+        open_places &= ~near[chosen[-1]]
+    return chosen
+
+
+@dataclass(frozen=True, eq=False)
+class WholeFloors:
+    """The largest ordinates of all vertices of each floor, and which vertices have them.
+
+    Args:
+        frequency: Shape (n_f,) [Hz].
+        damping: Of the oscillators [-].
+        points_per_cycle: Samples of the records in a cycle of the highest frequency.
+        envelope: Pseudo-acceleration along x, y, z, and as the last ordinate the peak acceleration,
+            shape (n_floors, 3, n_f + 1) [m/s2]; zero for a floor without a vertex.
+        reached: The same of the vertices that govern alone.
+        vertices: Number of vertices of each floor, shape (n_floors,).
+        governing: The fewest vertices that come near the envelope (see `fewest`).
+        candidates: Those among which the governing ones of other motions are sought: these, and
+            the `LARGEST` of each floor at each frequency at which not the whole floor moves alike.
+    """
+
+    frequency: Array
+    damping: float
+    points_per_cycle: float
+    envelope: Array
+    reached: Array
+    vertices: Index
+    governing: pd.DataFrame
+    candidates: pd.DataFrame
+
+
+def read_whole_floors(path: Path, elevation: Array) -> WholeFloors | None:
+    """Read the fields over the floors, and choose the vertices that govern.
+
+    Args:
+        path: `transient_maps.nc`.
+        elevation: Of the floors from the lowest, shape (n_floors,) [m].
+
+    Returns:
+        The spectra; None where the case requests no fields, and the file is not there.
+
+    Raises:
+        ImpactfemError: The file cannot be read.
+    """
+    if not path.is_file():
+        return None
+    with open_store(path) as store:
+        try:
+            psa = store["psa"].transpose("node", "component", "frequency").values
+            pfa = store["pfa"].transpose("node", "component").values
+            node, position = store["node_number"].values, store["node_position"].values
+            frequency = np.asarray(store["frequency"].values, dtype=np.float64)
+            damping, samples = (float(store.attrs[k]) for k in ("damping", "points_per_cycle"))
+        except KeyError as error:
+            raise ImpactfemError(
+                f"cannot read fields over the floors from {path}: {error.args[0]}"
+            ) from error
+    # Of single precision, as in the file, where all vertices are held; double for each floor.
+    curves = np.concatenate([psa, pfa[..., None].astype(np.float32)], axis=2)
+    on_floor = [np.flatnonzero(np.abs(position[:, 2] - z) <= LEVEL) for z in elevation]
+    envelope = np.array([curves[there].max(axis=0, initial=0.0) for there in on_floor], np.float64)
+    reached = np.zeros_like(envelope)
+    governing, candidates = [NO_POINTS], [NO_POINTS]
+    for floor, component in np.ndindex(*envelope.shape[:2]):
+        if envelope[floor, component].max() <= STILL * envelope.max():
+            continue
+        there = on_floor[floor]
+        here = curves[there, component].astype(np.float64)
+        chosen = fewest(here)
+        reached[floor, component] = here[chosen].max(axis=0, initial=0.0)
+        # Where more than LARGEST vertices are near the envelope, any of them will do.
+        near = here >= (1.0 - MISSED) * here.max(axis=0)
+        open_places = here[:, near.sum(axis=0) <= LARGEST]
+        first = max(0, len(here) - LARGEST)
+        largest = np.argpartition(open_places, first, axis=0)[first:]
+        for rows, table in ((chosen, governing), (np.union1d(chosen, largest), candidates)):
+            at = there[np.asarray(rows, dtype=np.int64)]
+            place = {"floor": floor, "component": component, "node": node[at]}
+            table.append(pd.DataFrame(place | dict(zip("xyz", position[at].T, strict=True))))
+    return WholeFloors(
+        frequency=frequency,
+        damping=damping,
+        points_per_cycle=samples,
+        envelope=envelope,
+        reached=reached,
+        vertices=np.array([len(there) for there in on_floor], dtype=np.int64),
+        governing=pd.concat(governing, ignore_index=True),
+        candidates=pd.concat(candidates, ignore_index=True),
+    )
