@@ -11,7 +11,7 @@ import pytest
 from frame_case import floors_meet, neighbour
 from impactfem.coupling.force_history import ForceHistory, write_forces_csv
 from impactfem.motion import Accelerogram, write_csv
-from impactfem.verify import record_files
+from impactfem.verify import motion as record_files
 
 TESTS = Path(__file__).parents[1]
 GEOMETRY = TESTS.parent / "geometry"

@@ -5,7 +5,7 @@ import pytest
 
 from impactfem.records import read_record
 from impactfem.system.errors import InputError
-from impactfem.verify.record_files import cosmos_text, csmip_text, esm_text, knet_text
+from impactfem.verify.motion import cosmos_text, csmip_text, esm_text, knet_text
 
 A = np.round(100.0 * np.random.default_rng(3).standard_normal(43), 5)
 COUNTS = [int(c) for c in np.random.default_rng(3).integers(-12000, -9000, 200)]

@@ -3,7 +3,7 @@ import pytest
 
 from impactfem.records import read_record
 from impactfem.system.errors import InputError
-from impactfem.verify.record_files import at2_text, cosmos_text, csmip_text, esm_text, knet_text
+from impactfem.verify.motion import at2_text, cosmos_text, csmip_text, esm_text, knet_text
 
 CSV = "time [s],acceleration [m/s2]\n0,0\n0.01,1.5\n"
 A = np.array([0.5, -1.25, 3.0, 0.75] * 50)

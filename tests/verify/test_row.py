@@ -58,12 +58,13 @@ def test_a_table_is_written_line_by_line():
     rows = Rows("name", "a book")
     rows.add("force", np.float64(2.0), np.array(2.1), "N", 0.1)
     rows.where = "full"
-    rows.add("difference", 0.0, 0.2, "-", 0.1, "elsewhere", name="another")
-    rows.add("share", 1.0, 1.2, "-", 0.3, absolute=True)
+    rows.add("difference", 0.0, 0.2, "-", 0.1, "elsewhere")
+    rows.add(["share", "part"], 1.0, np.array([1.2, 0.9]), "-", [0.3, 0.4], absolute=True)
     assert rows == [
         Row("name", "force", 2.0, 2.1, "N", 0.1, "a book"),
-        Row("another", "difference, full", 0.0, 0.2, "-", 0.1, "elsewhere", absolute=True),
+        Row("name", "difference, full", 0.0, 0.2, "-", 0.1, "elsewhere", absolute=True),
         Row("name", "share, full", 1.0, 1.2, "-", 0.3, "a book", absolute=True),
+        Row("name", "part, full", 1.0, 0.9, "-", 0.4, "a book", absolute=True),
     ]
 
 

@@ -15,7 +15,7 @@ from impactfem.system.parallel import one_blas_thread, rank
 from impactfem.verify import devices, motion, spectra, sticks
 from impactfem.verify.contact import laws, pairs, unilateral
 from impactfem.verify.devices import spectra as device_spectra
-from impactfem.verify.row import Row
+from impactfem.verify.row import HEAVY, REGISTERED, Row, Rows
 from impactfem.verify.shells import beams, curved, patch, plates
 from impactfem.verify.waves import floor_bar, forced, frame, in_time, paper, slab
 
@@ -30,19 +30,20 @@ GROUPS: Mapping[str, Sequence[ModuleType]] = {
     "Unilateral contact": (unilateral,),
     "Devices and response spectrum analysis": (devices, device_spectra),
 }
-"""Modules by subject; each names its benchmarks, and those that take minutes as heavy."""
+"""Modules of the benchmarks, by subject."""
 
 
-def _named(kind: str) -> dict[str, Callable[[], list[Row]]]:
-    modules = (module for group in GROUPS.values() for module in group)
-    return {run.__name__: run for module in modules for run in getattr(module, kind, ())}
+def _in_order(benchmarks: list[Callable[..., Rows]]) -> dict[str, Callable[..., Rows]]:
+    """By name, in the order of the groups."""
+    names = [module.__name__ for group in GROUPS.values() for module in group]
+    return {
+        run.__name__: run for run in sorted(benchmarks, key=lambda r: names.index(r.__module__))
+    }
 
 
-BENCHMARKS = _named("BENCHMARKS")
-FULL = _named("HEAVY")
-"""Benchmarks that take more than a few seconds each, run on request only.
-
-The last one takes about half an hour, the others some minutes."""
+BENCHMARKS = _in_order(REGISTERED)
+FULL = _in_order(HEAVY)
+"""The last one takes about half an hour, the others some minutes."""
 
 
 def verify(only: str | None = None, json_file: Path | None = None, full: bool = False) -> list[Row]:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import SupportsFloat
+from typing import Concatenate, ParamSpec
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
+
+Parameters = ParamSpec("Parameters")
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ class Row:
 
 
 class Rows(list[Row]):
-    """The table of a benchmark, written line by line.
+    """The table of a benchmark, written line by line or column by column.
 
     Args:
         name: The benchmark, in lines that say no other.
@@ -79,39 +83,40 @@ class Rows(list[Row]):
         where: Ends the quantity of the lines that follow, after a comma.
     """
 
-    def __init__(self, name: str, source: str = "") -> None:
+    def __init__(self, name: str = "", source: str = "") -> None:
         super().__init__()
         self.name, self.source, self.where = name, source, ""
 
     def add(
         self,
-        quantity: str,
-        reference: SupportsFloat,
-        computed: SupportsFloat,
-        unit: str,
-        tolerance: float,
-        source: str | None = None,
+        quantity: str | Sequence[str],
+        reference: ArrayLike,
+        computed: ArrayLike,
+        unit: str | Sequence[str],
+        tolerance: ArrayLike,
+        source: str | Sequence[str] | None = None,
         *,
-        name: str | None = None,
         absolute: bool = False,
     ) -> None:
-        """Write a line, with the arguments of `Row`; the error of a zero is absolute."""
-        name, source = name or self.name, source or self.source
-        quantity = f"{quantity}, {self.where}" if self.where else quantity
-        wanted, found = float(reference), float(computed)
-        absolute = absolute or wanted == 0.0
-        self.append(Row(name, quantity, wanted, found, unit, tolerance, source, absolute))
+        """Write a line, or one for each entry of the arguments of `Row`, which broadcast.
+
+        The error of a zero is absolute.
+        """
+        values = quantity, reference, computed, unit, tolerance, source or self.source
+        columns = (column.ravel().tolist() for column in np.broadcast_arrays(*values))
+        for what, wanted, found, measure, allowed, origin in zip(*columns, strict=True):
+            what = f"{what}, {self.where}" if self.where else what
+            numbers = float(wanted), float(found), measure, float(allowed)
+            self.append(Row(self.name, what, *numbers, origin, absolute or wanted == 0.0))
 
     def order(
         self,
         quantity: str,
         bound: float,
-        sizes: NDArray[np.float64],
-        errors: NDArray[np.float64],
+        sizes: ArrayLike,
+        errors: ArrayLike,
         source: str,
         margin: float = 0.1,
-        *,
-        name: str | None = None,
     ) -> None:
         """Write a line of a fitted order of convergence against a lower bound from theory.
 
@@ -122,14 +127,37 @@ class Rows(list[Row]):
             errors: Errors with them.
             source: Where the bound comes from.
             margin: What may be missing to the bound in a fit over these sizes.
-            name: The benchmark, where it is another one.
         """
         quantity = f"fitted order of {quantity}, at least {bound:g}"
         order = fitted_order(sizes, errors)
-        row = Row(name or self.name, quantity, bound, order, "-", margin, source, at_least=True)
-        self.append(row)
+        self.append(Row(self.name, quantity, bound, order, "-", margin, source, at_least=True))
 
 
-def fitted_order(sizes: NDArray[np.float64], errors: NDArray[np.float64]) -> float:
+def fitted_order(sizes: ArrayLike, errors: ArrayLike) -> float:
     """Slope of log(error) over log(size)."""
     return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
+
+
+REGISTERED: list[Callable[..., Rows]] = []
+HEAVY: list[Callable[..., Rows]] = []
+"""Those that take more than a few seconds each, run on request only."""
+
+
+def benchmark(
+    name: str = "", source: str = "", *, heavy: bool = False
+) -> Callable[[Callable[Concatenate[Rows, Parameters], None]], Callable[Parameters, Rows]]:
+    """Register a function that writes rows: called, it gives the table of this name and source."""
+
+    def register(
+        write: Callable[Concatenate[Rows, Parameters], None],
+    ) -> Callable[Parameters, Rows]:
+        @functools.wraps(write)
+        def run(*arguments: Parameters.args, **options: Parameters.kwargs) -> Rows:
+            rows = Rows(name, source)
+            write(rows, *arguments, **options)
+            return rows
+
+        (HEAVY if heavy else REGISTERED).append(run)
+        return run
+
+    return register

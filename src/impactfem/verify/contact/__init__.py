@@ -21,12 +21,12 @@ def collision(
     phase: float = 0.0,
     update: Update = "implicit",
 ) -> Response:
-    """Two free masses, 1 towards 2 at rest, followed until the law has let them go.
+    """Two free masses [kg], 1 towards 2 at rest, followed until the law has let them go.
 
     Args:
         law: The contact law.
-        m1: First mass [kg].
-        m2: Second mass [kg].
+        m1: First mass.
+        m2: Second mass.
         speed: Speed of approach [m/s].
         dt: Time step [s].
         phase: Part of a step after which the gap closes, 0 to 1 [-].

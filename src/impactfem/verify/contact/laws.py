@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactfem.coupling import contact
 from impactfem.coupling import restitution as relation
@@ -13,7 +14,9 @@ from impactfem.dynamics.damping import UNDAMPED
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, build_stick, mass_on_spring
 from impactfem.verify.contact import against_wall, collision
-from impactfem.verify.row import Row, Rows, fitted_order
+from impactfem.verify.row import Rows, benchmark, fitted_order
+
+Array = NDArray[np.float64]
 
 STEPS = 800
 """Time steps of an impact."""
@@ -28,7 +31,11 @@ second order, (π/800)² = 1.5e-5. Without damping nothing is lost but by terms 
 (π/800)⁴ = 2e-10. Jankowski's begins as p^0.25: order 1.25, 800^-1.25 = 2e-4."""
 
 
-def shock_on_wall() -> list[Row]:
+@benchmark(
+    "SDND101 shock on a wall",
+    "code_aster validation manual V5.01.101 (SDND101) and its closed form",
+)
+def shock_on_wall(rows: Rows) -> None:
     """SDND101: m = 100 kg on k = 1e4 N/m hits a wall of 1e6 N/m at 1 m/s, undamped, no gap.
 
     With Ω = √((k + K)/m): F = K v₀/Ω, half a period π/Ω in contact, impulse 2 K v₀/Ω², and the
@@ -39,18 +46,16 @@ def shock_on_wall() -> list[Row]:
     m, k, K, v0 = 100.0, 1e4, 1e6, 1.0
     law = contact.kelvin_voigt(K, 0.0, m)
     first, second = impacts(against_wall(mass_on_spring("m", m, k), law, 0.0, v0, 1e-5, 40001))[:2]
-    source = "code_aster validation manual V5.01.101 (SDND101) and its closed form"
-    rows = Rows("SDND101 shock on a wall", source)
     rows.add("largest force", 9950.3719, first.peak_force, "N", 1e-6)
     rows.add("time of the largest force", 0.0156298, first.peak_time, "s", 7e-4)
     rows.add("duration of contact", 0.0312594, first.duration, "s", 1e-4)
     rows.add("impulse", 198.0198, first.impulse, "N s", 1e-6)
     rows.add("rebound speed", 1.0, first.separation, "m/s", 1e-6)
     rows.add("time of the second largest force", 0.36105, second.peak_time, "s", 3e-5)
-    return rows
 
 
-def kelvin_voigt() -> list[Row]:
+@benchmark(source="closed form of the damped half-oscillation (Anagnostopoulos 1988)")
+def kelvin_voigt(rows: Rows) -> None:
     """A free floor of 3014 t at 0.163 m/s against a wall with K = 1e11 N/m and ξ = 0.12.
 
     x = (v₀/Ω_D) exp(-ξΩt) sin Ω_D t; the force at onset is C v₀, at release -C ε v₀. The contact
@@ -59,28 +64,30 @@ def kelvin_voigt() -> list[Row]:
     and the first one is a step after onset, ΩΔt/2ξ = 3.3e-3 above.
     """
     K, xi, v0, steps = 1e11, 0.12, 0.163, 4000
-    rows = Rows("", "closed form of the damped half-oscillation (Anagnostopoulos 1988)")
-    for m, label in ((3014e3, "3014 t"), (1507e3, "1507 t"), (787e3, "787 t")):
+    for m in (3014e3, 1507e3, 787e3):
         law = contact.kelvin_voigt(K, xi, m)
-        dt, second = law.duration(v0) / steps, (np.pi / steps) ** 2
-        response = against_wall(mass_on_spring("m", m, 0.0), law, 0.0, v0, dt, 2 * steps)
+        mass, dt, second = (
+            mass_on_spring("m", m, 0.0),
+            law.duration(v0) / steps,
+            (np.pi / steps) ** 2,
+        )
+        response = against_wall(mass, law, 0.0, v0, dt, 2 * steps)
         impact = impacts(response)[0]
-        omega = np.sqrt(K / m)
-        omega_d = omega * np.sqrt(1.0 - xi**2)
+        omega, omega_d = np.sqrt(K / m), np.sqrt(K / m * (1.0 - xi**2))
         t = np.linspace(0.0, np.pi / omega_d, 2_000_001)
         decay = v0 * np.exp(-xi * omega * t)
         x = decay / omega_d * np.sin(omega_d * t)
         v = decay * (np.cos(omega_d * t) - xi * omega / omega_d * np.sin(omega_d * t))
-        F, onset = K * x + law.parameters[1] * v, response.force[impact.first, 0]
-        rows.name = f"Kelvin-Voigt impact, {label}"
+        F, first = K * x + law.parameters[1] * v, response.force[impact.first, 0]
+        rows.name = f"Kelvin-Voigt impact, {m / 1e3:g} t"
         rows.add("largest force", F.max(), impact.peak_force, "N", 2e-4)
         rows.add("duration", t[-1], impact.duration, "s", second)
         rows.add("restitution", -v[-1] / v0, impact.restitution, "-", second)
-        rows.add("force at onset", F[0], onset, "N", 4e-3)
-    return rows
+        rows.add("force at onset", F[0], first, "N", 4e-3)
 
 
-def restitution() -> list[Row]:
+@benchmark(source="paper, equation 4")
+def restitution(rows: Rows) -> None:
     """Restitution asked of the law and obtained by collisions of two floors.
 
     The gap closes somewhere inside a step, and a law that jumps there is off by a part of that
@@ -89,19 +96,21 @@ def restitution() -> list[Row]:
     -K Δt: the reference is what one expects then, ξ_c less K Δt / (2 √(K m)).
     """
     m1, m2, K = 1574e3, 3014e3, 1e11
-    mass = m1 * m2 / (m1 + m2)
-    rows = Rows("", "paper, equation 4")
     for epsilon in (0.414, 0.687, 0.891):
         for tension in (True, False):
             xi = relation.kelvin_voigt_xi(epsilon, tension=tension)
-            law = contact.kelvin_voigt(K, xi, mass, tension=tension)
+            law = contact.kelvin_voigt(K, xi, m1 * m2 / (m1 + m2), tension=tension)
             source = rows.source if tension else "Schwager and Pöschel 2007, Granular Matter 9"
             rows.name = f"restitution {'with' if tension else 'without'} tension"
             for steps, tolerance in ((16, 0.01), (100, 5e-4)):
                 quantity = f"ε = {epsilon}, mean with {steps} steps an impact"
-                found = _mean_restitution(law, m1, m2, law.duration(0.3) / steps, "implicit")
+                found = _mean("restitution", law, m1, m2, law.duration(0.3) / steps)
                 rows.add(quantity, epsilon, found, "-", tolerance, source)
     dt, xi = 16.79 / 50_000, 0.12
+    updates: tuple[tuple[Update, str], ...] = (
+        ("implicit", ""),
+        ("lagged", " with the damping of a force one step late"),
+    )
     for m1, m2, label in (
         (3014e3, 1e18, "floor of 3014 t against a wall"),
         (3014e3, 3014e3, "two floors of 3014 t"),
@@ -109,55 +118,47 @@ def restitution() -> list[Row]:
     ):
         mass = m1 * m2 / (m1 + m2)
         law = contact.kelvin_voigt(K, xi, mass)
-        behind = xi - K * dt / (2.0 * np.sqrt(K * mass))
-        cases: tuple[tuple[Update, float, str], ...] = (
-            ("implicit", xi, ""),
-            ("lagged", behind, " with the damping of a force one step late"),
-        )
-        for update, damping, late in cases:
-            rows.name = f"restitution, {update} force"
-            quantity, epsilon = f"{label}, ξ = 0.12, step 0.3358 ms", relation.kelvin_voigt(damping)
-            found = _mean_restitution(law, m1, m2, dt, update)
-            rows.add(quantity, epsilon, found, "-", 2e-3, rows.source + late)
-    return rows
+        for update, late in updates:
+            damping = xi - K * dt / (2.0 * np.sqrt(K * mass)) if late else xi
+            rows.name, quantity = (
+                f"restitution, {update} force",
+                f"{label}, ξ = 0.12, step 0.3358 ms",
+            )
+            found = _mean("restitution", law, m1, m2, dt, update)
+            expected = relation.kelvin_voigt(damping)
+            rows.add(quantity, expected, found, "-", 2e-3, rows.source + late)
 
 
-def _mean_restitution(law: Law, m1: float, m2: float, dt: float, update: Update) -> float:
-    """Mean over 32 places of the step where the gap closes."""
-    found = [
-        impacts(collision(law, m1, m2, 0.3, dt, phase=phase, update=update))[0].restitution
-        for phase in (np.arange(32) + 0.5) / 32.0
-    ]
-    return float(np.mean(found))
+def _mean(
+    what: str, law: Law, m1: float, m2: float, dt: float, update: Update = "implicit"
+) -> float:
+    """Mean size of a value of the impact at 0.3 m/s, over 32 places of a step where it begins."""
+    phases = (np.arange(32) + 0.5) / 32.0
+    responses = (collision(law, m1, m2, 0.3, dt, phase=p, update=update) for p in phases)
+    return float(np.mean([abs(getattr(impacts(found)[0], what)) for found in responses]))
 
 
-def contact_energy() -> list[Row]:
+@benchmark("contact energy defect", "Taylor expansion of the work in the step where the gap closes")
+def contact_energy(rows: Rows) -> None:
     """Energy that the time stepping loses or adds in contact: its fitted order in the step.
 
     An elastic contact leaves ½ K p₁ |p₀| where the gap closes inside a step, second order; the
     force of Kelvin-Voigt jumps there and leaves a part of Δt C v₀², first order. The mean of the
     size is taken over the place in the step where the gap closes.
     """
-    m, K, v0 = 1507e3, 1e11, 0.3
-    source = "Taylor expansion of the work in the step where the gap closes"
-    rows = Rows("contact energy defect", source)
+    m, K = 1507e3, 1e11
     # Not a whole number of steps an impact: its end would fall on the phase of its start.
     counts = np.array([20, 40, 80, 160, 320]) + 1.0 / np.pi
     for xi, expected, label in ((0.0, 2.0, "elastic"), (0.12, 1.0, "Kelvin-Voigt")):
         law = contact.kelvin_voigt(K, xi, m)
-        defects = []
-        for dt in law.duration(v0) / counts:
-            found = [
-                abs(impacts(collision(law, 2.0 * m, 2.0 * m, v0, dt, phase=phase))[0].defect)
-                for phase in (np.arange(32) + 0.5) / 32.0
-            ]
-            defects.append(np.mean(found) / (0.5 * m * v0**2))
-        order = fitted_order(1.0 / counts, np.array(defects))
+        steps = law.duration(0.3) / counts
+        defects = [_mean("defect", law, 2.0 * m, 2.0 * m, dt) for dt in steps]
+        order = fitted_order(1.0 / counts, defects)
         rows.add(f"fitted order in the step, {label}", expected, order, "-", 0.05, absolute=True)
-    return rows
 
 
-def contact_laws() -> list[Row]:
+@benchmark()
+def contact_laws(rows: Rows) -> None:
     """Each law's restitution by the program's collision, against the law's own closed relation.
 
     The published relations of Hertz-damp and Hunt-Crossley hold for ε near 1: at 0.414 they return
@@ -171,7 +172,6 @@ def contact_laws() -> list[Row]:
     """
     K, m1, m2, speed = 2.75e9, 1574e3, 3014e3, 0.3
     mass = m1 * m2 / (m1 + m2)
-    rows = Rows("")
 
     def collide(law: Law, quantity: str, reference: float, source: str) -> None:
         dt = law.duration(speed) / STEPS
@@ -192,28 +192,28 @@ def contact_laws() -> list[Row]:
             ):
                 law = make(K, asked, mass, exact=exact)
                 collide(law, quantity, asked if exact else law.epsilon, source)
+
     # What happens at onset, from collisions in very short steps; the gap closes half a step early.
-    early, late = 20, 200
-    rows.name = "force at onset"
-    for law, power, allowed in (
-        (contact.kelvin_voigt(1e11, 0.12, mass), None, 1e-8),
-        (contact.hertz_damp(K, 0.65, mass), 1.5, 1e-5),
-        (contact.jankowski(K, 0.65, mass), 0.25, 5e-3),
-    ):
+    def onset(law: Law) -> Array:
         F = collision(law, m1, m2, speed, 1e-5 * law.duration(speed), phase=0.5).force[:, 0]
-        F = F[np.flatnonzero(F)[0] :]
-        if power is None:
-            jump, source = 2.0 * 0.12 * np.sqrt(1e11 * mass) * speed, "C v₀ with C = 2 ξ √(K m)"
-            rows.add(f"{law.name}, the jump", jump, 1.5 * F[0] - 0.5 * F[1], "N", allowed, source)
-        else:
-            growth = np.log(F[late] / F[early]) / np.log((late + 0.5) / (early + 0.5))
-            source = "no jump: F ~ K p^1.5, or 2 ξ √(K m) p^0.25 v₀, with p = v₀ t"
-            quantity = f"{law.name}, power of the time with which it grows"
-            rows.add(quantity, power, growth, "-", allowed, source)
-    return rows
+        return F[np.flatnonzero(F)[0] :]
+
+    rows.name = "force at onset"
+    law = contact.kelvin_voigt(1e11, 0.12, mass)
+    F, jump = onset(law), 2.0 * 0.12 * np.sqrt(1e11 * mass) * speed
+    source = "C v₀ with C = 2 ξ √(K m)"
+    rows.add(f"{law.name}, the jump", jump, 1.5 * F[0] - 0.5 * F[1], "N", 1e-8, source)
+    early, late = 20, 200
+    source = "no jump: F ~ K p^1.5, or 2 ξ √(K m) p^0.25 v₀, with p = v₀ t"
+    for make, power, allowed in ((contact.hertz_damp, 1.5, 1e-5), (contact.jankowski, 0.25, 5e-3)):
+        F = onset(make(K, 0.65, mass))
+        growth = np.log(F[late] / F[early]) / np.log((late + 0.5) / (early + 0.5))
+        quantity = f"{make(K, 0.65, mass).name}, power of the time with which it grows"
+        rows.add(quantity, power, growth, "-", allowed, source)
 
 
-def impacting_bar() -> list[Row]:
+@benchmark("impacting bar", "closed form of the elastic bar; Siconos, example ImpactingBar")
+def impacting_bar(rows: Rows) -> None:
     """A steel bar of 1 m flies at 0.1 m/s against a rigid wall (Siconos' example ImpactingBar).
 
     A compression wave runs through the bar and back: F = ρ c S v₀ for 2 L / c, impulse 2 m v₀,
@@ -227,10 +227,10 @@ def impacting_bar() -> list[Row]:
     section = Section(E, E / 2.6, S, S, S, 1e-8, 1e-8, 1e-8)
     loose = Section(E * 1e-12, E, S * 1e-6, S, S, 1e-8, 1e-8, 1e-8)
     ends = rho * S * h / 2.0
-    floors = []
-    for k in range(n + 1):
-        mass = ends if k in (0, n) else 2.0 * ends
-        floors.append(Floor(k + 1, mass, (1e-3,) * 3, h, section if k else loose, UNDAMPED))
+    floors = [
+        Floor(k + 1, m, (1e-3,) * 3, h, section if k else loose, UNDAMPED)
+        for k, m in enumerate([ends, *[2.0 * ends] * (n - 1), ends])
+    ]
     bar = build_stick("bar", floors)
     law = contact.kelvin_voigt(0.5 * E * S / h, 0.0, ends, tension=False)
     end = End("bar", n, (0.0, 0.0, 0.0), n + 1)
@@ -246,12 +246,7 @@ def impacting_bar() -> list[Row]:
     impulse = float(np.sum(F) * dt)
     masses = np.diag(bar.M)[2::6]
     rebound = -float(masses @ response.v[-1, 2::6] / masses.sum())
-    rows = Rows("impacting bar", "closed form of the elastic bar; Siconos, example ImpactingBar")
     rows.add("mean force", rho * c * S * v0, impulse / duration, "N", 0.01)
     rows.add("duration", 2.0 * L / c, duration, "s", 0.01)
     rows.add("impulse", 2.0 * rho * S * L * v0, impulse, "N s", 5e-3)
     rows.add("speed of the mass centre after", v0, rebound, "m/s", 0.01)
-    return rows
-
-
-BENCHMARKS = (shock_on_wall, kelvin_voigt, restitution, contact_energy, contact_laws, impacting_bar)

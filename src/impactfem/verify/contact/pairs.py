@@ -19,39 +19,36 @@ from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Stick, build_stick, mass_on_spring
 from impactfem.system.files import in_source_tree
 from impactfem.verify.contact import Y
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 
 Array = NDArray[np.float64]
 
 
-def eccentric_pair() -> list[Row]:
+@benchmark("eccentric impact", "impulse and angular momentum of a rigid body")
+def eccentric_pair(rows: Rows) -> None:
     """A free floor (3014 t, J_z = 6.3e8 kg m²) hits a wall 15 m off its mass centre.
 
     With m = 1/(1/M + e²/J): impulse P = (1 + ε) m v, spin e P / J after. The contact begins at a
     time step, so that 2000 steps an impact are right to (π/2000)², 2.5e-6.
     """
-    M, J, e, v, xi = 3014e3, 6.3e8, 15.0, 0.2, 0.12
+    M, J, e, v = 3014e3, 6.3e8, 15.0, 0.2
     floor = mass_on_spring("floor", M, 0.0)
-    inertia = floor.M.copy()
-    inertia[5, 5] = J
-    floor = replace(floor, M=inertia)
-    offset = (e, 0.0, 0.0)
+    floor = replace(floor, M=np.diag([*np.diag(floor.M)[:5], J]))
+    offset, steps, effective = (e, 0.0, 0.0), 2000, 1.0 / (1.0 / M + e**2 / J)
     mass = floor.point_mass(0, offset, Y)
-    law = kelvin_voigt(1e11, xi, mass)
+    law = kelvin_voigt(1e11, 0.12, mass)
     pair = Pair("wall", End("floor", 0, offset, 1), None, Y, 0.0, law)
-    system, start, steps = System((floor,), (pair,)), v * np.eye(6)[1], 2000
     dt, allowed = law.duration(v) / steps, (np.pi / steps) ** 2
-    response = simulate(system, np.zeros((2300, 3)), dt, v0=start)
-    impact = impacts(response)[0]
-    P = (1.0 + law.epsilon) * v / (1.0 / M + e**2 / J)
-    rows = Rows("eccentric impact", "impulse and angular momentum of a rigid body")
-    rows.add("effective mass", 1.0 / (1.0 / M + e**2 / J), mass, "kg", 1e-12)
-    rows.add("impulse", P, impact.impulse, "N s", allowed)
+    ground, start = np.zeros((2300, 3)), v * np.eye(6)[1]
+    response = simulate(System((floor,), (pair,)), ground, dt, v0=start)
+    P = (1.0 + law.epsilon) * v * effective
+    rows.add("effective mass", effective, mass, "kg", 1e-12)
+    rows.add("impulse", P, impacts(response)[0].impulse, "N s", allowed)
     rows.add("spin after", -e * P / J, response.v[-1, 5], "rad/s", allowed)
-    return rows
 
 
-def storey_pair() -> list[Row]:
+@benchmark("pair inside a storey", "statics of the two sticks and the contact spring")
+def storey_pair(rows: Rows) -> None:
     """A floor leans on the middle of a storey of its neighbour, pushed slowly by the ground.
 
     At the end F = (approach - g) / (1/K + c_a + c_b), where the approach is that of the buildings
@@ -72,12 +69,11 @@ def storey_pair() -> list[Row]:
     flexibility = np.linalg.inv(system.K)
     free = -float(j @ flexibility @ system.M @ system.ground[:, 1]) * acceleration
     force = (-free - gap) / (1.0 / K + float(j @ flexibility @ j))
-    rows = Rows("pair inside a storey", "statics of the two sticks and the contact spring")
     rows.add("force at rest", force, response.force[-1, 0], "N", 1e-10)
-    return rows
 
 
-def three_buildings() -> list[Row]:
+@benchmark("three in a row", "collisions of equal elastic masses; symmetry")
+def three_buildings(rows: Rows) -> None:
     """Three equal free floors, elastic contact, gaps between: the first hits, the last flies off.
 
     Two collisions of equal masses hand the speed on. Then the outer two move towards the middle one
@@ -85,32 +81,27 @@ def three_buildings() -> list[Row]:
     gap closes inside a step, at most (ΩΔt)²/4 of the energy and half of that in the speed: with
     400 steps an impact, and two of them, (π/400)²/4 = 1.5e-5.
     """
-    m, v = 2000e3, 0.25
-    sticks = tuple(mass_on_spring(name, m, 0.0) for name in "abc")
+    m, v, gap, steps = 2000e3, 0.25, 0.01, 400
+    a, b, c = (mass_on_spring(name, m, 0.0) for name in "abc")
     law = kelvin_voigt(1e11, 0.0, m / 2.0)
     pairs = tuple(
-        Pair(f"{p}-{q}", End(p, 0, (0.0,) * 3, 1), End(q, 0, (0.0,) * 3, 1), Y, 0.01, law)
-        for p, q in ("ab", "bc")
+        Pair(f"{p.name}-{q.name}", End.of_floor(p, 1), End.of_floor(q, 1), Y, gap, law)
+        for p, q in ((a, b), (b, c))
     )
-    system = System(sticks, pairs)
-    steps = 400
+    system = System((a, b, c), pairs)
     dt, allowed = law.duration(v) / steps, 0.25 * (np.pi / steps) ** 2
-    n_t = int(3.5 * 0.01 / v / dt)
-    start = np.zeros(18)
-    start[1] = v
-    handed = simulate(system, np.zeros((n_t, 3)), dt, v0=start)
-    start[1], start[13] = v, -v
-    mirrored = simulate(system, np.zeros((n_t, 3)), dt, v0=start)
-    rows = Rows("three in a row", "collisions of equal elastic masses; symmetry")
+    ground, unit = np.zeros((int(3.5 * gap / v / dt), 3)), np.eye(18)
+    handed = simulate(system, ground, dt, v0=v * unit[1])
+    mirrored = simulate(system, ground, dt, v0=v * (unit[1] - unit[13]))
     rows.add("speed of the last one", v, handed.v[-1, 13], "m/s", allowed)
     rows.add("speed of the first one", 0.0, handed.v[-1, 1], "m/s", allowed * v)
     between = np.abs(mirrored.u[:, 7]).max()
     rows.add("motion of the middle one between two mirrored ones", 0.0, between, "m", 1e-15)
     rows.add("rebound of the mirrored ones", v, mirrored.v[-1, 13], "m/s", allowed)
-    return rows
 
 
-def missing_pair() -> list[Row]:
+@benchmark(source="closed form of undamped oscillators on Timoshenko cantilevers")
+def missing_pair(rows: Rows) -> None:
     """A row A, B, C of masses on columns under a sine of the ground; B and C are in no pair.
 
     A column of the height h carries the mass m; its lower part l = h − r bends and shears, the
@@ -125,7 +116,6 @@ def missing_pair() -> list[Row]:
     longer by (ωΔt)²/12, less than 2e-6, over twenty of them: 3e-4 of the displacements of at most
     6 cm are 20 μm.
     """
-    rows = Rows("", "closed form of undamped oscillators on Timoshenko cantilevers")
     gap, z, time = 0.03, 1.3, 2.5e-4 * np.arange(20001)
     a, Ω = 2.0, 2.0 * np.pi * 1.3
     ground = np.zeros((len(time), 3))
@@ -141,52 +131,44 @@ def missing_pair() -> list[Row]:
         if height == z:
             column = listed.buildings[1]
             b *= _flexibility(column, z) / _flexibility(column, 3.0)
+        quantities = [f"places in no pair, with the pair {word}" for word in ("missing", "listed")]
+        places = [len(found), len(facing_floors(listed).pairs)]
+        rows.add(quantities, [1, 0], places, "-", 0.0, "the row as it is made", absolute=True)
         distance = gap + c - b
-        for word, number, places in (
-            ("missing", 1.0, found),
-            ("listed", 0.0, facing_floors(listed).pairs),
-        ):
-            quantity, source = f"places in no pair, with the pair {word}", "the row as it is made"
-            rows.add(quantity, number, len(places), "-", 0.0, source, absolute=True)
         smallest = distance.min()
         rows.add("smallest distance", smallest, nearest.distance, "m", 2e-5, absolute=True)
         rows.add("its time", time[distance.argmin()], nearest.time, "s", 1e-3)
-    return rows
 
 
 def _row_of_three(height: float, gap: float) -> Case:
     """Three undamped masses on columns, C of a height [m]; A and B, B and C in a pair each."""
     case = load_case(in_source_tree("geometry/row_of_three.toml"))
-    size, apart = 10.0, (0.5, gap)
+    size, apart, level = 10.0, (0.5, gap), height == 3.0
     axes = (0.0, size + apart[0], 2.0 * size + sum(apart))
     undamped = Damping(mass_coefficient=0.0, stiffness_coefficient=0.0)
-    columns = ((3.0, 0.0374), (3.0, 0.004), (height, 0.009 if height == 3.0 else 0.003))
+    columns = ((3.0, 0.0374), (3.0, 0.004), (height, 0.009 if level else 0.003))
     buildings = []
     for building, y, (h, Avy) in zip(case.buildings, axes, columns, strict=True):
         keys = {"mass": 150e3, "Jx": 1.0, "Jy": 1.0, "Jz": 1.0, "Ix": 0.5, "Avy": Avy}
         heights = dict.fromkeys(("storey_height", "storey_height_min", "storey_height_max"), h)
         floor = building.floors[0].model_copy(update=keys | heights)
-        plan = {"axis": (0.0, y), "length": size, "width": size}
-        update = plan | {"floors": (floor,), "damping": undamped}
-        buildings.append(building.model_copy(update=update))
-    contacts = tuple(
-        case.contacts[0].model_copy(
-            update={"name": f"{p}-{q}", "a": _edge(p, 5.0), "b": _edge(q, -5.0), "gap": d}
-        )
-        for p, q, d in zip("AB", "BC", apart, strict=True)
-    )
-    if height != 3.0:
-        b = ContactPoint(
-            building="B", floor=None, storey=1, relative_height=0.5, offset=(0.0, 5.0, 0.0)
-        )
-        contacts = (contacts[0], contacts[1].model_copy(update={"a": b}))
-    return case.model_copy(update={"buildings": tuple(buildings), "contacts": contacts})
+        update = {"axis": (0.0, y), "length": size, "width": size, "damping": undamped}
+        buildings.append(building.model_copy(update=update | {"floors": (floor,)}))
 
+    def edge(building: str, y: float) -> ContactPoint:
+        offset = (0.0, y, 0.0)
+        return ContactPoint(
+            building=building, floor=1, storey=None, relative_height=None, offset=offset
+        )
 
-def _edge(building: str, offset: float) -> ContactPoint:
-    return ContactPoint(
-        building=building, floor=1, storey=None, relative_height=None, offset=(0.0, offset, 0.0)
-    )
+    b = edge("B", 5.0)
+    if not level:
+        b = b.model_copy(update={"floor": None, "storey": 1, "relative_height": 0.5})
+    contacts = []
+    for p, q, d in ((edge("A", 5.0), edge("B", -5.0), apart[0]), (b, edge("C", -5.0), gap)):
+        update = {"name": f"{p.building}-{q.building}", "a": p, "b": q, "gap": d}
+        contacts.append(case.contacts[0].model_copy(update=update))
+    return case.model_copy(update={"buildings": tuple(buildings), "contacts": tuple(contacts)})
 
 
 def _flexibility(building: Building, z: float) -> float:
@@ -216,6 +198,3 @@ def _tower(name: str, heights: tuple[float, ...], points: tuple[tuple[int, float
         for k, height in enumerate(heights)
     ]
     return build_stick(name, floors, storey_points=points)
-
-
-BENCHMARKS = (eccentric_pair, storey_pair, three_buildings, missing_pair)

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from impactfem.coupling.unilateral import (
     ContactHistory,
     ModalMotion,
+    Motion,
     body_before_walls,
     unilateral_response,
 )
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 
 Array = NDArray[np.float64]
 
@@ -40,6 +41,7 @@ which a rule of second order makes an error of (1/200)² or so; ε counts it mor
 DAMPINGS = (0.02, 0.05)
 """β over the time of contact of the undamped bar: ε = 0.78 and 0.65."""
 TERMS = 3000
+ACARY = "Acary, ZAMM 96 (2016) 585: Moreau's stepping dissipates"
 
 MASS, INERTIA = 2.0, 0.3
 """Of the block [kg, kg m2]."""
@@ -72,38 +74,33 @@ class Impact:
         return self.impulse / (BAR * V0) - 1.0
 
 
-def unilateral_bar() -> list[Row]:
+@benchmark("unilateral bar", "closed form (d'Alembert); Siconos, example ImpactingBar")
+def unilateral_bar(rows: Rows) -> None:
     """The undamped bar: F = ρ c S v₀ for 2L/c, then it flies back with all of its speed.
 
     Each end of the contact is known to a step: the duration to two of the 1600 steps.
     """
-    source = "closed form (d'Alembert); Siconos, example ImpactingBar"
-    rows = Rows("unilateral bar", source)
     _impact_rows(rows, 0.0, Impact(CONTACT, 2.0 * BAR * V0), ELASTIC)
-    return rows
 
 
-def unilateral_damped_bar() -> list[Row]:
+@benchmark(source="series of modes of the bar held at the wall, until its force there is zero")
+def unilateral_damped_bar(rows: Rows) -> None:
     """Bars with C = β K, against the series of the bar whose end is held while it is in contact.
 
     The duration is known to two steps, as without damping, and so is the mean force; impulse and ε
     are not counted in steps.
     """
-    rows = Rows("", "series of modes of the bar held at the wall, until its force there is zero")
     for share in DAMPINGS:
         rows.name, beta = f"unilateral bar, β c/2L = {share}", share * CONTACT
         _impact_rows(rows, beta, held_bar(beta), DAMPED)
-    return rows
 
 
 def _impact_rows(rows: Rows, beta: float, exact: Impact, allowed: float) -> None:
     counted = 2.0 * _step(ELEMENTS) / exact.duration
-    acary = "Acary, ZAMM 96 (2016) 585: Moreau's stepping dissipates"
     for solver, run in SOLVERS.items():
         history = run(ELEMENTS, beta)
         found, coarse = impact_of(history), impact_of(run(ELEMENTS // 4, beta))
         better = abs(found.impulse - exact.impulse) / abs(coarse.impulse - exact.impulse)
-        coarser = "error of the impulse over that of a mesh and a step four times as coarse"
         pushed = np.flatnonzero(history.impulse[:, 0])
         missing = pushed[-1] - pushed[0] + 1 - pushed.size
         energy, left = history.energy, history.residual.max()
@@ -112,12 +109,15 @@ def _impact_rows(rows: Rows, beta: float, exact: Impact, allowed: float) -> None
         rows.add("duration", exact.duration, found.duration, "s", counted)
         rows.add("impulse", exact.impulse, found.impulse, "N s", allowed)
         rows.add("ε by the impulse", exact.epsilon, found.epsilon, "-", allowed)
+        coarser = "error of the impulse over that of a mesh and a step four times as coarse"
         rows.add(coarser, 0.0, better, "-", 0.5, "the method converges")
-        rows.add("steps without a force during the contact", 0.0, missing, "-", 0.0, "one contact")
-        rows.add("energy gained in contact, over all", 0.0, energy.gained, "-", 1e-12, acary)
-        exactly = "exact for the rule"
-        rows.add("residual of the energy identity", 0.0, energy.residual, "-", 1e-9, exactly)
-        rows.add("residual of complementarity", 0.0, left, "-", 1e-9, "exact solution")
+        for quantity, value, most, source in (
+            ("steps without a force during the contact", missing, 0.0, "one contact"),
+            ("energy gained in contact, over all", energy.gained, 1e-12, ACARY),
+            ("residual of the energy identity", energy.residual, 1e-9, "exact for the rule"),
+            ("residual of complementarity", left, 1e-9, "exact solution"),
+        ):
+            rows.add(quantity, 0.0, value, "-", most, source)
 
 
 def held_bar(beta: float) -> Impact:
@@ -163,12 +163,11 @@ def bar_matrices(elements: int) -> tuple[scipy.sparse.csr_matrix, scipy.sparse.c
 
 def modal_bar(elements: int, beta: float) -> ContactHistory:
     """The impact by all modes of the bar."""
-    K, M = bar_matrices(elements)
-    values, shapes = scipy.linalg.eigh(K.toarray(), M.toarray())
-    momentum = shapes.T @ (M @ np.ones(len(values)))
-    values, wall = np.maximum(values, 0.0), shapes[:1].T
-    motion = ModalMotion(body_before_walls(values, wall, Rayleigh(beta=beta)), _step(elements))
-    return unilateral_response(motion, _gap(elements), _steps(elements), velocity=V0 * momentum)
+    K, M = (matrix.toarray() for matrix in bar_matrices(elements))
+    values, shapes = scipy.linalg.eigh(K, M)
+    bar = body_before_walls(np.maximum(values, 0.0), shapes[:1].T, Rayleigh(beta=beta))
+    motion = ModalMotion(bar, _step(elements))
+    return _flown(motion, elements, V0 * shapes.T @ M.sum(axis=1))
 
 
 def full_bar(elements: int, beta: float) -> ContactHistory:
@@ -183,9 +182,8 @@ def full_bar(elements: int, beta: float) -> ContactHistory:
     )
     n = K.getSize()[0]
     wall = scipy.sparse.csr_matrix(([1.0], ([0], [0])), shape=(n, 1))
-    start = np.full(n, V0)
     with FullMotion(K, M, wall, _step(elements), damping=Rayleigh(beta=beta)) as motion:
-        history = unilateral_response(motion, _gap(elements), _steps(elements), velocity=start)
+        history = _flown(motion, elements, np.full(n, V0))
     K.destroy()
     M.destroy()
     return history
@@ -206,18 +204,16 @@ def _step(elements: int) -> float:
     return COURANT * L / (2 * elements) / SPEED
 
 
-def _gap(elements: int) -> float:
-    # The end meets the wall inside a step, not at its end.
-    return 3.3 * V0 * _step(elements)
+def _flown(motion: Motion, elements: int, velocity: Array) -> ContactHistory:
+    """The bar meets the wall inside a step, not at its end."""
+    step = _step(elements)
+    gap, steps = 3.3 * V0 * step, round(1.5 * CONTACT / step)
+    return unilateral_response(motion, gap, steps, velocity=velocity)
 
 
-def _steps(elements: int) -> int:
-    return round(1.5 * CONTACT / _step(elements))
-
-
-def landing_block() -> list[Row]:
+@benchmark("landing block", "momentum of a rigid body, all sets of corners tried")
+def landing_block(rows: Rows) -> None:
     """Impulses and velocities of landings at once on both corners, and a series of bounces."""
-    rows = Rows("landing block", "momentum of a rigid body, all sets of corners tried")
     for name, corners, v0 in (
         ("flat on near corners", NEAR, np.array([-1.0, 0.0])),
         ("turning fast on near corners", NEAR, np.array([-1.0, 4.0])),
@@ -229,17 +225,25 @@ def landing_block() -> list[Row]:
             ("impulse on corner", "N s", impulse, history.impulse.sum(axis=0)),
             ("velocity afterwards", "m/s, rad/s", v1, history.velocity[-1]),
         ):
-            for k in range(2):
-                quantity = f"{name}: {what} {k + 1}"
-                rows.add(quantity, exact[k], computed[k], unit, 1e-10, absolute=True)
+            quantities = [f"{name}: {what} {k}" for k in (1, 2)]
+            rows.add(quantities, exact, computed, unit, 1e-10, absolute=True)
     end, e = 0.6, 0.8
     x, _, count = bounced(end, e)
-    found = stepped(end, e, 12000).displacement[-1]
+    # The same, step by step, from a tilted start above the ground.
+    steps, (x0, v0) = 12000, map(_modal, START)
+    found = unilateral_response(
+        _block(CORNERS, end / steps),
+        0.0,
+        steps,
+        displacement=x0,
+        velocity=v0,
+        amplitudes=np.ones((steps + 1, 1)),
+        restitution=e,
+    )
+    after = f"after {count} bounces with e = {e:g} under gravity"
     source = "flights and impacts in turn, each in closed form"
     for k, (what, unit) in enumerate((("height", "m"), ("rotation", "rad"))):
-        quantity = f"{what} after {count} bounces with e = {e:g} under gravity"
-        rows.add(quantity, x[k], found[k], unit, 0.005, source)
-    return rows
+        rows.add(f"{what} {after}", x[k], found.displacement[-1, k], unit, 0.005, source)
 
 
 def plastic_landing(corners: Array, v0: Array) -> tuple[Array, Array]:
@@ -264,23 +268,8 @@ def landed(corners: Array, v0: Array) -> ContactHistory:
     return unilateral_response(_block(corners, 1e-3), 0.0, 10, velocity=_modal(v0))
 
 
-def stepped(end: float, e: float, steps: int) -> ContactHistory:
-    """Bounces on the corners from a tilted start above the ground, step by step."""
-    x0, v0 = map(_modal, START)
-    weight = np.ones((steps + 1, 1))
-    return unilateral_response(
-        _block(CORNERS, end / steps),
-        0.0,
-        steps,
-        displacement=x0,
-        velocity=v0,
-        amplitudes=weight,
-        restitution=e,
-    )
-
-
 def bounced(end: float, e: float) -> tuple[Array, Array, int]:
-    """The same from impact to impact: position and velocity at the end, number of bounces.
+    """Bounces from impact to impact: position and velocity at the end, and their number.
 
     The end must come before the bounces, shorter and shorter, do.
     """
@@ -314,6 +303,3 @@ def _block(corners: Array, step: float) -> ModalMotion:
 
 def _modal(x: Array) -> Array:
     return np.asarray(np.sqrt([MASS, INERTIA]) * x, dtype=np.float64)
-
-
-BENCHMARKS = (unilateral_bar, unilateral_damped_bar, landing_block)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
+from numpy.typing import ArrayLike
 from scipy.signal import lsim
 
 from impactfem.device.anchor_force import anchor_force
@@ -14,7 +16,7 @@ from impactfem.device.models import from_matrices, on_springs
 from impactfem.device.modes import Target, device_modes, fit_device
 from impactfem.device.parts import BaseSprings, Beam, RigidBody, solid_cylinder
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 
 Array = npt.NDArray[np.float64]
 
@@ -47,7 +49,8 @@ def rigid_device(mass: float, inertia: float) -> Device:
     return on_springs("rigid pump", paper_springs(), body, PAPER_DAMPING)
 
 
-def device_table_6() -> list[Row]:
+@benchmark(source=PAPER)
+def device_table_6(rows: Rows) -> None:
     """Modes of the paper's device.
 
     The mass printed, 1500 kg, cannot carry effective masses of 1545.9 kg. As a rigid body with that
@@ -59,7 +62,6 @@ def device_table_6() -> list[Row]:
     base to mass centre that weighs the missing 45.9 kg, its bending stiffness alone gives all four
     values, to their printed digits.
     """
-    rows = Rows("device of the paper", PAPER)
     beam = fit_device(paper_device, {"bending": 1e8}, TABLE_6)
     rigid = fit_device(
         lambda inertia: rigid_device(WHOLE, inertia), {"inertia": 250.0}, TABLE_6, masses=False
@@ -74,21 +76,22 @@ def device_table_6() -> list[Row]:
             source = f"closed form; {left:+.1%} from the {published[k]:g} {unit} of table 6"
             for number, axis in ((2 * i + 1, "x"), (2 * i + 2, "y")):
                 quantity = f"{what} of mode {number}, along {axis}"
-                value = _mode_along(beam.device, axis, i)[k]
-                on_beam = f"{quantity}: 1500 kg on a beam of 45.9 kg"
-                rows.add(on_beam, published[k], value, unit, allowed)
-                value = _mode_along(rigid.device, axis, i)[k]
-                alone = f"{quantity}: rigid body of 1545.9 kg"
-                rows.add(alone, exact[k], value, unit, 1e-9, source, name=closed)
+                of_beam, alone = (_mode_along(d, axis, i)[k] for d in (beam.device, rigid.device))
+                words, rows.name = (
+                    f"{quantity}: 1500 kg on a beam of 45.9 kg",
+                    "device of the paper",
+                )
+                rows.add(words, published[k], of_beam, unit, allowed)
+                words, rows.name = f"{quantity}: rigid body of 1545.9 kg", closed
+                rows.add(words, exact[k], alone, unit, 1e-9, source)
     squares = (2.0 * np.pi * rigid.frequency) ** 2
-    rows.name, rows.source = closed, "determinant, trace and static reaction of the eigenproblem"
+    rows.source = "determinant, trace and static reaction of the eigenproblem"
     rows.add("ω₁² ω₂²", 1.4e8 * 3.0e7 / (m * J), squares.prod(), "SI", 1e-10)
     trace = m / 1.4e8 + (J + m * HEIGHT**2) / 3.0e7
     rows.add("1/ω₁² + 1/ω₂²", trace, np.sum(1.0 / squares), "SI", 1e-10)
     reaction = m**2 * (1.0 / 1.4e8 + HEIGHT**2 / 3.0e7)
     found = np.sum(rigid.effective_mass / squares)
     rows.add("m₁/ω₁² + m₂/ω₂²", reaction, found, "SI", 1e-10)
-    return rows
 
 
 def _mode_along(device: Device, axis: str, i: int) -> tuple[float, float]:
@@ -109,17 +112,14 @@ def rigid_modes(mass: float, inertia: float) -> tuple[tuple[float, float], tuple
     k, k_r = 1.4e8, 3.0e7
     a, b, c = mass * inertia, mass * k_r + (inertia + mass * HEIGHT**2) * k, k * k_r
     root = math.sqrt(b**2 - 4.0 * a * c)
-    first, second = (
-        (
-            math.sqrt(square) / (2.0 * math.pi),
-            mass**2 / (mass + inertia * ((1.0 - mass * square / k) / HEIGHT) ** 2),
-        )
-        for square in (2.0 * c / (b + root), (b + root) / (2.0 * a))
-    )
+    squares = np.array([2.0 * c / (b + root), (b + root) / (2.0 * a)])
+    carried = mass**2 / (mass + inertia * ((1.0 - mass * squares / k) / HEIGHT) ** 2)
+    first, second = zip(np.sqrt(squares) / (2.0 * math.pi), carried, strict=True)
     return first, second
 
 
-def device_sdll06() -> list[Row]:
+@benchmark("SDLL06 as a device", "code_aster validation manual V2.01.006 (SDLL06)")
+def device_sdll06(rows: Rows) -> None:
     """SDLL06 as a device: its force on the anchor is -m ω² x, ω = 30 rad/s, here with m = 2 kg.
 
     Allowed is a unit of the last digit that is printed.
@@ -133,19 +133,14 @@ def device_sdll06() -> list[Row]:
     )
     body = RigidBody.at_height(mass, 0.0, 1.0, 1.0, 1.0)
     force = anchor_force(on_springs("mass", springs, body, 0.0), motion, dt).force[1]
-    source = "code_aster validation manual V2.01.006 (SDLL06)"
-    rows = Rows("SDLL06 as a device", source)
-    for t, x, digit in (
-        (0.01, -6.510633e-5, 2e-7),
-        (0.02, -5.138627e-4, 2e-7),
-        (0.06, -6.7649559e-3, 6e-8),
-    ):
-        found = force[round(t / dt)]
-        rows.add(f"force on the anchor at {t} s", mass * omega**2 * x, found, "N", digit)
-    return rows
+    t, x = np.array([0.01, 0.02, 0.06]), np.array([-6.510633e-5, -5.138627e-4, -6.7649559e-3])
+    quantities = [f"force on the anchor at {at} s" for at in t]
+    found = force[np.rint(t / dt).astype(int)]
+    rows.add(quantities, mass * omega**2 * x, found, "N", [2e-7, 2e-7, 6e-8])
 
 
-def device_on_shaking_anchor() -> list[Row]:
+@benchmark("device on a shaking anchor", "exponential of the state matrix (scipy.signal.lsim)")
+def device_on_shaking_anchor(rows: Rows) -> None:
     """The paper's device under six components of noise, beside the state matrix of all its motions.
 
     `scipy.signal.lsim` steps ẋ = A x + B u exactly for u straight between samples, by the
@@ -165,37 +160,29 @@ def device_on_shaking_anchor() -> list[Row]:
     system = (A, B, out[:, : 2 * n], out[:, 2 * n :] - device.J)
     _, exact, _ = lsim(system, motion.T, dt * np.arange(count))
     found = anchor_force(device, motion, dt, maximum_frequency=3000.0)
-    source = "exponential of the state matrix (scipy.signal.lsim)"
-    rows = Rows("device on a shaking anchor", source)
-    for c, name in enumerate(("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")):
-        error = np.max(np.abs(found.force[c] - exact[:, c])) / np.max(np.abs(exact[:, c]))
-        # Modes above 3 kHz follow the anchor rigidly; they carry no translation.
-        rows.add(f"largest error of {name}, of its largest value", 0.0, error, "-", 1e-5)
+    error = np.abs(found.force - exact.T).max(axis=1) / np.abs(exact).max(axis=0)
+    names = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
+    # Modes above 3 kHz follow the anchor rigidly; they carry no translation.
+    quantities = [f"largest error of {name}, of its largest value" for name in names]
+    rows.add(quantities, 0.0, error, "-", 1e-5)
     quantity = "largest difference of the forces in springs and of inertia, of the largest force"
     rows.add(quantity, 0.0, found.imbalance, "-", 1e-9, "action equals reaction")
-    return rows
 
 
-def chain(stiffness: float = 1e5, mass: float = 10.0, beta: float = 5e-4) -> Device:
-    """SDLD25's chain of eight masses between two anchors, all along x.
-
-    Args:
-        stiffness: Of each of the nine springs [N/m].
-        mass: Of each mass [kg].
-        beta: Stiffness coefficient of the damping [s].
-    """
-    K = stiffness * (2.0 * np.eye(10) - np.eye(10, k=1) - np.eye(10, k=-1))
-    K[0, 0] = K[9, 9] = stiffness
-    M = mass * np.diag([0.0, *8 * [1.0], 0.0])
-    names = tuple(f"P{i} x" for i in range(1, 9))
-    return from_matrices("chain", M, K, {0: 0, 9: 6}, Rayleigh(0.0, beta), anchors=2, motions=names)
+def in_line(
+    name: str,
+    k: ArrayLike,
+    masses: Sequence[float],
+    held: Mapping[int, int],
+    damping: Rayleigh | float,
+    motions: tuple[str, ...] | None = None,
+) -> Device:
+    """Masses [kg] in a line, springs k [N/m] between neighbours, some held by anchors."""
+    stretch = np.diff(np.eye(len(masses)), axis=0)
+    K, anchors = stretch.T @ np.diag(k) @ stretch, len(held)
+    return from_matrices(name, np.diag(masses), K, held, damping, anchors=anchors, motions=motions)
 
 
 def mass_between(k: Array, mass: float) -> Device:
     """A mass on two springs k, each from an anchor, along y; 5 % of critical damping."""
-    K = np.array([[k[0], -k[0], 0.0], [-k[0], k.sum(), -k[1]], [0.0, -k[1], k[1]]])
-    M, held = np.diag([0.0, mass, 0.0]), {0: 1, 2: 7}
-    return from_matrices("mass", M, K, held, 0.05, anchors=2, motions=("mass y",))
-
-
-BENCHMARKS = (device_table_6, device_sdll06, device_on_shaking_anchor)
+    return in_line("mass", k, [0.0, mass, 0.0], {0: 1, 2: 7}, 0.05, ("mass y",))

@@ -25,13 +25,14 @@ from impactfem.device.combination import (
     correlation,
 )
 from impactfem.device.device import Device
-from impactfem.device.models import from_matrices, on_springs
+from impactfem.device.models import on_springs
 from impactfem.device.modes import device_modes
 from impactfem.device.parts import BaseSprings, RigidBody
 from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.device.spectrum_analysis import spectrum_analysis
-from impactfem.verify.devices import chain, mass_between, paper_device
-from impactfem.verify.row import Row, Rows
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.verify.devices import in_line, mass_between, paper_device
+from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.spectra import SDLD25_FREQUENCY, SDLD25_SOURCE, SDLD25_SPECTRA
 
 SDLD30_FREQUENCY = (2.18815, 5.30485)  # Hz, of the modes, at which its spectra are given
@@ -57,18 +58,21 @@ def flat(
     )
 
 
-def device_sdld25() -> list[Row]:
+@benchmark("SDLD25 as a device")
+def device_sdld25(rows: Rows) -> None:
     """SDLD25: absolute accelerations of eight masses between two ends that move together."""
-    device = chain()
+    names = tuple(f"P{i} x" for i in range(1, 9))
+    masses = [0.0, *[10.0] * 8, 0.0]
+    device = in_line("chain", [1e5] * 9, masses, {0: 0, 9: 6}, Rayleigh(0.0, 5e-4), names)
     at, dampings = np.array(SDLD25_FREQUENCY), np.array(list(SDLD25_SPECTRA))
     psa = np.array(list(SDLD25_SPECTRA.values()))
     spectra = [AnchorSpectrum("x", at, dampings, psa, 1.0, anchor) for anchor in (1, 2)]
     modes = device_modes(device)
-    rows = Rows("SDLD25 as a device")
-    for n in (1, 4, 8):
-        exact = math.sqrt(1e4) * math.sin(n * math.pi / 18.0) / math.pi
-        found, source = modes.frequency[n - 1], "closed form of a uniform chain"
-        rows.add(f"frequency of mode {n}", exact, found, "Hz", 1e-12, source)
+    n = np.array([1, 4, 8])
+    exact = math.sqrt(1e4) * np.sin(n * math.pi / 18.0) / math.pi
+    quantities = [f"frequency of mode {number}" for number in n]
+    source = "closed form of a uniform chain"
+    rows.add(quantities, exact, modes.frequency[n - 1], "Hz", 1e-12, source)
     # The second row was computed for the same model independently of this program. Allowed are
     # five units of the ninth digit, and one of the eighth.
     again = f"independent recomputation of the model of {SDLD25_SOURCE}"
@@ -79,40 +83,42 @@ def device_sdld25() -> list[Row]:
     for rule, published, allowed, source in rules:
         used = Rules(modes=rule, supports="algebraic")
         total = spectrum_analysis(device, spectra, used, own_accelerations(device)).total
-        for i, reference in enumerate(published):
-            quantity = f"absolute acceleration of P{i + 1}, {rule.upper()}"
-            rows.add(quantity, reference, total[i], "m/s2", allowed, source)
-    return rows
+        quantities = [f"absolute acceleration of P{i}, {rule.upper()}" for i in range(1, 5)]
+        rows.add(quantities, published, total[:4], "m/s2", allowed, source)
 
 
-def cqc_coefficient() -> list[Row]:
+@benchmark(
+    "CQC coefficient",
+    "Lyapunov equation of two oscillators under white noise (Der Kiureghian 1981)",
+)
+def cqc_coefficient(rows: Rows) -> None:
     """CQC's coefficients beside the covariance of two oscillators under white noise.
 
     The covariance P of the states solves A P + P Aᵀ + B Bᵀ = 0; the coefficient is the correlation
     of the two displacements. Nothing of the closed form is used.
     """
-    source = "Lyapunov equation of two oscillators under white noise (Der Kiureghian 1981)"
-    rows = Rows("CQC coefficient", source)
     for f, xi in (
         ((10.0, 10.5), (0.02, 0.02)),
         ((10.0, 12.0), (0.05, 0.01)),
         ((30.51, 82.90), (0.0199, 0.0204)),
         ((5.0, 5.0), (0.02, 0.10)),
     ):
-        A, B = np.zeros((4, 4)), np.array([[0.0], [1.0], [0.0], [1.0]])
-        for i in range(2):
-            omega = 2.0 * np.pi * f[i]
-            A[2 * i, 2 * i + 1] = 1.0
-            A[2 * i + 1, 2 * i : 2 * i + 2] = -(omega**2), -2.0 * xi[i] * omega
+        omega, ratio = 2.0 * np.pi * np.array(f), np.array(xi)
+        A = np.block(
+            [[0.0 * np.eye(2), np.eye(2)], [np.diag(-(omega**2)), np.diag(-2.0 * ratio * omega)]]
+        )
+        B = np.array([[0.0], [0.0], [1.0], [1.0]])
         P = solve_continuous_lyapunov(A, -B @ B.T)
-        exact = P[0, 2] / math.sqrt(P[0, 0] * P[2, 2])
-        found = correlation("cqc", np.array(f), np.array(xi))[0, 1]
+        exact = P[0, 1] / math.sqrt(P[0, 0] * P[1, 1])
+        found = correlation("cqc", np.array(f), ratio)[0, 1]
         quantity = f"{f[0]:g} Hz at {xi[0]:.2%} and {f[1]:g} Hz at {xi[1]:.2%}"
         rows.add(quantity, exact, found, "-", 1e-11)
-    return rows
 
 
-def mode_combinations() -> list[Row]:
+@benchmark(
+    "combination of modes", "by hand; US NRC Regulatory Guide 1.92, revisions 1 (1976) and 2 (2006)"
+)
+def mode_combinations(rows: Rows) -> None:
     """The other rules on three modes, by hand: 10, 10.8 and 11.5 Hz with R = 3, -4 and 12."""
     R, f, xi = np.array([3.0, -4.0, 12.0]), np.array([10.0, 10.8, 11.5]), np.full(3, 0.02)
     rate = [0.02 * 2.0 * math.pi * one + 2.0 / 10.0 for one in f]
@@ -121,8 +127,6 @@ def mode_combinations() -> list[Row]:
     for i, j in ((0, 1), (0, 2), (1, 2)):
         gap = (shift[j] - shift[i]) / (rate[i] + rate[j])
         double += 2.0 * R[i] * R[j] / (1.0 + gap**2)
-    source = "by hand; US NRC Regulatory Guide 1.92, revisions 1 (1976) and 2 (2006)"
-    rows = Rows("combination of modes", source)
     cases: list[tuple[str, Combination, float]] = [
         ("absolute values", "abs", 19.0),
         ("squares", "srss", 13.0),
@@ -134,10 +138,10 @@ def mode_combinations() -> list[Row]:
     ]
     for words, rule, reference in cases:
         rows.add(words, reference, combine_modes(R, f, xi, rule, 10.0), "-", 1e-12)
-    return rows
 
 
-def missing_mass() -> list[Row]:
+@benchmark("missing mass under a static load", "statics")
+def missing_mass(rows: Rows) -> None:
     """Missing mass: a slow acceleration presses on the device as a static load does.
 
     A spectrum that is flat at 2 m/s2 is that of a motion slow for all modes; whatever modes are
@@ -147,24 +151,20 @@ def missing_mass() -> list[Row]:
     q = anchor_forces(device) + own_motions(device, "base")
     load = -2.0 * device.L[:, 1]
     at_rest = np.linalg.solve(device.K, load)
-    wanted = {
-        "force y": -2.0 * 1545.9,
-        # 1500 kg at 0.46 m and 45.9 kg at half of it; a rotation about x moves it along -y.
-        "moment x": 2.0 * (1500.0 * 0.46 + 45.9 * 0.23),
-        "displacement base y": float(at_rest[device.motions.index("base y")]),
-        "displacement base rx": float(at_rest[device.motions.index("base rx")]),
-    }
-    rows = Rows("missing mass under a static load", "statics")
+    names = ("force y", "moment x", "displacement base y", "displacement base rx")
+    units = [q.units[q.names.index(name)] for name in names]
+    # 1500 kg at 0.46 m and 45.9 kg at half of it; a rotation about x moves it along -y.
+    force, moment = 2.0 * 1545.9, 2.0 * (1500.0 * 0.46 + 45.9 * 0.23)
+    moved = [at_rest[device.motions.index(name)] for name in ("base y", "base rx")]
     for words, limit in (("no mode", 20.0), ("one pair of modes", 50.0), ("two pairs", 1000.0)):
         rules = Rules(rigid=Gupta(1e-3, 2e-3), maximum_frequency=limit)
         found = spectrum_analysis(device, [flat("y", 2.0)], rules, q)
-        for name, reference in wanted.items():
-            quantity, unit = f"{name}, {words} used", q.units[q.names.index(name)]
-            rows.add(quantity, abs(reference), found.value(name), unit, 1e-10)
-    return rows
+        quantities, values = [f"{name}, {words} used" for name in names], map(found.value, names)
+        rows.add(quantities, [force, moment, *np.abs(moved)], list(values), units, 1e-10)
 
 
-def rigid_response() -> list[Row]:
+@benchmark("rigid response")
+def rigid_response(rows: Rows) -> None:
     """Two modes above the frequency from which on the floor is rigid: both move in step with it.
 
     The spectrum has its peak at 4 to 8 Hz and is at its zero-period acceleration of 2 m/s2 from
@@ -177,7 +177,6 @@ def rigid_response() -> list[Row]:
     psa = np.tile([1.0, 9.0, 9.0, zpa, zpa], (2, 1))
     floor = AnchorSpectrum("y", frequency, np.array([0.0, 0.99]), psa, zpa)
     force, moment = 1545.9 * zpa, zpa * (1500.0 * 0.46 + 45.9 * 0.23)
-    rows = Rows("rigid response")
     rows.source = "statics: F = m ZPA, as RG 1.92 (revision 3, C.1.3) has it of rigid modes"
     for method in (Gupta(), LindleyYow()):
         for rule in ("srss", "cqc"):
@@ -196,16 +195,14 @@ def rigid_response() -> list[Row]:
     corners = (9.0 / (9.0 / 4.0), (4.0 + 2.0 * 25.0) / 3.0)
     partly = math.log(12.0 / corners[0]) / math.log(corners[1] / corners[0])
     source = "by hand from the spectrum"
-    for words, rigid, reference in (
-        ("Gupta", Gupta(), partly),
-        ("LindleyYow", LindleyYow(), zpa / S),
-    ):
+    for rigid, reference in ((Gupta(), partly), (LindleyYow(), zpa / S)):
         value = rigid.fraction(floor, at, xi, np.array([S]))[0]
-        rows.add(f"rigid part at 12 Hz, {words}", reference, value, "-", 1e-9, source)
-    return rows
+        quantity = f"rigid part at 12 Hz, {type(rigid).__name__}"
+        rows.add(quantity, reference, value, "-", 1e-9, source)
 
 
-def net_tension() -> list[Row]:
+@benchmark("net tension at the anchor", "by hand")
+def net_tension(rows: Rows) -> None:
     """The paper's device under an acceleration that stays: what eight anchors on its rim bear.
 
     The floor accelerates by 4 m/s2 along y and 3 m/s2 downward. Forces by hand; then a rigid plate
@@ -224,40 +221,33 @@ def net_tension() -> list[Row]:
         springs = plate @ np.linalg.solve(plate.T @ plate, np.array([N, M, 0.0]))
         largest = max(largest, count * float(springs.max()))
     tension = float(ring_tension(whole, radius))
-    rows = Rows("net tension at the anchor", "by hand")
     source = "by hand, g = 9.80665 m/s2"
     rows.add("force z with the weight", N, whole[2], "N", 1e-9, source)
     rows.add("moment x", M, whole[3], "N m", 1e-9)
     rows.add("N + 2 M / r", N + 2.0 * M / radius, tension, "N", 1e-9)
     rows.add("eight springs on a circle", largest, tension, "N", 1e-9, "a rigid plate on springs")
-    return rows
 
 
-def rocking_floor() -> list[Row]:
+@benchmark("device on a rocking floor", "closed form: one oscillator at the height h")
+def rocking_floor(rows: Rows) -> None:
     """Rotational spectra: a mass at the height h feels the rotation θ of its anchor as -h θ."""
     h, mass, blocked = 0.7, 800.0, dict.fromkeys(("x", "z", "rx", "ry", "rz"), math.inf)
     springs = BaseSprings.of_directions(y=mass * (2.0 * math.pi * 12.0) ** 2, **blocked)
     device = on_springs("mass", springs, RigidBody.at_height(mass, h, 1e-6, 1e-6, 1e-6), 0.02)
-    rows = Rows("device on a rocking floor", "closed form: one oscillator at the height h")
     translation, rotation = flat("y", 5.0), flat("rx", 5.0 / h)
-    cases: tuple[tuple[str, list[AnchorSpectrum], Rules, float], ...] = (
-        ("a translation of 5 m/s2", [translation], Rules(rotations="srss"), 5.0),
-        ("a rotation of 5/h rad/s2", [rotation], Rules(rotations="srss"), 5.0),
-        (
-            "both, as independent",
-            [translation, rotation],
-            Rules(rotations="srss"),
-            math.hypot(5.0, 5.0),
-        ),
-        ("both, in step", [translation, rotation], Rules(rotations="abs"), 10.0),
-    )
-    for words, spectra, rules, acceleration in cases:
+    independent, in_step = Rules(rotations="srss"), Rules(rotations="abs")
+    for words, spectra, rules, acceleration in (
+        ("a translation of 5 m/s2", [translation], independent, 5.0),
+        ("a rotation of 5/h rad/s2", [rotation], independent, 5.0),
+        ("both, as independent", [translation, rotation], independent, math.hypot(5.0, 5.0)),
+        ("both, in step", [translation, rotation], in_step, 10.0),
+    ):
         found = spectrum_analysis(device, spectra, rules).value("force y")
         rows.add(f"F_y under {words}", mass * acceleration, found, "N", 1e-9)
-    return rows
 
 
-def two_supports() -> list[Row]:
+@benchmark("device on two supports", "closed form")
+def two_supports(rows: Rows) -> None:
     """A mass between two anchors that move independently, and their displacements.
 
     With springs k₁ and k₂ on either side the mass follows each anchor by k_i / (k₁ + k₂): the
@@ -280,33 +270,22 @@ def two_supports() -> list[Row]:
     both = math.hypot(500.0 * share[0] * independent, between)
     own, at_anchor = "acceleration mass y", "force y at anchor 1"
     moved = apart.displacement[apart.quantities.names.index(at_anchor)]
-    rows = Rows("device on two supports", "closed form")
     rows.add("acceleration, supports independent", independent, apart.value(own), "m/s2", 1e-10)
     rows.add("acceleration, supports together", together, step.value(own), "m/s2", 1e-10)
     rows.add("acceleration, absolute values", together, sums.value(own), "m/s2", 1e-10)
     rows.add("force at anchor 1 by its displacement of 2 mm", between, moved, "N", 1e-10)
     rows.add("force at anchor 1, both parts", both, apart.value(at_anchor), "N", 1e-10)
-    return rows
 
 
-def sdld30_device() -> Device:
-    """Two masses of 10 kg between two supports, on springs of 1000, 1000 and 10000 N/m."""
-    k = (1000.0, 1000.0, 10000.0)
-    K = np.zeros((4, 4))
-    for i, one in enumerate(k):
-        K[i : i + 2, i : i + 2] += one * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    M = np.diag([0.0, 10.0, 10.0, 0.0])
-    names = ("NO2 x", "NO3 x")
-    return from_matrices("SDLD30", M, K, {0: 0, 3: 6}, 0.05, anchors=2, motions=names)
-
-
-def sdld30() -> list[Row]:
+@benchmark("SDLD30 as a device", "code_aster validation manual V2.01.030 (SDLD30), analytical")
+def sdld30(rows: Rows) -> None:
     """SDLD30: two masses and three springs between two supports with spectra of their own.
 
     The modes, the supports, and the displacements of the supports each by the root of the sum of
     squares.
     """
-    device = sdld30_device()
+    springs, masses = [1000.0, 1000.0, 10000.0], [0.0, 10.0, 10.0, 0.0]
+    device = in_line("SDLD30", springs, masses, {0: 0, 3: 6}, 0.05, ("NO2 x", "NO3 x"))
     at, xi = np.array(SDLD30_FREQUENCY), np.array([0.05])
     spectra = [
         AnchorSpectrum("x", at, xi, np.array([psa]), psa[-1], anchor, shift)
@@ -316,20 +295,21 @@ def sdld30() -> list[Row]:
     moved = Quantities(names, ("m", "m"), np.eye(2), zero, device.r)
     wanted = moved + anchor_forces(device)
     found = spectrum_analysis(device, spectra, Rules(modes="srss"), wanted)
-    rows = Rows("SDLD30 as a device", "code_aster validation manual V2.01.030 (SDLD30), analytical")
     for (name, unit, *references), own in zip(
         SDLD30_TABLE, (*names, "force x at anchor 1", "force x at anchor 2"), strict=True
     ):
         k = wanted.names.index(own)
-        values = found.inertial[k], found.displacement[k], found.total[k]
-        parts = ("inertia", "supports apart", "both")
-        for part, reference, value in zip(parts, references, values, strict=True):
-            # Allowed is what the digits of the reference are worth.
-            rows.add(f"{name}, {part}", reference, value, unit, 1e-5)
-    return rows
+        quantities = [f"{name}, {part}" for part in ("inertia", "supports apart", "both")]
+        values = [found.inertial[k], found.displacement[k], found.total[k]]
+        # Allowed is what the digits of the reference are worth.
+        rows.add(quantities, references, values, unit, 1e-5)
 
 
-def harmonic_supports() -> list[Row]:
+@benchmark(
+    "mass on two shaken supports",
+    "closed form: steady state of an oscillator on two springs, 15 Hz, 63 degrees apart",
+)
+def harmonic_supports(rows: Rows) -> None:
     """A mass on two springs whose ends move as u₁ sin Ω t and u₂ sin (Ω t + φ).
 
     With the springs' share Y = (k₁ U₁ + k₂ U₂) / (k₁ + k₂) of the complex amplitudes U, the mass
@@ -363,57 +343,31 @@ def harmonic_supports() -> list[Row]:
     omega = math.sqrt(k.sum() / m)
     x = drive**2 * carried / (omega**2 - drive**2 + 2j * damping * omega * drive)
     pull = k * (carried + x - both) + (k / k.sum()) * 2j * damping * omega * m * drive * x
-    source = "closed form: steady state of an oscillator on two springs, 15 Hz, 63 degrees apart"
-    rows = Rows("mass on two shaken supports", source)
-    for i, row in enumerate((1, 7)):
-        found = np.max(np.abs(force[row, steady]))
-        rows.add(f"largest force at support {i + 1}", abs(pull[i]), found, "N", 2e-4)
-    return rows
+    largest = np.abs(force[[1, 7]][:, steady]).max(axis=1)
+    quantities = ["largest force at support 1", "largest force at support 2"]
+    rows.add(quantities, np.abs(pull), largest, "N", 2e-4)
 
 
 def close_pair() -> Device:
     """A mass of 1000 kg at 10 Hz that carries one of 10 kg at 10 Hz: two modes 10 % apart."""
-    large, small, omega = 1000.0, 10.0, 2.0 * math.pi * 10.0
-    k, c = large * omega**2, small * omega**2
-    K = np.array([[k, -k, 0.0], [-k, k + c, -c], [0.0, -c, c]])
-    return from_matrices("pair", np.diag([0.0, large, small]), K, {0: 1}, 0.05)
+    masses = np.array([0.0, 1000.0, 10.0])
+    k = masses[1:] * (2.0 * math.pi * 10.0) ** 2
+    return in_line("pair", k, masses.tolist(), {0: 1}, 0.05)
 
 
-def device_under_noise() -> list[Row]:
+@benchmark("spectra against direct integration", "direct integration under white noise")
+def device_under_noise(rows: Rows) -> None:
     """Response spectrum analysis beside direct integration under white noise.
 
     The paper's device, whose two modes are far apart: largest forces under 60 motions. A pair of
     close modes, where SRSS is 40 % off: mean squares over one long motion, for which CQC is made.
     """
-    rng = np.random.default_rng(11)
-    dt = 1e-3
-    mean, loss = _device_under_noise(rng, dt)
-    squares = _pair_under_noise(rng)
-    name, source = "spectra against direct integration", "direct integration under white noise"
-    rows = Rows(name, source)
-    quantity = "mean of CQC over largest shear force, 60 motions, device of the paper"
-    rows.add(quantity, 1.0, mean, "-", 0.05)
-    quantity = "largest loss of a mode's peak at the samples, device of the paper"
-    bound = 1.0 - math.cos(math.pi * 82.9 * dt)
-    rows.add(quantity, 0.0, loss, "-", bound, "bound of a sampled peak")
-    quantity = "CQC of mean squares, two close modes, over direct integration"
-    rows.add(quantity, 1.0, squares, "-", 0.03)
-    return rows
-
-
-def _device_under_noise(rng: np.random.Generator, dt: float) -> tuple[float, float]:
-    """The paper's device under 60 motions.
-
-    Returns:
-        Mean of the largest shear forces by CQC over that by direct integration, and the largest
-        loss of a mode's peak at the samples.
-    """
-    runs, limit = 60, 1000.0
+    rng, dt, limit = np.random.default_rng(11), 1e-3, 1000.0
     pump = paper_device(8.0e7)
     modes = device_modes(pump).below(limit)
     along = modes.effective_mass[1] > 1.0
     direct, cqc, loss = [], [], 0.0
-    for _ in range(runs):
+    for _ in range(60):
         motion = np.zeros((6, 6000))
         # At rest at the end: spectra follow the free vibration after it.
         motion[1, 1:-200] = rng.standard_normal(5799)
@@ -427,34 +381,18 @@ def _device_under_noise(rng: np.random.Generator, dt: float) -> tuple[float, flo
         sampled = np.max(np.abs(response.modal), axis=1)[along] * modes.omega[along] ** 2
         exact = (np.abs(modes.participation[1]) * found.inputs[0].ordinate)[along]
         loss = max(loss, float(np.max(1.0 - sampled / exact)))
-    return float(np.mean(cqc) / np.mean(direct)), loss
-
-
-def _pair_under_noise(rng: np.random.Generator) -> float:
-    """CQC of the modes' root mean squares over that of the sum, in one motion of 800 s."""
-    pair = close_pair()
-    noise = np.zeros((6, 400_000))
+    quantity = "mean of CQC over largest shear force, 60 motions, device of the paper"
+    rows.add(quantity, 1.0, np.mean(cqc) / np.mean(direct), "-", 0.05)
+    quantity = "largest loss of a mode's peak at the samples, device of the paper"
+    bound = 1.0 - math.cos(math.pi * 82.9 * dt)
+    rows.add(quantity, 0.0, loss, "-", bound, "bound of a sampled peak")
+    # The modes' root mean squares over that of their sum, in one motion of 800 s.
+    pair, noise = close_pair(), np.zeros((6, 400_000))
     noise[1, 1:] = rng.standard_normal(399_999)
     response = anchor_force(pair, noise, 2e-3)
-    carried = own_accelerations(pair).own[1]
-    parts = (carried @ response.modes.shape)[:, None] * response.modal
-    sizes = parts.std(axis=1) * np.sign(
-        carried @ response.modes.shape * response.modes.participation[1]
-    )
+    carried = own_accelerations(pair).own[1] @ response.modes.shape
+    parts = carried[:, None] * response.modal
+    sizes = parts.std(axis=1) * np.sign(carried * response.modes.participation[1])
     combined = combine_modes(sizes, response.modes.frequency, response.modes.damping, "cqc")
-    return float(combined) / float(parts.sum(axis=0).std())
-
-
-BENCHMARKS = (
-    device_sdld25,
-    cqc_coefficient,
-    mode_combinations,
-    missing_mass,
-    rigid_response,
-    net_tension,
-    rocking_floor,
-    two_supports,
-    sdld30,
-    harmonic_supports,
-    device_under_noise,
-)
+    quantity = "CQC of mean squares, two close modes, over direct integration"
+    rows.add(quantity, 1.0, combined / parts.sum(axis=0).std(), "-", 0.03)

@@ -102,8 +102,7 @@ def straight_beam(
 def lines_at(triangles: Ints, here: NDArray[np.bool_]) -> Ints:
     """Sides of triangles (m, 6) with all three nodes `here` (n,): ends and middle, shape (k, 3)."""
     found = sides(triangles)
-    lines: Ints = np.unique(found[here[found].all(axis=1)], axis=0)
-    return lines
+    return np.asarray(np.unique(found[here[found].all(axis=1)], axis=0), dtype=np.int64)
 
 
 def quadratic(vertices: Array, triangles: Ints) -> tuple[Array, Ints]:

@@ -23,7 +23,7 @@ from impactfem.building.shell_model import (
     line_load,
     shell_model,
 )
-from impactfem.verify.row import Row, Rows, fitted_order
+from impactfem.verify.row import Rows, benchmark, fitted_order
 from impactfem.verify.shells import CONCRETE, SHEAR, flat, joined, lines_at, panel
 from impactfem.verify.shells.patch import rigid_body_rows
 
@@ -46,14 +46,123 @@ DIRECTIONS: dict[str, tuple[tuple[float, float, float], ...]] = {
 }
 
 
-def beam_cantilevers() -> list[Row]:
+@benchmark("L-frame of two plates")
+def l_frame(rows: Rows, drilling: float = 1.0) -> None:
+    """A vertical plate, clamped at its foot, and an arm of the same section at its top.
+
+    With height h, arm a, width b, thickness t, S = b t, A_s = 5/6 S, I = b t³/12, I_b = t b³/12,
+    the tip moves under a force P along the arm by P (h³/3EI + h/GA_s + a/ES), downwards by
+    P (a³/3EI + a²h/EI + a/GA_s + h/ES), and across by
+    P (a³/3EI_b + h³/3EI_b + (a + h)/GA_s + a² h'/GJ). In the last term the arm, which turns in
+    its plane, twists the vertical plate: J is that of a strip of a shear-flexible plate,
+    b t³/3 (1 − tanh(q)/q), q = √10 b / (2 t), and h' = h − λ with λ = √(E t³b³ / (144 G J)), as
+    the foot cannot warp (Vlasov). What torsion does at the joint is not in it: there the factor of
+    the drilling stiffness, which is free, moves the tip by 0.2 % between 0.01 and 100, and half the
+    element size by 0.2 %. Hence 0.5 % across; that one mesh is much nearer is chance.
+    """
+    a, h, b, t = 6.0, 5.0, 0.4, 0.1
+    E, G = NARROW.E, NARROW.G
+    S, In, Ib = b * t, b * t**3 / 12.0, t * b**3 / 12.0
+    q = np.sqrt(12.0 * SHEAR) * b / (2.0 * t)
+    J = b * t**3 / 3.0 * (1.0 - np.tanh(q) / q)
+    twisted = h - np.sqrt(E * (b * t) ** 3 / (144.0 * G * J))
+    along = h**3 / (3.0 * E * In) + h / (SHEAR * G * S) + a / (E * S)
+    across = (a**3 + h**3) / (3.0 * E * Ib) + (a + h) / (SHEAR * G * S) + a**2 * twisted / (G * J)
+    down = a**3 / (3.0 * E * In) + a**2 * h / (E * In) + a / (SHEAR * G * S) + h / (E * S)
+    plates = [
+        panel(60, 6, flat((0.0, 0.0, h), (0.0, b, 0.0)), 0.2),
+        panel(60, 6, flat((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, h)), 0.2),
+    ]
+    nodes, triangles, _ = joined(plates)
+    model = shell_model(nodes, Shells(triangles, t, NARROW), drilling=drilling)
+    foot, tip = nodes[:, 2] == 0.0, nodes[:, 0] == a
+    rows.source = "closed form of the Timoshenko frame, torsion by Saint-Venant and Vlasov"
+    for label, axis, exact, allowed in (
+        ("along the arm", UX, along, 1e-4),
+        ("across the frame", UY, across, 5e-3),
+        ("downwards", UZ, down, 1e-4),
+    ):
+        found = _at_tip(model, line_load(nodes, lines_at(triangles, tip)), foot, axis)
+        rows.add(f"tip displacement, force {label}", TIP * exact, found, "m", allowed)
+
+
+@benchmark(
+    "T-beam of plates", "closed form: composed section, shear by the shear flow of thin walls"
+)
+def t_beam(rows: Rows) -> None:
+    """A cantilever of a web below a flange, both plates, that meet in the flange's mid-plane.
+
+    Tip force P: P (L³/3EI + L c), with the section composed of the two rectangles and
+    c = ∫ (S/I)² / (G t) ds from the shear flow P S / I in the web and in the flange.
+    """
+    length, h, t_w, b, t_f = 6.0, 1.0, 0.12, 1.2, 0.15
+    E, G = NARROW.E, NARROW.G
+    A_w, A_f = h * t_w, b * t_f
+    c_w = 0.5 * h * A_w / (A_w + A_f)  # centroid below the flange
+    Ic = (t_w * h**3 + b * t_f**3) / 12.0 + A_w * (0.5 * h - c_w) ** 2 + A_f * c_w**2
+    # Web: S = t_w ((h − c)² − s²)/2 at s below the centroid; flange: c t_f times the way from its
+    # edge.
+    s, weights = roots_legendre(4)
+    s, weights = 0.5 * h * (s + 1.0) - c_w, 0.5 * h * weights
+    web = float(weights @ (0.5 * t_w * ((h - c_w) ** 2 - s**2)) ** 2) / (G * t_w)
+    flange = 2.0 * (c_w * t_f) ** 2 * (0.5 * b) ** 3 / 3.0 / (G * t_f)
+    bending, shear = length**3 / (3.0 * E * Ic), length * (web + flange) / Ic**2
+
+    along = (length, 0.0, 0.0)
+    plates = [
+        panel(48, 8, flat(along, (0.0, 0.0, -h)), 0.2),
+        panel(48, 6, flat(along, (0.0, 0.5 * b, 0.0)), 0.2),
+        panel(48, 6, flat(along, (0.0, -0.5 * b, 0.0)), 0.2),
+    ]
+    nodes, triangles, of = joined(plates)
+    parts = (Shells(triangles[of == 0], t_w, NARROW), Shells(triangles[of > 0], t_f, NARROW))
+    model = shell_model(nodes, *parts)
+    root, tip = nodes[:, 0] == 0.0, (nodes[:, 0] == length) & (nodes[:, 1] == 0.0)
+    found = _at_tip(model, line_load(nodes, lines_at(triangles, tip)), root, UZ)
+    quantity = f"tip deflection, {100.0 * shear / (bending + shear):.1f} % of it by shear"
+    rows.add(quantity, TIP * (bending + shear), found, "m", 2e-3)
+
+
+@benchmark("eccentric beam under a slab", "closed form of the composed section with shear")
+def eccentric_beam(rows: Rows) -> None:
+    """A cantilever: a slab strip (1), and below its middle line a beam (2) that shares its nodes.
+
+    Tip force P on the beam, distance e of the axes, z = e A_2 / (A_1 + A_2) from the slab's
+    mid-plane to the common centroid: P (L³/3EI + L c),
+    I = I_1 + I_2 + e² A_1 A_2 / (A_1 + A_2). Shear: the strip carries the force of its own
+    bending moment, P I_1 / I, the beam the rest; in the strip's plane the flow that the beam
+    hands over, P A_1 z / I, fades evenly to the edges.
+    """
+    length, b, t, width, depth = 12.0, 1.0, 0.2, 0.3, 0.6
+    E, G = NARROW.E, NARROW.G
+    e = 0.5 * (t + depth)
+    A1, A2, I1, I2 = b * t, width * depth, b * t**3 / 12.0, width * depth**3 / 12.0
+    Ic = I1 + I2 + e**2 * A1 * A2 / (A1 + A2)
+    z = e * A2 / (A1 + A2)
+    across = ((I1 / Ic) ** 2 / A1 + (1.0 - I1 / Ic) ** 2 / A2) / (SHEAR * G)
+    in_plane = (A1 * z / Ic) ** 2 * b / (12.0 * G * t)
+    exact = TIP * (length**3 / (3.0 * E * Ic) + length * (across + in_plane))
+
+    halves = [
+        panel(48, 4, flat((length, 0.0, 0.0), (0.0, y, 0.0)), 0.2) for y in (0.5 * b, -0.5 * b)
+    ]
+    nodes, triangles, _ = joined(halves)
+    lines = lines_at(triangles, nodes[:, 1] == 0.0)
+    section = BeamSection.beam(width, depth, offset=-e)
+    model = shell_model(nodes, Shells(triangles, t, NARROW), Beams(lines, section, NARROW))
+    tip = int(np.argmax(nodes[:, 0] - np.abs(nodes[:, 1])))
+    moved = model.hold(nodes[:, 0] == 0.0).static(model.nodal_load(tip, (0.0, 0.0, TIP)))
+    rows.add("tip deflection", exact, moved[tip, UZ], "m", 2e-3)
+
+
+@benchmark("beam cantilever", "closed form of the Timoshenko cantilever")
+def beam_cantilevers(rows: Rows) -> None:
     """Tip loads on a transverse beam, 75 by 85 cm, and on a column of 80 by 120 cm.
 
     Across, P L³/(3 E I) + P L/(k G A) with k = 5/6 and I = h b³/12 for a move along the width b,
     b h³/12 along the depth h; along, P L/(E A); twist T L/(G J). With the axis at the distance e
     from the nodes, across the force: e² P L/(G J) more. J itself against a table.
     """
-    rows = Rows("beam cantilever", "closed form of the Timoshenko cantilever")
     for label, (t, n1, n2) in DIRECTIONS.items():
         column = label == "vertical"
         b, h, length = (0.8, 1.2, 4.5) if column else (0.75, 0.85, 7.8)
@@ -83,10 +192,13 @@ def beam_cantilevers() -> list[Row]:
     quantity = "torsion constant of the column 80 x 120 cm over a³ b"
     J = BeamSection.column(0.8, 1.2).J
     rows.add(quantity, 0.196, J / (0.8**3 * 1.2), "-", 3e-3, source)
-    return rows
 
 
-def beam_frequencies() -> list[Row]:
+@benchmark(
+    "Timoshenko cantilever",
+    "Timoshenko 1921: exact solution of the beam with shear and rotary inertia",
+)
+def beam_frequencies(rows: Rows) -> None:
     """Bending frequencies of a cantilever, 6 m and 0.8 m deep, by Timoshenko's equations.
 
     The state (w, φ, M, V) along the beam obeys w' = φ + V/(k G A), φ' = M/(E I),
@@ -96,24 +208,24 @@ def beam_frequencies() -> list[Row]:
     """
     section = BeamSection.beam(0.5, 0.8)
     exact = timoshenko_frequencies(section, CONCRETE, 6.0, 3)
-    found = {}
-    for n in (2, 3, 4, 6, 20):
+    counts, found = np.array([2, 3, 4, 6, 20]), []
+    for n in counts:
         model = _cantilever(np.array([1.0, 0.0, 0.0]), 6.0, section, n)
         # It moves along z and turns about y.
         model = model.hold(model.nodes[:, 0] >= 0.0, UX, UY, RX, RZ).hold(0)
-        found[n] = model.modes(3)[0]
-    source = "Timoshenko 1921: exact solution of the beam with shear and rotary inertia"
-    rows = Rows("Timoshenko cantilever", source)
-    for k, reference in enumerate(exact):
-        rows.add(f"frequency {k + 1}, 20 elements", reference, found[20][k], "Hz", 1e-6 * 10.0**k)
-    counts = np.array([2, 3, 4, 6])
-    errors = np.array([abs(found[n][0] / exact[0] - 1.0) for n in counts])
-    order, source = fitted_order(6.0 / counts, errors), "quadratic elements: twice their degree"
+        found.append(model.modes(3)[0])
+    quantities = [f"frequency {k}, 20 elements" for k in (1, 2, 3)]
+    rows.add(quantities, exact, found[-1], "Hz", 1e-6 * 10.0 ** np.arange(3))
+    errors = [abs(frequency[0] / exact[0] - 1.0) for frequency in found[:-1]]
+    order, source = (
+        fitted_order(6.0 / counts[:-1], errors),
+        "quadratic elements: twice their degree",
+    )
     rows.add("order of the first frequency's error", 4.0, order, "-", 0.05, source)
-    return rows
 
 
-def beam_rigid_body() -> list[Row]:
+@benchmark("rigid-body modes of beams")
+def beam_rigid_body(rows: Rows) -> None:
     """Free beams in no special direction, far from the origin, with eccentric axes.
 
     For each unit motion r of the six: |rᵀ K r| over the norm of K. Then the number of zero
@@ -124,7 +236,6 @@ def beam_rigid_body() -> list[Row]:
     points = np.array([40.0, -25.0, 30.0]) + rng.normal(scale=4.0, size=(5, 3))
     star = [(points[0], point) for point in points[1:]]
     section = BeamSection.rectangle(0.4, 0.7, reference=(0.3, 0.2, 0.9), offset=(0.15, 0.25, -0.5))
-    rows = Rows("rigid-body modes of beams")
     for label, paths in (("one beam", star[:1]), ("four beams that meet", star)):
         rigid_body_rows(rows, label, _beams(paths, 3, section))
     length, phi = 5.0, 1e-3
@@ -137,7 +248,6 @@ def beam_rigid_body() -> list[Row]:
     exact = 0.5 * SHEAR * CONCRETE.G * section.A * phi**2 * length
     quantity = "energy of a turn without the nodes' rotations"
     rows.add(quantity, exact, energy, "J", 1e-10, "closed form")
-    return rows
 
 
 def timoshenko_frequencies(
@@ -193,89 +303,6 @@ def _beams(paths: list[tuple[Array, Array]], elements: int, section: BeamSection
     return shell_model(points[order], Beams(lines, section, CONCRETE))
 
 
-def l_frame(drilling: float = 1.0) -> list[Row]:
-    """A vertical plate, clamped at its foot, and an arm of the same section at its top.
-
-    With height h, arm a, width b, thickness t, S = b t, A_s = 5/6 S, I = b t³/12, I_b = t b³/12,
-    the tip moves under a force P along the arm by P (h³/3EI + h/GA_s + a/ES), downwards by
-    P (a³/3EI + a²h/EI + a/GA_s + h/ES), and across by
-    P (a³/3EI_b + h³/3EI_b + (a + h)/GA_s + a² h'/GJ). In the last term the arm, which turns in
-    its plane, twists the vertical plate: J is that of a strip of a shear-flexible plate,
-    b t³/3 (1 − tanh(q)/q), q = √10 b / (2 t), and h' = h − λ with λ = √(E t³b³ / (144 G J)), as
-    the foot cannot warp (Vlasov). What torsion does at the joint is not in it: there the factor of
-    the drilling stiffness, which is free, moves the tip by 0.2 % between 0.01 and 100, and half the
-    element size by 0.2 %. Hence 0.5 % across; that one mesh is much nearer is chance.
-
-    Args:
-        drilling: Factor of the drilling stiffness.
-    """
-    a, h, b, t = 6.0, 5.0, 0.4, 0.1
-    E, G = NARROW.E, NARROW.G
-    S, In, Ib = b * t, b * t**3 / 12.0, t * b**3 / 12.0
-    q = np.sqrt(12.0 * SHEAR) * b / (2.0 * t)
-    J = b * t**3 / 3.0 * (1.0 - np.tanh(q) / q)
-    twisted = h - np.sqrt(E * (b * t) ** 3 / (144.0 * G * J))
-    along = h**3 / (3.0 * E * In) + h / (SHEAR * G * S) + a / (E * S)
-    across = (a**3 + h**3) / (3.0 * E * Ib) + (a + h) / (SHEAR * G * S) + a**2 * twisted / (G * J)
-    down = a**3 / (3.0 * E * In) + a**2 * h / (E * In) + a / (SHEAR * G * S) + h / (E * S)
-    plates = [
-        panel(60, 6, flat((0.0, 0.0, h), (0.0, b, 0.0)), 0.2),
-        panel(60, 6, flat((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, h)), 0.2),
-    ]
-    nodes, triangles, _ = joined(plates)
-    model = shell_model(nodes, Shells(triangles, t, NARROW), drilling=drilling)
-    foot, tip = nodes[:, 2] == 0.0, nodes[:, 0] == a
-    rows = Rows("L-frame of two plates")
-    rows.source = "closed form of the Timoshenko frame, torsion by Saint-Venant and Vlasov"
-    for label, axis, exact, allowed in (
-        ("along the arm", UX, along, 1e-4),
-        ("across the frame", UY, across, 5e-3),
-        ("downwards", UZ, down, 1e-4),
-    ):
-        found = _at_tip(model, line_load(nodes, lines_at(triangles, tip)), foot, axis)
-        rows.add(f"tip displacement, force {label}", TIP * exact, found, "m", allowed)
-    return rows
-
-
-def t_beam() -> list[Row]:
-    """A cantilever of a web below a flange, both plates, that meet in the flange's mid-plane.
-
-    Tip force P: P (L³/3EI + L c), with the section composed of the two rectangles and
-    c = ∫ (S/I)² / (G t) ds from the shear flow P S / I in the web and in the flange.
-    """
-    length, h, t_w, b, t_f = 6.0, 1.0, 0.12, 1.2, 0.15
-    E, G = NARROW.E, NARROW.G
-    A_w, A_f = h * t_w, b * t_f
-    c_w = 0.5 * h * A_w / (A_w + A_f)  # centroid below the flange
-    Ic = (t_w * h**3 + b * t_f**3) / 12.0 + A_w * (0.5 * h - c_w) ** 2 + A_f * c_w**2
-    # Web: S = t_w ((h − c)² − s²)/2 at s below the centroid; flange: c t_f times the way from its
-    # edge.
-    s, weights = roots_legendre(4)
-    s, weights = 0.5 * h * (s + 1.0) - c_w, 0.5 * h * weights
-    web = float(weights @ (0.5 * t_w * ((h - c_w) ** 2 - s**2)) ** 2) / (G * t_w)
-    flange = 2.0 * (c_w * t_f) ** 2 * (0.5 * b) ** 3 / 3.0 / (G * t_f)
-    bending, shear = length**3 / (3.0 * E * Ic), length * (web + flange) / Ic**2
-
-    along = (length, 0.0, 0.0)
-    plates = [
-        panel(48, 8, flat(along, (0.0, 0.0, -h)), 0.2),
-        panel(48, 6, flat(along, (0.0, 0.5 * b, 0.0)), 0.2),
-        panel(48, 6, flat(along, (0.0, -0.5 * b, 0.0)), 0.2),
-    ]
-    nodes, triangles, of = joined(plates)
-    web_and_flange = [
-        Shells(triangles[own], t, NARROW) for own, t in ((of == 0, t_w), (of > 0, t_f))
-    ]
-    model = shell_model(nodes, *web_and_flange)
-    root, tip = nodes[:, 0] == 0.0, (nodes[:, 0] == length) & (nodes[:, 1] == 0.0)
-    found = _at_tip(model, line_load(nodes, lines_at(triangles, tip)), root, UZ)
-    source = "closed form: composed section, shear by the shear flow of thin walls"
-    quantity = f"tip deflection, {100.0 * shear / (bending + shear):.1f} % of it by shear"
-    rows = Rows("T-beam of plates", source)
-    rows.add(quantity, TIP * (bending + shear), found, "m", 2e-3)
-    return rows
-
-
 def _at_tip(
     model: ShellModel, share: NDArray[np.float64], clamped: NDArray[np.bool_], axis: int
 ) -> float:
@@ -284,41 +311,3 @@ def _at_tip(
     load[:, axis] = TIP * share
     moved = model.hold(clamped).static(load)
     return float(share @ moved[:, axis])
-
-
-def eccentric_beam() -> list[Row]:
-    """A cantilever: a slab strip (1), and below its middle line a beam (2) that shares its nodes.
-
-    Tip force P on the beam, distance e of the axes, z = e A_2 / (A_1 + A_2) from the slab's
-    mid-plane to the common centroid: P (L³/3EI + L c),
-    I = I_1 + I_2 + e² A_1 A_2 / (A_1 + A_2). Shear: the strip carries the force of its own
-    bending moment, P I_1 / I, the beam the rest; in the strip's plane the flow that the beam
-    hands over, P A_1 z / I, fades evenly to the edges.
-    """
-    length, b, t, width, depth = 12.0, 1.0, 0.2, 0.3, 0.6
-    E, G = NARROW.E, NARROW.G
-    e = 0.5 * (t + depth)
-    A1, A2, I1, I2 = b * t, width * depth, b * t**3 / 12.0, width * depth**3 / 12.0
-    Ic = I1 + I2 + e**2 * A1 * A2 / (A1 + A2)
-    z = e * A2 / (A1 + A2)
-    across = ((I1 / Ic) ** 2 / A1 + (1.0 - I1 / Ic) ** 2 / A2) / (SHEAR * G)
-    in_plane = (A1 * z / Ic) ** 2 * b / (12.0 * G * t)
-    exact = TIP * (length**3 / (3.0 * E * Ic) + length * (across + in_plane))
-
-    halves = [
-        panel(48, 4, flat((length, 0.0, 0.0), (0.0, y, 0.0)), 0.2) for y in (0.5 * b, -0.5 * b)
-    ]
-    nodes, triangles, _ = joined(halves)
-    lines = lines_at(triangles, nodes[:, 1] == 0.0)
-    section = BeamSection.beam(width, depth, offset=-e)
-    model = shell_model(nodes, Shells(triangles, t, NARROW), Beams(lines, section, NARROW))
-    tip = int(np.argmax(nodes[:, 0] - np.abs(nodes[:, 1])))
-    load = model.nodal_load(tip, (0.0, 0.0, TIP))
-    moved = model.hold(nodes[:, 0] == 0.0).static(load)
-    source = "closed form of the composed section with shear"
-    rows = Rows("eccentric beam under a slab", source)
-    rows.add("tip deflection", exact, moved[tip, UZ], "m", 2e-3)
-    return rows
-
-
-BENCHMARKS = (l_frame, t_beam, eccentric_beam, beam_cantilevers, beam_frequencies, beam_rigid_body)

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.special import eval_legendre, roots_legendre
 
 from impactfem.building.section import Material
@@ -40,7 +41,7 @@ from impactfem.building.shell_model import (
     line_load,
     shell_model,
 )
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.shells import SHEAR, STEEL, lines_at, panel
 
 Array = NDArray[np.float64]
@@ -66,11 +67,8 @@ class Cylinder:
     ) -> tuple[Array, Array, float]:
         """Amplitudes under the load term sin(n π x / L).
 
-        Args:
-            n: Number of half waves along x.
-            even: Functions of φ for u, w and β_x; `odd` those for v and β_φ.
-            odd: See there.
-            pressure: Amplitudes of the load along v and w at some angles [N/m2].
+        Around the panel u, w and β_x are sums of the functions `even`, v and β_φ of `odd`; the
+        pressure gives the amplitudes of the load along v and w at some angles [N/m2].
 
         Returns:
             Coefficients of v and of w, and the work of the load amplitudes around the panel [N].
@@ -92,21 +90,17 @@ class Cylinder:
         B[:, 5, u], B[:, 5, v] = -0.5 * dc / R**2, 0.5 * k * d / R
         B[:, 6, w], B[:, 6, bx] = k * c, c
         B[:, 7, w], B[:, 7, v], B[:, 7, bf] = dc / R, -d / R, d
-        weighted = dA[:, None, None] * (self._elasticity() @ B)
+        E, nu, t = self.material.E, self.material.nu, self.thickness
+        plane = E / (1.0 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, 0.5 * (1.0 - nu)]])
+        transverse = self.shear * self.material.G * t * np.eye(2)
+        D = block_diag(t * plane, t**3 / 12.0 * plane, transverse)
+        weighted = dA[:, None, None] * (D @ B)
         K = B.reshape(-1, B.shape[2]).T @ weighted.reshape(-1, B.shape[2])
         along, outwards = pressure(phi)
         load = np.zeros(len(K))
         load[v], load[w] = (dA * along) @ d, (dA * outwards) @ c
         found = np.linalg.solve(K, load)
         return found[v], found[w], float(load @ found)
-
-    def _elasticity(self) -> Array:
-        E, nu, t = self.material.E, self.material.nu, self.thickness
-        plane = E / (1.0 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, 0.5 * (1.0 - nu)]])
-        D = np.zeros((8, 8))
-        D[:3, :3], D[3:6, 3:6] = t * plane, t**3 / 12.0 * plane
-        D[6:, 6:] = self.shear * self.material.G * t * np.eye(2)
-        return D
 
 
 def wave(m: int) -> tuple[Basis, Basis]:
@@ -141,11 +135,9 @@ def polynomials(span: float, count: int) -> tuple[Basis, Basis]:
 def weighed(roof: Cylinder, weight: float, terms: int = 20, count: int = 24) -> tuple[float, float]:
     """A roof under a weight on its area [N/m2], from its crown φ = 0 to its free edge.
 
-    With `terms` along x, and `count` even and odd functions around φ.
-
     Returns:
-        Deflection of the middle of the free edge, downwards [m], and the work of the load on a
-        quarter of the roof [J].
+        By `terms` along x, and `count` even and odd functions around φ, the deflection of the
+        middle of the free edge [m], and the work of the load on a quarter of the roof [J].
     """
     even, odd = polynomials(roof.span, count)
     edge = np.array([roof.span])
@@ -185,7 +177,76 @@ TWISTED = {0.32: (1.0, 5.424e-3, 1.754e-3), 0.0032: (1e-6, 5.256e-3, 1.294e-3)}
 (in plane) and across it (out of plane)."""
 
 
-def scordelis_lo() -> list[Row]:
+@benchmark(source="Bathe, Iosilevich and Chapelle 2000, fine mesh of MITC16")
+def hyperbolic_paraboloid(
+    rows: Rows, thickness: float = 1e-2, cells: int = 16, allowed: float = 0.01
+) -> None:
+    """The surface z = x² − y², |x|, |y| < 1/2 m, clamped at x = −1/2 m, under a weight of 8 kN/m3.
+
+    Bent without stretching, the hardest for elements of flat facets: with elements of the size h
+    on a radius R they are too stiff by 1 % at h²/(R t) = 0.5 and by 13 % at 2, whatever the shear.
+    Half of the surface is computed.
+    """
+    nodes, triangles = panel(
+        2 * cells,
+        cells,
+        lambda a, b: (a - 0.5, 0.5 * b, (a - 0.5) ** 2 - (0.5 * b) ** 2),
+        0.15,
+    )
+    model = shell_model(nodes, Shells(triangles, thickness, STEEL))
+    load = model.area_load((0.0, 0.0, -8000.0 * thickness))
+    x, y, _ = nodes.T
+    moved = model.hold(x < 1e-9 - 0.5).hold(y < 1e-9, UY, RX, RZ).static(load)
+    tip, work = moved[_nearest(nodes, (0.5, 0.0, 0.25)), UZ], (load * moved).sum()
+    deflection, energy = HYPAR[thickness]
+    rows.name = f"hyperbolic paraboloid, t/L = {thickness:g}"
+    rows.where = f"{cells} elements on half an edge"
+    rows.add("deflection of the free edge's middle", deflection, -tip, "m", allowed)
+    rows.add("strain energy of both halves", energy, work, "N m", allowed)
+
+
+@benchmark(heavy=True)
+def hyperbolic_paraboloid_fine(rows: Rows) -> None:
+    """Thinner by ten, on elements of a quarter of the size."""
+    rows += hyperbolic_paraboloid(1e-3, 64, 5e-3)
+
+
+@benchmark()
+def twisted_strip(
+    rows: Rows, thickness: float = 0.32, cells: int = 4, allowed: float = 2e-3
+) -> None:
+    """A strip of 12 by 1.1 that turns by 90° about its middle line, clamped, a force at its tip."""
+    length, width, material = 12.0, 1.1, Material(E=29e6, nu=0.22, rho=1.0)
+
+    def place(a: Array, b: Array) -> tuple[Array, Array, Array]:
+        turn, across = 0.5 * np.pi * a, width * (b - 0.5)
+        return length * a, across * np.cos(turn), across * np.sin(turn)
+
+    nodes, triangles = panel(6 * cells, cells, place, 0.15)
+    model = shell_model(nodes, Shells(triangles, thickness, material)).hold(nodes[:, 0] < 1e-9)
+    spread = line_load(nodes, lines_at(triangles, np.abs(nodes[:, 0] - length) < 1e-9))
+    thick, thin = "MacNeal and Harder 1985", "Belytschko, Wong and Stolarski 1989"
+    rows.name, rows.source = f"twisted strip, t = {thickness:g}", thick if thickness > 0.1 else thin
+    force, in_plane, out_of_plane = TWISTED[thickness]
+    for direction, component, reference in (
+        ("in plane", UZ, in_plane),
+        ("out of plane", UY, out_of_plane),
+    ):
+        load = np.zeros((len(nodes), 6))
+        load[:, component] = force * spread
+        found = model.static(load)[_nearest(nodes, (length, 0.0, 0.0)), component]
+        quantity = f"tip displacement, force {direction}, {cells} elements across"
+        rows.add(quantity, reference, found, "in", allowed)
+
+
+@benchmark(heavy=True)
+def twisted_strip_fine(rows: Rows) -> None:
+    """A hundredth as thick: bent without stretching, on elements of a quarter of the size."""
+    rows += twisted_strip(0.0032, 16, 0.02)
+
+
+@benchmark("Scordelis-Lo roof")
+def scordelis_lo(rows: Rows) -> None:
     """Deflection of the middle of the free edge, on a quarter of the roof (units of the source).
 
     0.3024 is the value that elements are usually compared with (MacNeal and Harder 1985), 0.3006
@@ -196,7 +257,6 @@ def scordelis_lo() -> list[Row]:
     """
     found, work = zip(*(_roof(cells) for cells in CELLS), strict=True)
     exact, exact_work = weighed(ROOF, WEIGHT)
-    rows = Rows("Scordelis-Lo roof")
     for reference, tolerance, source in (
         (0.3024, 0.01, "MacNeal and Harder 1985"),
         (0.300592, 5e-3, "Kirchhoff-Love shell, converged (Kiendl et al. 2009)"),
@@ -206,7 +266,6 @@ def scordelis_lo() -> list[Row]:
         rows.add(quantity, reference, found[-1], "ft", tolerance, source)
     errors = np.abs(np.array(work) - exact_work)
     rows.order("the work of the weight", 2.0, 1.0 / np.array(CELLS), errors, FACETS)
-    return rows
 
 
 def _roof(cells: int) -> tuple[float, float]:
@@ -230,7 +289,8 @@ def _part(shell: Cylinder, cells: int) -> ShellModel:
     return shell_model(nodes, Shells(triangles, shell.thickness, shell.material))
 
 
-def pinched_cylinder() -> list[Row]:
+@benchmark("pinched cylinder")
+def pinched_cylinder(rows: Rows) -> None:
     """Displacement under two opposite unit forces, on an octant (units of the source).
 
     The reference is a Fourier series without shear strains. Under a point force the displacement
@@ -239,7 +299,7 @@ def pinched_cylinder() -> list[Row]:
     work's order is 2 at least, that of flat facets, and above it while the elements' own error, of
     fourth order, counts.
     """
-    rows = pinched_cylinder_fine(CELLS[-1])
+    rows += pinched_cylinder_fine(CELLS[-1])
     even, odd = wave(WAVES)
     *_, work = CYLINDER.term(1, even, odd, lambda phi: (0.0 * phi, even(phi)[0][:, 0]))
     exact = work * 0.25 * CYLINDER.length  # ∫ sin² over half the length
@@ -248,19 +308,18 @@ def pinched_cylinder() -> list[Row]:
     source = "shear-flexible shell, closed form for one wave"
     rows.add(quantity, exact, found[-1], "in lbf", 1e-3, source)
     rows.order("the work", 2.0, 1.0 / np.array(CELLS), np.abs(found - exact), FACETS)
-    return rows
 
 
-def pinched_cylinder_fine(cells: int = 64) -> Rows:
+@benchmark(
+    "pinched cylinder", "Lindberg, Olson and Cowper 1969; MacNeal and Harder 1985", heavy=True
+)
+def pinched_cylinder_fine(rows: Rows, cells: int = 64) -> None:
     """The forces on 64 cells a side."""
     model = _part(CYLINDER, cells)
     top = int(np.argmax(model.nodes[:, 2] + model.nodes[:, 0]))
     moved = _octant(model).static(model.nodal_load(top, (0.0, 0.0, -0.25)))
-    source = "Lindberg, Olson and Cowper 1969; MacNeal and Harder 1985"
-    rows = Rows("pinched cylinder", source)
     quantity = f"displacement under the force, {cells} cells a side"
     rows.add(quantity, 1.8248e-5, -moved[top, UZ], "in", 0.02)
-    return rows
 
 
 def _work_of_pressure(cells: int) -> float:
@@ -281,75 +340,5 @@ def _octant(model: ShellModel) -> ShellModel:
     return held.hold(y == 0.0, UY, RX, RZ).hold(z < 1e-9 * CYLINDER.radius, UZ, RX, RY)
 
 
-def hyperbolic_paraboloid(
-    thickness: float = 1e-2, cells: int = 16, allowed: float = 0.01
-) -> list[Row]:
-    """The surface z = x² − y², |x|, |y| < 1/2 m, clamped at x = −1/2 m, under a weight of 8 kN/m3.
-
-    Bent without stretching, the hardest for elements of flat facets: with elements of the size h
-    on a radius R they are too stiff by 1 % at h²/(R t) = 0.5 and by 13 % at 2, whatever the shear.
-    Half of the surface is computed.
-    """
-    nodes, triangles = panel(
-        2 * cells,
-        cells,
-        lambda a, b: (a - 0.5, 0.5 * b, (a - 0.5) ** 2 - (0.5 * b) ** 2),
-        0.15,
-    )
-    model = shell_model(nodes, Shells(triangles, thickness, STEEL))
-    load = model.area_load((0.0, 0.0, -8000.0 * thickness))
-    x, y, _ = nodes.T
-    moved = model.hold(x < 1e-9 - 0.5).hold(y < 1e-9, UY, RX, RZ).static(load)
-    tip, work = moved[_nearest(nodes, (0.5, 0.0, 0.25)), UZ], (load * moved).sum()
-    deflection, energy = HYPAR[thickness]
-    source = "Bathe, Iosilevich and Chapelle 2000, fine mesh of MITC16"
-    rows = Rows(f"hyperbolic paraboloid, t/L = {thickness:g}", source)
-    rows.where = f"{cells} elements on half an edge"
-    rows.add("deflection of the free edge's middle", deflection, -tip, "m", allowed)
-    rows.add("strain energy of both halves", energy, work, "N m", allowed)
-    return rows
-
-
-def hyperbolic_paraboloid_fine() -> list[Row]:
-    """Thinner by ten, on elements of a quarter of the size."""
-    return hyperbolic_paraboloid(1e-3, 64, 5e-3)
-
-
-def twisted_strip(thickness: float = 0.32, cells: int = 4, allowed: float = 2e-3) -> list[Row]:
-    """A strip of 12 by 1.1 that turns by 90° about its middle line, clamped, a force at its tip."""
-    length, width, material = 12.0, 1.1, Material(E=29e6, nu=0.22, rho=1.0)
-
-    def place(a: Array, b: Array) -> tuple[Array, Array, Array]:
-        turn, across = 0.5 * np.pi * a, width * (b - 0.5)
-        return length * a, across * np.cos(turn), across * np.sin(turn)
-
-    nodes, triangles = panel(6 * cells, cells, place, 0.15)
-    model = shell_model(nodes, Shells(triangles, thickness, material)).hold(nodes[:, 0] < 1e-9)
-    spread = line_load(nodes, lines_at(triangles, np.abs(nodes[:, 0] - length) < 1e-9))
-    thick = "MacNeal and Harder 1985"
-    source = thick if thickness > 0.1 else "Belytschko, Wong and Stolarski 1989"
-    rows = Rows(f"twisted strip, t = {thickness:g}", source)
-    force, in_plane, out_of_plane = TWISTED[thickness]
-    for direction, component, reference in (
-        ("in plane", UZ, in_plane),
-        ("out of plane", UY, out_of_plane),
-    ):
-        load = np.zeros((len(nodes), 6))
-        load[:, component] = force * spread
-        found = model.static(load)[_nearest(nodes, (length, 0.0, 0.0)), component]
-        quantity = f"tip displacement, force {direction}, {cells} elements across"
-        rows.add(quantity, reference, found, "in", allowed)
-    return rows
-
-
-def twisted_strip_fine() -> list[Row]:
-    """A hundredth as thick: bent without stretching, on elements of a quarter of the size."""
-    return twisted_strip(0.0032, 16, 0.02)
-
-
 def _nearest(nodes: Array, point: tuple[float, float, float]) -> int:
     return int(np.argmin(np.linalg.norm(nodes - point, axis=1)))
-
-
-BENCHMARKS = (hyperbolic_paraboloid, twisted_strip, scordelis_lo, pinched_cylinder)
-HEAVY = (hyperbolic_paraboloid_fine, twisted_strip_fine, pinched_cylinder_fine)

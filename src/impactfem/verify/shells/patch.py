@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse.linalg
 from numpy.typing import NDArray
+from scipy.special import roots_legendre
 
 from impactfem.building.mesh import rigid_body
 from impactfem.building.section import BeamSection
 from impactfem.building.shell_model import Beams, ShellModel, Shells, shell_model
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.shells import (
     CONCRETE,
     ROTATION,
     SHEAR,
+    Ints,
     flat,
     joined,
     lines_at,
@@ -33,7 +37,32 @@ ZERO = 1e-11
 """An eigenvalue below this part of the largest one is zero; the next ones are above 1e-9."""
 
 
-def shell_patch() -> list[Row]:
+@benchmark("rigid-body modes")
+def shell_rigid_body(rows: Rows) -> None:
+    """Free parts in no special direction, far from the origin, on distorted meshes.
+
+    For each unit motion r of the six: |rᵀ K r| over the norm of K. Then the number of zero
+    eigenvalues of K: six, so that no other motion is free, either. Last, the drilling energy is
+    there: a turn φ about the normal with the rotations turned the wrong way, θ = −φ n, costs
+    ½ c μ t (2 φ)² A.
+    """
+    for label, model in _parts().items():
+        rigid_body_rows(rows, label, model)
+    length, width, t, phi = 6.0, 4.0, 0.3, 1e-3
+    nodes, triangles = rectangle(length, width, 4, 3, 0.3)
+    model = shell_model(nodes @ ROTATION.T, Shells(triangles, t, CONCRETE))
+    normal = ROTATION[:, 2]
+    motion = np.zeros((len(nodes), 6))
+    motion[:, :3] = phi * np.cross(normal, model.nodes)
+    motion[:, 3:] = -phi * normal
+    energy = 0.5 * motion.ravel() @ (model.K @ motion.ravel())
+    exact = 0.5 * CONCRETE.G * t * (2.0 * phi) ** 2 * length * width
+    source = "the element's drilling energy (Hughes and Brezzi 1989), closed form"
+    rows.add("energy of rotations against the turn of a plate", exact, energy, "J", 1e-10, source)
+
+
+@benchmark(source="closed form; patch test of Irons")
+def shell_patch(rows: Rows) -> None:
     """Constant membrane strains, constant curvatures without shear, and constant shear.
 
     The boundary nodes are given all six components of the exact state; what the inner nodes do,
@@ -43,7 +72,6 @@ def shell_patch() -> list[Row]:
     With a constant shear the curvature is linear and the deflection cubic, which no element holds;
     its nodes are where they should be all the same, and so is the energy.
     """
-    rows = Rows("", "closed form; patch test of Irons")
     for t in (0.06, 0.6):
         # A distorted rectangle, turned.
         place, triangles = rectangle(LENGTH, WIDTH, 4, 4, 0.35)
@@ -70,7 +98,6 @@ def shell_patch() -> list[Row]:
             rows.name = f"{kind} patch test"
             rows.add("largest error of the displacement or rotation", 0.0, max(off), "-", 1e-9)
             rows.add("largest error of the energy", 0.0, max(energies), "-", 1e-9)
-    return rows
 
 
 def membrane_state(place: Array, strain: tuple[float, float, float]) -> Array:
@@ -103,36 +130,29 @@ def shear_state(place: Array, t: float, powers: tuple[int, int]) -> tuple[Array,
     """
     p, q = powers
 
-    def at(x: Array, y: Array, dx: int, dy: int) -> Array:
+    def at(x: Any, y: Any, dx: int, dy: int) -> Array:
         """A derivative of φ."""
-        return np.asarray(
-            math.perm(p, dx) * math.perm(q, dy) * x ** max(p - dx, 0) * y ** max(q - dy, 0)
-        )
+        factor = math.perm(p, dx) * math.perm(q, dy)
+        return np.asarray(factor * x ** max(p - dx, 0) * y ** max(q - dy, 0))
 
     x, y = place[:, 0], place[:, 1]
     rigidity = CONCRETE.E * t**3 / (12.0 * (1.0 - CONCRETE.nu**2))
-    zero = np.zeros(1)
-    laplacian = [at(zero, zero, 2 + a, b) + at(zero, zero, a, 2 + b) for a, b in ((1, 0), (0, 1))]
-    shear = -rigidity * np.ravel(laplacian)
+    laplacian = [at(0.0, 0.0, 2 + a, b) + at(0.0, 0.0, a, 2 + b) for a, b in ((1, 0), (0, 1))]
+    shear = -rigidity * np.array(laplacian)
     gamma = shear / (SHEAR * CONCRETE.G * t)
     state = np.zeros((len(place), 6))
     state[:, 2] = at(x, y, 0, 0) + gamma[0] * x + gamma[1] * y
     state[:, 4] = -at(x, y, 1, 0)  # β_x
     state[:, 3] = at(x, y, 0, 1)  # −β_y
     # The energy of bending is quadratic over the rectangle: 3 by 3 points of Gauss are enough.
-    points, weights = np.sqrt([0.6, 0.0, 0.6]) * [-1.0, 0.0, 1.0], np.array([5.0, 8.0, 5.0]) / 9.0
-    xs, ys = (0.5 * (1.0 + a.ravel()) for a in np.meshgrid(points, points))
-    area = LENGTH * WIDTH
-    curvature = [-at(LENGTH * xs, WIDTH * ys, a, b) for a, b in ((2, 0), (0, 2), (1, 1))]
-    bending = [
-        _energy(t**3 / 12.0, (float(xx), float(yy), float(xy)))
-        for xx, yy, xy in zip(*curvature, strict=True)
-    ]
-    mean = 0.25 * float(np.outer(weights, weights).ravel() @ bending)
-    return state, mean + 0.5 * area * float(shear @ gamma)
+    s, weights = roots_legendre(3)
+    xs, ys = LENGTH * 0.5 * (1.0 + s[:, None]), WIDTH * 0.5 * (1.0 + s)
+    bending = _energy(t**3 / 12.0, [-at(xs, ys, a, b) for a, b in ((2, 0), (0, 2), (1, 1))])
+    mean = 0.25 * float(weights @ bending @ weights)
+    return state, mean + 0.5 * LENGTH * WIDTH * float(shear @ gamma)
 
 
-def _energy(depth: float, strain: tuple[float, float, float]) -> float:
+def _energy(depth: float, strain: Sequence[Any]) -> Any:
     """½ A D(ε):ε times the depth: t for strains, t³/12 for curvatures."""
     xx, yy, xy = strain
     E, nu = CONCRETE.E, CONCRETE.nu
@@ -140,53 +160,28 @@ def _energy(depth: float, strain: tuple[float, float, float]) -> float:
     return 0.5 * LENGTH * WIDTH * density * depth
 
 
-def shell_rigid_body() -> list[Row]:
-    """Free parts in no special direction, far from the origin, on distorted meshes.
-
-    For each unit motion r of the six: |rᵀ K r| over the norm of K. Then the number of zero
-    eigenvalues of K: six, so that no other motion is free, either. Last, the drilling energy is
-    there: a turn φ about the normal with the rotations turned the wrong way, θ = −φ n, costs
-    ½ c μ t (2 φ)² A.
-    """
-    rows = Rows("rigid-body modes")
-    for label, model in _parts().items():
-        rigid_body_rows(rows, label, model)
-    length, width, t, phi = 6.0, 4.0, 0.3, 1e-3
-    nodes, triangles = rectangle(length, width, 4, 3, 0.3)
-    model = shell_model(nodes @ ROTATION.T, Shells(triangles, t, CONCRETE))
-    normal = ROTATION[:, 2]
-    motion = np.zeros((len(nodes), 6))
-    motion[:, :3] = phi * np.cross(normal, model.nodes)
-    motion[:, 3:] = -phi * normal
-    energy = 0.5 * motion.ravel() @ (model.K @ motion.ravel())
-    exact = 0.5 * CONCRETE.G * t * (2.0 * phi) ** 2 * length * width
-    source = "the element's drilling energy (Hughes and Brezzi 1989), closed form"
-    rows.add("energy of rotations against the turn of a plate", exact, energy, "J", 1e-10, source)
-    return rows
-
-
 def _parts() -> dict[str, ShellModel]:
-    def turned(
-        mesh: tuple[NDArray[np.float64], NDArray[np.int64]], t: float, *beams: Beams
-    ) -> ShellModel:
-        nodes, triangles = mesh
-        moved = nodes @ ROTATION.T + [40.0, -25.0, 30.0]
-        return shell_model(moved, Shells(triangles, t, CONCRETE), *beams)
-
     skew = panel(4, 3, flat((6.0, 1.0, 0.0), (1.5, 4.0, 0.0)), 0.3)
     roof = panel(4, 3, lambda a, b: (5.0 * np.sin(a), 5.0 * np.cos(a), 4.0 * b), 0.3)
-    along = (6.0, 0.0, 0.0)
     wings = ((0.0, 0.0, -2.0), (0.0, 2.0, 0.0), (0.0, -2.0, 0.0))
-    nodes, triangles, _ = joined([panel(3, 2, flat(along, wing)) for wing in wings])
-    joint = lines_at(triangles, (nodes[:, 1] == 0.0) & (nodes[:, 2] == 0.0))
+    nodes, triangles, _ = joined([panel(3, 2, flat((6.0, 0.0, 0.0), wing)) for wing in wings])
+    lines = lines_at(triangles, (nodes[:, 1] == 0.0) & (nodes[:, 2] == 0.0))
     section = BeamSection.rectangle(0.4, 0.7, reference=(0.3, 0.2, 0.9), offset=(0.1, 0.2, -0.5))
-    return {
-        "thin skew plate": turned(skew, 0.06),
-        "thick skew plate": turned(skew, 0.9),
-        "curved panel": turned(roof, 0.3),
-        "T-joint with an eccentric beam": turned(
-            (nodes, triangles), 0.3, Beams(joint, section, CONCRETE)
+    meshes: dict[str, tuple[tuple[Array, Ints], float, list[Beams]]] = {
+        "thin skew plate": (skew, 0.06, []),
+        "thick skew plate": (skew, 0.9, []),
+        "curved panel": (roof, 0.3, []),
+        "T-joint with an eccentric beam": (
+            (nodes, triangles),
+            0.3,
+            [Beams(lines, section, CONCRETE)],
         ),
+    }
+    return {
+        label: shell_model(
+            nodes @ ROTATION.T + [40.0, -25.0, 30.0], Shells(triangles, t, CONCRETE), *beams
+        )
+        for label, ((nodes, triangles), t, beams) in meshes.items()
     }
 
 
@@ -200,6 +195,3 @@ def rigid_body_rows(rows: Rows, label: str, model: ShellModel) -> None:
     source = "rigid motions strain nothing"
     rows.add(f"largest energy over the norm of K, {label}", 0.0, energy, "-", 1e-15, source)
     rows.add(f"zero eigenvalues, {label}", 6.0, zeros, "-", 0.0, "a free body has six")
-
-
-BENCHMARKS = (shell_rigid_body, shell_patch)

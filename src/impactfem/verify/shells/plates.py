@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,7 +9,7 @@ from impactfem.building.mesh import areas
 from impactfem.building.read_mesh import gmsh_session
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, ShellModel, Shells, shell_model
 from impactfem.system.own_process import in_own_process
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.shells import STEEL, mindlin, panel, quadratic, rectangle
 
 Array = NDArray[np.float64]
@@ -41,17 +39,22 @@ FV12 = (1.622, 2.360, 2.922, 4.233, 4.233, 7.416)
 FV32 = (44.623, 130.03, 162.70, 246.05, 379.90, 391.44)
 
 
-def mindlin_plate() -> list[Row]:
+MINDLIN_1951 = "Mindlin 1951, closed form for hard simple supports, κ = 5/6"
+
+
+@benchmark(source=MINDLIN_1951)
+def mindlin_plate(rows: Rows) -> None:
     """Hard supports (w and the tangential rotation) on meshes of 8, 16 and 32 cells a side.
 
     Frequencies of quadratic elements have the order 4; fitted over these meshes 0.2 may be missing.
     """
-    return _mindlin((8, 16, 32), ALLOWED)
+    _mindlin(rows, (8, 16, 32), ALLOWED)
 
 
-def mindlin_plate_fine() -> list[Row]:
+@benchmark(source=MINDLIN_1951, heavy=True)
+def mindlin_plate_fine(rows: Rows) -> None:
     """The same on 16, 32 and 64 cells a side: an 8th of the error."""
-    return _mindlin((16, 32, 64), ALLOWED / 8.0)
+    _mindlin(rows, (16, 32, 64), ALLOWED / 8.0)
 
 
 def mindlin_frequencies(thickness: float, count: int = COUNT) -> Array:
@@ -61,20 +64,17 @@ def mindlin_frequencies(thickness: float, count: int = COUNT) -> Array:
     return mindlin(k2, thickness, STEEL) / (2.0 * np.pi)
 
 
-def _mindlin(cells: tuple[int, ...], allowed: float) -> list[Row]:
-    rows = Rows("", "Mindlin 1951, closed form for hard simple supports, κ = 5/6")
+def _mindlin(rows: Rows, cells: tuple[int, ...], allowed: float) -> None:
     for ratio in RATIOS:
         reference = mindlin_frequencies(ratio * LENGTH)
         found = [_supported(LENGTH, ratio * LENGTH, n).modes(COUNT)[0] for n in cells]
         rows.name = f"simply supported plate, t/L = {ratio:g}"
-        for k, (exact, computed) in enumerate(zip(reference, found[-1], strict=True)):
-            tolerance = allowed * (1.0 if k < 3 else 2.0)
-            quantity = f"frequency {k + 1}, {cells[-1]} cells a side"
-            rows.add(quantity, exact, computed, "Hz", tolerance)
-        errors = np.array([abs(f[0] / reference[0] - 1.0) for f in found])
+        quantities = [f"frequency {k}, {cells[-1]} cells a side" for k in range(1, COUNT + 1)]
+        tolerance = allowed * np.repeat([1.0, 2.0], 3)
+        rows.add(quantities, reference, found[-1], "Hz", tolerance)
+        errors = [abs(f[0] / reference[0] - 1.0) for f in found]
         source = "twice the order 2 of the strains of quadratic elements"
         rows.order("frequency 1", 4.0, 1.0 / np.array(cells), errors, source, 0.2)
-    return rows
 
 
 def _supported(length: float, thickness: float, cells: int) -> ShellModel:
@@ -86,94 +86,8 @@ def _supported(length: float, thickness: float, cells: int) -> ShellModel:
     return model.hold(x >= 0.0, UX, UY, RZ).hold(at_x, UZ, RX).hold(at_y, UZ, RY)
 
 
-def plate_forces() -> list[Row]:
-    """A unit pressure on a square plate of 1 m on hard simple supports.
-
-    Moments are of the order 2 and the shear of the order 1 at least, over the centres of the
-    elements and whatever the thickness.
-    """
-    rows, sizes = Rows("", NAVIER), 1.0 / np.array(CELLS)
-    for t in RATIOS:
-        errors = []
-        for cells in CELLS:
-            model = _supported(1.0, t, cells)
-            field = model.section_forces(model.static(model.area_load(UNIT_PRESSURE)))
-            centres, corners = field.centres(), model.nodes[model.triangles[:, :3]]
-            exact = navier(corners.mean(axis=1))
-            found = np.hstack([centres.moment, centres.shear])
-            weights = areas(model.nodes, model.triangles)
-            away, size = (weights @ a**2 for a in (found - exact, exact))
-            moments, shear = away[:3].sum() / size[:3].sum(), away[3:].sum() / size[3:].sum()
-            errors.append(np.sqrt([moments, shear]))
-        at, wanted = field.at(PLACES), navier(PLACES)
-        M11, M12, Q1 = at.moment[0, 0], at.moment[2, 2], at.shear[1, 0]
-        rows.name, rows.where = f"simply supported plate, t/L = {t:g}", f"{CELLS[-1]} cells a side"
-        rows.add("M11 at the centre", wanted[0, 0], M11, "q L²", 3e-3)
-        rows.add("M12 in the corner", wanted[2, 2], M12, "q L²", 1e-2)
-        rows.add("Q1 in the middle of an edge", wanted[1, 3], Q1, "q L", 0.03)
-        for quantity, least, error, source in zip(
-            ("the moments", "the shear"),
-            (2.0, 1.0),
-            np.transpose(errors),
-            ("strains of quadratic elements", "derivatives of moments of the order 2"),
-            strict=True,
-        ):
-            rows.order(f"{quantity} at the elements' centres", least, sizes, error, source, 0.2)
-    return rows
-
-
-def navier(points: Array, count: int = 200) -> Array:
-    """M11, M22, M12, Q1, Q2 of Navier's plate of 1 m under a unit pressure, shape (n, 5).
-
-    With w ~ Σ q_mn / (D k⁴) sin(m π x) sin(n π y), q_mn = 16 / (π² m n), k² = π² (m² + n²), odd m
-    and n. Positive moments stretch the side of the pressure's direction: those of a pressure along
-    the normal are positive where the plate arches towards it.
-    """
-    nu = STEEL.nu
-    odd = 2.0 * np.arange(count) + 1.0
-    a, b = np.pi * odd[:, None], np.pi * odd[None]
-    load = 16.0 / (np.pi**2 * np.outer(odd, odd))
-    k2 = a**2 + b**2
-    x, y = (np.outer(p, np.pi * odd) for p in np.asarray(points, dtype=np.float64).T[:2])
-    sx, cx, sy, cy = np.sin(x), np.cos(x), np.sin(y), np.cos(y)
-    w = load / k2**2
-
-    def total(terms: Any, along_x: Array, along_y: Array) -> Array:
-        return np.asarray(np.einsum("pm,mn,pn->p", along_x, terms, along_y, optimize=True))
-
-    return np.column_stack(
-        [
-            total(w * (a**2 + nu * b**2), sx, sy),
-            total(w * (b**2 + nu * a**2), sx, sy),
-            -(1.0 - nu) * total(w * a * b, cx, cy),
-            total(load / k2 * a, cx, sy),
-            total(load / k2 * b, sx, cy),
-        ]
-    )
-
-
-def plate_bent_in_plane() -> list[Row]:
-    """Pure bending in the plane, N11 = y: quadratic displacements, which the element holds."""
-    t, E, nu = 0.2, STEEL.E, STEEL.nu
-    nodes, triangles = rectangle(3.0, 2.0, 4, 3, 0.3)
-    model = shell_model(nodes, Shells(triangles, t, STEEL))
-    x, y, _ = nodes.T
-    exact = np.zeros((len(nodes), 6))
-    exact[:, UX] = x * y / (E * t)
-    exact[:, UY] = -0.5 * (x**2 + nu * y**2) / (E * t)
-    exact[:, RZ] = -x / (E * t)
-    edge = (np.minimum(x, 3.0 - x) < 1e-9) | (np.minimum(y, 2.0 - y) < 1e-9)
-    field = model.section_forces(model.prescribed(exact.ravel(), model.rows(edge)))
-    wanted = np.zeros((*field.values.shape[:2], 3))
-    wanted[..., 0] = y[triangles]
-    away = np.abs(field.values[..., :3] - wanted).max()
-    rows = Rows("plate bent in its plane", "closed form; quadratic elements hold it")
-    quantity = "largest error of N at the nodes of the elements, over the largest N"
-    rows.add(quantity, 0.0, away / np.abs(wanted).max(), "-", 1e-9)
-    return rows
-
-
-def clamped_plate(cells: int = 16) -> list[Row]:
+@benchmark()
+def clamped_plate(rows: Rows, cells: int = 16) -> None:
     """Square plates under uniform pressure on triangles of gmsh, from thick to very thin.
 
     Shear that is not reduced enough, or not stabilised, makes the thin ones too stiff: irregular
@@ -183,7 +97,6 @@ def clamped_plate(cells: int = 16) -> list[Row]:
     x, y, _ = nodes.T
     edge = np.minimum(np.minimum(x, 1.0 - x), np.minimum(y, 1.0 - y)) < 1e-9
     centre = int(np.argmin(np.hypot(x - 0.5, y - 0.5)))
-    rows = Rows("")
     rows.where = f"{cells} elements of gmsh a side"
     for t, reference in CLAMPED.items():
         model = shell_model(nodes, Shells(triangles, t, STEEL))
@@ -198,7 +111,6 @@ def clamped_plate(cells: int = 16) -> list[Row]:
             at_edge, at_centre = model.section_forces(moved).at(places).moment[:, 0]
             rows.add("M11 in the middle of an edge", -EDGE_MOMENT, at_edge, "q L²", 0.02)
             rows.add("M11 at the centre", CENTRE_MOMENT, at_centre, "q L²", 0.02)
-    return rows
 
 
 def _square(cells: int) -> tuple[Array, Ints]:
@@ -219,7 +131,89 @@ def _square(cells: int) -> tuple[Array, Ints]:
     return vertices, triangles.reshape(-1, 3).astype(np.int64)
 
 
-def nafems_fv12() -> list[Row]:
+@benchmark(source=NAVIER)
+def plate_forces(rows: Rows) -> None:
+    """A unit pressure on a square plate of 1 m on hard simple supports.
+
+    Moments are of the order 2 and the shear of the order 1 at least, over the centres of the
+    elements and whatever the thickness.
+    """
+    for t in RATIOS:
+        errors = []
+        for cells in CELLS:
+            model = _supported(1.0, t, cells)
+            field = model.section_forces(model.static(model.area_load(UNIT_PRESSURE)))
+            centres, corners = field.centres(), model.nodes[model.triangles[:, :3]]
+            exact = navier(corners.mean(axis=1))
+            found = np.hstack([centres.moment, centres.shear])
+            weights = areas(model.nodes, model.triangles)
+            away, size = (weights @ a**2 for a in (found - exact, exact))
+            parts = slice(0, 3), slice(3, 5)
+            errors.append([np.sqrt(away[part].sum() / size[part].sum()) for part in parts])
+        at, wanted = field.at(PLACES), navier(PLACES)
+        M11, M12, Q1 = at.moment[0, 0], at.moment[2, 2], at.shear[1, 0]
+        rows.name, rows.where = f"simply supported plate, t/L = {t:g}", f"{CELLS[-1]} cells a side"
+        rows.add("M11 at the centre", wanted[0, 0], M11, "q L²", 3e-3)
+        rows.add("M12 in the corner", wanted[2, 2], M12, "q L²", 1e-2)
+        rows.add("Q1 in the middle of an edge", wanted[1, 3], Q1, "q L", 0.03)
+        for k, (quantity, least, source) in enumerate(
+            (
+                ("the moments", 2.0, "strains of quadratic elements"),
+                ("the shear", 1.0, "derivatives of moments of the order 2"),
+            )
+        ):
+            quantity, error = f"{quantity} at the elements' centres", [pair[k] for pair in errors]
+            rows.order(quantity, least, 1.0 / np.array(CELLS), error, source, 0.2)
+
+
+def navier(points: Array, count: int = 200) -> Array:
+    """M11, M22, M12, Q1, Q2 of Navier's plate of 1 m under a unit pressure, shape (n, 5).
+
+    With w ~ Σ q_mn / (D k⁴) sin(m π x) sin(n π y), q_mn = 16 / (π² m n), k² = π² (m² + n²), odd m
+    and n. Positive moments stretch the side of the pressure's direction: those of a pressure along
+    the normal are positive where the plate arches towards it.
+    """
+    nu = STEEL.nu
+    odd = 2.0 * np.arange(count) + 1.0
+    a, b = np.pi * odd[:, None], np.pi * odd[None]
+    load = 16.0 / (np.pi**2 * np.outer(odd, odd))
+    k2 = a**2 + b**2
+    x, y = (np.outer(p, np.pi * odd) for p in np.asarray(points, dtype=np.float64).T[:2])
+    sx, cx, sy, cy = np.sin(x), np.cos(x), np.sin(y), np.cos(y)
+    w = load / k2**2
+    terms = (
+        (w * (a**2 + nu * b**2), sx, sy),
+        (w * (b**2 + nu * a**2), sx, sy),
+        (-(1.0 - nu) * w * a * b, cx, cy),
+        (load / k2 * a, cx, sy),
+        (load / k2 * b, sx, cy),
+    )
+    return np.column_stack(
+        [np.einsum("pm,mn,pn->p", p, term, q, optimize=True) for term, p, q in terms]
+    )
+
+
+@benchmark("plate bent in its plane", "closed form; quadratic elements hold it")
+def plate_bent_in_plane(rows: Rows) -> None:
+    """Pure bending in the plane, N11 = y: quadratic displacements, which the element holds."""
+    t, E, nu = 0.2, STEEL.E, STEEL.nu
+    nodes, triangles = rectangle(3.0, 2.0, 4, 3, 0.3)
+    model = shell_model(nodes, Shells(triangles, t, STEEL))
+    x, y, _ = nodes.T
+    exact = np.zeros((len(nodes), 6))
+    exact[:, UX] = x * y / (E * t)
+    exact[:, UY] = -0.5 * (x**2 + nu * y**2) / (E * t)
+    exact[:, RZ] = -x / (E * t)
+    edge = (np.minimum(x, 3.0 - x) < 1e-9) | (np.minimum(y, 2.0 - y) < 1e-9)
+    field = model.section_forces(model.prescribed(exact.ravel(), model.rows(edge)))
+    wanted = y[triangles][..., None] * [1.0, 0.0, 0.0]
+    away = np.abs(field.values[..., :3] - wanted).max()
+    quantity = "largest error of N at the nodes of the elements, over the largest N"
+    rows.add(quantity, 0.0, away / np.abs(wanted).max(), "-", 1e-9)
+
+
+@benchmark("NAFEMS FV12 free plate", "NAFEMS R0015, test FV12")
+def nafems_fv12(rows: Rows) -> None:
     """FV12: 10 m × 10 m × 5 cm, free, in-plane motions held; modes 4 to 9.
 
     NAFEMS' references of modes 7 to 9 are about 1 % above those of a free plate by Kirchhoff's
@@ -233,17 +227,15 @@ def nafems_fv12() -> list[Row]:
     rigidity = STEEL.E * t**2 / (12.0 * (1.0 - STEEL.nu**2) * STEEL.rho)  # D / (ρ t)
     thin = np.array(FREE_PLATE) * np.sqrt(rigidity) / (2.0 * np.pi * length**2)
     near, far = 3e-3, 0.02
-    rows = Rows("NAFEMS FV12 free plate", "NAFEMS R0015, test FV12")
-    for k, (reference, computed) in enumerate(zip(FV12, found, strict=True)):
-        rows.add(f"frequency {k + 4}", reference, computed, "Hz", near if k < 3 else far)
+    quantities = [f"frequency {k}" for k in range(4, 10)]
+    rows.add(quantities, FV12, found, "Hz", np.repeat([near, far], 3))
     rows.name = "free thin plate, as FV12"
     rows.source = "free square plate of Kirchhoff (Hurlebaus, Gaul and Wang 2001)"
-    for k, (reference, computed) in enumerate(zip(thin, found, strict=True)):
-        rows.add(f"frequency {k + 4}", reference, computed, "Hz", near)
-    return rows
+    rows.add(quantities, thin, found, "Hz", near)
 
 
-def nafems_fv32() -> list[Row]:
+@benchmark("NAFEMS FV32 membrane", "NAFEMS R0015, test FV32")
+def nafems_fv32(rows: Rows) -> None:
     """FV32: 10 m long, 5 m wide where it is clamped and 1 m at the tip, in its plane.
 
     Half the element size lowers modes 4 and 5 by 0.05 % and 0.1 %, the others by 0.02 % at most:
@@ -254,19 +246,5 @@ def nafems_fv32() -> list[Row]:
     )
     x, model = nodes[:, 0], shell_model(nodes, Shells(triangles, 0.05, STEEL))
     found = model.hold(x >= 0.0, UZ, RX, RY).hold(x == 0.0, UX, UY).modes(6)[0]
-    rows = Rows("NAFEMS FV32 membrane", "NAFEMS R0015, test FV32")
-    allowed = (4e-4, 4e-4, 4e-4, 1e-3, 2e-3, 4e-4)
-    for k, (reference, tolerance) in enumerate(zip(FV32, allowed, strict=True)):
-        rows.add(f"frequency {k + 1}", reference, found[k], "Hz", tolerance)
-    return rows
-
-
-BENCHMARKS = (
-    mindlin_plate,
-    clamped_plate,
-    plate_forces,
-    plate_bent_in_plane,
-    nafems_fv12,
-    nafems_fv32,
-)
-HEAVY = (mindlin_plate_fine,)
+    quantities = [f"frequency {k}" for k in range(1, 7)]
+    rows.add(quantities, FV32, found, "Hz", [4e-4, 4e-4, 4e-4, 1e-3, 2e-3, 4e-4])

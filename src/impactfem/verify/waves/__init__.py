@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.shell_model import ShellModel, petsc_matrix
+from impactfem.building.shell_model import UZ, ShellModel, petsc_matrix
 from impactfem.dynamics.damping import Rayleigh
 
 if TYPE_CHECKING:
@@ -79,6 +79,17 @@ class MovingModel:
         K.destroy()
         M.destroy()
         return [ReducedMotion(model, model.shapes(rows)) for model in models]
+
+
+def pressures(model: ShellModel, values: Array, mass: float) -> Array:
+    """Nodal loads (6 n, m) of pressures, or line loads, at the nodes (n, m) along z.
+
+    The mass of the deflections is the mass per area, or length, times ∫N Nᵀ: over that mass it
+    turns a distributed load into its forces.
+    """
+    loads = np.zeros((len(model.K.indptr) - 1, values.shape[1]))
+    loads[UZ::6] = model.M[UZ::6, UZ::6] @ values / mass
+    return loads
 
 
 @dataclass(frozen=True, eq=False)

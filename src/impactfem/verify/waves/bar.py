@@ -52,10 +52,10 @@ class Bar:
         of_wall = 0 if wall is None else 2 * IN_WALL - 1
         size = n + 1 + 2 * of_wall
         K, M = np.zeros((size, size)), np.zeros((size, size))
-        for i in range(n):
-            part = np.ix_((i, i + 1), (i, i + 1))
-            K[part] += stiffness * n / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
-            M[part] += mass / n / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
+        ends = np.diff(np.eye(n + 1), axis=0)  # of each element: -1 and 1
+        K[: n + 1, : n + 1] = stiffness * n / length * ends.T @ ends
+        both = np.abs(ends)
+        M[: n + 1, : n + 1] = mass / n / 6.0 * (both.T @ both + np.diag(both.sum(axis=0)))
         M[0, 0] += end_mass[0]
         M[n, n] += end_mass[1]
         if wall is not None:

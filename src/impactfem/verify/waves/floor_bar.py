@@ -19,7 +19,7 @@ from impactfem.building.geometry import Beam, Column, Geometry, MeshSize
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.spectra import response_spectra
 from impactfem.stages.transient.physics import arrivals, crossing_time
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.waves.bar import Bar, EdgeWall
 from impactfem.verify.waves.paper import paper_case, prepared_building
 
@@ -54,10 +54,12 @@ HIGHEST = 450.0
 FAIR = {"facades lumped": (75.0, HIGHEST), "facades that bend": (40.0, 200.0)}
 """Frequencies between which a bar is a fair model [Hz]: below, the slab bows between the gables,
 and lumped facades do not move as they do near their own frequency."""
+POINTS_OF_STRIP = ("edge that is hit", "centre", "far edge")
 POINTS = ("impact edge", "centre", "far edge")
 
 
-def floor_as_a_bar() -> list[Row]:
+@benchmark(NAME)
+def floor_as_a_bar(rows: Rows) -> None:
     """A strip of a slab, 250 t in all, on six soft columns, under a pulse and before a wall.
 
     Before the wall, and in the sums by hand, two beams lie along it; under the pulse none, as the
@@ -75,12 +77,10 @@ def floor_as_a_bar() -> list[Row]:
 
     parts, bare = _strip(beams=True), _strip(beams=False)
     bar = floor_bar(parts, 1, 1)
-    rows = Rows(NAME)
     _by_hand(rows, bar)
     _solver_rows(rows)
     _pulse_rows(rows, bare, floor_bar(bare, 1, 1))
     _wall_rows(rows, parts, bar)
-    return rows
 
 
 def _strip(*, beams: bool) -> BuildingParts:
@@ -89,7 +89,7 @@ def _strip(*, beams: bool) -> BuildingParts:
     from impactfem.building.read_mesh import read_mesh
     from impactfem.building.section import Material, Materials
 
-    lines = (("west", 1.2), ("east", 3.6))
+    lines = {"west": 1.2, "east": 3.6}
     built = Geometry(
         length=WIDTH,
         width=LENGTH,
@@ -98,11 +98,11 @@ def _strip(*, beams: bool) -> BuildingParts:
         walls=(),
         bays=(),
         beams=tuple(
-            Beam(name, (1,), (x, 0.0), (x, LENGTH), 0.3, 0.5) for name, x in lines if beams
+            Beam(name, (1,), (x, 0.0), (x, LENGTH), 0.3, 0.5) for name, x in lines.items() if beams
         ),
         columns=tuple(
             Column(f"{name}{k}", (1,), (x, y), 0.2, 0.2)
-            for name, x in lines
+            for name, x in lines.items()
             for k, y in enumerate((2.4, 7.8, 13.2))
         ),
         acroterion=None,
@@ -125,8 +125,8 @@ def _by_hand(rows: Rows, bar: FloorBar) -> None:
     stiffness = YOUNG * (WIDTH * SLAB + 2 * 0.3 * 0.5)
     speed = math.sqrt(stiffness * LENGTH / (MASS - columns))
     rows.source = "by hand: slab and beams, 250 t less half of the columns"
-    rows.add("EA' of the mesh", stiffness, bar.stiffness, "N", 1e-9)
-    rows.add("√(EA'/m') of the mesh", speed, bar.speed, "m/s", 1e-9)
+    quantities = ["EA' of the mesh", "√(EA'/m') of the mesh"]
+    rows.add(quantities, [stiffness, speed], [bar.stiffness, bar.speed], ["N", "m/s"], 1e-9)
 
 
 def _solver_rows(rows: Rows) -> None:
@@ -178,10 +178,9 @@ def _pulse_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
     made = Bar(LENGTH, bar.stiffness, total, bar.end_mass, RAYLEIGH)
     own = _at(made, made.pushed(force, STEP, 20), distance)
     rows.source = SOLVER
-    for k, place in ((0, "edge that is hit"), (4, "centre"), (8, "far edge")):
-        away = np.abs(floor[k] - own[k]).max() / np.abs(own).max()
-        quantity = f"largest difference of the acceleration over its peak, {place}"
-        rows.add(quantity, 0.0, away, "-", 0.02)
+    away = np.abs(floor - own).max(axis=1)[[0, 4, 8]] / np.abs(own).max()
+    quantity, places = "largest difference of the acceleration over its peak", POINTS_OF_STRIP
+    rows.add([f"{quantity}, {place}" for place in places], 0.0, away, "-", 0.02)
     ours, theirs = (crossing_time(distance, peaks(one)) or math.nan for one in (own, floor))
     rows.add("crossing by the slope of the peak", ours, theirs, "s", 0.02)
     light = peaks(_line_in_3d(parts, 1, loads, LIGHT, 1.0)[1])
@@ -283,7 +282,8 @@ def _impact(
     return floor_impacts(history, floors[-1]).first_complete()
 
 
-def paper_floor_as_a_bar(case_file: Path | None = None) -> list[Row]:
+@benchmark(PAPER, heavy=True)
+def paper_floor_as_a_bar(rows: Rows, case_file: Path | None = None) -> None:
     """Floor 8 of the paper's case, of its default mesh, under the forces of its own run.
 
     The bar has EA' and the masses of the mesh; only the force on floor 8 acts on it, while ground
@@ -299,108 +299,70 @@ def paper_floor_as_a_bar(case_file: Path | None = None) -> list[Row]:
 
     The wall is left out: the storeys below, which the bar has not, press floor 8 on. It stays there
     for 26 to 40 ms and the bar for 15 to 17 ms (docs/floor-as-a-bar.md).
-
-    Args:
-        case_file: The case; the shipped one of the paper when None.
-
-    Raises:
-        ImpactfemError: The source tree with the shipped case is missing.
-        SolutionError: A basis does not reach its tolerance.
     """
     from impactfem.building.floor import floor_bar
+    from impactfem.building.mesh import areas
+    from impactfem.stages.transient.compute import main_impact
 
     case = paper_case(case_file, END)
     with tempfile.TemporaryDirectory() as folder:
         prepared = prepared_building(case, Path(folder), END)
-    parts, loads = prepared.parts, prepared.loads
-    damping = prepared.damping
+    parts, loads, damping = prepared.parts, prepared.loads, prepared.damping
+    mesh, factor, step = parts.mesh, prepared.storey_factor, loads.time_step
     bar = floor_bar(parts, FLOOR, 1)
-    distance, floor = _line_in_3d(parts, FLOOR, loads, damping, prepared.storey_factor)
+    distance, floor = _line_in_3d(parts, FLOOR, loads, damping, factor)
     force = loads.force[:, [edge.floor for edge in loads.edges].index(FLOOR)]
-    lumped, bending = _paper_bars(bar, parts, damping, prepared.storey_factor)
-    rows = Rows(PAPER)
-    for kind, made in zip(FAIR, (lumped, bending), strict=True):
-        own = _at(made, made.pushed(force, loads.time_step, 20), distance)
-        _spectrum_rows(rows, kind, own, floor, loads.time_step)
-        if kind == "facades that bend":
-            _crossing_rows(rows, bar, own, floor, loads, force)
-    return rows
-
-
-def _paper_bars(
-    bar: FloorBar, parts: BuildingParts, damping: Rayleigh, storey_factor: float
-) -> tuple[Bar, Bar]:
-    """The floor with its facades lumped at the ends, and with them as walls that bend."""
-    mesh = parts.mesh
-    spread = bar.slab_mass + bar.standing_mass
-    lumped = Bar(bar.length, bar.stiffness, spread, bar.end_mass, damping)
+    # Both facades of the storey below as walls: volume over height and length of the slab.
     height = mesh.elevations[FLOOR] - mesh.elevations[FLOOR - 1]
-    # Of both facades of the storey below: volume over height and length of the slab.
     storey = mesh.triangles_of("storey", FLOOR)
     y = mesh.nodes[mesh.triangles[storey, :3], 1]
-    from impactfem.building.mesh import areas
-
     in_edge = storey[np.ptp(y, axis=1) + np.abs(y[:, 0] - y.min()) < 1e-6]
     area = areas(mesh.nodes, mesh.triangles)[in_edge]
     thickness = float(np.average(parts.thickness()[in_edge], weights=area))
     concrete = parts.slab_material(FLOOR)  # of the walls, too
-    wall = EdgeWall(
-        height=height,
-        bending=storey_factor * concrete.E * area.sum() / height * thickness**3 / 12.0,
-        mass=concrete.rho * float(area.sum()) * thickness,
-    )
+    bending = factor * concrete.E * area.sum() / height * thickness**3 / 12.0
+    wall = EdgeWall(height, bending, mass=concrete.rho * float(area.sum()) * thickness)
     # Half of each is in the end masses; what is left there are the upstands.
     upstand = (bar.end_mass[0] - 0.5 * wall.mass, bar.end_mass[1] - 0.5 * wall.mass)
-    return lumped, Bar(bar.length, bar.stiffness, spread, upstand, damping, wall)
-
-
-def _spectrum_rows(rows: Rows, kind: str, own: Array, floor: Array, step: float) -> None:
-    lowest, highest = FAIR[kind]
+    spread = bar.length, bar.stiffness, bar.slab_mass + bar.standing_mass
     frequency = np.geomspace(10.0, HIGHEST, 200)
-    chosen = [0, len(own) // 2, len(own) - 1]
-    mine, theirs = (
-        response_spectra(
-            one[chosen], step, frequency, [0.05], points_per_cycle=20.0, absolute=False
-        ).psa[0]
-        for one in (own, floor)
-    )
-    known = (frequency >= lowest) & (frequency <= highest)
-    for k, point in enumerate(POINTS):
-        rows.where = f"{point}, {kind}"
-        ratio = mine[k, known] / theirs[k, known]
-        worst = int(np.argmax(np.abs(ratio - 1.0)))
-        # The slab restrains the facade at its edge, neither hinge nor clamp: no row there.
-        if (kind, k) != ("facades that bend", 0):
-            band = f"{lowest:g} to {highest:g} Hz"
-            quantity = f"spectrum over that in 3D where it is farthest off, {band}"
-            source = f"the building in 3D; at {frequency[known][worst]:.0f} Hz"
-            rows.add(quantity, 1.0, ratio[worst], "-", 0.1, source)
-        if kind == "facades that bend":
-            peaks = theirs[k, known].max(), mine[k, known].max()
-            rows.add("peak of the spectrum", *peaks, "m/s2", 0.1, "the building in 3D")
+
+    def spectra(line: Array) -> Array:
+        chosen = line[[0, len(line) // 2, -1]]
+        found = response_spectra(
+            chosen, step, frequency, [0.05], points_per_cycle=20.0, absolute=False
+        )
+        return np.asarray(found.psa[0])
+
+    for kind, made in zip(
+        FAIR,
+        (Bar(*spread, bar.end_mass, damping), Bar(*spread, upstand, damping, wall)),
+        strict=True,
+    ):
+        own = _at(made, made.pushed(force, step, 20), distance)
+        lowest, highest = FAIR[kind]
+        known = (frequency >= lowest) & (frequency <= highest)
+        mine, theirs = spectra(own)[:, known], spectra(floor)[:, known]
+        for k, point in enumerate(POINTS):
+            rows.where = f"{point}, {kind}"
+            ratio = mine[k] / theirs[k]
+            worst = int(np.argmax(np.abs(ratio - 1.0)))
+            # The slab restrains the facade at its edge, neither hinge nor clamp: no row there.
+            if (kind, k) != ("facades that bend", 0):
+                band = f"{lowest:g} to {highest:g} Hz"
+                quantity = f"spectrum over that in 3D where it is farthest off, {band}"
+                source = f"the building in 3D; at {frequency[known][worst]:.0f} Hz"
+                rows.add(quantity, 1.0, ratio[worst], "-", 0.1, source)
+            if kind == "facades that bend":
+                peaks = theirs[k].max(), mine[k].max()
+                rows.add("peak of the spectrum", *peaks, "m/s2", 0.1, "the building in 3D")
     rows.where = ""
-
-
-def _crossing_rows(
-    rows: Rows,
-    bar: FloorBar,
-    own: Array,
-    floor: Array,
-    loads: Loads,
-    force: Array,
-) -> None:
-    from impactfem.stages.transient.compute import main_impact
-
     impact = main_impact(loads)
     if impact is None:
         rows.add("impacts in the window", 1.0, 0.0, "-", 0.0, "at least one")
         return
-    time = loads.time_step * np.arange(len(force))
-    mine, theirs = (arrivals(time, one, 1.0, impact, bar.crossing).peak for one in (own, floor))
+    time = step * np.arange(len(force))
+    mine, theirs = (arrivals(time, line, 1.0, impact, bar.crossing).peak for line in (own, floor))
     quantity = "from the peak at the impact edge to that at the far edge"
     ways = theirs[-1] - theirs[0], mine[-1] - mine[0]
     rows.add(quantity, *ways, "s", 0.05, "the building in 3D")
-
-
-BENCHMARKS = (floor_as_a_bar,)
-HEAVY = (paper_floor_as_a_bar,)

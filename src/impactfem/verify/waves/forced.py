@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from impactfem.building.section import BeamSection
 from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.shells import CONCRETE, SHEAR, mindlin, rectangle, straight_beam
-from impactfem.verify.waves import MovingModel, apart
+from impactfem.verify.waves import MovingModel, apart, pressures
 
 Array = NDArray[np.float64]
 
@@ -35,9 +35,12 @@ STEPS = 2000
 """Time steps of a crossing."""
 SINES, SHIFT, VECTORS = 16, 5.0, 48
 """Of the reduced model: load patterns, frequency of the shift [Hz], fewest vectors."""
+WAVE_NUMBERS = np.pi / LENGTH * np.arange(1.0, SINES + 1.0)
+"""Of the patterns [rad/m]."""
 
 
-def modal_equation() -> list[Row]:
+@benchmark("modal equation under a pulse")
+def modal_equation(rows: Rows) -> None:
     """z̈ + 2 ξ ω ż + ω² z = sin Ωt up to a time, then 0, in exact steps.
 
     The step takes the load as straight between its samples: with 400 samples a wave that leaves
@@ -54,7 +57,6 @@ def modal_equation() -> list[Row]:
         shift=0.0,
         tail=np.zeros((0, 1)),
     )
-    rows = Rows("modal equation under a pulse")
     for label, ratio in DAMPED.items():
         rows.where = label
         time, load = _pulse(omega, 400)
@@ -68,10 +70,10 @@ def modal_equation() -> list[Row]:
             z = modal_response(model, amplitude[:, None], time[1], Rayleigh(2.0 * ratio * omega))
             away = apart(z.displacement[0], exact)
             rows.add(f"largest difference over the peak, {what}", 0.0, away, "-", allowed, source)
-    return rows
 
 
-def strip_pulse() -> list[Row]:
+@benchmark("slab strip under an oscillating pulse", SINGLE)
+def strip_pulse(rows: Rows) -> None:
     """A simply supported strip, bent to a cylinder, under a pressure in its first mode's shape.
 
     The pressure p sin(πx/L) moves this mode alone: one equation with Mindlin's frequency, whose
@@ -82,7 +84,6 @@ def strip_pulse() -> list[Row]:
     omega, mass, moving = _strip()
     basis = moving.reduced(omega / (2.0 * math.pi), 20)
     time, pulse = _pulse(omega, 400)
-    rows = Rows("slab strip under an oscillating pulse", SINGLE)
     for label, ratio in DAMPED.items():
         # Half of it by the mass and half by the stiffness.
         damping = Rayleigh(alpha=ratio * omega, beta=ratio / omega)
@@ -97,7 +98,6 @@ def strip_pulse() -> list[Row]:
             rows.add("largest deflection", exact[k], found[k], "m", at_peak)
             away = apart(found, exact)
             rows.add("largest difference over the peak", 0.0, away, "-", anywhere)
-    return rows
 
 
 def response(time: Array, omega: float, ratio: float) -> Array:
@@ -107,10 +107,14 @@ def response(time: Array, omega: float, ratio: float) -> Array:
     z(t) = s(t) − (−1)^n s(t − T), where s is the response to a sine that begins and stays.
     """
     drive = RATIO * omega
-    end = HALF_WAVES * math.pi / drive
-    later = np.clip(time - end, 0.0, None)
-    sign = 1.0 if HALF_WAVES % 2 else -1.0
-    return _sine(time, omega, ratio) + sign * _sine(later, omega, ratio)
+    # To sin Ωt from rest: the steady state Im X exp(iΩt), and what starts it.
+    X = 1.0 / (omega**2 - drive**2 + 2j * ratio * omega * drive)
+    later = np.clip(time - HALF_WAVES * math.pi / drive, 0.0, None)
+    began, stopped = (
+        (X * np.exp(1j * drive * t)).imag + _free(t, omega, ratio, -X.imag, -(1j * drive * X).imag)
+        for t in (time, later)
+    )
+    return np.asarray(began + (1.0 if HALF_WAVES % 2 else -1.0) * stopped)
 
 
 def ramps(time: Array, omega: float, ratio: float, rise: float) -> Array:
@@ -124,14 +128,6 @@ def ramps(time: Array, omega: float, ratio: float, rise: float) -> Array:
         ramp = t / omega**2 - offset + _free(t, omega, ratio, offset, -1.0 / omega**2)
         total += slope / rise * ramp
     return total
-
-
-def _sine(t: Array, omega: float, ratio: float) -> Array:
-    """Response to sin Ωt from rest: the steady state Im X exp(iΩt), and what starts it."""
-    drive = RATIO * omega
-    X = 1.0 / (omega**2 - drive**2 + 2j * ratio * omega * drive)
-    steady = (X * np.exp(1j * drive * t)).imag
-    return np.asarray(steady + _free(t, omega, ratio, -X.imag, -(1j * drive * X).imag))
 
 
 def _free(t: Array, omega: float, ratio: float, z0: float, v0: float) -> Array:
@@ -177,14 +173,16 @@ def _strip() -> tuple[float, float, MovingModel]:
     x, y = nodes[:, 0], nodes[:, 1]
     model = model.hold(x >= 0.0, UX, UY, RX, RZ)  # RX would turn across the cylinder
     model = model.hold((x == 0.0) | (x == STRIP), UZ)
-    load = np.zeros((6 * len(nodes), 1))
-    # The mass of the deflections is ρ t ∫N Nᵀ dA: over ρ t it turns a pressure into its forces.
-    load[UZ::6, 0] = model.M[UZ::6, UZ::6] @ np.sin(np.pi * x / STRIP) / (rho * t)
+    load = pressures(model, np.sin(np.pi * x / STRIP)[:, None], rho * t)
     middle = model.rows((x == 0.5 * STRIP) & (y == 0.0), UZ)
     return omega, mass, MovingModel(model, load, middle)
 
 
-def travelling_force() -> list[Row]:
+@benchmark(
+    "beam under a travelling force",
+    "Fryba, Vibration of Solids and Structures under Moving Loads: series for Euler's beam",
+)
+def travelling_force(rows: Rows) -> None:
     """Deflection of the middle and of the quarter while the force is on the beam.
 
     The full model takes the nodal forces of a point force at x = v t: its shape functions, as many
@@ -197,14 +195,12 @@ def travelling_force() -> list[Row]:
     """
     moving, waves, x = _beam()
     basis = waves.reduced(SHIFT, VECTORS)
-    source = "Fryba, Vibration of Solids and Structures under Moving Loads: series for Euler's beam"
-    rows = Rows("beam under a travelling force", source)
     for ratio in SPEEDS:
         speed = ratio * float(_omega(1.0)) * LENGTH / np.pi
         dt = LENGTH / speed / STEPS
         time = dt * np.arange(STEPS + 1, dtype=np.float64)
         nodal = FORCE * nodal_forces(x, speed * time)[:, 1:-1]
-        sines = 2.0 * FORCE / LENGTH * np.sin(np.outer(speed * time, _wave_numbers()))
+        sines = 2.0 * FORCE / LENGTH * np.sin(np.outer(speed * time, WAVE_NUMBERS))
         exact = {
             s: series(p * LENGTH, time, speed) for s, p in (("middle", 0.5), ("quarter", 0.25))
         }
@@ -216,10 +212,9 @@ def travelling_force() -> list[Row]:
             at = f"at {ratio:g} of the speed of resonance, {solver}"
             largest, middle = found[0].max(), exact["middle"].max()
             rows.add(f"largest deflection of the middle {at}", middle, largest, "m", 5e-4)
-            for (where, reference), values in zip(exact.items(), found, strict=True):
-                quantity = f"largest difference over the peak, {where}, {at}"
-                rows.add(quantity, 0.0, apart(values, reference), "-", 1e-3)
-    return rows
+            quantities = [f"largest difference over the peak, {where}, {at}" for where in exact]
+            away = [apart(v, reference) for v, reference in zip(found, exact.values(), strict=True)]
+            rows.add(quantities, 0.0, away, "-", 1e-3)
 
 
 def series(x: float, time: Array, speed: float, count: int = 200) -> Array:
@@ -242,9 +237,8 @@ def nodal_forces(x: Array, at: Array) -> Array:
     element = np.clip((at / length).astype(int), 0, len(x) // 2 - 1)
     s = 2.0 * (at / length - element) - 1.0
     forces = np.zeros((len(at), len(x)))
-    shapes = 0.5 * s * (s - 1.0), 1.0 - s**2, 0.5 * s * (s + 1.0)
-    for k, shape in enumerate(shapes):
-        forces[np.arange(len(at)), 2 * element + k] = shape
+    shapes = np.column_stack([0.5 * s * (s - 1.0), 1.0 - s**2, 0.5 * s * (s + 1.0)])
+    np.put_along_axis(forces, 2 * element[:, None] + np.arange(3), shapes, axis=1)
     return forces
 
 
@@ -252,11 +246,6 @@ def _omega(n: Array | float) -> Array:
     """Frequencies of Euler's beam [rad/s]."""
     stiffness = CONCRETE.E * DEPTH**4 / 12.0
     return np.asarray((n * np.pi / LENGTH) ** 2 * np.sqrt(stiffness / (CONCRETE.rho * DEPTH**2)))
-
-
-def _wave_numbers() -> Array:
-    """Those of the patterns of the reduced model [rad/m]."""
-    return np.pi / LENGTH * np.arange(1.0, SINES + 1.0)
 
 
 def _beam() -> tuple[MovingModel, MovingModel, Array]:
@@ -268,12 +257,7 @@ def _beam() -> tuple[MovingModel, MovingModel, Array]:
     down = np.array([int(np.argmin(np.abs(x - share * LENGTH))) for share in (0.5, 0.25)])
     ends = (x == 0.0) | (x == LENGTH)
     model = model.hold(x >= 0.0, UX, UY, RX, RZ).hold(ends, UZ)
-    # The mass of the deflections is ρ A ∫N Nᵀ dx: over ρ A it turns a line load into its forces.
-    waves = np.zeros((6 * len(x), SINES))
-    wave = np.sin(np.outer(x, _wave_numbers()))
-    waves[UZ::6] = model.M[UZ::6, UZ::6] @ wave / (CONCRETE.rho * DEPTH**2)
+    sines = np.sin(np.outer(x, WAVE_NUMBERS))
+    waves = pressures(model, sines, CONCRETE.rho * DEPTH**2)
     probes = 6 * down + UZ
     return MovingModel(model, loads, probes), MovingModel(model, waves, probes), x
-
-
-BENCHMARKS = (modal_equation, strip_pulse, travelling_force)

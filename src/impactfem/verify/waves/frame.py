@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from impactfem.building.shell_model import UY, ShellModel, csr
@@ -14,7 +15,7 @@ from impactfem.case import load_case
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.spectra import response_spectra
 from impactfem.system.files import in_source_tree
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.waves import KRYLOV, Motion, MovingModel, apart
 
 if TYPE_CHECKING:
@@ -61,27 +62,27 @@ class Frame:
     weights: Array
 
 
-def superposition() -> list[Row]:
+@benchmark(NAME, "the equations are linear")
+def superposition(rows: Rows) -> None:
     """The response to all loads at once against the sum of those to each, at every probe."""
     frame = shipped_frame()
     each = _amplitudes(STEP, END, PULSE, (0.01, 0.1))
-    rows = Rows(NAME, "the equations are linear")
     for solver, motion in _solvers(frame).items():
         together, one_by_one = motion(each), [motion(each * only) for only in np.eye(3)]
         for name in ("displacement", "acceleration"):
             away = apart(together[name], np.sum([one[name] for one in one_by_one], axis=0))
             quantity = f"{name} under all loads from the sum over each, {solver}"
             rows.add(quantity, 0.0, away, "-", 1e-9)
-    return rows
 
 
-def reciprocity() -> list[Row]:
+@benchmark(NAME)
+def reciprocity(rows: Rows) -> None:
     """A pulse on the edge of floor 1, seen on floor 2, against the same pulse the other way round.
 
     Of each edge the mean is seen that the line load does its work on: then both are equal, as K, M
     and C are symmetric (Rayleigh 1873).
     """
-    frame, rows = shipped_frame(), Rows(NAME)
+    frame = shipped_frame()
     loads = _amplitudes(STEP, END, PULSE, (0.01, 0.1))
     solvers = _solvers(frame)
     for solver, motion in solvers.items():
@@ -100,10 +101,13 @@ def reciprocity() -> list[Row]:
     rows.where = "reduced model from the full one, both by Newmark"
     for name, allowed in OF_BASIS.items():
         rows.add(name, 0.0, apart(reduced[name], full[name]), "-", allowed, KRYLOV)
-    return rows
 
 
-def error_band() -> list[Row]:
+@benchmark(
+    "frame under short pulses, error band of the reduced model",
+    "the full model with the same step; maxima within thirds of octaves",
+)
+def error_band(rows: Rows) -> None:
     """Spectra of the edges by three bases and two dampings: band over true error.
 
     Counted are thirds of octaves with an error above a ten-thousandth of the spectrum.
@@ -128,8 +132,6 @@ def error_band() -> list[Row]:
             band = SAFETY[LARGER] * spectrum_difference(psa, others, FREQUENCY, WIDTH[LARGER])
             found.append(effectivity(band, psa, truth, FREQUENCY))
     every = together(found)
-    source = "the full model with the same step; maxima within thirds of octaves"
-    rows = Rows("frame under short pulses, error band of the reduced model", source)
     quantity = (
         f"share of {len(every.ratio)} errors of which the band is {LEAST:g} to {MOST:g} times,"
         f" {len(every.misses)} of them not held"
@@ -137,7 +139,6 @@ def error_band() -> list[Row]:
     rows.add(quantity, 1.0, every.good, "-", 1.0 - ENOUGH, absolute=True)
     much = len(every.ratio) >= 1000
     rows.add("errors to be told, at least 1000 (yes = 1)", 1.0, much, "-", 0.0)
-    return rows
 
 
 def _spectra(acceleration: Array) -> Array:
@@ -168,17 +169,12 @@ def shipped_frame() -> Frame:
     edges = [edge_load(parts.mesh, floor) for floor in (1, 2)]
     loads = [edge.vector(building, INWARDS) for edge in edges]
     probes = [building.rows(edge.nodes) + UY for edge in edges]
-    weights = np.zeros((2, sum(map(len, probes))))
-    weights[0, : len(probes[0])] = edges[0].forces
-    weights[1, len(probes[0]) :] = edges[1].forces
+    weights = scipy.linalg.block_diag(*(edge.forces for edge in edges))
     for matrix in (stiffness, building.fixed, building.storeys, building.mass):
         matrix.destroy()
     patterns = np.column_stack([*loads, -building.ground[:, UY]])
-    return Frame(
-        MovingModel(model, patterns, np.concatenate(probes)),
-        case.buildings[0].damping.rayleigh,
-        weights,
-    )
+    moving = MovingModel(model, patterns, np.concatenate(probes))
+    return Frame(moving, case.buildings[0].damping.rayleigh, weights)
 
 
 def _solvers(frame: Frame) -> dict[str, Solver]:
@@ -197,6 +193,3 @@ def _amplitudes(step: float, end: float, pulse: float, starts: tuple[float, floa
         for size, start in zip((1e6, 0.5e6), starts, strict=True)
     ]
     return np.column_stack([*pulses, 2.0 * np.sin(2.0 * np.pi * 5.0 * time)])
-
-
-BENCHMARKS = (superposition, reciprocity, error_band)

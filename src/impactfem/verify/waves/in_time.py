@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.verify.row import Row, Rows, fitted_order
+from impactfem.verify.row import Rows, benchmark, fitted_order
 from impactfem.verify.shells import CONCRETE, STEEL, rectangle
-from impactfem.verify.waves import BALANCE, KRYLOV, MovingModel, apart, peak
+from impactfem.verify.waves import BALANCE, KRYLOV, MovingModel, apart, peak, pressures
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,8 @@ FINER = (1, 2, 4, 8)
 """Parts of the coarse step that make the steps."""
 
 
-def nafems_13t() -> list[Row]:
+@benchmark("NAFEMS 13T, plate under a step of pressure")
+def nafems_13t(rows: Rows) -> None:
     """Deflection of the centre, in full order and by the reduced model, on the same mesh.
 
     The series of Kirchhoff's plate has, for odd m and n and ω = π² (m² + n²)/a² √(D/(ρ t)),
@@ -59,7 +60,6 @@ def nafems_13t() -> list[Row]:
     nafems = "NAFEMS R0016, Selected Benchmarks for Forced Vibration, test 13T"
     one_mode = f"{nafems}: its static value is that of the first mode alone"
     beside = f"{nafems}: with one mode 1.8 % above the series"
-    rows = Rows("NAFEMS 13T, plate under a step of pressure")
     rows.source = "Kirchhoff's plate, double sine series in closed form"
     exact = series(time)
     at, highest = peak(time, exact)
@@ -84,7 +84,6 @@ def nafems_13t() -> list[Row]:
     rows.add(quantity, 0.0, away, "-", 1e-8, KRYLOV)
     quantity = "residual of the energy identity over the largest energy, full"
     rows.add(quantity, 0.0, full["all"].energy.residual, "-", 1e-9, BALANCE)
-    return rows
 
 
 def series(time: Array | float, count: int = 60) -> Array:
@@ -120,14 +119,13 @@ def _plate() -> MovingModel:
     model = model.hold(x == half, RY).hold(y == half, RX)
     shape = np.sin(np.pi * x / LENGTH) * np.sin(np.pi * y / LENGTH)
     pressure = PRESSURE * np.column_stack([16.0 / np.pi**2 * shape, np.ones(len(nodes))])
-    # The mass of the deflections is ρ t ∫N Nᵀ dA: over ρ t it turns a pressure into its forces.
-    loads = np.zeros((6 * len(nodes), 2))
-    loads[UZ::6] = model.M[UZ::6, UZ::6] @ pressure / (STEEL.rho * THICKNESS)
+    loads = pressures(model, pressure, STEEL.rho * THICKNESS)
     centre = model.rows((x == half) & (y == half), UZ)
     return MovingModel(model, loads, centre)
 
 
-def newmark_order_3d() -> list[Row]:
+@benchmark("shell strip in time")
+def newmark_order_3d(rows: Rows) -> None:
     """Newmark in full order against the exact integration of the modal equations.
 
     The loads, a pulse at the free end and one on half of the way, are straight between the times
@@ -138,10 +136,9 @@ def newmark_order_3d() -> list[Row]:
     basis = moving.reduced(60.0, 120)
     exact = basis.motion(_loads(1), COARSE, STRIP_RAYLEIGH)
     full = {n: moving.full(_loads(n), COARSE / n, STRIP_RAYLEIGH) for n in FINER}
-    rows = Rows("shell strip in time")
     for name in ("displacement", "velocity", "acceleration"):
         errors = [apart(full[n].motion[name][::n], exact[name]) for n in FINER]
-        order = fitted_order(COARSE / np.array(FINER), np.array(errors))
+        order = fitted_order(COARSE / np.array(FINER), errors)
         quantity = f"fitted order of the full model's {name} in the step"
         source = "Newmark 1959: second order; exact integration of the same reduced model"
         rows.add(quantity, 2.0, order, "-", 0.03, source, absolute=True)
@@ -152,14 +149,13 @@ def newmark_order_3d() -> list[Row]:
         quantity = f"{name}, exact integration from itself at an eighth of the step"
         source = "exact for loads that are straight between their samples"
         rows.add(quantity, 0.0, apart(exact[name], finest), "-", 1e-9, source)
-    return rows
 
 
-def energy_identity_3d() -> list[Row]:
+@benchmark("shell strip in time")
+def energy_identity_3d(rows: Rows) -> None:
     """Kinetic, elastic and damped energy against the work of the loads, step by step."""
     moving = _strip()
     energy = moving.full(_loads(1), COARSE, STRIP_RAYLEIGH).energy
-    rows = Rows("shell strip in time")
     quantity = "residual of the energy identity over the largest energy"
     rows.add(quantity, 0.0, energy.residual, "-", 1e-9, BALANCE)
     whole = (energy.kinetic + energy.elastic + energy.damped)[-1] / energy.input[-1]
@@ -169,7 +165,6 @@ def energy_identity_3d() -> list[Row]:
     quantity = "damped part of the energy at the end, at least a tenth"
     source = "the rows above would say nothing of damping without"
     rows.add(quantity, 1.0, much, "-", 0.0, source)
-    return rows
 
 
 def _strip() -> MovingModel:
@@ -177,9 +172,8 @@ def _strip() -> MovingModel:
     nodes, triangles = rectangle(length, width, round(length / size), round(width / size), 0.2)
     model = shell_model(nodes, Shells(triangles, thickness, CONCRETE))
     x, y = nodes[:, 0], nodes[:, 1]
-    loads = np.zeros((6 * len(nodes), 2))
-    loads[:, 0] = model.edge_load(x == length, (0.0, 0.0, 1e5)).ravel()
-    loads[:, 1] = model.edge_load(y == width, (0.0, 0.0, 1e5)).ravel()
+    edges = (x == length, y == width)
+    loads = np.column_stack([model.edge_load(edge, (0.0, 0.0, 1e5)).ravel() for edge in edges])
     tip = model.rows((x == length) & (y == 0.0), UZ)
     return MovingModel(model.hold(x == 0.0), loads, tip)
 
@@ -188,11 +182,6 @@ def _loads(parts: int) -> Array:
     """Two pulses of 50 and 30 ms, straight between the times of the coarse step."""
     coarse = COARSE * np.arange(round(STRIP_END / COARSE) + 1)
     time = COARSE / parts * np.arange(round(STRIP_END / COARSE) * parts + 1)
-    pulses = []
-    for start, length in ((0.0, 0.05), (0.04, 0.03)):
-        phase = np.clip((coarse - start) / length, 0.0, 1.0)
-        pulses.append(np.interp(time, coarse, 0.5 - 0.5 * np.cos(2.0 * np.pi * phase)))
+    phases = [np.clip((coarse - t) / end, 0.0, 1.0) for t, end in ((0.0, 0.05), (0.04, 0.03))]
+    pulses = [np.interp(time, coarse, 0.5 - 0.5 * np.cos(2.0 * np.pi * p)) for p in phases]
     return np.column_stack(pulses)
-
-
-BENCHMARKS = (nafems_13t, newmark_order_3d, energy_identity_3d)

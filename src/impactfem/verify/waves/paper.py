@@ -19,7 +19,7 @@ from impactfem.motion.from_case import ground_motions
 from impactfem.stages.pounding.pounded import pounded
 from impactfem.system.files import in_source_tree
 from impactfem.system.log import LOGGER
-from impactfem.verify.row import Row, Rows
+from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.waves import BALANCE
 
 if TYPE_CHECKING:
@@ -58,23 +58,15 @@ SIZE = 2.0
 """Size of the elements of the paper's building here [m]: it has 110,652 degrees of freedom."""
 
 
+@benchmark("paper's building, reduced model against the full one", heavy=True)
 def paper_reduced_against_full(
-    case_file: Path | None = None, window: float = WINDOW, least: int = LEAST_FREE
-) -> list[Row]:
+    rows: Rows, case_file: Path | None = None, window: float = WINDOW, least: int = LEAST_FREE
+) -> None:
     """Floor spectra by both solvers, with Newmark at the same step; one basis serves all dampings.
 
     The forces are those of the sticks of the case, the same for all dampings: what is compared is
     how the 3D model answers to them. A full run of the paper's building and window takes some 8
     minutes on a core; how long is said after the first steps.
-
-    Args:
-        case_file: The case; the shipped one of the paper, with elements of 2 m, when None.
-        window: Time that is computed [s].
-        least: Fewest free degrees of freedom of the mesh.
-
-    Raises:
-        ImpactfemError: The source tree with the shipped case is missing.
-        SolutionError: The basis does not reach its tolerance.
     """
     # Only here: the manual is read, and its other benchmarks run, without dolfinx.
     from mpi4py import MPI
@@ -88,7 +80,6 @@ def paper_reduced_against_full(
     from impactfem.stages.transient.full_run import run_full
     from impactfem.stages.transient.prepared import transient_of
 
-    rows = Rows("paper's building, reduced model against the full one")
     case = paper_case(case_file, window, SIZE if case_file is None else None)
     transient = transient_of(case)
     shown = case.spectra.model_copy(update={"damping": (SPECTRUM_DAMPING,)})
@@ -189,7 +180,6 @@ def paper_reduced_against_full(
         f" {len(every.misses)} of them larger than the band"
     )
     rows.add(quantity, 1.0, every.good, "-", 1.0 - ENOUGH, source, absolute=True)
-    return rows
 
 
 def paper_case(case_file: Path | None, window: float, size: float | None = None) -> Case:
@@ -241,6 +231,3 @@ class _Clock:
             text = "paper's building, %s: about %.1f minutes for the full run"
             LOGGER.info(text, self.label, passed / part / 60.0)
         self.said = True
-
-
-HEAVY = (paper_reduced_against_full,)

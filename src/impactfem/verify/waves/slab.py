@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import UNDAMPED
-from impactfem.verify.row import Row, Rows, fitted_order
+from impactfem.verify.row import Rows, benchmark, fitted_order
 from impactfem.verify.shells import CONCRETE, rectangle, straight_beam
 from impactfem.verify.waves import KRYLOV, Motion, MovingModel, apart
 
@@ -67,7 +67,8 @@ PLATE = Wave(
 )
 
 
-def slab_pulses() -> list[Row]:
+@benchmark("slab strip")
+def slab_pulses(rows: Rows) -> None:
     """Pulses in a strip of 24 m by 1.2 m of a slab, 30 cm thick, on a distorted mesh.
 
     A force F(t), half of F₀ (1 − cos 2πt/T), spread over the edge x = 0, sends a pulse of velocity
@@ -83,7 +84,6 @@ def slab_pulses() -> list[Row]:
     """
     shear, plate = (_pulse(wave) for wave in (SHEAR, PLATE))
     distance = SECOND - FIRST
-    rows = Rows("slab strip")
     for wave, (delay, peak), allowed in ((SHEAR, shear, 5e-3), (PLATE, plate, 1e-3)):
         formula = "√(G/ρ)" if wave is SHEAR else "√(E/(ρ (1 − ν²)))"
         source = f"closed form: {formula}"
@@ -96,10 +96,10 @@ def slab_pulses() -> list[Row]:
     source = "closed form, bare concrete; the paper's floor 8, with what it carries, takes 7.9 ms"
     exact = distance / PLATE.speed
     rows.add(f"time to cross 15.6 m, {PLATE.name}", exact, plate[0], "s", 1e-3, source)
-    return rows
 
 
-def wave_speed_order() -> list[Row]:
+@benchmark("slab strip", "closed form: √(E/(ρ (1 − ν²)))")
+def wave_speed_order(rows: Rows) -> None:
     """Speed of standing plate waves in a strip of 6 m, one wavelength long, on three meshes.
 
     Held at its ends, the strip has the frequency c/λ with λ = 6 m.
@@ -111,13 +111,11 @@ def wave_speed_order() -> list[Row]:
         model = model.hold(x >= 0.0, UY, UZ, RX, RY, RZ).hold((x == 0.0) | (x == x.max()), UX)
         found.append(model.modes(2)[0][1])  # after the one of half a wavelength
     speeds = PULSE * np.array(found)
-    rows = Rows("slab strip", "closed form: √(E/(ρ (1 − ν²)))")
     quantity = "speed, standing plate wave, 8 elements a wavelength"
     rows.add(quantity, PLATE.speed, speeds[-1], "m/s", 1e-3)
     order = fitted_order(PULSE / counts, np.abs(speeds / PLATE.speed - 1.0))
     quantity = "order of the speed's error in the element's size"
     rows.add(quantity, 4.0, order, "-", 0.05, "quadratic elements: twice their degree")
-    return rows
 
 
 def _pulse(wave: Wave) -> tuple[float, float]:
@@ -149,7 +147,8 @@ def _lag(first: Array, second: Array) -> float:
     return k + float(shift) - (len(first) - 1)
 
 
-def slab_strip_impact() -> list[Row]:
+@benchmark("slab strip hit on its edge", DALEMBERT)
+def slab_strip_impact(rows: Rows) -> None:
     """A strip of 15.6 m, as the paper's slab is wide, with its four edges free to move along x.
 
     Held across, it is a bar with c = √(E/(ρ (1 − ν²))). The force F(t) = F₀ sin(πt/T), t < T, on
@@ -170,7 +169,6 @@ def slab_strip_impact() -> list[Row]:
     newmark, exact = (
         basis.motion(force, STEP, UNDAMPED, scheme) for scheme in ("newmark", "exact")
     )
-    rows = Rows("slab strip hit on its edge", DALEMBERT)
     for label, motion in (("full", full), ("reduced", exact)):
         rows.where = label
         _strip_rows(rows, motion, time)
@@ -178,7 +176,6 @@ def slab_strip_impact() -> list[Row]:
     rows.where = "reduced model from the full one, both by Newmark"
     for name, allowed in (("displacement", 1e-4), ("velocity", 0.01)):
         rows.add(name, 0.0, apart(newmark[name], full[name]), "-", allowed, KRYLOV)
-    return rows
 
 
 def _strip() -> MovingModel:
@@ -223,7 +220,8 @@ def _integral(time: Array) -> Array:
     )
 
 
-def bar_against_wall() -> list[Row]:
+@benchmark("bar against a wall", "Siconos's impacting bar, closed form")
+def bar_against_wall(rows: Rows) -> None:
     """Siconos's bar meets a rigid wall at 0.1 m/s, seen from the bar's own frame.
 
     The wall's force is F = ρ c S v₀ until the wave is back from the free end, 2L/c, and zero then.
@@ -251,7 +249,6 @@ def bar_against_wall() -> list[Row]:
     way = u[touching, 0] - v0 * history.time[touching]
     energy = history.energy.kinetic[-1] + history.energy.elastic[-1]
     vibrating = 1.0 - 0.5 * rho * S * L * mean**2 / energy
-    rows = Rows("bar against a wall", "Siconos's impacting bar, closed form")
     rows.add("impulse", 0.489840, mean * rho * S * L, "N s", 1e-8)
     rows.add("velocity afterwards over that before", 1.0, mean / v0 - 1.0, "-", 1e-8)
     found = np.interp(contact, history.time, u[:, 0])
@@ -259,7 +256,3 @@ def bar_against_wall() -> list[Row]:
     quantity = "largest distance of that end from the wall over v₀ 2L/c"
     rows.add(quantity, 0.0, np.abs(way).max() / (v0 * contact), "-", 5e-3)
     rows.add("vibrating part of the energy afterwards", 0.0, vibrating, "-", 0.01)
-    return rows
-
-
-BENCHMARKS = (slab_pulses, wave_speed_order, slab_strip_impact, bar_against_wall)
