@@ -76,18 +76,10 @@ def spectral_misfit(
     per_decade: int = 100,
     points_per_cycle: float = 20.0,
 ) -> Misfit:
-    """Compare a motion with a design spectrum.
+    """Compare a motion with a design spectrum at its damping, between two frequencies [Hz].
 
-    Args:
-        accelerogram: The motion.
-        target: The spectrum, at its own damping.
-        minimum: Lowest frequency compared [Hz].
-        maximum: Highest frequency compared [Hz].
-        per_decade: Frequencies in a factor of ten; 100 is what nuclear practice asks [-].
-        points_per_cycle: Of the oscillators at the highest frequency [-].
-
-    Returns:
-        The two spectra and their misfit.
+    The frequencies are so many in a factor of ten, 100 as nuclear practice requires; the motion is
+    interpolated for so many points in a cycle of the highest one.
     """
     frequency = logarithmic_frequencies(minimum, maximum, per_decade)
     spectra = response_spectra(
@@ -136,15 +128,7 @@ class Criteria:
 
 @dataclass(frozen=True)
 class Verdict:
-    """One criterion and what the motion has.
-
-    Args:
-        name: The criterion, as a key.
-        value: What the motion has.
-        limit: What it must have.
-        at_least: Whether the limit is a lower one.
-        unit: Of both; "-" when they have none.
-    """
+    """One criterion, the value of the motion and its limit, a lower or an upper one."""
 
     name: str
     value: float
@@ -185,15 +169,8 @@ class Acceptance:
         return all(verdict.passed for verdict in self.verdicts)
 
     def verdict(self, name: str) -> Verdict:
-        """The verdict on a criterion.
-
-        Raises:
-            KeyError: There is no such criterion.
-        """
-        for verdict in self.verdicts:
-            if verdict.name == name:
-                return verdict
-        raise KeyError(name)
+        """The verdict on a criterion; KeyError when there is no such criterion."""
+        return {verdict.name: verdict for verdict in self.verdicts}[name]
 
 
 def acceptance(
@@ -226,10 +203,6 @@ def acceptance(
         criteria: Those of SRP 3.7.1 when None.
         psd: Target of the one-sided density [m²/s³] by frequency [Hz].
 
-    Returns:
-        The comparison and the verdicts: "points_per_decade", "smallest_ratio", "largest_ratio",
-        "longest_below", "duration", "strong_phase", "nyquist", "psd_ratio".
-
     Raises:
         ImpactfemError: The motion is zero throughout, or the frequencies are out of range.
     """
@@ -253,23 +226,20 @@ def acceptance(
     smallest = float(np.min(has[wants > 0.0] / wants[wants > 0.0], initial=np.inf))
     if checked.size == 0:
         smallest = 0.0  # too short to say: not accepted
+    # Lengths of the rows of points below the target.
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (ratio < 1.0).astype(np.int8), [0]])))
+    longest = int(np.max(edges[1::2] - edges[::2], initial=0))
     verdicts = (
         Verdict("points_per_decade", (ratio.size - 1) / decades, least_points, True, "-"),
         Verdict("smallest_ratio", misfit.smallest_ratio, required.lower, True, "-"),
         Verdict("largest_ratio", misfit.largest_ratio, required.upper, False, "-"),
-        Verdict("longest_below", _longest_run(ratio < 1.0), required.longest_below, False, "-"),
+        Verdict("longest_below", longest, required.longest_below, False, "-"),
         Verdict("duration", accelerogram.duration, required.duration * (1 - 1e-9), True, "s"),
         Verdict("strong_phase", phase.duration, required.strong_phase, True, "s"),
         Verdict("nyquist", nyquist, required.nyquist * (1 - 1e-9), True, "Hz"),
         Verdict("psd_ratio", smallest, share, True, "-"),
     )
     return Acceptance(misfit, phase, checked, has, wants, verdicts)
-
-
-def _longest_run(holds: npt.NDArray[np.bool_]) -> int:
-    """Length of the longest row of true values."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], holds.astype(np.int8), [0]])))
-    return int(np.max(edges[1::2] - edges[::2], initial=0))
 
 
 def pair_correlation(first: Accelerogram, second: Accelerogram) -> float:
@@ -279,13 +249,6 @@ def pair_correlation(first: Accelerogram, second: Accelerogram) -> float:
 
     The shorter one is at rest after its end. Components are independent with |ρ| up to
     `CORRELATION_LIMIT`, as US NRC SRP 3.7.1 and ASCE 4-16 require; ASCE 4-98 and 43-05 have 0.3.
-
-    Args:
-        first: One component.
-        second: The other, at the same time step.
-
-    Returns:
-        ρ, from -1 to 1 [-].
 
     Raises:
         ImpactfemError: The time steps differ, or a component does not change.

@@ -30,14 +30,7 @@ class Target(Protocol):
         """Damping ratio ξ [-]."""
 
     def pseudo_acceleration(self, frequency: npt.ArrayLike) -> FloatArray:
-        """Evaluate it.
-
-        Args:
-            frequency: Any shape [Hz], positive.
-
-        Returns:
-            The same shape [m/s2].
-        """
+        """Its ordinates [m/s2] at positive frequencies of any shape [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +68,7 @@ class DesignSpectrum:
                 f"the ground acceleration must be positive, got {self.ground_acceleration!r} m/s2"
             )
         periods = self.corner_periods
-        ascending = len(periods) == 3 and 0.0 < periods[0] <= periods[1] <= periods[2] < math.inf
-        if not ascending:
+        if not (len(periods) == 3 and 0.0 < periods[0] <= periods[1] <= periods[2] < math.inf):
             raise ImpactfemError(
                 f"the corner periods must be 0 < T_B <= T_C <= T_D, got {periods!r} s"
             )
@@ -92,17 +84,7 @@ class DesignSpectrum:
         return max(0.55, math.sqrt(10.0 / (5.0 + 100.0 * self.damping)))
 
     def pseudo_acceleration(self, frequency: npt.ArrayLike) -> FloatArray:
-        """Evaluate S_e.
-
-        Args:
-            frequency: Any shape [Hz], positive; inf gives the zero-period acceleration.
-
-        Returns:
-            The same shape [m/s2].
-
-        Raises:
-            ImpactfemError: A frequency is not positive.
-        """
+        """S_e [m/s2] at positive frequencies of any shape [Hz]; inf gives that at zero period."""
         f = _positive(frequency)
         T = 1.0 / f  # 0 for f = inf, which (3.2) takes to A
         T_B, T_C, T_D = self.corner_periods
@@ -155,17 +137,7 @@ class TableSpectrum:
         return float(self.frequency[0]), float(self.frequency[-1])
 
     def pseudo_acceleration(self, frequency: npt.ArrayLike) -> FloatArray:
-        """Evaluate the spectrum.
-
-        Args:
-            frequency: Any shape [Hz], positive; inf gives the zero-period acceleration.
-
-        Returns:
-            The same shape [m/s2].
-
-        Raises:
-            ImpactfemError: A frequency is not positive.
-        """
+        """Its ordinates [m/s2] at positive frequencies [Hz]; inf gives that at zero period."""
         f = _positive(frequency)
         inside = np.exp(np.interp(np.log(f), np.log(self.frequency), np.log(self.acceleration)))
         return np.asarray(inside * np.minimum(f / self.frequency[0], 1.0) ** 2)
@@ -295,23 +267,9 @@ def design_spectrum(section: sections.Spectrum, damping: float) -> DesignSpectru
     """
     match section:
         case sections.EurocodeSpectrum():
-            return eurocode_spectrum(
-                section.spectrum_type,
-                section.ground,
-                section.reference_acceleration,
-                importance_factor=section.importance_factor,
-                vertical=section.vertical,
-                damping=damping,
-            )
+            return eurocode_spectrum(**section.model_dump(exclude={"type"}), damping=damping)
         case sections.DecreeSpectrum():
-            return decree_spectrum(
-                section.zone,
-                section.ground,
-                importance_factor=section.importance_factor or 1.0,
-                text=section.text,
-                vertical=section.vertical,
-                damping=damping,
-            )
+            return decree_spectrum(**section.model_dump(exclude={"type"}), damping=damping)
         case sections.TableSpectrum():
             faults: list[Fault] = []
             table = sections.read_spectrum(section.file, faults)
@@ -321,12 +279,7 @@ def design_spectrum(section: sections.Spectrum, damping: float) -> DesignSpectru
                 raise InputError(faults or [Fault(section.file, "", damping, expected)])
             return TableSpectrum(np.array(points[0]), np.array(points[1]), damping)
         case sections.DesignSpectrum():
-            return DesignSpectrum(
-                section.ground_acceleration,
-                section.corner_periods,
-                section.amplification,
-                damping,
-            )
+            return DesignSpectrum(**section.model_dump(exclude={"type"}), damping=damping)
 
 
 def _positive(frequency: npt.ArrayLike) -> FloatArray:

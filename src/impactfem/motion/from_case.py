@@ -56,9 +56,7 @@ class GroundMotion:
 def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[GroundMotion, ...]:
     """Read or synthesise the motions of a case, in its order.
 
-    Args:
-        motions: The motions of the case.
-        accept: Whether synthetic motions are held against a reviewer's criteria.
+    On request (`accept`) synthetic motions are compared with a reviewer's criteria.
 
     Raises:
         InputError: A record or the table of a spectrum is not usable.
@@ -68,15 +66,10 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
 
 
 def checked_durations(motions: Sequence[Motion]) -> list[float]:
-    """Read and treat the records of a case, see that they are usable, and say how long all last.
-
-    What is done to the records is not reported here, but when they are used.
-
-    Returns:
-        Duration of each motion [s].
+    """Durations of a case's motions [s], whose records are read, treated and checked without a log.
 
     Raises:
-        InputError: With the faults of all of them.
+        InputError: With the faults of all records.
     """
     faults: list[Fault] = []
     durations = []
@@ -107,20 +100,12 @@ def treated_record(motion: RecordMotion) -> Accelerogram:
     (:class:`impactfem.motion.treatment.Treatment`), then the scale or the peak acceleration, which
     so holds for the motion that is used.
 
-    Args:
-        motion: The motion of the case.
-
     Raises:
         InputError: The file is at fault, or a step cannot be done on what it holds.
     """
     record = read_record(motion.file, motion.format, motion.component)
     try:
-        record = Treatment(
-            baseline=motion.baseline,
-            taper=motion.taper,
-            band=motion.filter,
-            resample=motion.resample,
-        )(record)
+        record = Treatment(motion.baseline, motion.taper, motion.filter, motion.resample)(record)
         if motion.pga is not None:
             return record.scaled_to_pga(motion.pga)
         return record if motion.scale == 1.0 else record.scaled(motion.scale)
@@ -129,10 +114,11 @@ def treated_record(motion: RecordMotion) -> Accelerogram:
 
 
 def _ground_motion(motion: Motion, accept: bool) -> GroundMotion:
-    target, misfit, accepted = None, None, None
+    target, misfit, accepted, damping = None, None, None, RECORD_DAMPING
     frequency = logarithmic_frequencies(*SPECTRUM_RANGE)
     if isinstance(motion, SyntheticMotion):
-        design = design_spectrum(motion.spectrum, motion.damping)
+        damping = motion.damping
+        design = design_spectrum(motion.spectrum, damping)
         made = synthesise(
             design,
             duration=motion.duration,
@@ -143,24 +129,20 @@ def _ground_motion(motion: Motion, accept: bool) -> GroundMotion:
             iterations=motion.iterations,
             matched=_matched(design, motion),
         )
-        accelerogram, misfit, damping = made.accelerogram, made.misfit, motion.damping
+        accelerogram, misfit = made.accelerogram, made.misfit
         target = design.pseudo_acceleration(frequency)
         if accept:
             highest = min(50.0, 0.5 / accelerogram.time_step)
             accepted = acceptance(accelerogram, design, maximum=highest)
     elif isinstance(motion, RecordMotion):
-        damping = RECORD_DAMPING
         accelerogram = treated_record(motion)
     else:
-        damping = RECORD_DAMPING
         n_t = max(2, round(motion.duration / motion.time_step) + 1)
         accelerogram = Accelerogram(motion.time_step, np.zeros(n_t), "rest", "ground at rest")
     h, a = accelerogram.time_step, accelerogram.acceleration
     spectrum = response_spectra(a, h, frequency, [damping])
-    strength = measures(accelerogram)
-    return GroundMotion(
-        motion.direction, accelerogram, strength, spectrum, target, misfit, accepted
-    )
+    found = measures(accelerogram)
+    return GroundMotion(motion.direction, accelerogram, found, spectrum, target, misfit, accepted)
 
 
 def _matched(

@@ -23,12 +23,7 @@ _LOWEST = 0.1  # Hz, where that integral begins
 
 @dataclass(frozen=True)
 class StrongPhase:
-    """The part of a motion that carries its power.
-
-    Args:
-        begin: Begin, at 5 % of the Arias intensity [s].
-        end: End, at 75 % [s].
-    """
+    """The part of a motion that carries its power: 5 % to 75 % of the Arias intensity [s]."""
 
     begin: float
     end: float
@@ -40,21 +35,13 @@ class StrongPhase:
 
 
 def strong_phase(accelerogram: Accelerogram) -> StrongPhase:
-    """Find the strong phase of a motion: from 5 % to 75 % of its Arias intensity.
-
-    Args:
-        accelerogram: The motion.
-
-    Raises:
-        ImpactfemError: The motion is zero throughout.
-    """
+    """The strong phase of a motion; a motion that is zero throughout is refused."""
     a = accelerogram.acceleration
     intensity = np.concatenate([[0.0], np.cumsum(a[:-1] ** 2 + a[:-1] * a[1:] + a[1:] ** 2)])
     if intensity[-1] <= 0.0:
         raise ImpactfemError("a motion that is zero throughout has no strong phase")
-    begin, end = np.interp(
-        [share * intensity[-1] for share in STRONG_PHASE], intensity, accelerogram.time
-    )
+    shares = np.array(STRONG_PHASE) * intensity[-1]
+    begin, end = np.interp(shares, intensity, accelerogram.time)
     return StrongPhase(float(begin), float(end))
 
 
@@ -76,9 +63,6 @@ def power_spectrum(
         accelerogram: The motion.
         frequency: Where it is evaluated, shape (n_f,) [Hz], positive.
         window: Half the relative width of the mean [-].
-
-    Returns:
-        Shape (n_f,) [m²/s³].
 
     Raises:
         ImpactfemError: The motion is zero, its strong phase has fewer than 16 samples, or a
@@ -147,12 +131,10 @@ def compatible_power_spectrum(
     mean_square = target.pseudo_acceleration(f) ** 2 / (2.0 * np.log(cycles))
     white = omega * np.maximum(np.pi / (4.0 * transient) - 1.0, 0.1)
     # From low to high: the integral in (2) holds only what is known already.
-    density = np.zeros(f.size)
-    below = 0.0
-    for k in range(f.size):
+    density, below = np.zeros(f.size), 0.0
+    for k, step in enumerate(np.diff(omega, append=omega[-1])):
         density[k] = max(mean_square[k] - below, 0.0) / white[k]
-        if k + 1 < f.size:
-            below += density[k] * (omega[k + 1] - omega[k])
+        below += density[k] * step
     return np.asarray(np.interp(requested, f, density))
 
 
@@ -166,22 +148,11 @@ def rg160_power_spectrum(frequency: npt.ArrayLike, pga: float) -> FloatArray:
         0.0418 (9 / f)³           9 Hz to 16 Hz
         0.00742 (16 / f)⁸         above
 
-    times the square of the peak in g.
-
-    Args:
-        frequency: Any shape [Hz].
-        pga: Peak ground acceleration [m/s2].
-
-    Returns:
-        The same shape [m²/s³].
+    times the square of the peak in g; at frequencies of any shape [Hz] and a peak [m/s2].
     """
     f = np.asarray(frequency, dtype=np.float64)
     conditions = [f < 2.5, f < 9.0, f < 16.0]
     with np.errstate(divide="ignore"):
-        values = [
-            0.419 * (f / 2.5) ** 0.2,
-            0.419 * (2.5 / f) ** 1.8,
-            0.0418 * (9.0 / f) ** 3,
-        ]
+        values = [0.419 * (f / 2.5) ** 0.2, 0.419 * (2.5 / f) ** 1.8, 0.0418 * (9.0 / f) ** 3]
         above = 0.00742 * (16.0 / f) ** 8
     return np.asarray(np.select(conditions, values, above) * (pga / STANDARD_GRAVITY) ** 2)

@@ -53,19 +53,14 @@ _PEAK_TOLERANCE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class SyntheticMotion:
-    """A synthetic motion and how well it meets its target.
-
-    Args:
-        accelerogram: The motion.
-        target: The design spectrum it was made for.
-        misfit: Of its response spectrum, over the matched frequencies.
-        iterations: Corrections (2) that the motion went through; those after it did worse.
-    """
+    """A synthetic motion and how well it meets its target."""
 
     accelerogram: Accelerogram
     target: Target
     misfit: Misfit
+    """Of its response spectrum, over the matched frequencies."""
     iterations: int
+    """Corrections (2) that the motion went through; those after it did worse."""
 
 
 def synthesise(
@@ -101,9 +96,6 @@ def synthesise(
             the misfit of the result says which.
         points_per_cycle: Of the oscillators at the highest matched frequency [-].
         name: Of the accelerogram.
-
-    Returns:
-        The motion, its target and its misfit.
 
     Raises:
         ImpactfemError: An argument is out of range.
@@ -161,16 +153,7 @@ def envelope(
         e(t) = exp(-c (t - t_2))             t_2 <= t <= T,   c = ln(1 / e_T) / (T - t_2)
 
     so that e_T is left at the end. Over the last twentieth of the duration a straight line takes
-    that rest to zero.
-
-    Args:
-        time: Inside [0, T], shape (n,) [s].
-        duration: T [s].
-        strong_phase: t_1 and t_2, 0 <= t_1 < t_2 <= T [s].
-        end_level: e_T, 0 < e_T < 1 [-].
-
-    Returns:
-        Shape (n,) [-].
+    that rest to zero. Times [s] have shape (n,), as has the envelope [-].
 
     Raises:
         ImpactfemError: The strong phase does not lie inside the duration, or the end level is out
@@ -193,15 +176,7 @@ def envelope(
 
 
 def default_range(duration: float, time_step: float) -> tuple[float, float]:
-    """Give the frequencies that are matched by default.
-
-    Args:
-        duration: Of the motion [s].
-        time_step: Of the motion [s].
-
-    Returns:
-        0.2 Hz and 50 Hz, or what one cycle in the duration and 0.8 of the Nyquist frequency leave.
-    """
+    """0.2 Hz and 50 Hz, or what one cycle in the duration and 0.8 of the Nyquist one leave."""
     return max(0.2, 1.0 / duration), min(50.0, 0.4 / time_step)
 
 
@@ -226,13 +201,11 @@ def _carrier(
 def _finished(
     acceleration: FloatArray, pga: float | None, at_rest: BaselineCorrection
 ) -> FloatArray:
-    """Bring a motion to rest at its end, and to its peak where one is requested.
-
-    Each spoils the other a little, by a part that shrinks from pass to pass.
-    """
+    """Bring a motion to rest at its end, and to its peak where one is requested."""
     a = at_rest(acceleration)
     if pga is None:
         return a
+    # Each spoils the other a little, by a part that shrinks from pass to pass.
     for _ in range(_PEAK_PASSES):
         a = at_rest(_to_peak(a, pga))
         if abs(np.abs(a).max() / pga - 1.0) <= _PEAK_TOLERANCE:
@@ -247,8 +220,7 @@ def _to_peak(acceleration: FloatArray, pga: float) -> FloatArray:
     s = np.abs(acceleration) / pga
     top = float(s.max())
     knee = min(_KNEE, 0.5 * top)
-    u = np.maximum(s - knee, 0.0) / (1.0 - knee)
-    U = (top - knee) / (1.0 - knee)
+    u, U = np.maximum(s - knee, 0.0) / (1.0 - knee), (top - knee) / (1.0 - knee)
     bent = u / (1.0 + (U - 1.0) * u / U)
     size = np.where(u > 0.0, knee + (1.0 - knee) * bent, s)
     return np.asarray(pga * np.copysign(size, acceleration))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -40,20 +40,17 @@ class Treatment:
     5. `baseline` "rest": end velocity and displacement are brought to zero by two smooth bells
        (:class:`BaselineCorrection`). Last, as all others would spoil it.
 
-    Args:
-        baseline: See 1 and 5.
-        taper: Length of either taper [s].
-        band: Low and high corner frequency [Hz].
-        resample: New time step [s].
-
     Raises:
         ImpactfemError: A value is out of range.
     """
 
     baseline: Baseline = "none"
     taper: float | None = None
+    """Length of either taper [s]."""
     band: tuple[float, float] | None = None
+    """Low and high corner frequency [Hz]."""
     resample: float | None = None
+    """New time step [s]."""
 
     def __post_init__(self) -> None:
         if self.taper is not None and not (math.isfinite(self.taper) and self.taper > 0.0):
@@ -64,20 +61,23 @@ class Treatment:
             )
 
     def __call__(self, accelerogram: Accelerogram) -> Accelerogram:
-        """Treat a record.
-
-        Args:
-            accelerogram: The record.
-
-        Returns:
-            The record with each step done in its origin, which is logged as well.
+        """The record with each step done in its origin, which is logged as well.
 
         Raises:
             ImpactfemError: A step cannot be done on this record.
         """
         result = accelerogram
-        if self.baseline in {"mean", "linear"}:
-            result = _detrended(result, self.baseline)
+        if self.baseline == "mean":
+            mean = float(result.acceleration.mean())
+            samples = result.acceleration - mean
+            result = _noted(result, samples, f"mean of {mean:.6g} m/s2 taken out")
+        elif self.baseline == "linear":
+            t, a = result.time, result.acceleration
+            middle = t - t.mean()
+            slope = float(a @ middle / (middle @ middle))
+            level = float(a.mean()) - slope * float(t.mean())
+            note = f"line {level:.6g} m/s2 + {slope:.6g} m/s3 t taken out"
+            result = _noted(result, a - (level + slope * t), note)
         if self.taper is not None:
             result = _tapered(result, self.taper)
         if self.band is not None:
@@ -85,39 +85,31 @@ class Treatment:
         if self.resample is not None:
             result = resampled(result, self.resample)
         if self.baseline == "rest":
-            result = _at_rest(result)
+            a = result.acceleration
+            correction = BaselineCorrection(a.size, result.time_step)(a) - a
+            most = float(np.abs(correction).max())
+            note = f"brought to rest at its end by a correction of at most {most:.4g} m/s2"
+            result = _noted(result, a + correction, note)
         done = result.origin.removeprefix(accelerogram.origin).removeprefix("; ")
         if done:
             LOGGER.info("%s: %s", accelerogram.name or "record", done)
         return result
 
 
-def _noted(accelerogram: Accelerogram, acceleration: FloatArray, note: str) -> Accelerogram:
+def _noted(
+    accelerogram: Accelerogram, acceleration: FloatArray, note: str, **others: Any
+) -> Accelerogram:
     origin = f"{accelerogram.origin}; {note}".removeprefix("; ")
-    return replace(accelerogram, acceleration=acceleration, origin=origin)
-
-
-def _detrended(accelerogram: Accelerogram, kind: str) -> Accelerogram:
-    a = accelerogram.acceleration
-    if kind == "mean":
-        mean = float(a.mean())
-        return _noted(accelerogram, a - mean, f"mean of {mean:.6g} m/s2 taken out")
-    t = accelerogram.time
-    middle = t - t.mean()
-    slope = float(a @ middle / (middle @ middle))
-    level = float(a.mean()) - slope * float(t.mean())
-    note = f"line {level:.6g} m/s2 + {slope:.6g} m/s3 t taken out"
-    return _noted(accelerogram, a - (level + slope * t), note)
+    return replace(accelerogram, acceleration=acceleration, origin=origin, **others)
 
 
 def _tapered(accelerogram: Accelerogram, length: float) -> Accelerogram:
-    if length > 0.5 * accelerogram.duration:
+    t, duration = accelerogram.time, accelerogram.duration
+    if length > 0.5 * duration:
         raise ImpactfemError(
-            f"the taper of {length:.6g} s is longer than half the record,"
-            f" {0.5 * accelerogram.duration:.6g} s"
+            f"the taper of {length:.6g} s is longer than half the record, {0.5 * duration:.6g} s"
         )
-    t = accelerogram.time
-    nearest = np.minimum(t, accelerogram.duration - t)
+    nearest = np.minimum(t, duration - t)
     window = 0.5 * (1.0 - np.cos(np.pi * np.clip(nearest / length, 0.0, 1.0)))
     note = f"tapered over {length:.6g} s at both ends"
     return _noted(accelerogram, accelerogram.acceleration * window, note)
@@ -125,41 +117,29 @@ def _tapered(accelerogram: Accelerogram, length: float) -> Accelerogram:
 
 def _filtered(accelerogram: Accelerogram, band: tuple[float, float]) -> Accelerogram:
     h, a = accelerogram.time_step, accelerogram.acceleration
-    nyquist = 0.5 / h
+    nyquist, lowest = 0.5 / h, 0.1 / accelerogram.duration
     if band[1] >= nyquist:
         raise ImpactfemError(
             f"the high corner of {band[1]:.6g} Hz must be below the Nyquist frequency of the"
             f" record, {nyquist:.6g} Hz"
         )
-    if band[0] < 0.1 / accelerogram.duration:
+    if band[0] < lowest:
         raise ImpactfemError(
             f"the low corner of {band[0]:.6g} Hz must be at least a tenth of a cycle in the"
-            f" duration, {0.1 / accelerogram.duration:.6g} Hz"
+            f" duration, {lowest:.6g} Hz"
         )
     # Zeros at both ends, so that the filter rings out before the record is turned round.
     pad = math.ceil(1.5 * FILTER_ORDER / band[0] / h)
     sections = signal.butter(FILTER_ORDER, band, btype="bandpass", fs=1.0 / h, output="sos")
     forward = signal.sosfilt(sections, np.pad(a, pad))
     both = signal.sosfilt(sections, forward[::-1])[::-1]
-    note = (
-        f"Butterworth band-pass {band[0]:.6g} Hz to {band[1]:.6g} Hz of order {FILTER_ORDER},"
-        " forward and backward"
-    )
+    corners = f"{band[0]:.6g} Hz to {band[1]:.6g} Hz"
+    note = f"Butterworth band-pass {corners} of order {FILTER_ORDER}, forward and backward"
     return _noted(accelerogram, both[pad : pad + a.size], note)
 
 
-def _at_rest(accelerogram: Accelerogram) -> Accelerogram:
-    a = accelerogram.acceleration
-    correction = BaselineCorrection(a.size, accelerogram.time_step)(a) - a
-    note = (
-        "brought to rest at its end by a correction of at most"
-        f" {float(np.abs(correction).max()):.4g} m/s2"
-    )
-    return _noted(accelerogram, a + correction, note)
-
-
 def resampled(accelerogram: Accelerogram, time_step: float) -> Accelerogram:
-    """Give a motion another time step.
+    """Give a motion another time step, up to the last multiple of it inside its duration.
 
     With h / h' = p / q in whole numbers, the record is continued by zeros to at least twice its
     length and to a multiple of q; its discrete spectrum is cut, or continued by zeros, to that of
@@ -172,22 +152,19 @@ def resampled(accelerogram: Accelerogram, time_step: float) -> Accelerogram:
         time_step: New step h' [s]; its ratio to the old one must be one of whole numbers up to
             100 000.
 
-    Returns:
-        The motion from 0 to the last multiple of h' inside its duration.
-
     Raises:
         ImpactfemError: The step is out of range, or the ratio is not one of whole numbers.
     """
-    h, n = accelerogram.time_step, accelerogram.acceleration.size
-    if not (np.isfinite(time_step) and 0.0 < time_step <= 0.5 * accelerogram.duration):
+    h, n, duration = accelerogram.time_step, accelerogram.acceleration.size, accelerogram.duration
+    if not (np.isfinite(time_step) and 0.0 < time_step <= 0.5 * duration):
         raise ImpactfemError(
             "the step to resample to must be positive and at most half the duration of"
-            f" {accelerogram.duration:.6g} s, got {time_step!r} s"
+            f" {duration:.6g} s, got {time_step!r} s"
         )
-    if accelerogram.duration / time_step > _MOST_SAMPLES:
+    if duration / time_step > _MOST_SAMPLES:
         raise ImpactfemError(
             f"a step of {time_step!r} s would make more than {_MOST_SAMPLES:.0e} samples of"
-            f" {accelerogram.duration:.6g} s"
+            f" {duration:.6g} s"
         )
     ratio = Fraction(h / time_step).limit_denominator(_LARGEST_RATIO)
     p, q = ratio.numerator, ratio.denominator
@@ -208,16 +185,11 @@ def resampled(accelerogram: Accelerogram, time_step: float) -> Accelerogram:
         spectrum = spectrum[: n_new // 2 + 1]
     elif block * q % 2 == 0:
         spectrum[-1] *= 0.5  # its energy belongs to the positive and the negative frequency alike
-    size = int(accelerogram.duration / time_step * (1.0 + 1e-12)) + 1
+    size = int(duration / time_step * (1.0 + 1e-12)) + 1
     samples = fft.irfft(spectrum, n_new)[:size] * (p / q)
     how = f"low-pass at {0.5 / time_step:.6g} Hz" if p < q else "band-limited"
-    note = f"{accelerogram.origin}; resampled from {h:.9g} s to {time_step:.9g} s, {how}"
-    return replace(
-        accelerogram,
-        time_step=time_step,
-        acceleration=samples,
-        origin=note.removeprefix("; "),
-    )
+    note = f"resampled from {h:.9g} s to {time_step:.9g} s, {how}"
+    return _noted(accelerogram, samples, note, time_step=time_step)
 
 
 class BaselineCorrection:
@@ -234,14 +206,8 @@ class BaselineCorrection:
 
         v(T) = ∫ a dt,    d(T) = ∫ (T - t) a dt
 
-    which are linear in the samples and exact for acceleration that is linear between them.
-
-    Args:
-        n: Number of samples, at least 4.
-        time_step: Step h [s].
-
-    Raises:
-        ImpactfemError: There are fewer than 4 samples.
+    which are linear in the samples and exact for acceleration that is linear between them. A motion
+    of fewer than 4 samples is refused.
     """
 
     def __init__(self, n: int, time_step: float) -> None:
@@ -260,14 +226,7 @@ class BaselineCorrection:
         self._inverse = np.linalg.inv(self._ends @ self._shapes.T)
 
     def __call__(self, acceleration: FloatArray) -> FloatArray:
-        """Correct an acceleration.
-
-        Args:
-            acceleration: Shape (n,) [m/s2].
-
-        Returns:
-            Shape (n,) [m/s2]; its end velocity and displacement are zero to round-off.
-        """
+        """An acceleration, shape (n,) [m/s2], at rest and without offset at its end."""
         # c_1, c_2 from v(T) and d(T).
         coefficients = self._inverse @ (self._ends @ acceleration)
         return np.asarray(acceleration - coefficients @ self._shapes)

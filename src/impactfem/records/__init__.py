@@ -35,7 +35,7 @@ _SIGN_LINES = 4
 def read_record(
     path: Path | str, fmt: str | None = None, component: str | None = None
 ) -> Accelerogram:
-    """Read an accelerogram.
+    """Read an accelerogram in m/s2, named after the file.
 
     Args:
         path: The file.
@@ -43,9 +43,6 @@ def read_record(
             case, and by its first lines where the ending has several formats.
         component: Which component of a file that holds several: the name of a column, the number,
             orientation or code of a channel.
-
-    Returns:
-        The accelerogram in m/s2, named after the file.
 
     Raises:
         InputError: The format is not known, or the file is at fault: the first 20 faults and the

@@ -18,20 +18,18 @@ STANDARD_GRAVITY = 9.80665  # m/s2, by definition
 class Accelerogram:
     """One component of ground acceleration, at rest before its first sample.
 
-    Args:
-        time_step: Step h [s].
-        acceleration: Samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]; copied, read-only.
-        name: Its name in tables and figures.
-        origin: Where it comes from: a file, or how it was made.
-
-    Raises:
-        ImpactfemError: The step is not positive, or the samples are too few or not finite.
+    The samples are copied and read-only. A step that is not positive, and samples that are too few
+    or not finite, are refused.
     """
 
     time_step: float
+    """Step h [s]."""
     acceleration: FloatArray
+    """Samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]."""
     name: str = ""
+    """In tables and figures."""
     origin: str = ""
+    """Where it comes from: a file, or how it was made."""
 
     def __post_init__(self) -> None:
         h = float(self.time_step)
@@ -78,28 +76,14 @@ class Accelerogram:
         return _accumulated(h * self.velocity[:-1] + h**2 / 6.0 * (2.0 * a[:-1] + a[1:]))
 
     def scaled(self, factor: float) -> Accelerogram:
-        """Multiply the acceleration by a number.
-
-        Args:
-            factor: Finite, not zero [-].
-
-        Raises:
-            ImpactfemError: The factor is zero or not finite.
-        """
+        """The motion times a number, which must be finite and not zero."""
         if not np.isfinite(factor) or factor == 0.0:
             raise ImpactfemError(f"the scale of an accelerogram must not be {factor!r}")
         note = f"{self.origin}; scaled by {factor:.12g}" if self.origin else ""
         return replace(self, acceleration=self.acceleration * factor, origin=note)
 
     def scaled_to_pga(self, pga: float) -> Accelerogram:
-        """Scale to a peak ground acceleration.
-
-        Args:
-            pga: Peak requested, positive [m/s2].
-
-        Raises:
-            ImpactfemError: The requested peak is not positive, or the record is zero throughout.
-        """
+        """The motion at another peak [m/s2], positive; one that is zero throughout is refused."""
         peak = float(np.abs(self.acceleration).max())
         if not (np.isfinite(pga) and pga > 0.0) or peak == 0.0:
             raise ImpactfemError(
@@ -140,12 +124,6 @@ def measures(accelerogram: Accelerogram) -> Measures:
     The Arias intensity I = π/(2g) ∫ a² dt (Arias 1970) is exact for acceleration that is linear
     between the samples: each step gives h (a_n² + a_n a_n+1 + a_n+1²) / 3. The two instants of the
     significant duration are interpolated linearly between the samples of I(t).
-
-    Args:
-        accelerogram: The motion.
-
-    Returns:
-        Its measures.
     """
     a, h, t = accelerogram.acceleration, accelerogram.time_step, accelerogram.time
     steps = h / 3.0 * (a[:-1] ** 2 + a[:-1] * a[1:] + a[1:] ** 2)

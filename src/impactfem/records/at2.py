@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 
 import numpy as np
 
 from impactfem.records.accelerogram import Accelerogram
-from impactfem.records.file import ACCELERATION_UNITS, Format, RecordFile, number, plain_unit
+from impactfem.records.file import ACCELERATION_UNITS, Format, RecordFile, plain_unit
 
 _FLOAT = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _UNITS = re.compile(r"units?\s+of\s+(.*?)[\s.,;]*(?:filter\s+points?\b.*)?$", re.IGNORECASE)
 _NAMED = re.compile(r"npts\s*=\s*(\d{1,9})\s*,?\s*dt\s*=\s*" + f"({_FLOAT})", re.IGNORECASE)
 _BARE = re.compile(r"\s*(\d{1,9})\s+" + rf"({_FLOAT})\s*,?\s*npts\s*,\s*dt\b", re.IGNORECASE)
-_SAMPLE = re.compile(rf"\s*({_FLOAT})(?=\s|[+-]|$)")
+_TOUCHING = re.compile(r"([\d.])([+-])")
 
 
 def read(file: RecordFile, component: str | None) -> Accelerogram:
@@ -47,7 +46,7 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
         file.note(4, lines[3].strip(), "expected at least 2 samples and a positive time step")
         size = None
     n_header = len(file.faults)
-    samples = [x for i, line in enumerate(lines[4:], start=5) for x in _samples(file, i, line)]
+    samples = file.samples(range(4, len(lines)), _cells, "expected finite numbers only")
     # A broken line hides samples: their number says nothing then.
     if size is not None and len(file.faults) == n_header and len(samples) != int(size[1]):
         expected = f"the header announces {size[1]} samples, the file has {len(samples)}"
@@ -60,19 +59,8 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     return Accelerogram(float(size[2]), np.array(samples) * factor, file.path.stem, origin)
 
 
-def _samples(file: RecordFile, line_number: int, line: str) -> Iterator[float]:
-    """The samples of a line, up to the first fault of it."""
-    position = 0
-    text = line.rstrip()
-    while position < len(text):
-        match = _SAMPLE.match(text, position)
-        value = number(match[1]) if match else None
-        if match is None or value is None:
-            rest = text[position:].split()
-            file.note(line_number, rest[0], "expected finite numbers only")
-            return
-        yield value
-        position = match.end()
+def _cells(line: str) -> list[str]:
+    return _TOUCHING.sub(r"\1 \2", line).split()
 
 
 FORMAT = Format(

@@ -74,15 +74,7 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
 
 
 def write_csv(accelerogram: Accelerogram, path: Path | str) -> None:
-    """Write an accelerogram as `read_record` reads it, with all digits.
-
-    Args:
-        accelerogram: The motion.
-        path: The file; an existing one is overwritten.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Write an accelerogram as `read_record` reads it, with all digits, over an existing file."""
     pairs = zip(map(float, accelerogram.time), map(float, accelerogram.acceleration), strict=True)
     rows = [f"{time!r},{acceleration!r}" for time, acceleration in pairs]
     Path(path).write_text("\n".join([HEADER, *rows]) + "\n", encoding="utf-8")
@@ -90,7 +82,13 @@ def write_csv(accelerogram: Accelerogram, path: Path | str) -> None:
 
 def _header(file: RecordFile, line_number: int, line: str) -> dict[str, float]:
     """Read the columns' names, in order, and the factors of their units to SI."""
-    _check_layout(file, line_number, line)
+    separators = wrong_separators(line)
+    if separators is not None:
+        expected = f"the columns are separated by {separators}; expected commas: {file.expected}"
+        file.fail(line_number, line.strip(), expected)
+    cells = (cell.strip().lower() for cell in line.split(","))
+    if all("[" not in cell and cell not in {"time", "acceleration"} for cell in cells):
+        file.fail(line_number, line.strip(), f"this is no header; expected {file.expected}")
     factors: dict[str, float] = {}
     for cell in line.split(","):
         match = _CELL.fullmatch(cell)
@@ -120,17 +118,6 @@ def _header(file: RecordFile, line_number: int, line: str) -> dict[str, float]:
     if file.faults:
         raise file.error()
     return factors
-
-
-def _check_layout(file: RecordFile, line_number: int, line: str) -> None:
-    """Refuse a line whose columns cannot be read one by one."""
-    separators = wrong_separators(line)
-    if separators is not None:
-        expected = f"the columns are separated by {separators}; expected commas: {file.expected}"
-        file.fail(line_number, line.strip(), expected)
-    names = (cell.strip().lower() for cell in line.split(","))
-    if all("[" not in name and name not in {"time", "acceleration"} for name in names):
-        file.fail(line_number, line.strip(), f"this is no header; expected {file.expected}")
 
 
 def _row(file: RecordFile, line_number: int, line: str, names: Sequence[str]) -> list[float] | None:

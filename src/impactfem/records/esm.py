@@ -40,13 +40,8 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     step = _positive(file, header, "SAMPLING_INTERVAL_S", "the time step in seconds")
     count = _positive(file, header, "NDATA", "the number of samples")
     factor = _factor(file, header)
-    samples = []
-    for i, line in enumerate(lines[HEADER_LINES:], start=HEADER_LINES + 1):
-        value = number(line.strip())
-        if value is None:
-            file.note(i, line.strip(), "expected one finite number")
-        else:
-            samples.append(value)
+    behind = range(HEADER_LINES, len(lines))
+    samples = file.samples(behind, lambda line: [line.strip()], "expected one finite number")
     if count is not None and not file.faults and (len(samples) != count or count < 2):
         expected = f"the header announces {count:g} samples, the file has {len(samples)}"
         file.note(header["NDATA"][0], f"NDATA: {count:g}", expected)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -37,15 +37,36 @@ TIME_UNITS = {"s": 1.0, "ms": 0.001, "min": 60.0}
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
+def plain_unit(text: str) -> str:
+    """Bring the spellings of a unit to one: ``cm/sec^2``, ``CM/S/S`` and ``cm s-2`` are cm/s2."""
+    unit = text.strip().lower().replace("²", "2").replace("**", "").replace("^", "")
+    unit = re.sub(r"sec(onds?)?(?=\W|\d|$)", "s", unit)
+    unit = re.sub(r"\s*/\s*", "/", unit)
+    unit = re.sub(r"/\(?s[\s*/.·]?s\)?$", "/s2", unit)
+    return re.sub(r"[\s.*·]s-2$", "/s2", unit)
+
+
+def number(text: str) -> float | None:
+    """Read a plain finite decimal number; None for all else (``nan``, ``1_000``, ``1e999``)."""
+    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    return value if math.isfinite(value) else None
+
+
+def fixed_columns(line: str, width: int) -> list[str]:
+    """Cut a line of fixed columns into its cells; a blank rest at the end is left out."""
+    text = line.rstrip()
+    return [text[i : i + width].strip() for i in range(0, len(text), width)]
+
+
+def same_name(name: str, other: str) -> bool:
+    """Whether two names of a component agree, whatever their case and spaces."""
+    return "".join(name.split()).casefold() == "".join(other.split()).casefold()
+
+
 class RecordFile:
-    """The lines of a record's file, and the faults that its reader notes.
+    """The lines of a record's file, what is expected of it, and the faults that its reader notes.
 
-    Args:
-        path: The file.
-        expected: What it should be, for messages.
-
-    Raises:
-        InputError: The file cannot be read, is no text, or is empty.
+    A file that cannot be read, is no text, or is empty is refused.
     """
 
     def __init__(self, path: Path, expected: str) -> None:
@@ -73,12 +94,26 @@ class RecordFile:
         self.note(line, value, expected)
         raise self.error()
 
-    def check_component(self, component: str | None, names: tuple[str, ...]) -> None:
-        """Refuse another component than the one that the file holds.
+    def samples(
+        self,
+        lines: Iterable[int],
+        cells: Callable[[str], Iterable[str]],
+        expected: str,
+        read: Callable[[str], float | None] = number,
+    ) -> list[float]:
+        """The numbers in the cells of lines, counted from 0; cells that hold none are noted."""
+        samples = []
+        for i in lines:
+            for cell in cells(self.lines[i]):
+                value = read(cell)
+                if value is None:
+                    self.note(i + 1, cell, expected)
+                else:
+                    samples.append(value)
+        return samples
 
-        Args:
-            component: The one requested; None requests nothing.
-            names: What the file calls its component; empty when it does not name it.
+    def check_component(self, component: str | None, names: tuple[str, ...]) -> None:
+        """Refuse another component than that of the file, whose names may be unknown.
 
         Raises:
             InputError: Another component is requested, or the file does not say which it holds.
@@ -93,15 +128,7 @@ class RecordFile:
         raise InputError([Fault(self.path, "component", component, expected)])
 
     def choose(self, component: str | None, names: Sequence[tuple[str, ...]], known: str) -> int:
-        """Choose one of several components.
-
-        Args:
-            component: The one requested; may be None when there is only one.
-            names: What each component is called.
-            known: All of them, for messages.
-
-        Returns:
-            Its index.
+        """Index of the component requested, by any of its names; `known` lists all, for messages.
 
         Raises:
             InputError: None or several have that name, or none of several is requested.
@@ -121,70 +148,54 @@ class RecordFile:
     def compare_peak(self, peak: float, announced: str, unit: str, rounding: float = 0.0) -> None:
         """Warn of a peak that is not the header's: samples, scale or unit may have been changed.
 
-        Args:
-            peak: The largest sample, in the file's unit.
-            announced: What the header has; nothing is compared where that is no number or
-                zero.
-            unit: The file's unit.
-            rounding: Of the announced peak, in addition to 1 % of it.
+        Nothing is compared where the header has no number or zero; `rounding` is that of the
+        header's, in addition to 1 % of the peak.
         """
         value = number(announced)
         if value and abs(peak - abs(value)) > _PEAK_TOLERANCE * peak + rounding:
-            LOGGER.warning(
-                f"warning: %s: the largest sample is %.6g {unit}, the header has %.6g {unit}",
-                self.path,
-                peak,
-                value,
-            )
+            text = f"warning: %s: the largest sample is %.6g {unit}, the header has %.6g {unit}"
+            LOGGER.warning(text, self.path, peak, value)
 
 
 @dataclass(frozen=True)
 class Format:
-    """A format of records.
-
-    Args:
-        name: What case files call it.
-        expected: What a file of it looks like, for messages.
-        endings: Endings of the files that have this format alone, in lower case, without dot.
-        sign: What a file has on one of its first lines, and no file of another format.
-        read: Reads a component (None: the only one) into an accelerogram in m/s2; raises the
-            file's error with every fault.
-    """
+    """A format of records."""
 
     name: str
+    """What case files call it."""
     expected: str
+    """What a file of it looks like, for messages."""
     endings: tuple[str, ...]
+    """Endings of the files that have this format alone, in lower case, without dot."""
     sign: re.Pattern[str]
+    """What a file has on one of its first lines, and no file of another format."""
     read: Callable[[RecordFile, str | None], Accelerogram]
+    """Reads a component (None: the only one), in m/s2; raises the file's error with every fault."""
 
 
 @dataclass(frozen=True)
 class Channel:
-    """An acceleration of a file that holds several, in fixed columns.
-
-    Args:
-        number: Its number at the station, as text.
-        orientation: Its direction in the file's words ("90 Deg", "Up"); may be empty.
-        code: Its code in the network ("HNE"); may be empty.
-        title: What it is a record of, for the origin of the accelerogram.
-        announced: Line number of the line that announces the samples, from 1.
-        count: Number of samples announced.
-        time_step: Step h [s].
-        factor: From the file's unit to m/s2.
-        width: Characters in a column.
-        stop: Line number behind the last line of samples.
-    """
+    """An acceleration of a file that holds several, in fixed columns."""
 
     number: str
+    """At the station, as text."""
     orientation: str
+    """In the file's words ("90 Deg", "Up"); may be empty."""
     code: str
+    """In the network ("HNE"); may be empty."""
     title: str
+    """What it is a record of, for the origin of the accelerogram."""
     announced: int
+    """Number of the line that announces the samples, from 1."""
     count: int
+    """Number of samples announced."""
     time_step: float
     factor: float
+    """From the file's unit to m/s2."""
     width: int
+    """Characters in a column."""
     stop: int
+    """Number of the line behind the last one of samples."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -201,16 +212,7 @@ class Channel:
 def read_channel(
     file: RecordFile, channels: Sequence[Channel], component: str | None
 ) -> Accelerogram:
-    """Read the samples of the channel requested.
-
-    Args:
-        file: The file.
-        channels: Its channels, in its order.
-        component: Number, orientation or code of a channel, whatever the case; may be None when
-            there is only one.
-
-    Returns:
-        The accelerogram in m/s2, named after the file and the channel.
+    """The channel requested by number, orientation or code, None for the only one, in m/s2.
 
     Raises:
         InputError: There is no such channel, samples are not numbers, or not as many as announced.
@@ -219,15 +221,11 @@ def read_channel(
         file.fail(None, None, "the file holds no acceleration")
     known = "; ".join(channel.label for channel in channels)
     channel = channels[file.choose(component, [channel.names for channel in channels], known)]
-    samples: list[float] = []
-    for i in range(channel.announced, channel.stop - 1):
-        for cell in fixed_columns(file.lines[i], channel.width):
-            value = number(cell)
-            if value is None:
-                expected = f"expected finite numbers in columns of {channel.width} characters"
-                file.note(i + 1, cell, expected)
-            else:
-                samples.append(value)
+    samples = file.samples(
+        range(channel.announced, channel.stop - 1),
+        lambda line: fixed_columns(line, channel.width),
+        f"expected finite numbers in columns of {channel.width} characters",
+    )
     if not file.faults and (len(samples) != channel.count or channel.count < 2):
         expected = (
             f"{channel.count} samples are announced, {len(samples)} follow; expected these"
@@ -243,29 +241,3 @@ def read_channel(
         f"{file.path.stem}_{channel.code or channel.number}",
         f"{origin}: {channel.title}" if channel.title else origin,
     )
-
-
-def plain_unit(text: str) -> str:
-    """Bring the spellings of a unit to one: ``cm/sec^2``, ``CM/S/S`` and ``cm s-2`` are cm/s2."""
-    unit = text.strip().lower().replace("²", "2").replace("**", "").replace("^", "")
-    unit = re.sub(r"sec(onds?)?(?=\W|\d|$)", "s", unit)
-    unit = re.sub(r"\s*/\s*", "/", unit)
-    unit = re.sub(r"/\(?s[\s*/.·]?s\)?$", "/s2", unit)
-    return re.sub(r"[\s.*·]s-2$", "/s2", unit)
-
-
-def number(text: str) -> float | None:
-    """Read a plain finite decimal number; None for all else (``nan``, ``1_000``, ``1e999``)."""
-    value = float(text) if _NUMBER.fullmatch(text) else math.nan
-    return value if math.isfinite(value) else None
-
-
-def fixed_columns(line: str, width: int) -> list[str]:
-    """Cut a line of fixed columns into its cells; a blank rest at the end is left out."""
-    text = line.rstrip()
-    return [text[i : i + width].strip() for i in range(0, len(text), width)]
-
-
-def same_name(name: str, other: str) -> bool:
-    """Whether two names of a component agree, whatever their case and spaces."""
-    return "".join(name.split()).casefold() == "".join(other.split()).casefold()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from datetime import datetime, timedelta
 
 import numpy as np
-import numpy.typing as npt
 
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import Format, RecordFile, number
@@ -60,7 +60,13 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     duration = number(value[11])
     if duration is None or duration <= 0.0:
         file.note(12, value[11], "expected the duration in seconds")
-    counts = _counts(file)
+    samples = file.samples(
+        range(HEADER_LINES, len(lines)),
+        str.split,
+        "expected whole numbers only",
+        lambda cell: float(cell) if _SAMPLE.fullmatch(cell) else None,
+    )
+    counts = np.array(samples)
     if frequency and duration and not file.faults:
         announced = duration * float(frequency[1])
         if abs(counts.size - announced) >= 0.5 or counts.size < 2:
@@ -79,33 +85,13 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     offset = float(gal.mean())
     acceleration = gal - offset
     file.compare_peak(float(np.abs(acceleration).max()), value[14], "gal", rounding=5e-4)
-    origin = (
-        f"record {file.path.name}: {value[5]} {names[0]}{_first_sample(value[9])};"
-        f" mean of {offset:.4g} gal taken out"
-    )
+    origin = f"record {file.path.name}: {value[5]} {names[0]}"
+    with suppress(ValueError):  # a header may not give the time
+        start = datetime.strptime(value[9], "%Y/%m/%d %H:%M:%S")
+        origin += f", first sample {start - timedelta(seconds=TRIGGER_DELAY)} JST"
+    origin += f"; mean of {offset:.4g} gal taken out"
     LOGGER.info("%s: mean of %.4g gal taken out, the offset of the instrument", file.path, offset)
     return Accelerogram(1.0 / float(frequency[1]), 0.01 * acceleration, file.path.stem, origin)
-
-
-def _counts(file: RecordFile) -> npt.NDArray[np.float64]:
-    """The samples as they stand."""
-    counts: list[int] = []
-    for i, line in enumerate(file.lines[HEADER_LINES:], start=HEADER_LINES + 1):
-        for cell in line.split():
-            if _SAMPLE.fullmatch(cell) is None:
-                file.note(i, cell, "expected whole numbers only")
-            else:
-                counts.append(int(cell))
-    return np.array(counts, dtype=np.float64)
-
-
-def _first_sample(record_time: str) -> str:
-    """When the first sample was taken, for the origin; empty when the header does not say."""
-    try:
-        start = datetime.strptime(record_time, "%Y/%m/%d %H:%M:%S")
-    except ValueError:
-        return ""
-    return f", first sample {start - timedelta(seconds=TRIGGER_DELAY)} JST"
 
 
 FORMAT = Format(
