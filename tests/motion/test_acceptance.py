@@ -98,15 +98,6 @@ def test_a_short_motion():
     assert not {"duration", "strong_phase", "nyquist"} & failed
 
 
-def test_refused(motion):
-    with pytest.raises(ImpactfemError, match="0 < minimum < maximum <= Nyquist frequency, 50 Hz"):
-        acceptance(motion, TARGET, maximum=60.0)
-    with pytest.raises(ImpactfemError, match="zero throughout"):
-        acceptance(Accelerogram(0.01, np.zeros(3000)), TARGET)
-    with pytest.raises(KeyError):
-        acceptance(motion, TARGET).verdict("beauty")
-
-
 def test_statistics_by_hand():
     m = Misfit(np.array([1.0, 2.0]), np.array([1.2, 1.8]), np.array([1.0, 2.0]))
     assert m.ratio == pytest.approx([1.2, 0.9])
@@ -128,11 +119,8 @@ NOISE = np.random.default_rng(6).standard_normal((2, 4000))
 FIRST, SECOND = (Accelerogram(0.005, a) for a in NOISE)
 
 
-def test_independent_components():
+def test_a_motion_with_another_and_with_itself():
     assert abs(pair_correlation(FIRST, SECOND)) < 0.05 < CORRELATION_LIMIT
-
-
-def test_a_motion_and_itself():
     assert pair_correlation(FIRST, FIRST) == pytest.approx(1.0)
     assert pair_correlation(FIRST, FIRST.scaled(-3.0)) == pytest.approx(-1.0)
 
@@ -153,7 +141,13 @@ def test_the_shorter_one_rests_after_its_end():
     assert pair_correlation(short, FIRST) == pair_correlation(continued, FIRST)
 
 
-def test_correlation_refused():
+def test_refused(motion):
+    with pytest.raises(ImpactfemError, match="0 < minimum < maximum <= Nyquist frequency, 50 Hz"):
+        acceptance(motion, TARGET, maximum=60.0)
+    with pytest.raises(ImpactfemError, match="zero throughout"):
+        acceptance(Accelerogram(0.01, np.zeros(3000)), TARGET)
+    with pytest.raises(KeyError):
+        acceptance(motion, TARGET).verdict("beauty")
     with pytest.raises(ImpactfemError, match=r"steps of 0.005 s and 0.01 s cannot be correlated"):
         pair_correlation(FIRST, Accelerogram(0.01, NOISE[1]))
     with pytest.raises(ImpactfemError, match="does not change has no correlation"):

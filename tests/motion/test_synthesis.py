@@ -6,13 +6,8 @@ from impactfem.motion.synthesis import _to_peak, envelope
 from impactfem.system.errors import ImpactfemError
 
 TARGET = DesignSpectrum(2.3, (0.05, 0.25, 2.5))
-PAPER = {
-    "duration": 16.79,
-    "time_step": 0.005,
-    "strong_phase": (2.0, 5.0),
-    "pga": 2.32,
-    "iterations": 15,
-}
+PAPER = {"duration": 16.79, "time_step": 0.005, "strong_phase": (2.0, 5.0)}
+PAPER |= {"pga": 2.32, "iterations": 15}
 
 
 @pytest.fixture(scope="module")
@@ -143,13 +138,16 @@ def test_strong_phase_may_fill_the_motion():
     assert level.tolist() == [1.0, 1.0, 1.0, 0.0]
 
 
-@pytest.mark.parametrize("phase", [(-1.0, 5.0), (5.0, 5.0), (6.0, 5.0), (2.0, 21.0)])
-def test_a_strong_phase_outside_is_refused(phase):
-    with pytest.raises(ImpactfemError, match="strong phase must lie inside"):
-        envelope([0.0], 20.0, phase)
-
-
-@pytest.mark.parametrize("level", [0.0, 1.0])
-def test_end_levels_out_of_range_are_refused(level):
-    with pytest.raises(ImpactfemError, match="end level"):
-        envelope([0.0], 20.0, (2.0, 5.0), end_level=level)
+@pytest.mark.parametrize(
+    ("phase", "level", "message"),
+    [
+        *(
+            (phase, 0.05, "strong phase must lie inside")
+            for phase in ((-1.0, 5.0), (5.0, 5.0), (6.0, 5.0), (2.0, 21.0))
+        ),
+        *(((2.0, 5.0), level, "end level") for level in (0.0, 1.0)),
+    ],
+)
+def test_envelopes_refused(phase, level, message):
+    with pytest.raises(ImpactfemError, match=message):
+        envelope([0.0], 20.0, phase, end_level=level)

@@ -90,7 +90,11 @@ def test_each_step_is_logged(caplog):
         ({"band": (0.0, 1.0)}, "corner frequencies must be 0 < low < high"),
         ({"band": (1.0, 50.0)}, "high corner of 50 Hz must be below the Nyquist .* 50 Hz"),
         ({"band": (1e-6, 10.0)}, "low corner of 1e-06 Hz must be at least a tenth of a cycle"),
+        ({"resample": 0.0}, "must be positive and at most half the duration of 40 s, got 0.0 s"),
+        ({"resample": float("nan")}, "must be positive"),
         ({"resample": 30.0}, "at most half the duration"),
+        ({"resample": 1e-9}, "would make more than 1e.07 samples"),
+        ({"resample": 0.01 / np.pi}, "must have the ratio of whole numbers up to 100000"),
     ],
 )
 def test_refused(options, message):
@@ -136,21 +140,6 @@ def test_origin_and_nothing_to_do():
     assert "low-pass at 20 Hz" in resampled(motion, 0.025).origin
 
 
-@pytest.mark.parametrize(
-    ("step", "message"),
-    [
-        (0.0, "must be positive and at most half the duration of 20 s, got 0.0 s"),
-        (float("nan"), "must be positive"),
-        (11.0, "at most half the duration"),
-        (1e-9, "would make more than 1e.07 samples"),
-        (0.01 / np.pi, "must have the ratio of whole numbers up to 100000"),
-    ],
-)
-def test_resampling_refused(step, message):
-    with pytest.raises(ImpactfemError, match=message):
-        resampled(Accelerogram(0.01, burst(0.01)), step)
-
-
 @pytest.fixture
 def samples():
     return np.random.default_rng(7).standard_normal(1001)
@@ -159,10 +148,8 @@ def samples():
 def test_the_end_is_at_rest_and_in_place(samples):
     before = Accelerogram(0.01, samples)
     after = Accelerogram(0.01, BaselineCorrection(1001, 0.01)(samples))
-    assert abs(before.velocity[-1]) > 1e-2
-    assert abs(before.displacement[-1]) > 1e-2
-    assert abs(after.velocity[-1]) < 1e-14
-    assert abs(after.displacement[-1]) < 1e-13
+    assert min(abs(before.velocity[-1]), abs(before.displacement[-1])) > 1e-2
+    assert abs(after.velocity[-1]) < 1e-14 and abs(after.displacement[-1]) < 1e-13
 
 
 def test_it_begins_and_ends_at_zero_and_repeats_itself_as_nothing(samples):

@@ -29,52 +29,30 @@ def test_samples_that_touch(tmp_path):
     assert "STATION, 090" in record.origin
 
 
+SIZE, UNIT = "NPTS=      7, DT=   .0050 SEC", "SERIES IN UNITS OF G"
+FILTERED = "HISTORY IN UNITS OF G"
+VELOCITY = "OF CM/S. FILTER POINTS: HP=0.1 Hz LP=46.0 Hz"
+
+
 @pytest.mark.parametrize(
-    "header",
+    ("old", "new", "factor"),
     [
-        "NPTS=  7, DT= .0050 SEC,",
-        "NPTS=7,DT=0.005",
-        "npts =   7 , dt = 5.0E-03 sec",
-        "    7    0.0050    NPTS, DT",
-        "NPTS=     7, DT=     .00500 SEC",
+        (SIZE, "NPTS=  7, DT= .0050 SEC,", 1.0),
+        (SIZE, "NPTS=7,DT=0.005", 1.0),
+        (SIZE, "npts =   7 , dt = 5.0E-03 sec", 1.0),
+        (SIZE, "    7    0.0050    NPTS, DT", 1.0),
+        (SIZE, "NPTS=     7, DT=     .00500 SEC", 1.0),
+        (UNIT, f"{FILTERED}. FILTER POINTS: HP=0.1 Hz LP=46.0 Hz", 1.0),
+        (UNIT, f"{FILTERED}; Filter Point: HP=0.20 LP=23.0", 1.0),
+        (UNIT, "SERIES IN UNITS OF CM/SEC/SEC", 0.01 / 9.80665),
+        ("\n", "\r\n", 1.0),
     ],
 )
-def test_variants_of_the_fourth_line(tmp_path, header):
-    text = GOOD.replace("NPTS=      7, DT=   .0050 SEC", header)
-    record = read_record(written(tmp_path, text))
+def test_variants(tmp_path, old, new, factor):
+    assert old in GOOD
+    record = read_record(written(tmp_path, GOOD.replace(old, new)))
     assert record.time_step == pytest.approx(0.005)
-    assert record.acceleration == pytest.approx(SAMPLES)
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.1 Hz LP=46.0 Hz",
-        "ACCELERATION TIME HISTORY IN UNITS OF G; Filter Point: HP=0.20 LP=23.0",
-    ],
-)
-def test_older_third_lines(tmp_path, line):
-    text = GOOD.replace("ACCELERATION TIME SERIES IN UNITS OF G", line)
-    assert read_record(written(tmp_path, text)).acceleration == pytest.approx(SAMPLES)
-
-
-def test_a_velocity_is_refused(tmp_path):
-    line = "VELOCITY TIME HISTORY IN UNITS OF CM/S. FILTER POINTS: HP=0.1 Hz LP=46.0 Hz"
-    text = GOOD.replace("ACCELERATION TIME SERIES IN UNITS OF G", line)
-    with pytest.raises(InputError, match="line 3 = 'VELOCITY"):
-        read_record(written(tmp_path, text))
-
-
-def test_windows_lines(tmp_path):
-    record = read_record(written(tmp_path, GOOD.replace("\n", "\r\n")))
-    assert record.acceleration == pytest.approx(SAMPLES)
-
-
-def test_other_units_are_read(tmp_path):
-    text = GOOD.replace("UNITS OF G", "UNITS OF CM/SEC/SEC")
-    assert read_record(written(tmp_path, text)).acceleration == pytest.approx(
-        SAMPLES / 9.80665 * 0.01
-    )
+    assert record.acceleration == pytest.approx(SAMPLES * factor)
 
 
 @pytest.mark.parametrize(
@@ -82,6 +60,10 @@ def test_other_units_are_read(tmp_path):
     [
         ("a\nb\nc\n", "ends early"),
         (GOOD.replace("IN UNITS OF G", ""), "line 3 .* expected 'ACCELERATION TIME SERIES"),
+        (
+            GOOD.replace("ACCELERATION TIME SERIES", "VELOCITY").replace("OF G", VELOCITY),
+            "line 3 = 'VELOCITY",
+        ),
         (GOOD.replace("UNITS OF G", "UNITS OF CM/S"), "line 3 .* another unit of acceleration"),
         (GOOD.replace("NPTS", "POINTS"), "line 4 .* expected the number of samples"),
         (GOOD.replace(".0050", "0.0"), "line 4 .* a positive time step"),

@@ -28,18 +28,10 @@ def test_round_trip(tmp_path):
 @pytest.mark.parametrize(
     ("unit", "factor"),
     [
-        ("m/s2", 1.0),
-        ("m/s^2", 1.0),
-        ("m/s**2", 1.0),
-        ("m/s²", 1.0),
-        ("m s-2", 1.0),
-        ("cm/s2", 0.01),
-        ("cm/sec^2", 0.01),
-        ("cm/s/s", 0.01),
+        *((unit, 1.0) for unit in ("m/s2", "m/s^2", "m/s**2", "m/s²", "m s-2")),
+        *((unit, 0.01) for unit in ("cm/s2", "cm/sec^2", "cm/s/s", "gal", "Gal")),
         ("mm/s2", 0.001),
         ("g", 9.80665),
-        ("gal", 0.01),
-        ("Gal", 0.01),
     ],
 )
 def test_units_of_acceleration(tmp_path, unit, factor):
@@ -55,42 +47,39 @@ def test_other_layouts(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "messages"),
+    ("content", "message"),
     [
-        ("# only a comment\n", ["no header"]),
-        (GOOD.replace(" [m/s2]", ""), ["line 1 = 'acceleration': expected a unit of acceleration"]),
-        (GOOD.replace("m/s2", "m/s"), ["expected a unit of acceleration in brackets, one of m/s2"]),
-        (GOOD.replace("[s]", "[m]"), ["expected a unit of time in brackets"]),
-        (GOOD.replace("time", "tme"), ["line 1 = 'tme .s.': no such column"]),
-        (GOOD.replace("time [s],", ""), ["no column of time"]),
-        (GOOD.replace(",", ";"), ["line 1 = 'time .*: the columns are separated by semicolons; "]),
-        (GOOD.replace(",", "\t"), ["separated by tabs; expected commas"]),
+        ("# only a comment\n", "no header"),
+        (GOOD.replace(" [m/s2]", ""), "line 1 = 'acceleration': expected a unit of acceleration"),
+        (GOOD.replace("m/s2", "m/s"), "expected a unit of acceleration in brackets, one of m/s2"),
+        (GOOD.replace("[s]", "[m]"), "expected a unit of time in brackets"),
+        (GOOD.replace("time", "tme"), "line 1 = 'tme .s.': no such column"),
+        (GOOD.replace("time [s],", ""), "no column of time"),
+        (GOOD.replace(",", ";"), "line 1 = 'time .*: the columns are separated by semicolons; "),
+        (GOOD.replace(",", "\t"), "separated by tabs; expected commas"),
         (
             GOOD.replace("acceleration [m/s2]", "acc [m/s]"),
-            ["= 'acc .m/s.': no such column, as 'm/s' is no unit of acceleration .m/s2, cm/s2"],
+            "= 'acc .m/s.': no such column, as 'm/s' is no unit of acceleration .m/s2, cm/s2",
         ),
-        ("0.1,0.2,0.3\n" * 9, ["line 1 = '0.1,0.2,0.3': this is no header; expected a CSV"]),
-        (GOOD.replace("time [s]", "acceleration [g]"), ["a second column of acceleration"]),
-        (GOOD.splitlines()[0], ["at least 2 samples"]),
-        (GOOD.replace("1.5", "nan"), ["line 3 = 'nan': expected a finite number"]),
-        (GOOD.replace("1.5", "1.5 m/s2"), ["line 3 = '1.5 m/s2': expected a finite number"]),
-        (GOOD.replace("1.5", "1e999"), ["line 3 = '1e999': expected a finite number"]),
-        (GOOD.replace("1.5", ""), ["line 3 = '': expected a finite number"]),
-        (GOOD.replace("1.5", "1,5"), ["line 3 = '0.01,1,5': expected 2 cells .* got 3"]),
-        (GOOD.replace("0.02", "0.01"), ["line 4 = '0.01 s': expected times that ascend"]),
-        (GOOD.replace("0.02", "0.005"), ["line 4 = '0.005 s': expected times that ascend"]),
-        (GOOD + "0.04,0\n0.05,0\n", ["line 5 = '0.04 s': expected a uniform time step, 0.01 s"]),
-        ("time [s],acceleration [m/s2]\n1,0\n2,0\n", ["line 2 = '1 s': .* first sample at time 0"]),
+        ("0.1,0.2,0.3\n" * 9, "line 1 = '0.1,0.2,0.3': this is no header; expected a CSV"),
+        (GOOD.replace("time [s]", "acceleration [g]"), "a second column of acceleration"),
+        (GOOD.splitlines()[0], "at least 2 samples"),
+        (GOOD.replace("1.5", "nan"), "line 3 = 'nan': expected a finite number"),
+        (GOOD.replace("1.5", "1.5 m/s2"), "line 3 = '1.5 m/s2': expected a finite number"),
+        (GOOD.replace("1.5", "1e999"), "line 3 = '1e999': expected a finite number"),
+        (GOOD.replace("1.5", ""), "line 3 = '': expected a finite number"),
+        (GOOD.replace("1.5", "1,5"), "line 3 = '0.01,1,5': expected 2 cells .* got 3"),
+        (GOOD.replace("0.02", "0.01"), "line 4 = '0.01 s': expected times that ascend"),
+        (GOOD.replace("0.02", "0.005"), "line 4 = '0.005 s': expected times that ascend"),
+        (GOOD + "0.04,0\n0.05,0\n", "line 5 = '0.04 s': expected a uniform time step, 0.01 s"),
+        ("time [s],acceleration [m/s2]\n1,0\n2,0\n", "line 2 = '1 s': .* first sample at time 0"),
     ],
 )
-def test_faults(tmp_path, content, messages):
+def test_faults(tmp_path, content, message):
     path = written(tmp_path, content)
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         read_record(path)
-    assert len(caught.value.faults) == len(messages)
-    for message in messages:
-        with pytest.raises(InputError, match=message):
-            raise caught.value
+    assert len(caught.value.faults) == 1
     assert str(path) in str(caught.value)
 
 
