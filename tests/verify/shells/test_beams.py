@@ -1,8 +1,6 @@
 from dataclasses import replace
 
-import numpy as np
 import pytest
-import scipy.optimize
 
 from impactfem.building import beam, model
 from impactfem.building.section import BeamSection
@@ -92,26 +90,6 @@ def test_rotations_of_the_wrong_sign_are_seen(failed, monkeypatch, own_cache):
     monkeypatch.setattr(beam, "halves", turned)
     rows = beams.beam_rigid_body()
     assert {row.quantity for row in rows if "largest energy" in row.quantity} <= failed(rows)
-
-
-def test_frequencies_of_a_slender_beam_are_eulers():
-    """cos λ cosh λ = −1 with f = λ² √(E I/(ρ A)) / (2π L²)."""
-    section, length = BeamSection.beam(0.1, 0.05), 10.0
-    found = beams.timoshenko_frequencies(section, beams.CONCRETE, length, 3)
-    for guess, frequency in zip((1.875, 4.694, 7.855), found, strict=True):
-        root = scipy.optimize.brentq(
-            lambda x: np.cos(x) * np.cosh(x) + 1.0, guess - 0.1, guess + 0.1
-        )
-        speed = np.sqrt(33e9 * 0.05**2 / 12.0 / 2500.0)
-        euler = root**2 * speed / (2.0 * np.pi * length**2)
-        # Shear and rotary inertia: below, by (λ r/L)² and some.
-        assert 0.0 < 1.0 - frequency / euler < 5.0 * (root * 0.05 / length) ** 2
-
-
-def test_frequencies_of_a_stocky_beam_are_lower():
-    stocky = beams.timoshenko_frequencies(BeamSection.beam(0.5, 2.0), beams.CONCRETE, 3.0, 2)
-    stiff = BeamSection(**{**vars(BeamSection.beam(0.5, 2.0)), "k2": 1e6})
-    assert stocky[0] < 0.9 * beams.timoshenko_frequencies(stiff, beams.CONCRETE, 3.0, 2)[0]
 
 
 def test_softer_plates_are_seen(altered):

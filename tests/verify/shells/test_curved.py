@@ -5,7 +5,7 @@ import pytest
 
 from impactfem.building.section import Material
 from impactfem.verify.shells import curved
-from impactfem.verify.shells.curved import ROOF, WEIGHT, Cylinder, polynomials, wave, weighed
+from impactfem.verify.shells.curved import ROOF, WEIGHT, Cylinder, wave, weighed
 
 
 def test_the_roof_without_shear_strains():
@@ -32,16 +32,6 @@ def test_a_long_cylinder_is_a_ring(m):
     assert w[0] == pytest.approx(ring, rel=1e-3)
     assert v[0] == pytest.approx(-w[0] / m, rel=1e-3)
     assert work == pytest.approx(w[0] * 0.5 * np.pi * R, rel=1e-12)
-
-
-def test_the_polynomials_and_their_slopes():
-    phi, step = np.linspace(0.05, 0.6, 5), 1e-6
-    for basis, sign in zip(polynomials(0.7, 4), (1.0, -1.0), strict=True):
-        values, slopes = basis(phi)
-        assert values.shape == slopes.shape == (5, 4)
-        assert basis(-phi)[0] == pytest.approx(sign * values)
-        numeric = (basis(phi + step)[0] - basis(phi - step)[0]) / (2.0 * step)
-        assert slopes == pytest.approx(numeric, rel=1e-6, abs=1e-8)
 
 
 def test_a_thicker_roof_is_seen(altered, failed):

@@ -1,41 +1,6 @@
-import numpy as np
 import pytest
 
 from impactfem.verify.shells import patch
-
-PLACE = np.random.default_rng(1).uniform(-1.0, 1.0, (4, 3)) * [1.0, 1.0, 0.0]
-STEP = 1e-5
-
-
-def slopes(state, column):
-    """∂/∂x and ∂/∂y of a column of the state, by differences."""
-    found = []
-    for axis in (0, 1):
-        step = STEP * np.eye(3)[axis]
-        found.append((state(PLACE + step) - state(PLACE - step))[:, column] / (2.0 * STEP))
-    return found
-
-
-@pytest.mark.parametrize("strain", patch.STATES.values())
-def test_the_states_are_what_they_say(strain):
-    def membrane(place):
-        return patch.membrane_state(place, strain)
-
-    (uxx, uxy), (uyx, uyy) = slopes(membrane, 0), slopes(membrane, 1)
-    for found, asked in zip((uxx, uyy, 0.5 * (uxy + uyx)), strain, strict=True):
-        assert found == pytest.approx(asked, abs=1e-9)
-    assert 0.5 * (uyx - uxy) == pytest.approx(membrane(PLACE)[:, 5], abs=1e-9)
-
-    def bending(place):
-        return patch.bending_state(place, strain)
-
-    # β = θ × e3 = (θy, −θx).
-    (bxx, bxy), (byx, byy) = slopes(bending, 4), [-s for s in slopes(bending, 3)]
-    for found, asked in zip((bxx, byy, 0.5 * (bxy + byx)), strain, strict=True):
-        assert found == pytest.approx(asked, abs=1e-9)
-    wx, wy = slopes(bending, 2)
-    assert wx + bending(PLACE)[:, 4] == pytest.approx(0.0, abs=1e-9)
-    assert wy - bending(PLACE)[:, 3] == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(

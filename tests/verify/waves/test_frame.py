@@ -8,20 +8,6 @@ from impactfem.reduction import band
 from impactfem.verify.waves import MovingModel, ReducedMotion, frame
 
 
-def test_the_loads_are_small_before_their_pulses():
-    loads = frame._amplitudes(frame.STEP, frame.END, frame.PULSE, (0.01, 0.1))
-    assert loads[0].tolist() == [0.0, 0.0, 0.0]
-    assert np.abs(loads[:, :2]).max(axis=0).tolist() == [1e6, 0.5e6]
-    assert np.abs(loads[-1, :2]).max() < 1e-9
-
-
-def test_the_weights_are_those_of_the_loads():
-    shipped = frame.shipped_frame()
-    assert np.allclose(shipped.weights.sum(axis=1), 1.0)
-    at_probes = shipped.moving.loads[shipped.moving.probes]
-    assert np.allclose(at_probes[:, :2], -shipped.weights.T)
-
-
 def test_another_mean_is_not_reciprocal(monkeypatch, failed):
     right = frame.shipped_frame
 

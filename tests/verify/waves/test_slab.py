@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import cumulative_trapezoid
 
 from impactfem.building.shell_model import UX, UY
 from impactfem.verify.waves import MovingModel, slab
@@ -15,13 +14,6 @@ def test_speeds_by_hand():
     assert pytest.approx(15.6) == slab.SECOND - slab.FIRST
     assert 15.6 / slab.SHEAR.speed == pytest.approx(6.7e-3, abs=0.05e-3)
     assert (slab.SHEAR.restrained, slab.PLATE.restrained) == (UX, UY)
-
-
-@pytest.mark.parametrize("delay", [40.0, 55.3, 61.75])
-def test_delay_of_a_pulse(delay):
-    time = np.arange(200.0)
-    first, second = (np.exp(-(((time - t) / 12.0) ** 2)) for t in (50.0, 50.0 + delay))
-    assert slab._lag(first, 0.7 * second) == pytest.approx(delay, abs=2e-3)
 
 
 def test_a_wrong_modulus_is_seen(altered, failed):
@@ -45,17 +37,6 @@ def test_the_crossings_are_not_each_others():
     in_plane = rows["time to cross 15.6 m, in-plane shear pulse"]
     assert in_plane.reference == 6.7e-3 and "paper's crossing" in in_plane.source
     assert normal.computed < 0.65 * in_plane.reference
-
-
-def test_the_displacement_is_the_integral_of_the_velocity():
-    time = 1e-5 * np.arange(2000)
-    velocity = cumulative_trapezoid(slab._half_sine(time), time, initial=0.0)
-    assert slab._integral(time) == pytest.approx(velocity, abs=1e-8)
-
-
-def test_a_wave_crosses_more_than_once_in_a_pulse():
-    """Waves meet: the edges' velocities are more than a sequence of single pulses."""
-    assert 1.0 < slab.HALF_SINE / (slab.STRIP / slab.PLATE.speed) < 2.0
 
 
 def test_a_wrong_speed_is_seen(altered, failed):
