@@ -6,12 +6,14 @@ import pytest
 import scipy.signal
 
 from impactfem.coupling.contact import hertz, kelvin_voigt
+from impactfem.coupling.from_case import system_of
+from impactfem.coupling.pounding import interpolate_ground, simulate
 from impactfem.stages.pounding.compute import (
     STEPS,
     floor_spectra,
+    pounded,
     run_sticks,
     station_dofs,
-    steps_of_law,
 )
 
 SECOND_MOTION = """
@@ -119,21 +121,21 @@ def test_required_separation_belongs_to_the_free_run(study):
 def test_steps_of_law_by_hand(study, no_contacts):
     touched = [s.pair.law for s in study.separations if s.touched]
     by_hand = min(np.pi / np.sqrt(1.2e10 / law.mass * (1 - law.xi**2)) / 2.5e-4 for law in touched)
-    assert steps_of_law(study) == pytest.approx(by_hand)
+    assert study.steps_of_law == pytest.approx(by_hand)
     assert by_hand < kelvin_voigt(1.2e10, 0.14, 240e3).duration(1.0) / 2.5e-4
-    assert np.isnan(steps_of_law(no_contacts))
+    assert np.isnan(no_contacts.steps_of_law)
 
 
 def test_steps_of_a_law_that_depends_on_the_speed(study):
     law = hertz(3e11, 120e3)
     impacts = tuple(replace(i, pair=replace(i.pair, law=law)) for i in study.impacts)
     fastest = max(impact.approach for impact in impacts)
-    found = steps_of_law(replace(study, impacts=impacts))
+    found = replace(study, impacts=impacts).steps_of_law
     assert found == pytest.approx(law.duration(fastest) / 2.5e-4)
     # One that begins at rest has no duration of its own; none is left without the others.
     resting = replace(impacts[0], approach=0.0)
-    assert steps_of_law(replace(study, impacts=(*impacts, resting))) == found
-    assert np.isnan(steps_of_law(replace(study, impacts=(resting,))))
+    assert replace(study, impacts=(*impacts, resting)).steps_of_law == found
+    assert np.isnan(replace(study, impacts=(resting,)).steps_of_law)
 
 
 def test_no_contacts(study, no_contacts):
@@ -171,3 +173,19 @@ def test_directions_asked_of_the_spectra(study):
     x = floor_spectra(study.case, study.response, ("x", "y"))
     assert not x.pfa[:, 0].any() and not x.psa[:, :, 0].any()
     assert np.array_equal(x.pfa[:, 1], study.floors.pfa[:, 0])
+
+
+def test_pounded_under_given_motions(study):
+    """The sticks alone: by hand, and with the update that the case has."""
+    case, motions = study.case, study.motions
+    found = pounded(case, None, motions, 1.5)
+    dt = case.pounding.time_step
+    assert found.time[-1] >= 1.5 > found.time[-1] - 2.0 * dt
+    motion = motions[0].accelerogram
+    history = (1, motion.time_step, motion.acceleration)
+    ground = interpolate_ground([history], dt, len(found.time))
+    known = simulate(system_of(case, None), ground, dt)
+    assert np.any(found.force) and np.array_equal(found.force, known.force)
+    pounding = case.pounding.model_copy(update={"update": "lagged"})
+    lagged = pounded(case.model_copy(update={"pounding": pounding}), None, motions, 1.5)
+    assert not np.allclose(found.force, lagged.force)

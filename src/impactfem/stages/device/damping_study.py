@@ -20,7 +20,7 @@ from impactfem.stages.device.analysis import Analyst, DeviceResult, with_detaile
 from impactfem.stages.device.full_run import FullHistories
 from impactfem.stages.device.prepared import Prepared, analysis_of
 from impactfem.stages.device.support import Support, supports_of
-from impactfem.stages.pounding.pounded import pounded
+from impactfem.stages.pounding.compute import pounded
 from impactfem.stages.transient.prepared import case_loads, transient_of
 from impactfem.sticks.calibration import Calibration
 from impactfem.system.log import LOGGER

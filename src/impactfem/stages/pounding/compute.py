@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
@@ -93,6 +92,15 @@ class StickStudy:
     def main_impact(self) -> Impact | None:
         """The impact with the largest force; None when nothing touched."""
         return max(self.impacts, key=lambda impact: impact.peak_force, default=None)
+
+    @property
+    def steps_of_law(self) -> float:
+        """Fewest steps of an impact by the laws' own durations, over all impacts [-].
+
+        nan without an impact, and where every contact began at rest.
+        """
+        durations = [i.pair.law.duration(i.approach) for i in self.impacts if i.approach > 0.0]
+        return min(durations, default=np.nan) / self.response.time_step
 
     @property
     def stations(self) -> list[tuple[str, int]]:
@@ -214,7 +222,25 @@ def floor_spectra(
     )
 
 
-def steps_of_law(study: StickStudy) -> float:
-    """Fewest steps of an impact by the laws' own durations, over all impacts [-]; nan without."""
-    durations = [i.pair.law.duration(i.approach) for i in study.impacts if i.approach > 0.0]
-    return min(durations) / study.response.time_step if durations else math.nan
+def pounded(
+    case: Case,
+    calibration: Calibration | None,
+    motions: Sequence[GroundMotion],
+    duration: float,
+) -> Response:
+    """Run the pounding of the sticks alone, under given ground motions.
+
+    Args:
+        case: The case, with the damping and the laws that are meant.
+        calibration: Of the sticks, which does not depend on damping.
+        motions: The ground motions.
+        duration: Time that is computed, to the end of a step at least [s].
+
+    Raises:
+        SolutionError: The contact forces do not converge, or lagged ones create energy.
+    """
+    dt = case.pounding.time_step
+    ground = interpolate_ground([m.history for m in motions], dt, int(duration / dt) + 2)
+    system = system_of(case, calibration)
+    loads = loads_of(case, system, dt, len(ground))
+    return simulate(system, ground, dt, update=case.pounding.update, loads=loads)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from impactfem.plot.curves import Curve, Panel
 from impactfem.plot.style import BLUE, BUILDINGS, GREEN, ORANGE, RED, figure, letter
 
 Array = NDArray[np.float64]
@@ -22,17 +24,7 @@ MOST_ROOM = 4.0
 
 @dataclass(frozen=True)
 class Elevation:
-    """A building seen across the shown direction.
-
-    Args:
-        name: Its name.
-        centre: Position of its axis along the shown direction [m].
-        base: Elevation of its base [m].
-        floors: Elevation of each floor's mass centre [m].
-        below: Rigid depth below each mass centre [m].
-        above: Rigid depth above it [m].
-        numbers: Floor numbers.
-    """
+    """A building seen across the shown direction; its position is that of its axis along it [m]."""
 
     name: str
     centre: float
@@ -42,24 +34,21 @@ class Elevation:
     above: Array
     numbers: NDArray[np.int64]
 
+    @property
+    def top(self) -> float:
+        """Elevation of its upper edge [m]."""
+        return float(self.floors[-1] + self.above[-1])
 
-def elevations(sticks: xr.Dataset) -> list[Elevation]:
+
+def _elevations(sticks: xr.Dataset) -> list[Elevation]:
     """The buildings of a store, in order."""
     along = sticks.sel(plan=str(sticks.attrs["elevation_direction"]))
     result = []
     for name in sticks["building"].values:
         one = along.sel(building=name).isel(station=sticks["station_building"] == name)
-        result.append(
-            Elevation(
-                name=str(name),
-                centre=float(one["building_axis"]),
-                base=float(one["building_base"]),
-                floors=one["elevation"].values,
-                below=one["rigid_below"].values,
-                above=one["rigid_above"].values,
-                numbers=one["station_floor"].values,
-            )
-        )
+        parts = ("elevation", "rigid_below", "rigid_above", "station_floor")
+        place = float(one["building_axis"]), float(one["building_base"])
+        result.append(Elevation(str(name), *place, *(one[part].values for part in parts)))
     return result
 
 
@@ -68,98 +57,66 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.D
     direction = str(sticks.attrs["shown_direction"])
     shown = motion.isel(motion=int((motion["direction"] == direction).argmax("motion")))
     record, spectra = shown.dropna("sample"), shown.drop_vars("target").dropna("oscillator")
-    time, a, damping = record["time"].values, record["acceleration"].values, float(shown["damping"])
-    pga = int(np.argmax(np.abs(a)))
+    t, a = record["time"].values, record["acceleration"].values
+    f, psa = spectra["frequency"].values, spectra["spectrum"].values
+    pga, top = [int(np.argmax(np.abs(a)))], [int(np.argmax(psa))]
     caption = (
         f"Figure 2: Configuration of the case (a), ground acceleration along $e_{direction}$ (b), "
-        f"and its pseudo-acceleration response spectrum at {100 * damping:g} % damping (c)."
+        "and its pseudo-acceleration response spectrum at "
+        f"{100 * float(shown['damping']):g} % damping (c)."
     )
+    history = [Curve(t, a, width=0.6), Curve(t[pga], a[pga], "", RED, "", marker="o")]
+    spectrum = [Curve(f, psa, "motion")]
+    target = shown.dropna("oscillator", subset=["target"])
+    if target.sizes["oscillator"]:
+        label = "design spectrum"
+        known = target["frequency"].values, target["target"].values
+        spectrum.append(Curve(*known, label, ORANGE, "--"))
+    label = f"{psa[top[0]]:.2f} m/s² at {f[top[0]]:.2f} Hz"
+    spectrum.append(Curve(f[top], psa[top], label, RED, "", marker="o"))
     with figure(path, (1, 3), (10.0, 3.4), caption) as (_, axes):
         _draw_buildings(axes[0], sticks, forces)
-        axes[1].plot(time, a, color=BLUE, lw=0.6)
-        axes[1].plot(time[pga], a[pga], "o", color=RED, ms=4)
+        Panel("time [s]", "ground acceleration [m/s²]", history).draw(axes[1])
         axes[1].annotate(
-            f"{abs(a[pga]):.2f} m/s² at {time[pga]:.2f} s",
-            (time[pga], a[pga]),
+            f"{abs(a[pga[0]]):.2f} m/s² at {t[pga[0]]:.2f} s",
+            (t[pga[0]], a[pga[0]]),
             xytext=(8, 0),
             textcoords="offset points",
             va="center",
         )
-        axes[1].set_xlabel("time [s]")
-        axes[1].set_ylabel("ground acceleration [m/s²]")
-        axes[1].set_xlim(time[0], time[-1])
-        frequency, spectrum = spectra["frequency"].values, spectra["spectrum"].values
-        top = int(np.argmax(spectrum))
-        axes[2].semilogx(frequency, spectrum, color=BLUE, label="motion")
-        if shown["target"].notnull().any():
-            target = shown["target"].dropna("oscillator")
-            axes[2].semilogx(frequency, target, color=ORANGE, ls="--", label="design spectrum")
-        axes[2].plot(
-            frequency[top],
-            spectrum[top],
-            "o",
-            color=RED,
-            ms=4,
-            label=f"{spectrum[top]:.2f} m/s² at {frequency[top]:.2f} Hz",
-        )
-        axes[2].set_xlabel("frequency [Hz]")
-        axes[2].set_ylabel("pseudo-acceleration [m/s²]")
-        axes[2].set_xlim(frequency[0], frequency[-1])
-        axes[2].set_ylim(0.0, 1.5 * spectrum[top] or 1.0)  # ground at rest has none
-        axes[2].legend(loc="upper right")
+        quantities = ("frequency [Hz]", "pseudo-acceleration [m/s²]")
+        Panel(*quantities, spectrum, log="x", bottom=0.0, room=0.45).draw(axes[2])
         letter(axes)
-
-
-def _widths(drawn: list[Elevation], sticks: xr.Dataset, forces: xr.Dataset) -> dict[str, float]:
-    """Widths of the buildings along the elevation [m]: their points of contact are on their faces.
-
-    One without such points is as wide as the distance to the next building lets it be.
-    """
-    along = str(sticks.attrs["elevation_direction"])
-    centres = sorted(building.centre for building in drawn)
-    spacing = min(np.diff(centres), default=0.5 * float(drawn[0].floors[-1]))
-    gap = _gap(sticks)
-    usual = spacing - gap if spacing > gap else 0.5 * float(drawn[0].floors[-1])
-    widths = {}
-    for building in drawn:
-        reach = max(
-            (
-                float(np.abs(forces[f"offset_{side}"].sel(axis=along)[mine]).max())
-                for side in "ab"
-                if (mine := (forces[f"building_{side}"] == building.name).values).any()
-            ),
-            default=0.0,
-        )
-        widths[building.name] = 2.0 * reach if reach > 0.0 else usual
-    return widths
-
-
-def _gap(sticks: xr.Dataset) -> float:
-    """The smallest gap [m]."""
-    return float(sticks["pair_rest_gap"].values.min()) if sticks.sizes["pair"] else 0.0
 
 
 def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None:
     """Elevation to scale."""
-    drawn = elevations(sticks)
-    widths = _widths(drawn, sticks, forces)
-    gap = _gap(sticks)
+    drawn = _elevations(sticks)
+    along = str(sticks.attrs["elevation_direction"])
+    gap = float(sticks["pair_rest_gap"].values.min()) if sticks.sizes["pair"] else 0.0
+    # Points of contact are on the faces of a building. One without such points is as wide as the
+    # distance to the next building lets it be.
+    usual = 0.5 * float(drawn[0].floors[-1])
+    spacing = min(np.diff(sorted(building.centre for building in drawn)), default=usual)
+    usual = spacing - gap if spacing > gap else usual
+    widths = {}
+    for building in drawn:
+        reach = 0.0
+        for side in "ab":
+            mine = (forces[f"building_{side}"] == building.name).values
+            offsets = np.abs(forces[f"offset_{side}"].sel(axis=along).values[mine])
+            reach = max(reach, float(offsets.max(initial=0.0)))
+        widths[building.name] = 2.0 * reach if reach > 0.0 else usual
     for k, building in enumerate(drawn):
-        width = widths[building.name]
-        left = building.centre - width / 2.0
-        top = float(building.floors[-1] + building.above[-1])
-        colour = BUILDINGS[k % len(BUILDINGS)]
-        panel.add_patch(
-            Rectangle((left, building.base), width, top - building.base, fill=False, ec=colour)
-        )
+        width, height = widths[building.name], building.top - building.base
+        left, colour = building.centre - width / 2.0, BUILDINGS[k % len(BUILDINGS)]
+        panel.add_patch(Rectangle((left, building.base), width, height, fill=False, ec=colour))
         for z, number in zip(building.floors, building.numbers, strict=True):
             panel.plot([left, left + width], [z, z], color=colour, lw=1.5)
-            panel.text(
-                left + 0.03 * width, z - 0.25, f"{number}", fontsize=6.5, color=GREY, va="top"
-            )
-        panel.text(building.centre, top + 0.8, building.name, ha="center", color=colour)
-    low = min(building.base for building in drawn)
-    high = max(float(building.floors[-1]) for building in drawn)
+            small: dict[str, Any] = {"fontsize": 6.5, "color": GREY, "va": "top"}
+            panel.text(left + 0.03 * width, z - 0.25, f"{number}", **small)
+        panel.text(building.centre, building.top + 0.8, building.name, ha="center", color=colour)
+    low, high = min(one.base for one in drawn), max(one.top for one in drawn)
     if len(drawn) > 1 and gap > 0.0:
         nearest = forces.isel(pair=int(sticks["pair_rest_gap"].argmin("pair")))
         named = {building.name: building for building in drawn}
@@ -179,14 +136,14 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None
     left = min(one.centre - 0.65 * widths[one.name] for one in drawn)
     panel.set_xlim(left, max(one.centre + 0.65 * widths[one.name] for one in drawn))
     panel.set_aspect("equal")
-    panel.set_xlabel(f"{sticks.attrs['elevation_direction']} [m]")
+    panel.set_xlabel(f"{along} [m]")
     panel.set_ylabel("z [m]")
     panel.grid(False)
 
 
 def stick_figure(path: Path, sticks: xr.Dataset) -> None:
     """Figure 3 (b) and (c): the stick of the studied building and its first bending mode."""
-    building = elevations(sticks)[0]
+    building = _elevations(sticks)[0]
     direction = str(sticks.attrs["shown_direction"])
     if direction not in "xy":
         direction = str(sticks.attrs["elevation_direction"])
@@ -201,7 +158,7 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
         f"of bending along $e_{direction}$, about $e_{axis}$ (c)."
     )
     with figure(path, (1, 2), (6.5, 4.6), caption) as (_, axes):
-        _draw_stick(axes[0], building, 0.0, np.zeros_like(building.floors))
+        _draw_stick(axes[0], building)
         for z, number in zip(building.floors, building.numbers, strict=True):
             axes[0].text(0.12, z, f"floor {number}", va="center", fontsize=7.5)
         if modes.sizes["mode"]:
@@ -209,11 +166,9 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
             shape = mode["mode_shape"].sel(mode_component=direction).values
             shape = 0.7 * shape / np.abs(shape).max() * np.sign(shape[-1])
             axes[1].plot([0.0, 0.0], [building.base, building.floors[-1]], ":", color=GREY)
-            _draw_stick(axes[1], building, 0.0, shape)
-            frequency = float(mode["mode_frequency"])
-            axes[1].text(
-                0.03, 0.97, f"f = {frequency:.2f} Hz", transform=axes[1].transAxes, va="top"
-            )
+            _draw_stick(axes[1], building, shift=shape)
+            text = f"f = {float(mode['mode_frequency']):.2f} Hz"
+            axes[1].text(0.03, 0.97, text, transform=axes[1].transAxes, va="top")
         axes[0].set_xlim(-0.4, 1.4)
         axes[1].set_xlim(-0.6, 0.9)
         axes[0].legend(loc="center right")
@@ -226,26 +181,25 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
             panel.set_title(f"({name})", loc="left", fontsize=9.0)
 
 
-def _draw_stick(panel: Axes, building: Elevation, origin: float, shift: Array) -> None:
+def _draw_stick(
+    panel: Axes, building: Elevation, origin: float = 0.0, shift: Array | float = 0.0
+) -> None:
     """A stick on its base at `origin`, its floors shifted sideways."""
     low, high = building.floors - building.below, building.floors + building.above
-    x = origin + shift
-    ends = np.concatenate([[building.base], high[:-1]])
-    starts = np.concatenate([[origin], x[:-1]])
-    for k in range(building.floors.size):
-        first = k == 0
-        storey, rigid = ("storey", "rigid floor") if first else (None, None)
+    x = origin + shift + np.zeros_like(low)
+    starts, ends = np.append(origin, x[:-1]), np.append(building.base, high[:-1])
+    look: dict[str, Any] = {"color": GREEN, "lw": 4.0, "solid_capstyle": "butt"}
+    for k in range(len(x)):
+        storey, rigid = ("storey", "rigid floor") if k == 0 else (None, None)
         panel.plot([starts[k], x[k]], [ends[k], low[k]], color=BLUE, label=storey)
-        panel.plot(
-            [x[k], x[k]], [low[k], high[k]], color=GREEN, lw=4.0, solid_capstyle="butt", label=rigid
-        )
+        panel.plot([x[k], x[k]], [low[k], high[k]], label=rigid, **look)
     panel.plot(x, building.floors, "o", color=RED, ms=4, label="mass centre")
     panel.plot([origin - 0.15, origin + 0.15], [building.base] * 2, color="black", lw=3.0)
 
 
 def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
     """Figure 5: which points of which sticks face each other, and what acts between them."""
-    drawn = {building.name: building for building in elevations(sticks)}
+    drawn = {building.name: building for building in _elevations(sticks)}
     names = list(drawn)
     laws = list(dict.fromkeys(str(name) for name in sticks["pair_law"].values))
     caption = (
@@ -261,9 +215,8 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
         panel = axes[0]
         for position, name in enumerate(names):
             building = drawn[name]
-            _draw_stick(panel, building, 2.0 * position, np.zeros_like(building.floors))
-            top = float(building.floors[-1] + building.above[-1])
-            panel.text(2.0 * position, top + 0.8, name, ha="center")
+            _draw_stick(panel, building, 2.0 * position)
+            panel.text(2.0 * position, building.top + 0.8, name, ha="center")
         pairs = _faced(forces, drawn)
         heights = np.unique([0.5 * (left[1] + right[1]) for left, right, _ in pairs])
         room = float(np.diff(heights).min(initial=MOST_ROOM))
@@ -283,34 +236,29 @@ def _faced(forces: xr.Dataset, drawn: dict[str, Elevation]) -> list[tuple[Point,
     for k in range(forces.sizes["pair"]):
         ends: list[Point] = []
         for side in "ab":
-            name = str(forces[f"building_{side}"].values[k])
-            if name in drawn:
-                ends.append((2.0 * names.index(name), _height(drawn[name], forces, side, k)))
+            name, number, s, offset = (
+                forces[f"{of}_{side}"].values[k]
+                for of in ("building", "floor", "relative_height", "offset")
+            )
+            if name not in drawn:
+                continue
+            one = drawn[name]
+            floor = int(np.flatnonzero(one.numbers == number)[0])
+            z = float(one.floors[floor])
+            if not np.isnan(s):
+                high = z - float(one.below[floor])
+                low = float(one.floors[floor - 1] + one.above[floor - 1]) if floor else one.base
+                z = low + float(s) * (high - low)
+            ends.append((2.0 * names.index(name), z + float(offset[2])))
         if len(ends) == 2:
             found.append((min(ends), max(ends), k + 1))
     return found
 
 
-def _height(building: Elevation, forces: xr.Dataset, side: str, k: int) -> float:
-    floor = int(np.flatnonzero(building.numbers == int(forces[f"floor_{side}"].values[k]))[0])
-    offset = float(forces[f"offset_{side}"].values[k, 2])
-    s = float(forces[f"relative_height_{side}"].values[k])
-    if np.isnan(s):
-        return float(building.floors[floor]) + offset
-    high = float(building.floors[floor] - building.below[floor])
-    low = float(building.floors[floor - 1] + building.above[floor - 1]) if floor else building.base
-    return low + s * (high - low) + offset
-
-
 def _draw_pair(panel: Axes, left: Point, right: Point, label: str, room: float) -> None:
-    """A spring K above a dashpot C, and a gap g beside them.
+    """A spring K above a dashpot C, and a gap g, with `room` [m] to the next pair.
 
-    Args:
-        panel: The panel.
-        left: The end on the left, x and z.
-        right: The other end; two ends at unequal heights are drawn in the middle between them.
-        label: What is written beside it.
-        room: Distance from pair to pair [m].
+    Between two ends (x, z) at unequal heights they are drawn in the middle.
     """
     (x0, z0), (x1, z1) = left, right
     z = 0.5 * (z0 + z1)
@@ -324,22 +272,14 @@ def _draw_pair(panel: Axes, left: Point, right: Point, label: str, room: float) 
     panel.plot([start, middle - 0.02], [z - u] * 2, color=ORANGE)
     panel.plot([middle - 0.02] * 2, [z - 1.4 * u, z - 0.6 * u], color=ORANGE, lw=2.0)
     cup = np.array([-0.7, -0.7, 0.06, 0.06, -0.7, -0.7]) + 0.64
-    panel.plot(
-        middle + 0.1 * (cup - 0.7),
-        z + u * np.array([-0.5, -0.5, -0.5, -1.5, -1.5, -1.5]),
-        color=ORANGE,
-    )
+    edge = np.array([-0.5, -0.5, -0.5, -1.5, -1.5, -1.5])
+    panel.plot(middle + 0.1 * (cup - 0.7), z + u * edge, color=ORANGE)
     panel.plot([middle, end], [z - u] * 2, color=ORANGE)
     panel.plot([end, end + 0.15], [z, z], color=GREY, lw=0.8)
     for x in (end + 0.15, end + 0.3):
         panel.plot([x, x], [z - 0.8 * u, z + 0.8 * u], color=GREY, lw=1.5)
     panel.plot([end + 0.3, x1], [z, z1], color=GREY, lw=0.8)
     panel.text(x0 + 0.22, z + 0.3 * u, label, ha="center", va="bottom", fontsize=7.5)
-    for x, height, name in (
-        (start - 0.05, z + u, "K"),
-        (start - 0.05, z - u, "C"),
-        (end + 0.225, z + 0.9 * u, "g"),
-    ):
-        panel.text(
-            x, height, name, ha="center", va="center" if name != "g" else "bottom", fontsize=7.0
-        )
+    for x, height, name in ((start - 0.05, z + u, "K"), (start - 0.05, z - u, "C")):
+        panel.text(x, height, name, ha="center", va="center", fontsize=7.0)
+    panel.text(end + 0.225, z + 0.9 * u, "g", ha="center", va="bottom", fontsize=7.0)

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from impactfem.motion import CORRELATION_LIMIT, pair_correlation
-from impactfem.stages.pounding.compute import StickStudy, station_dofs, steps_of_law
+from impactfem.stages.pounding.compute import StickStudy
 from impactfem.sticks.element import COMPONENTS
 from impactfem.system.scalar import Scalar
 
@@ -108,35 +108,34 @@ def _calibration(study: StickStudy) -> list[Scalar]:
     values = calibration.parameters
     how = "fitted to" if study.case.calibration and study.case.calibration.mode == "fit" else "of"
     note = f"{how} the case's targets; shared by the buildings of its table"
+    frequency_error = float(np.max(np.abs(calibration.frequency_error)))
+    mass_error = float(np.nanmax(np.abs(calibration.mass_error)))
+    heights = enumerate(values.heights, start=1)
     return [
         Scalar("sticks.stiffness_factor", values.factor, "-", f"on all storeys; {note}"),
         Scalar("sticks.rigid_below", values.below, "m", note),
         Scalar("sticks.rigid_above", values.above, "m", note),
-        *(
-            Scalar(f"sticks.storey_height.{k}", float(height), "m", note)
-            for k, height in enumerate(values.heights, start=1)
-        ),
-        Scalar(
-            "sticks.frequency_error_max", float(np.max(np.abs(calibration.frequency_error))), "-"
-        ),
-        Scalar("sticks.mass_error_max", float(np.nanmax(np.abs(calibration.mass_error))), "-"),
+        *(Scalar(f"sticks.storey_height.{k}", float(height), "m", note) for k, height in heights),
+        Scalar("sticks.frequency_error_max", frequency_error, "-"),
+        Scalar("sticks.mass_error_max", mass_error, "-"),
     ]
 
 
 def _pounding(study: StickStudy) -> list[Scalar]:
     system, response = study.system, study.response
     studied = system.sticks[0]
-    dofs = station_dofs(system)[: len(studied.floors)]
     scalars = []
-    for k, floor in enumerate(studied.floors):
+    for dofs, floor in zip(system.floor_dofs(studied.name), studied.floors, strict=True):
+        at = (studied.name, floor.number, None)
         columns = [
             j
             for j, pair in enumerate(system.pairs)
             for end in (pair.a, pair.b)
-            if end is not None
-            and (end.building, end.floor, end.relative_height) == (studied.name, floor.number, None)
+            if end is not None and (end.building, end.floor, end.relative_height) == at
         ]
         name = f"floor_{floor.number}"
+        peak = float(np.linalg.norm(response.absolute_acceleration[:, dofs[:3]], axis=1).max())
+        force, depth = 0.0, 0.0
         if columns:
             force = float(response.force[:, columns].max())
             depth = float(max((-response.gap[:, columns]).max(), 0.0))
@@ -144,11 +143,9 @@ def _pounding(study: StickStudy) -> list[Scalar]:
                 Scalar(f"pounding.peak_force.{name}", force, "N"),
                 Scalar(f"pounding.penetration.{name}", depth, "m"),
             ]
-        peak = float(np.linalg.norm(response.absolute_acceleration[:, dofs[k, :3]], axis=1).max())
-        scalars.append(
-            Scalar(f"pounding.peak_acceleration.{name}", peak, "m/s2", "absolute, mass centre")
-        )
-        if columns and force > 0.0:
+        note = "absolute, mass centre"
+        scalars.append(Scalar(f"pounding.peak_acceleration.{name}", peak, "m/s2", note))
+        if force > 0.0:
             scalars += [
                 Scalar(f"pounding.force_over_acceleration.{name}", force / peak, "kg", LARGEST),
                 Scalar(f"pounding.penetration_over_force.{name}", depth / force, "m/N", LARGEST),
@@ -160,47 +157,44 @@ def _pounding(study: StickStudy) -> list[Scalar]:
             name = f"pounding.peak_displacement{label}.{stick.name}"
             scalars.append(Scalar(name, peak, "m", "top floor, relative to the ground"))
     main = study.main_impact
-    values = (
+    note = f"pair {main.pair.name}" if main else "no impact"
+    for name, field, unit in (
         ("force", "peak_force", "N"),
         ("time", "peak_time", "s"),
         ("duration", "duration", "s"),
         ("impulse", "impulse", "N s"),
         ("approach_velocity", "approach", "m/s"),
         ("restitution", "restitution", "-"),
-    )
-    note = f"pair {main.pair.name}" if main else "no impact"
-    for name, field, unit in values:
+    ):
         value = getattr(main, field) if main else None
         scalars.append(Scalar(f"pounding.main_impact_{name}", value, unit, note))
     return [*scalars, Scalar("pounding.impacts", float(len(study.impacts)), "-")]
 
 
 def _checks(study: StickStudy) -> list[Scalar]:
-    found = study.impacts
-    asked = study.case.pounding.points_per_impact
-    scalars = [
-        Scalar(
-            "pounding.steps_per_impact_min",
-            steps_of_law(study) if found else None,
+    found, energy = study.impacts, study.response.energy
+    steps = study.steps_of_law if found else None
+    observed = float(min(impact.steps for impact in found)) if found else None
+    required = max((s.required for s in study.separations), default=None)
+    rows: list[tuple[str, float | None, str, str]] = [
+        (
+            "steps_per_impact_min",
+            steps,
             "-",
             "shortest duration of the laws themselves over the step, with the effective masses of "
-            f"the pairs, not with the mass of one floor; {asked} are asked",
+            f"the pairs, not with the mass of one floor; {study.case.pounding.points_per_impact} "
+            "are asked",
         ),
-        Scalar(
-            "pounding.steps_per_impact_observed",
-            float(min(impact.steps for impact in found)) if found else None,
+        (
+            "steps_per_impact_observed",
+            observed,
             "-",
             "fewest of an impact in the run; one that other forces cut short counts, too",
         ),
-        Scalar(
-            "pounding.energy_residual",
-            study.response.energy.residual,
-            "-",
-            "of the discrete identity",
-        ),
-        Scalar(
-            "pounding.required_separation",
-            max((s.required for s in study.separations), default=None),
+        ("energy_residual", energy.residual, "-", "of the discrete identity"),
+        (
+            "required_separation",
+            required,
             "m",
             "largest approach of a pair without contact: the gap that would have prevented it",
         ),
@@ -208,17 +202,13 @@ def _checks(study: StickStudy) -> list[Scalar]:
     if study.facing:
         nearest = min(study.facing, key=lambda approach: approach.distance)
         note = f"{nearest.facing.name}, in no contact pair; negative: one inside the other"
-        scalars.append(Scalar("pounding.facing_distance_min", nearest.distance, "m", note))
+        rows.append(("facing_distance_min", nearest.distance, "m", note))
     if found:
-        defect = sum(impact.defect for impact in found) / float(
-            np.max(study.response.energy.kinetic)
-        )
+        defect = sum(impact.defect for impact in found) / float(np.max(energy.kinetic))
         note = "energy that the time stepping lost in contact, over the largest kinetic energy"
-        scalars.append(Scalar("pounding.contact_energy_defect", defect, "-", note))
+        rows.append(("contact_energy_defect", defect, "-", note))
         over = max((i.penetration / i.pair.gap for i in found if i.pair.gap > 0.0), default=None)
-        scalars.append(
-            Scalar("pounding.penetration_over_gap", over, "-", "over the pairs with a gap")
-        )
+        rows.append(("penetration_over_gap", over, "-", "over the pairs with a gap"))
     for name, unit in (
         ("bearing_pressure", "Pa"),
         ("bearing_ratio", "-"),
@@ -229,8 +219,8 @@ def _checks(study: StickStudy) -> list[Scalar]:
         values = [getattr(check, name) for check in study.checks]
         known = [value for value in values if np.isfinite(value)]
         if known:
-            scalars.append(Scalar(f"pounding.{name}_max", max(known), unit, "over all impacts"))
-    return scalars
+            rows.append((f"{name}_max", max(known), unit, "over all impacts"))
+    return [Scalar(f"pounding.{name}", value, unit, note) for name, value, unit, note in rows]
 
 
 def _spectra(study: StickStudy) -> list[Scalar]:

@@ -6,7 +6,7 @@ contact. Displacements and velocities are relative to the ground, accelerations 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -146,10 +146,7 @@ def write_motion(path: Path, study: StickStudy, key: str) -> None:
         "frequency": _rows([spectrum.frequency for spectrum in spectra]),
         "spectrum": _rows([spectrum.psa[0, 0] for spectrum in spectra]),
         "target": _rows(
-            [
-                np.full_like(m.spectrum.frequency, np.nan) if m.target is None else m.target
-                for m in motions
-            ]
+            [m.spectrum.frequency * np.nan if m.target is None else m.target for m in motions]
         ),
     }
     attributes = {"title": study.case.title, "inputs": key}
@@ -166,15 +163,38 @@ def _rows(values: Sequence[Array]) -> Array:
 
 def write_sticks(path: Path, study: StickStudy, key: str) -> None:
     """Write `pounding.nc`; arguments as `write_motion`."""
+    with_contact, free = study.floors, study.floors_free
     values = {
         **_histories(study),
-        **_spectra(study),
+        "frequency": with_contact.spectra.frequency,
+        "damping": with_contact.spectra.damping,
+        "direction": with_contact.directions,
+        **{name: getattr(with_contact, name) for name in ("psa", "sd", "pfa")},
+        **{f"{name}_free": getattr(free, name) for name in ("psa", "sd", "pfa")},
         **_modes(study),
         **_impacts(study),
         **_pairs(study),
-        **_facing(study),
-        **_targets(study),
     }
+    if study.facing:
+        values |= {
+            "facing": [one.facing.name for one in study.facing],
+            "facing_a": [one.facing.a.label for one in study.facing],
+            "facing_b": [one.facing.b.label for one in study.facing],
+            "facing_level": [one.facing.level for one in study.facing],
+            "facing_rest_gap": [one.facing.gap for one in study.facing],
+            "facing_distance_min": [one.distance for one in study.facing],
+            "facing_time": [one.time for one in study.facing],
+        }
+    if study.calibration is not None:
+        targets = study.calibration.targets
+        values |= {
+            "target_building": [t.building for t in targets],
+            "target_mode": [t.mode for t in targets],
+            "target_frequency": [t.frequency for t in targets],
+            "target_effective_mass": np.array([t.effective_mass for t in targets], dtype=float),
+            "calibrated_frequency": study.calibration.frequency,
+            "calibrated_effective_mass": study.calibration.effective_mass,
+        }
     attributes = {
         "title": study.case.title,
         "inputs": key,
@@ -225,17 +245,6 @@ def _histories(study: StickStudy) -> dict[str, Any]:
     return values
 
 
-def _spectra(study: StickStudy) -> dict[str, Any]:
-    with_contact, free = study.floors, study.floors_free
-    return {
-        "frequency": with_contact.spectra.frequency,
-        "damping": with_contact.spectra.damping,
-        "direction": with_contact.directions,
-        **{name: getattr(with_contact, name) for name in ("psa", "sd", "pfa")},
-        **{f"{name}_free": getattr(free, name) for name in ("psa", "sd", "pfa")},
-    }
-
-
 def _modes(study: StickStudy) -> dict[str, Any]:
     sticks, count = study.system.sticks, max(found.frequency.size for found in study.modes)
     frequency = np.full((len(sticks), count), np.nan)
@@ -280,13 +289,24 @@ def _impacts(study: StickStudy) -> dict[str, Any]:
 
 
 def _pairs(study: StickStudy) -> dict[str, Any]:
-    pairs = study.system.pairs
+    pairs, names = study.system.pairs, [pair.name for pair in study.system.pairs]
     laws = [pair.law for pair in pairs]
-    fastest = [_fastest(study, pair.name) for pair in pairs]
     materials = [study.case.building(pair.a.building).material for pair in pairs]
     distances = {c.name: pair_distance(c, study.case) for c in study.case.contacts}
+    # Largest speed of approach; nan where no impact had one.
+    speeds = dict.fromkeys(names, np.nan)
+    for impact in study.impacts:
+        if impact.approach > 0.0:
+            speeds[impact.pair.name] = np.fmax(speeds[impact.pair.name], impact.approach)
+    onset, lasts = np.full((2, len(pairs)), np.nan)
+    for k, (law, speed) in enumerate(zip(laws, speeds.values(), strict=True)):
+        if np.isfinite(speed):
+            onset[k] = law.onset_force(speed)
+        # The duration of a linear law is the same at any speed.
+        if law.linear or np.isfinite(speed):
+            lasts[k] = law.duration(1.0 if law.linear else speed)
     return {
-        "pair": [pair.name for pair in pairs],
+        "pair": names,
         "pair_building_a": [pair.a.building for pair in pairs],
         "pair_floor_a": [pair.a.floor for pair in pairs],
         "pair_law": [law.name for law in laws],
@@ -295,61 +315,16 @@ def _pairs(study: StickStudy) -> dict[str, Any]:
         "pair_young_modulus": [material.young_modulus for material in materials],
         "pair_poisson_ratio": [material.poisson_ratio for material in materials],
         "pair_rest_gap": [pair.gap for pair in pairs],
-        "pair_distance": [distances.get(pair.name, np.nan) for pair in pairs],
+        "pair_distance": [distances.get(name, np.nan) for name in names],
         "pair_stiffness": [law.stiffness for law in laws],
         "pair_dashpot": [law.parameters[1] if law.linear else np.nan for law in laws],
-        "pair_onset_force": [_at(law.onset_force, v) for law, v in zip(laws, fastest, strict=True)],
+        "pair_onset_force": onset,
         "pair_damping_ratio": [law.xi for law in laws],
         "pair_restitution": [law.epsilon for law in laws],
         "pair_effective_mass": [law.mass for law in laws],
-        # That of a linear law is the same at any speed.
-        "pair_law_duration": [
-            _at(law.duration, 1.0 if law.linear else v)
-            for law, v in zip(laws, fastest, strict=True)
-        ],
+        "pair_law_duration": lasts,
         "pair_asked": [law.asked for law in laws],
         "pair_required_separation": [s.required for s in study.separations],
         "pair_margin": [s.margin for s in study.separations],
         "pair_touched": np.array([s.touched for s in study.separations], dtype=bool),
-    }
-
-
-def _at(of_speed: Callable[[float], float], speed: float) -> float:
-    """What a law gives at a speed; nan where no impact had one."""
-    return of_speed(speed) if np.isfinite(speed) else np.nan
-
-
-def _fastest(study: StickStudy, pair: str) -> float:
-    """Largest speed of approach of a pair's impacts [m/s]; nan where there is none."""
-    found = (i.approach for i in study.impacts if i.pair.name == pair and i.approach > 0.0)
-    return max(found, default=np.nan)
-
-
-def _facing(study: StickStudy) -> dict[str, Any]:
-    found = study.facing
-    if not found:
-        return {}
-    return {
-        "facing": [one.facing.name for one in found],
-        "facing_a": [one.facing.a.label for one in found],
-        "facing_b": [one.facing.b.label for one in found],
-        "facing_level": [one.facing.level for one in found],
-        "facing_rest_gap": [one.facing.gap for one in found],
-        "facing_distance_min": [one.distance for one in found],
-        "facing_time": [one.time for one in found],
-    }
-
-
-def _targets(study: StickStudy) -> dict[str, Any]:
-    if study.calibration is None:
-        return {}
-    targets = study.calibration.targets
-    masses = [np.nan if t.effective_mass is None else t.effective_mass for t in targets]
-    return {
-        "target_building": [t.building for t in targets],
-        "target_mode": [t.mode for t in targets],
-        "target_frequency": [t.frequency for t in targets],
-        "target_effective_mass": masses,
-        "calibrated_frequency": study.calibration.frequency,
-        "calibrated_effective_mass": study.calibration.effective_mass,
     }

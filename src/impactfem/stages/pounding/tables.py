@@ -8,7 +8,88 @@ import numpy as np
 import xarray as xr
 
 from impactfem.plot.table import Table, columns_of, write_tables
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import open_store, time_step
+
+TITLES = {
+    "contact_parameters": "Contact parameters; durations of the laws with the effective mass of "
+    "the pair",
+    "impacts": "Impacts",
+    "impact_checks": "What each impact asks of the buildings; linear analysis needs ratios below 1",
+    "separation": "Required separation: largest approach without contact",
+    "calibration": "Calibration of the sticks on the case's targets",
+    "facing_floors": "Floors that face each other and are in no contact pair: closest approach",
+}
+COLUMNS = {
+    # Table 5 of the paper, with the step rule of its equation 7.
+    "contact_parameters": (
+        ("pair", "pair", ""),
+        ("pair_young_modulus", "E", "GPa"),
+        ("pair_poisson_ratio", "nu", "-"),
+        ("pair_law", "law", ""),
+        ("pair_asked", "restitution asked", "-"),
+        ("pair_restitution", "of the law", "-"),
+        ("pair_damping_ratio", "damping ratio", "-"),
+        ("pair_stiffness", "stiffness", "N/m, N/m^1.5"),
+        ("pair_dashpot", "dashpot", "N s/m"),
+        ("pair_onset_force", "onset force", "MN"),
+        ("pair_effective_mass", "effective mass", "t"),
+        ("pair_rest_gap", "gap", "mm"),
+        ("pair_law_duration", "duration of the law", "ms"),
+        ("time_step", "time step", "ms"),
+        ("steps_in_it", "steps in it", "-"),
+    ),
+    "impacts": (
+        ("impact_pair", "pair", ""),
+        ("impact_peak_time", "peak at", "s"),
+        ("impact_peak_force", "peak force", "MN"),
+        ("impact_impulse", "impulse", "kN s"),
+        ("impact_duration", "duration", "ms"),
+        ("impact_approach", "approach", "m/s"),
+        ("impact_separation", "separation", "m/s"),
+        ("impact_restitution", "restitution", "-"),
+        ("impact_penetration", "penetration", "mm"),
+        ("impact_steps", "steps", "-"),
+    ),
+    # Whether linear analysis is still meant in each impact.
+    "impact_checks": (
+        ("impact_pair", "pair", ""),
+        ("impact_peak_time", "peak at", "s"),
+        ("impact_bearing_pressure", "mean bearing pressure", "MPa"),
+        ("impact_bearing_ratio", "over strength", "-"),
+        ("impact_storey_shear", "largest storey shear", "MN"),
+        ("impact_shear_stress", "shear stress", "MPa"),
+        ("impact_cracking_ratio", "over tensile strength", "-"),
+        ("impact_dissipated", "energy dissipated", "kJ"),
+        ("impact_defect", "defect of the scheme", "kJ"),
+    ),
+    "separation": (
+        ("pair", "pair", ""),
+        ("pair_rest_gap", "gap", "mm"),
+        ("pair_required_separation", "required", "mm"),
+        ("pair_margin", "margin", "mm"),
+        ("pair_touched", "touched", ""),
+    ),
+    "calibration": (
+        ("target_building", "building", ""),
+        ("target_mode", "mode", ""),
+        ("calibrated_frequency", "frequency", "Hz"),
+        ("target_frequency", "target", "Hz"),
+        ("frequency_error", "error", "%"),
+        ("calibrated_effective_mass", "effective mass", "t"),
+        ("target_effective_mass", "target", "t"),
+        ("effective_mass_error", "error", "%"),
+    ),
+    "facing_floors": (
+        ("facing_a", "floor", ""),
+        ("facing_b", "faces", ""),
+        ("facing_level", "level", "m"),
+        ("facing_rest_gap", "distance at rest", "mm"),
+        ("facing_distance_min", "smallest distance", "mm"),
+        ("facing_time", "at", "s"),
+        ("overlap", "overlap", ""),
+    ),
+}
+"""Columns of each table, as `columns_of` takes them."""
 
 
 def stick_tables(folder: Path) -> list[Path]:
@@ -21,20 +102,33 @@ def stick_tables(folder: Path) -> list[Path]:
         The files.
     """
     with open_store(folder / "pounding.nc") as store:
-        tables = [_modes(store), _contact(store), *_impacts(store), _gaps(store)]
+        modes, dt = _modes(store), time_step(store)
+        content = store.assign(
+            time_step=("pair", np.full(store.sizes["pair"], dt)),
+            steps_in_it=store["pair_law_duration"] / dt,
+        )
+        names = list(COLUMNS)[:4]
         if "target" in store.dims:
-            tables.append(_calibration(store))
+            names.append("calibration")
+            for of in ("frequency", "effective_mass"):
+                error = store[f"calibrated_{of}"] / store[f"target_{of}"] - 1.0
+                content[f"{of}_error"] = error
         if "facing" in store.dims:
-            tables.append(_facing(store))
-    return write_tables(folder, tables)
+            names.append("facing_floors")
+            content["overlap"] = store["facing_distance_min"] < 0.0
+        tables = [
+            columns_of(content, name, TITLES[name], columns)
+            for name, columns in COLUMNS.items()
+            if name in names
+        ]
+    return write_tables(folder, [modes, *tables])
 
 
 def _modes(store: xr.Dataset) -> Table:
     """Tables 2 to 4 of the paper: modes of each building by family."""
-    mass = store["mode_effective_mass"].sel(mode_direction=["x", "y", "z"])
-    total = store["mode_effective_mass"].sel(mode_direction="x").sum("mode")
+    mass = store["mode_effective_mass"]
     # What is left of rounding is zero.
-    mass = mass.where(mass > 1e-9 * total, 0.0)
+    mass = mass.where(mass > 1e-9 * mass.sel(mode_direction="x").sum("mode"), 0.0)
     of_modes = xr.Dataset(
         {
             "family": store["mode_family"],
@@ -57,125 +151,5 @@ def _modes(store: xr.Dataset) -> Table:
             ("number", "number in family", ""),
             ("frequency", "frequency", "Hz"),
             *((f"mass_{d}", f"effective mass {d}", "t") for d in ("x", "y", "z")),
-        ],
-    )
-
-
-def _contact(store: xr.Dataset) -> Table:
-    """Table 5 of the paper, with the step rule of its equation 7."""
-    dt = float(store["time"][1] - store["time"][0])
-    return columns_of(
-        store.assign(
-            time_step=("pair", np.full(store.sizes["pair"], dt)),
-            steps_in_it=store["pair_law_duration"] / dt,
-        ),
-        "contact_parameters",
-        "Contact parameters; durations of the laws with the effective mass of the pair",
-        [
-            ("pair", "pair", ""),
-            ("pair_young_modulus", "E", "GPa"),
-            ("pair_poisson_ratio", "nu", "-"),
-            ("pair_law", "law", ""),
-            ("pair_asked", "restitution asked", "-"),
-            ("pair_restitution", "of the law", "-"),
-            ("pair_damping_ratio", "damping ratio", "-"),
-            ("pair_stiffness", "stiffness", "N/m, N/m^1.5"),
-            ("pair_dashpot", "dashpot", "N s/m"),
-            ("pair_onset_force", "onset force", "MN"),
-            ("pair_effective_mass", "effective mass", "t"),
-            ("pair_rest_gap", "gap", "mm"),
-            ("pair_law_duration", "duration of the law", "ms"),
-            ("time_step", "time step", "ms"),
-            ("steps_in_it", "steps in it", "-"),
-        ],
-    )
-
-
-def _impacts(store: xr.Dataset) -> list[Table]:
-    """Each impact, and whether linear analysis is still meant in it."""
-    impacts = columns_of(
-        store,
-        "impacts",
-        "Impacts",
-        [
-            ("impact_pair", "pair", ""),
-            ("impact_peak_time", "peak at", "s"),
-            ("impact_peak_force", "peak force", "MN"),
-            ("impact_impulse", "impulse", "kN s"),
-            ("impact_duration", "duration", "ms"),
-            ("impact_approach", "approach", "m/s"),
-            ("impact_separation", "separation", "m/s"),
-            ("impact_restitution", "restitution", "-"),
-            ("impact_penetration", "penetration", "mm"),
-            ("impact_steps", "steps", "-"),
-        ],
-    )
-    checks = columns_of(
-        store,
-        "impact_checks",
-        "What each impact asks of the buildings; linear analysis needs ratios below 1",
-        [
-            ("impact_pair", "pair", ""),
-            ("impact_peak_time", "peak at", "s"),
-            ("impact_bearing_pressure", "mean bearing pressure", "MPa"),
-            ("impact_bearing_ratio", "over strength", "-"),
-            ("impact_storey_shear", "largest storey shear", "MN"),
-            ("impact_shear_stress", "shear stress", "MPa"),
-            ("impact_cracking_ratio", "over tensile strength", "-"),
-            ("impact_dissipated", "energy dissipated", "kJ"),
-            ("impact_defect", "defect of the scheme", "kJ"),
-        ],
-    )
-    return [impacts, checks]
-
-
-def _gaps(store: xr.Dataset) -> Table:
-    return columns_of(
-        store,
-        "separation",
-        "Required separation: largest approach without contact",
-        [
-            ("pair", "pair", ""),
-            ("pair_rest_gap", "gap", "mm"),
-            ("pair_required_separation", "required", "mm"),
-            ("pair_margin", "margin", "mm"),
-            ("pair_touched", "touched", ""),
-        ],
-    )
-
-
-def _facing(store: xr.Dataset) -> Table:
-    return columns_of(
-        store.assign(overlap=store["facing_distance_min"] < 0.0),
-        "facing_floors",
-        "Floors that face each other and are in no contact pair: closest approach",
-        [
-            ("facing_a", "floor", ""),
-            ("facing_b", "faces", ""),
-            ("facing_level", "level", "m"),
-            ("facing_rest_gap", "distance at rest", "mm"),
-            ("facing_distance_min", "smallest distance", "mm"),
-            ("facing_time", "at", "s"),
-            ("overlap", "overlap", ""),
-        ],
-    )
-
-
-def _calibration(store: xr.Dataset) -> Table:
-    of = {name: store[f"calibrated_{name}"] for name in ("frequency", "effective_mass")}
-    errors = {f"{name}_error": value / store[f"target_{name}"] - 1.0 for name, value in of.items()}
-    return columns_of(
-        store.assign(errors),
-        "calibration",
-        "Calibration of the sticks on the case's targets",
-        [
-            ("target_building", "building", ""),
-            ("target_mode", "mode", ""),
-            ("calibrated_frequency", "frequency", "Hz"),
-            ("target_frequency", "target", "Hz"),
-            ("frequency_error", "error", "%"),
-            ("calibrated_effective_mass", "effective mass", "t"),
-            ("target_effective_mass", "target", "t"),
-            ("effective_mass_error", "error", "%"),
         ],
     )

@@ -16,7 +16,7 @@ from impactfem.coupling.force_history import write_forces
 from impactfem.coupling.from_case import calibration_of
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import ground_motions
-from impactfem.stages.pounding.pounded import pounded
+from impactfem.stages.pounding.compute import pounded
 from impactfem.system.files import in_source_tree
 from impactfem.system.log import LOGGER
 from impactfem.verify.row import Rows, benchmark
