@@ -65,24 +65,26 @@ def test_components_never_share_a_seed(case):
 
 def test_percentiles_are_those_of_the_members(run):
     result = run()
-    assert result.members == ("seed_7", "seed_8", "seed_9", "seed_10") and not result.failed
+    assert list(result.scalars.index) == ["seed_7", "seed_8", "seed_9", "seed_10"]
+    assert not result.failed
     scalars = {s.name: s for s in ensemble_scalars(result)}
-    column = result.scalars[:, result.names.index("motion.pgv")]
+    column = result.scalars["motion.pgv"]
     assert len(set(column)) == 4
     assert scalars["ensemble.median.motion.pgv"].value == pytest.approx(np.median(column))
     assert scalars["ensemble.p84.motion.pgv"].value == pytest.approx(np.percentile(column, 84))
     assert scalars["ensemble.p16.motion.pgv"].value < scalars["ensemble.p84.motion.pgv"].value
     assert scalars["ensemble.members"].value == 4
-    assert result.psa.shape[0] == 4 and np.ptp(result.psa, axis=0).max() > 0.0
+    psa = result.spectra["psa"]
+    assert psa.shape[0] == 4 and np.ptp(psa, axis=0).max() > 0.0
     # What all members share is no band.
-    assert not [name for name in result.names if name.startswith("sticks.")]
+    assert not [name for name in result.scalars if name.startswith("sticks.")]
 
 
 def test_a_member_is_the_run_of_its_seed(case, run):
     result = run()
     single = ensemble.run_member((None, system_of(case, None)), members_of(case)[2])
-    np.testing.assert_array_equal(single["psa"], result.psa[2])
-    assert np.abs(single["psa"] - result.psa[1]).max() > 0.0
+    np.testing.assert_array_equal(single["psa"], result.spectra["psa"][2])
+    assert np.abs(single["psa"] - result.spectra["psa"][1]).max() > 0.0
 
 
 def test_what_is_done_is_not_done_again(run, monkeypatch, tmp_path):
@@ -102,7 +104,7 @@ def test_an_interrupted_ensemble_goes_on(run, tmp_path):
     seen = []
     again = run(progress=lambda done, of: seen.append(done))
     assert seen == [2, 3, 4]
-    np.testing.assert_array_equal(again.psa, whole.psa)
+    np.testing.assert_array_equal(again.spectra["psa"], whole.spectra["psa"])
 
 
 def test_a_failure_is_named_and_not_fatal(run, monkeypatch, caplog):
@@ -116,7 +118,7 @@ def test_a_failure_is_named_and_not_fatal(run, monkeypatch, caplog):
     monkeypatch.setattr(ensemble, "run_member", fail)
     result = run()
     assert result.failed == {"seed_8": "no motion was found"}
-    assert result.members == ("seed_7", "seed_9", "seed_10")
+    assert list(result.scalars.index) == ["seed_7", "seed_9", "seed_10"]
     scalars = {s.name: s for s in ensemble_scalars(result)}
     assert scalars["ensemble.failed"].value == 1 and "seed_8" in scalars["ensemble.failed"].note
 
@@ -155,9 +157,9 @@ def test_store(case, run, tmp_path):
     write_ensemble(tmp_path / "ensemble.nc", case, result, "the key")
     with xr.open_dataset(tmp_path / "ensemble.nc", engine="h5netcdf") as store:
         assert store.attrs["inputs"] == "the key"
-        assert list(store["motion"].values) == list(result.members)
+        assert list(store["motion"].values) == list(result.scalars.index)
         middle = store["psa_percentile"].sel(percentile=store["percentile"] == 50.0).values[0]
-        np.testing.assert_allclose(middle, np.median(result.psa, axis=0), rtol=1e-12)
+        np.testing.assert_allclose(middle, np.median(result.spectra["psa"], axis=0), rtol=1e-12)
         names = {s.name for s in scalars_of(store)}
     assert {"ensemble.p05.motion.pgd", "ensemble.p95.motion.pgd"} <= names
     shutil.rmtree(tmp_path / "members")
@@ -177,4 +179,4 @@ def test_a_damaged_member_is_computed_again(run, tmp_path, caplog):
     path.write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
     again = run()
     assert f"{path} is damaged" in caplog.text and path.read_bytes() == content
-    np.testing.assert_array_equal(again.psa, first.psa)
+    np.testing.assert_array_equal(again.spectra["psa"], first.spectra["psa"])

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from impactfem.case import Case, SyntheticMotion, motion_files
@@ -26,6 +27,7 @@ from impactfem.system.log import LOGGER
 Array = NDArray[np.float64]
 PERCENTILES = (5.0, 16.0, 50.0, 84.0, 95.0)
 PARTS = ("psa", "psa_free", "pfa", "pfa_free")
+AXES = ("directions", "frequency", "damping")
 
 
 @dataclass(frozen=True)
@@ -41,47 +43,24 @@ class Member:
     case: Case
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EnsembleResult:
-    """What the members gave; those that failed are left out of all arrays.
+    """What the members gave, without those that failed.
 
     Args:
-        members: Names of the members, n_m of them.
+        scalars: Scalars by member and name; nan where a member has none.
+        units: Units of the scalars by name.
         failed: Name and reason of those that failed.
-        names: Names of the scalars that every member has.
-        units: Their units.
-        scalars: Shape (n_m, n_scalars); nan where a member has none.
-        psa: Floor spectra of the first building with contact, shape
-            (n_m, n_dampings, n_stations, n_directions, n_frequencies) [m/s2].
-        psa_free: The same without contact.
-        pfa: Peak floor accelerations, shape (n_m, n_stations, n_directions) [m/s2].
-        pfa_free: The same without contact.
-        directions: Directions of the spectra.
-        frequency: Frequencies, shape (n_frequencies,) [Hz].
-        damping: Damping ratios, shape (n_dampings,).
+        spectra: Floor spectra of the first building with contact, "psa", and without, "psa_free",
+            shape (n_m, n_dampings, n_stations, n_directions, n_frequencies) [m/s2]; peak floor
+            accelerations, "pfa" and "pfa_free", shape (n_m, n_stations, n_directions) [m/s2];
+            their "directions", "frequency" [Hz] and "damping".
     """
 
-    members: tuple[str, ...]
+    scalars: pd.DataFrame
+    units: dict[str, str]
     failed: dict[str, str]
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    scalars: Array
-    psa: Array
-    psa_free: Array
-    pfa: Array
-    pfa_free: Array
-    directions: tuple[str, ...]
-    frequency: Array
-    damping: Array
-
-    def percentile(self, q: float) -> dict[str, float]:
-        """The q-th percentile of each scalar over the members that have it, by name."""
-        found = {}
-        for name, column in zip(self.names, self.scalars.T, strict=True):
-            known = column[np.isfinite(column)]
-            if known.size:
-                found[name] = float(np.percentile(known, q))
-        return found
+    spectra: dict[str, Any]
 
 
 def members_of(case: Case) -> list[Member]:
@@ -95,24 +74,21 @@ def members_of(case: Case) -> list[Member]:
         return []
     if ensemble.records is not None:
         (motion,) = case.motions
-        return [
-            Member(
-                file.name,
-                case.model_copy(
-                    update={"motions": (motion.model_copy(update={"file": file, "format": None}),)}
-                ),
-            )
+        found: dict[str, tuple[Any, ...]] = {
+            file.name: (motion.model_copy(update={"file": file, "format": None}),)
             for file in ensemble.files()
-        ]
-    members = []
-    for seed in range(ensemble.first_seed, ensemble.first_seed + (ensemble.motions or 0)):
-        motions = tuple(
-            motion.model_copy(update={"seed": seed + 1_000_000 * c})
-            for c, motion in enumerate(case.motions)
-            if isinstance(motion, SyntheticMotion)
-        )
-        members.append(Member(f"seed_{seed}", case.model_copy(update={"motions": motions})))
-    return members
+        }
+    else:
+        first = ensemble.first_seed
+        found = {
+            f"seed_{seed}": tuple(
+                motion.model_copy(update={"seed": seed + 1_000_000 * c})
+                for c, motion in enumerate(case.motions)
+                if isinstance(motion, SyntheticMotion)
+            )
+            for seed in range(first, first + (ensemble.motions or 0))
+        }
+    return [Member(name, case.model_copy(update={"motions": m})) for name, m in found.items()]
 
 
 def run_ensemble(
@@ -162,7 +138,22 @@ def run_ensemble(
             LOGGER.warning("warning: ensemble member %s failed: %s", name, error)
         done += 1
         progress(done, len(members))
-    return _gather([m.name for m in members if m.name not in failed], given, failed)
+    names = [member.name for member in members if member.name not in failed]
+    if len(names) < 2:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
+        raise SolutionError(f"fewer than two members of the ensemble gave a result: {reasons}")
+    rows: list[dict[str, float]] = []
+    units: dict[str, str] = {}
+    for name in names:
+        labels, of_each, values = (
+            given[name][key].tolist() for key in ("names", "units", "scalars")
+        )
+        units |= dict(zip(labels, of_each, strict=True))
+        rows.append(dict(zip(labels, values, strict=True)))
+    spectra = {part: np.stack([given[name][part] for name in names]) for part in PARTS}
+    spectra |= {axis: given[names[0]][axis] for axis in AXES}
+    table = pd.DataFrame(rows, index=names, columns=list(units), dtype=float)
+    return EnsembleResult(table, units, failed, spectra)
 
 
 def run_member(ready: tuple[Calibration | None, System], member: Member) -> dict[str, Array]:
@@ -196,30 +187,3 @@ def member_key(member: Member, key: str) -> str:
         for file in motion_files(motion):
             digest.update(file.read_bytes())
     return digest.hexdigest()[:24]
-
-
-def _gather(
-    names: list[str], given: dict[str, dict[str, Any]], failed: dict[str, str]
-) -> EnsembleResult:
-    if len(names) < 2:
-        reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
-        raise SolutionError(f"fewer than two members of the ensemble gave a result: {reasons}")
-    loaded = [given[name] for name in names]
-    order = list(dict.fromkeys(str(n) for arrays in loaded for n in arrays["names"]))
-    units = {str(n): str(u) for a in loaded for n, u in zip(a["names"], a["units"], strict=True)}
-    table = np.full((len(loaded), len(order)), np.nan)
-    for row, arrays in zip(table, loaded, strict=True):
-        for name, value in zip(arrays["names"], arrays["scalars"], strict=True):
-            row[order.index(str(name))] = value
-    stacked = {part: np.stack([arrays[part] for arrays in loaded]) for part in PARTS}
-    return EnsembleResult(
-        members=tuple(names),
-        failed=failed,
-        names=tuple(order),
-        units=tuple(units[name] for name in order),
-        scalars=table,
-        **stacked,
-        directions=tuple(str(d) for d in loaded[0]["directions"]),
-        frequency=loaded[0]["frequency"],
-        damping=loaded[0]["damping"],
-    )

@@ -13,27 +13,23 @@ from impactfem.stages.stores import Output, dataset
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
 
-LABELS = {5.0: "p05", 16.0: "p16", 50.0: "median", 84.0: "p84", 95.0: "p95"}
+LABELS = ("p05", "p16", "median", "p84", "p95")
+"""Of the percentiles, in the names of the scalars."""
 
 
 def ensemble_scalars(result: EnsembleResult) -> list[Scalar]:
     """Percentiles of every scalar over the members, and how many members there are."""
     scalars = [
-        Scalar("ensemble.members", float(len(result.members)), "-"),
+        Scalar("ensemble.members", float(len(result.scalars)), "-"),
         Scalar("ensemble.failed", float(len(result.failed)), "-", "; ".join(result.failed)),
     ]
-    for name, unit, values in zip(result.names, result.units, result.scalars.T, strict=True):
-        known = values[np.isfinite(values)]
-        note = f"over {known.size} members"
-        scalars += [
-            Scalar(
-                f"ensemble.{LABELS[q]}.{name}",
-                float(np.percentile(known, q)) if known.size else None,
-                unit,
-                note,
-            )
-            for q in PERCENTILES
-        ]
+    for name, values in result.scalars.items():
+        known = values.dropna()
+        bands = np.percentile(known, PERCENTILES) if known.size else [None] * len(PERCENTILES)
+        for label, value in zip(LABELS, bands, strict=True):
+            at, unit = f"ensemble.{label}.{name}", result.units[str(name)]
+            number = None if value is None else float(value)
+            scalars.append(Scalar(at, number, unit, f"over {known.size} members"))
     return scalars
 
 
@@ -76,23 +72,23 @@ def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> 
     building = case.buildings[0]
     floors = [floor.floor for floor in building.floors]
     values: dict[str, Any] = {
-        "motion": result.members,
-        "scalar": result.names,
-        "unit": result.units,
-        "value": result.scalars,
+        "motion": list(result.scalars.index),
+        "scalar": list(result.scalars.columns),
+        "unit": [result.units[name] for name in result.scalars.columns],
+        "value": result.scalars.to_numpy(),
         "percentile": PERCENTILES,
         "station": [f"{building.name}.floor_{floor}" for floor in floors],
         "station_building": [building.name] * len(floors),
         "station_floor": floors,
         "elevation": building.elevations,
-        "direction": result.directions,
-        "frequency": result.frequency,
-        "damping": result.damping,
+        "direction": [str(direction) for direction in result.spectra["directions"]],
+        "frequency": result.spectra["frequency"],
+        "damping": result.spectra["damping"],
         "failed": list(result.failed),
         "failed_reason": list(result.failed.values()),
     }
     for part in PARTS:
-        values[part] = getattr(result, part)
+        values[part] = result.spectra[part]
         values[f"{part}_percentile"] = np.percentile(values[part], PERCENTILES, axis=0)
     attributes = {
         "title": case.title,
