@@ -173,7 +173,15 @@ def calibrate(
             has a weight; or a building has fewer modes than a target requests.
         SolutionError: No start led to a result.
     """
-    _refuse_unsolvable(targets, bounds)
+    low, high = bounds.height_min.sum(), bounds.height_max.sum()
+    slack = 1e-8 * bounds.height  # the sums are of rounded numbers
+    if not low - slack <= bounds.height <= high + slack:
+        raise ImpactfemError(
+            f"storey heights between {low:.4g} m and {high:.4g} m in all cannot add up to "
+            f"calibration.height = {bounds.height:.4g} m"
+        )
+    if not any(t.frequency_weight > 0.0 for t in targets):
+        raise ImpactfemError("the calibration needs a frequency_weight above 0 in its targets")
     fit = _Fit(make, targets, bounds, direction)
     best: scipy.optimize.OptimizeResult | None = None
     for x0 in fit.candidates(start, starts, np.random.default_rng(seed)):
@@ -192,18 +200,6 @@ def calibrate(
         raise SolutionError(f"the calibration of the sticks found no result from {starts} starts")
     frequency, mass, factor = fit.evaluate(best.x)
     return Calibration(fit.parameters(best.x, factor), tuple(targets), frequency, mass)
-
-
-def _refuse_unsolvable(targets: Sequence[Target], bounds: Bounds) -> None:
-    low, high = bounds.height_min, bounds.height_max
-    slack = 1e-8 * bounds.height  # the sums are of rounded numbers
-    if not low.sum() - slack <= bounds.height <= high.sum() + slack:
-        raise ImpactfemError(
-            f"storey heights between {low.sum():.4g} m and {high.sum():.4g} m in all cannot add up "
-            f"to calibration.height = {bounds.height:.4g} m"
-        )
-    if not any(t.frequency_weight > 0.0 for t in targets):
-        raise ImpactfemError("the calibration needs a frequency_weight above 0 in its targets")
 
 
 class _Fit:

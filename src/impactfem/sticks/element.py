@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ def storey_stiffness(L: float, section: Section) -> Array:
     return k
 
 
-def rigid_link(offset: Array) -> Array:
+def rigid_link(offset: ArrayLike) -> Array:
     """Motion of a point that a rigid link ties to a node: u + θ × r, and the same θ.
 
     Args:
@@ -103,7 +103,7 @@ def rigid_link(offset: Array) -> Array:
     Returns:
         Matrix of shape (6, 6) that takes the node's components to the point's.
     """
-    x, y, z = offset
+    x, y, z = np.asarray(offset, dtype=np.float64)
     T = np.eye(6)
     T[0, 4], T[0, 5] = z, -y
     T[1, 3], T[1, 5] = -z, x

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from impactfem.dynamics.damping import Rayleigh
@@ -120,7 +121,7 @@ class Stick:
             Matrix of shape (3, n).
         """
         B = np.zeros((3, self.n))
-        B[:, 6 * master : 6 * master + 6] = rigid_link(np.asarray(offset, dtype=float))[:3]
+        B[:, 6 * master : 6 * master + 6] = rigid_link(offset)[:3]
         return B
 
     def storey_motion(self, number: int, relative_height: float) -> Array:
@@ -192,7 +193,7 @@ class Stick:
         inverse = 0.0
         for node, weight in weights:
             block = slice(6 * node, 6 * node + 6)
-            j = weight * normal @ rigid_link(np.asarray(offset, dtype=float))[:3]
+            j = weight * normal @ rigid_link(offset)[:3]
             inverse += float(j @ np.linalg.solve(self.M[block, block], j))
         return 1.0 / inverse
 
@@ -246,15 +247,52 @@ def build_stick(
     masters: dict[tuple[int, float], int] = {}
     elements: list[StoreyElement] = []
     for index, floor in enumerate(floors):
-        low, high = _flexible_part(name, floors, z, base, index)
-        ends = [low]
-        for s in _points_inside(name, floor, storey_points):
+        above = floors[index - 1].above if index else 0.0
+        low, high = (z[index - 1] if index else base) + above, z[index] - floor.below
+        if not high > low:
+            raise ImpactfemError(
+                f"building {name}: the storey below floor {floor.number} has no flexible length: "
+                f"its rigid zones leave {high - low:.3g} m"
+            )
+        # Nodes from the lower to the upper end of the flexible part: the master, -1 at the clamped
+        # base, the offset from it along z, and the elevation.
+        nodes = [(index - 1, above, low)]
+        for s in sorted({s for number, s in storey_points if number == floor.number}):
+            if not 0.0 < s < 1.0:
+                raise ImpactfemError(
+                    f"building {name}: a point inside the storey below floor {floor.number} needs "
+                    f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
+                )
+            if not floor.damping.beta > 0.0:
+                raise ImpactfemError(
+                    f"building {name}: a contact point inside the storey below floor "
+                    f"{floor.number} has no mass and needs damping of the storey "
+                    "(stiffness_coefficient above 0)"
+                )
             masters[floor.number, s] = len(positions)
-            positions.append(np.array([*axis, low.z + s * (high.z - low.z)]))
-            ends.append(_End(len(positions) - 1, 0.0, positions[-1][2]))
-        ends.append(high)
-        elements += [_element(index, floor, *pair) for pair in pairwise(ends)]
-    M, C, K = _matrices(floors, elements, 6 * len(positions))
+            nodes.append((len(positions), 0.0, low + s * (high - low)))
+            positions.append(np.array([*axis, nodes[-1][2]]))
+        nodes.append((index, -floor.below, high))
+        for lower, upper in pairwise(nodes):
+            T = scipy.linalg.block_diag(*(rigid_link((0.0, 0.0, end[1])) for end in (lower, upper)))
+            dofs = [
+                6 * end[0] + c if end[0] >= 0 else -1 for end in (lower, upper) for c in range(6)
+            ]
+            k = storey_stiffness(float(upper[2] - lower[2]), floor.section)
+            beta = floor.damping.beta
+            elements.append(StoreyElement(index, np.array(dofs, dtype=np.int64), T, k, beta))
+    n = 6 * len(positions)
+    M, C, K = np.zeros((3, n, n))
+    for index, floor in enumerate(floors):
+        block = np.arange(6 * index, 6 * index + 6)
+        M[block, block] = [floor.mass] * 3 + list(floor.inertia)
+        C[block, block] = floor.damping.alpha * M[block, block]
+    for element in elements:
+        k = element.T.T @ element.k @ element.T
+        free = element.dofs >= 0
+        at = np.ix_(element.dofs[free], element.dofs[free])
+        K[at] += k[np.ix_(free, free)]
+        C[at] += element.beta * k[np.ix_(free, free)]
     return Stick(
         name=name,
         floors=tuple(floors),
@@ -263,7 +301,7 @@ def build_stick(
         positions=np.array(positions),
         M=M,
         C=C,
-        K=K,
+        K=(K + K.T) / 2.0,
         elements=tuple(elements),
         storey_points=masters,
     )
@@ -324,88 +362,3 @@ def mass_on_spring(
         K=k * np.eye(6),
         elements=(StoreyElement(0, ends, np.eye(12), between, floor.damping.beta),),
     )
-
-
-@dataclass(frozen=True)
-class _End:
-    """An end of a beam element.
-
-    Args:
-        master: Its master; -1 for the clamped base.
-        offset: From the master to it along z [m].
-        z: Its elevation [m].
-    """
-
-    master: int
-    offset: float
-    z: float
-
-
-def _flexible_part(
-    name: str, floors: Sequence[Floor], z: Array, base: float, index: int
-) -> tuple[_End, _End]:
-    """Lower and upper end of a storey between the rigid zones of the adjacent floors."""
-    floor = floors[index]
-    low = _End(-1, 0.0, base)
-    if index:
-        above = floors[index - 1].above
-        low = _End(index - 1, above, z[index - 1] + above)
-    high = _End(index, -floor.below, z[index] - floor.below)
-    if not high.z > low.z:
-        raise ImpactfemError(
-            f"building {name}: the storey below floor {floor.number} has no flexible length: "
-            f"its rigid zones leave {high.z - low.z:.3g} m"
-        )
-    return low, high
-
-
-def _points_inside(
-    name: str, floor: Floor, storey_points: Sequence[tuple[int, float]]
-) -> list[float]:
-    """Relative heights of the points inside the storey below a floor, bottom to top."""
-    heights = sorted({s for number, s in storey_points if number == floor.number})
-    for s in heights:
-        if not 0.0 < s < 1.0:
-            raise ImpactfemError(
-                f"building {name}: a point inside the storey below floor {floor.number} needs "
-                f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
-            )
-        if not floor.damping.beta > 0.0:
-            raise ImpactfemError(
-                f"building {name}: a contact point inside the storey below floor "
-                f"{floor.number} has no mass and needs damping of the storey "
-                "(stiffness_coefficient above 0)"
-            )
-    return heights
-
-
-def _element(storey: int, floor: Floor, lower: _End, upper: _End) -> StoreyElement:
-    T = np.zeros((12, 12))
-    T[:6, :6] = rigid_link(np.array([0.0, 0.0, lower.offset]))
-    T[6:, 6:] = rigid_link(np.array([0.0, 0.0, upper.offset]))
-    masters = (lower.master, upper.master)
-    dofs = np.array(
-        [6 * m + c if m >= 0 else -1 for m in masters for c in range(6)], dtype=np.int64
-    )
-    k = storey_stiffness(float(upper.z - lower.z), floor.section)
-    return StoreyElement(storey, dofs, T, k, floor.damping.beta)
-
-
-def _matrices(
-    floors: Sequence[Floor], elements: Sequence[StoreyElement], n: int
-) -> tuple[Array, Array, Array]:
-    """M, C and K of n degrees of freedom, the floors' first."""
-    M = np.zeros((n, n))
-    C = np.zeros((n, n))
-    for index, floor in enumerate(floors):
-        block = np.arange(6 * index, 6 * index + 6)
-        M[block, block] = [floor.mass] * 3 + list(floor.inertia)
-        C[block, block] = floor.damping.alpha * M[block, block]
-    K = np.zeros((n, n))
-    for element in elements:
-        k = element.T.T @ element.k @ element.T
-        free = element.dofs >= 0
-        where = np.ix_(element.dofs[free], element.dofs[free])
-        K[where] += k[np.ix_(free, free)]
-        C[where] += element.beta * k[np.ix_(free, free)]
-    return M, C, np.asarray((K + K.T) / 2.0, dtype=np.float64)
