@@ -84,7 +84,16 @@ class Complementarity:
             )
         # A copy without the skew rounding: which triangle is read shall not matter.
         self._W: Array = np.asfortranarray(0.5 * (scaled + scaled.T))
-        self._refuse_indefinite()
+        # Every row must have a part that the rows before it have not.
+        factor, failed = scipy.linalg.lapack.dpotrf(self._W, lower=True)
+        pivots = np.diagonal(factor) ** 2
+        small = np.flatnonzero(pivots[: failed - 1 if failed else len(pivots)] < DEPENDENT)
+        if failed or small.size:
+            row = int(small[0]) if small.size else failed - 1
+            raise SolutionError(
+                f"{self.name} is not positive definite: row {row} of {len(pivots)} is a combination"
+                " of those before it, or they have a negative eigenvalue"
+            )
         self._set: Mask = np.zeros(len(W), dtype=np.bool_)
         self._rows = np.flatnonzero(self._set)
         self._factor: Array = np.empty((0, 0))
@@ -154,16 +163,3 @@ class Complementarity:
         w = self._W @ p + q
         w[self._rows] = 0.0
         return p, w
-
-    def _refuse_indefinite(self) -> None:
-        """Raise unless every row of the scaled W has a part that the rows before it have not."""
-        factor, failed = scipy.linalg.lapack.dpotrf(self._W, lower=True)
-        pivots = np.diagonal(factor) ** 2
-        last = failed - 1 if failed else len(pivots)
-        small = np.flatnonzero(pivots[:last] < DEPENDENT)
-        if failed or small.size:
-            row = int(small[0]) if small.size else failed - 1
-            raise SolutionError(
-                f"{self.name} is not positive definite: row {row} of {len(pivots)} is a combination"
-                " of those before it, or they have a negative eigenvalue"
-            )

@@ -181,7 +181,7 @@ def law_of(name: str, entry: ContactLaw, mass: float) -> Law:
         mass: Effective mass of the pair [kg].
 
     Raises:
-        ValueError: Values of the keys are still to be calibrated.
+        ValueError: Values of the keys are still to be calibrated, or it says nothing of damping.
     """
     if isinstance(entry, KelvinVoigtLaw):
         if entry.stiffness == "calibrated" or entry.restitution == "calibrated":
@@ -189,9 +189,10 @@ def law_of(name: str, entry: ContactLaw, mass: float) -> Law:
                 f"the contact law {name} still asks for calibrated values; "
                 "impactfem.stages.calibrate.calibrated_contact.with_calibrated_contact puts them in"
             )
-        xi = entry.damping_ratio
-        if xi is None:
-            xi = relations.kelvin_voigt_xi(entry.restitution or 1.0, tension=entry.tension)
+        if (xi := entry.damping_ratio) is None:
+            if entry.restitution is None:
+                raise ValueError(f"the contact law {name} has no restitution and no damping_ratio")
+            xi = relations.kelvin_voigt_xi(entry.restitution, tension=entry.tension)
         return kelvin_voigt(entry.stiffness, xi, mass, tension=entry.tension)
     if isinstance(entry, HertzLaw):
         return hertz(entry.stiffness, mass)
@@ -229,9 +230,7 @@ def kelvin_voigt(K: float, xi: float, mass: float, *, tension: bool = True) -> L
 def hertz(K: float, mass: float) -> Law:
     """Hertz's elastic contact: F = K p^1.5 (Hertz 1881; Goldsmith 1960, Impact).
 
-    Args:
-        K: Stiffness [N/m^1.5].
-        mass: Effective mass of the pair [kg].
+    K is in N/m^1.5, the effective mass of the pair in kg.
     """
     return Law("hertz", HERTZ, _parameters(K, 0.0), 1.0, 1.0, np.nan, mass)
 
@@ -272,19 +271,13 @@ def hunt_crossley(
 def jankowski(K: float, epsilon: float, mass: float, *, exact: bool = False) -> Law:
     """Jankowski's law: F = β p^1.5 + c v while approaching, F = β p^1.5 while parting.
 
-    With c = 2 ξ √(β √p m) and ξ = 9 √5 / 2 (1 - ε²) / (ε (ε (9π - 16) + 16)) (Jankowski 2005 and
-    2006, Earthquake Engineering and Structural Dynamics 34, 595-611, and 35, 517-524).
-
-    Args:
-        K: Stiffness β [N/m^1.5].
-        epsilon: Restitution requested, 0 < ε <= 1 [-].
-        mass: Effective mass of the pair [kg].
-        exact: Take the ξ that returns ε exactly instead of the published one.
+       With c = 2 ξ √(β √p m) and ξ = 9 √5 / 2 (1 - ε²) / (ε (ε (9π - 16) + 16)) (Jankowski 2005 and
+       2006, Earthquake Engineering and Structural Dynamics 34, 595-611, and 35, 517-524).
+    Arguments as
+       `hertz_damp`.
     """
-    if exact:
-        xi = relations.exact_jankowski_xi(epsilon)
-    else:
-        xi = relations.published_jankowski_xi(epsilon)
+    relation = relations.exact_jankowski_xi if exact else relations.published_jankowski_xi
+    xi = relation(epsilon)
     parameters = _parameters(K, 2.0 * xi * np.sqrt(K * mass))
     return Law("jankowski", JANKOWSKI, parameters, epsilon, relations.jankowski(xi), xi, mass)
 

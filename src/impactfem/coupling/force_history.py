@@ -24,7 +24,7 @@ come from the case file then.
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,7 @@ from impactfem.coupling.pounding import End, Response
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import atomic, write_netcdf
 from impactfem.system.own_process import read_in_own_process
+from impactfem.system.scalar import words
 
 Array = NDArray[np.float64]
 AXES = ["x", "y", "z"]
@@ -70,85 +71,51 @@ class PairEnds:
 
     def of(self, columns: Sequence[int]) -> PairEnds:
         """Those of some of the pairs, by their indices."""
-        return PairEnds(
-            building_a=_chosen(self.building_a, columns),
-            building_b=_chosen(self.building_b, columns),
-            floor_a=_chosen(self.floor_a, columns),
-            floor_b=_chosen(self.floor_b, columns),
-            relative_height_a=_rows(self.relative_height_a, columns),
-            relative_height_b=_rows(self.relative_height_b, columns),
-            normal=_rows(self.normal, columns),
-        )
+        chosen: dict[str, Any] = {}
+        for name, values in vars(self).items():
+            if isinstance(values, tuple):
+                chosen[name] = tuple(values[j] for j in columns)
+            elif values is not None:
+                chosen[name] = values[list(columns)]
+        return PairEnds(**chosen)
 
 
-def read_ends(path: Path, dataset: xr.Dataset, faults: list[Fault]) -> PairEnds:
-    """Read what the pairs are between from `forces.nc` (see `force_history`).
+def _read_ends(path: Path, dataset: xr.Dataset, faults: list[Fault]) -> PairEnds:
+    """What the pairs are between, from `forces.nc`; appends what is there and wrong to the faults.
 
-    Args:
-        path: The file.
-        dataset: Its content.
-        faults: What is there and wrong is appended here.
+    Variables that are not there, or are at fault, stay None.
     """
-
-    def read(name: str, good: Callable[[Array], Any], expected: str) -> Array | None:
-        """Numbers of the pairs; nothing when there are none or they are at fault."""
-        values = _of_pairs(path, dataset, name, faults)
-        if values is None:
-            return None
-        numbers = np.array(values, dtype=float)
-        if not np.all(good(numbers)):
-            faults.append(Fault(path, name, numbers.tolist(), expected))
-            return None
-        return numbers
-
-    def names(name: str) -> tuple[str, ...] | None:
-        values = _of_pairs(path, dataset, name, faults)
-        return None if values is None else tuple(str(value) for value in values)
-
-    def floors(name: str) -> tuple[int, ...] | None:
-        numbers = read(name, lambda x: np.isfinite(x) & (x == np.round(x)), "whole numbers")
-        return None if numbers is None else tuple(int(number) for number in numbers)
-
-    def heights(name: str) -> Array | None:
-        return read(name, lambda x: np.isnan(x) | ((x >= 0.0) & (x <= 1.0)), "0 to 1, or nan")
-
+    content: dict[str, Any] = {}
     if "axis" in dataset.variables and [str(word) for word in dataset["axis"].values] != AXES:
         found = [str(word) for word in dataset["axis"].values]
         faults.append(Fault(path, "axis", found, "x, y, z"))
-    return PairEnds(
-        building_a=names("building_a"),
-        building_b=names("building_b"),
-        floor_a=floors("floor_a"),
-        floor_b=floors("floor_b"),
-        relative_height_a=heights("relative_height_a"),
-        relative_height_b=heights("relative_height_b"),
-        normal=read(
-            "normal",
-            lambda n: np.abs(np.linalg.norm(n, axis=1) - 1.0) < UNIT_TOLERANCE,
-            "a unit vector (x, y, z) for each pair",
-        ),
-    )
-
-
-def _of_pairs(path: Path, dataset: xr.Dataset, name: str, faults: list[Fault]) -> Any:
-    """The values of a variable over the pairs; None when it is not there or over anything else."""
-    if name not in dataset.variables:
-        return None
-    found = dataset[name].dims
-    wanted = ("pair", "axis") if name == "normal" else ("pair",)
-    if found != wanted or (name == "normal" and dataset.sizes["axis"] != len(AXES)):
-        words = "(pair, axis), of x, y, z" if name == "normal" else "(pair)"
-        faults.append(Fault(path, name, found, f"expected the dimensions {words}"))
-        return None
-    return dataset[name].values
-
-
-def _chosen(values: tuple[Any, ...] | None, columns: Sequence[int]) -> Any:
-    return None if values is None else tuple(values[j] for j in columns)
-
-
-def _rows(values: Array | None, columns: Sequence[int]) -> Array | None:
-    return None if values is None else values[list(columns)]
+    for name in vars(PairEnds()):
+        if name not in dataset.variables:
+            continue
+        values, expected = dataset[name].values, "(pair)"
+        dims: tuple[str, ...] = ("pair",)
+        if name == "normal":
+            dims, expected = ("pair", "axis"), "(pair, axis), of x, y, z"
+        over = dataset[name].dims
+        if over != dims or (name == "normal" and dataset.sizes["axis"] != len(AXES)):
+            faults.append(Fault(path, name, over, f"expected the dimensions {expected}"))
+            continue
+        if name.startswith("building"):
+            content[name] = tuple(str(value) for value in values)
+            continue
+        x = np.array(values, dtype=float)
+        if name.startswith("floor"):
+            good, expected = np.isfinite(x) & (x == np.round(x)), "whole numbers"
+        elif name == "normal":
+            good = np.abs(np.linalg.norm(x, axis=1) - 1.0) < UNIT_TOLERANCE
+            expected = "a unit vector (x, y, z) for each pair"
+        else:
+            good, expected = np.isnan(x) | ((x >= 0.0) & (x <= 1.0)), "0 to 1, or nan"
+        if not np.all(good):
+            faults.append(Fault(path, name, x.tolist(), expected))
+        else:
+            content[name] = tuple(map(int, x)) if name.startswith("floor") else x
+    return PairEnds(**content)
 
 
 FORCES = "a force history (NetCDF or CSV)"
@@ -207,36 +174,28 @@ def write_forces(path: Path, response: Response, case_hash: str, key: str = "") 
         key: Hash of the stage's inputs, the attribute `inputs`.
     """
     pairs = response.system.pairs
+    of_force = {"units": "N", "long_name": "contact force, positive in compression"}
     data: dict[str, tuple[object, ...]] = {
-        "force": (
-            ("time", "pair"),
-            response.force,
-            {"units": "N", "long_name": "contact force, positive in compression"},
-        ),
+        "force": (("time", "pair"), response.force, of_force),
         "normal": (("pair", "axis"), np.array([pair.normal for pair in pairs]).reshape(-1, 3)),
         "gap": ("pair", np.array([pair.gap for pair in pairs]), {"units": "m"}),
-        "law": ("pair", np.array([pair.law.describe() for pair in pairs], dtype=object)),
+        "law": ("pair", words(pair.law.describe() for pair in pairs)),
     }
     for side in ("a", "b"):
-        ends: list[End | None] = [getattr(pair, side) for pair in pairs]
-        data[f"building_{side}"] = (
-            "pair",
-            np.array([end.building if end else "" for end in ends], dtype=object),
-        )
-        data[f"floor_{side}"] = ("pair", np.array([end.floor if end else 0 for end in ends]))
-        heights = [
-            np.nan if end is None or end.relative_height is None else end.relative_height
-            for end in ends
-        ]
+        # A rigid wall has no name.
+        ends = [getattr(pair, side) or End("", 0, (0.0, 0.0, 0.0), 0) for pair in pairs]
+        heights = [np.nan if e.relative_height is None else e.relative_height for e in ends]
+        offsets = np.array([end.offset for end in ends]).reshape(-1, 3)
+        data[f"building_{side}"] = ("pair", words(end.building for end in ends))
+        data[f"floor_{side}"] = ("pair", np.array([end.floor for end in ends], dtype=int))
         data[f"relative_height_{side}"] = ("pair", np.array(heights, dtype=float))
-        offsets = np.array([end.offset if end else (0.0, 0.0, 0.0) for end in ends])
-        data[f"offset_{side}"] = (("pair", "axis"), offsets.reshape(-1, 3), {"units": "m"})
+        data[f"offset_{side}"] = (("pair", "axis"), offsets, {"units": "m"})
     dataset = xr.Dataset(
         data,
         coords={
             "time": ("time", response.time, {"units": "s"}),
-            "pair": ("pair", np.array([pair.name for pair in pairs], dtype=object)),
-            "axis": ("axis", np.array(AXES, dtype=object)),
+            "pair": ("pair", words(pair.name for pair in pairs)),
+            "axis": ("axis", words(AXES)),
         },
         attrs={"title": "impact forces between sticks", "case_hash": case_hash, "inputs": key},
     )
@@ -290,9 +249,8 @@ def read_forces(path: Path) -> ForceHistory:
     if not (np.isfinite(history.time).all() and np.isfinite(history.force).all()):
         faults.append(Fault(path, "force", "nan", "expected finite values only"))
     if len(set(history.pairs)) < len(history.pairs):
-        faults.append(
-            Fault(path, "pair", list(history.pairs), "expected a unique name for each pair")
-        )
+        expected = "expected a unique name for each pair"
+        faults.append(Fault(path, "pair", list(history.pairs), expected))
     if faults:
         raise InputError(faults)
     return history
@@ -303,9 +261,8 @@ def _read_netcdf(path: Path) -> ForceHistory:
         faults = []
         for name, unit in REQUIRED.items():
             if name not in dataset.variables:
-                faults.append(
-                    Fault(path, name, None, f"expected a variable of this name in {unit}")
-                )
+                expected = f"expected a variable of this name in {unit}"
+                faults.append(Fault(path, name, None, expected))
             elif dataset[name].attrs.get("units") != unit:
                 found = dataset[name].attrs.get("units")
                 faults.append(Fault(path, f"{name}.units", found, f"expected the unit {unit!r}"))
@@ -314,7 +271,7 @@ def _read_netcdf(path: Path) -> ForceHistory:
         elif not faults and dataset["force"].dims != ("time", "pair"):
             found = dataset["force"].dims
             faults.append(Fault(path, "force", found, "expected the dimensions (time, pair)"))
-        ends = PairEnds() if faults else read_ends(path, dataset, faults)
+        ends = PairEnds() if faults else _read_ends(path, dataset, faults)
         if faults:
             raise InputError(faults)
         return ForceHistory(
@@ -329,29 +286,20 @@ def _read_netcdf(path: Path) -> ForceHistory:
 
 def _read_csv(path: Path) -> ForceHistory:
     with path.open(newline="", encoding="utf-8-sig") as stream:
-        header = next(csv.reader(stream), [])
-        if not header or header[0].strip() != "time [s]":
-            found = header[0] if header else None
-            raise InputError([Fault(path, "line 1", found, "expected the first column 'time [s]'")])
-        wrong = [cell for cell in header[1:] if not cell.strip().endswith(" [N]")]
-        if wrong or len(header) < 2:
-            raise InputError(
-                [
-                    Fault(
-                        path,
-                        "line 1",
-                        wrong or None,
-                        "expected a column '<pair name> [N]' for each pair",
-                    )
-                ]
-            )
+        header = [cell.strip() for cell in next(csv.reader(stream), [])]
         lines = [line for line in stream if line.strip()]
+    if not header or header[0] != "time [s]":
+        found = header[0] if header else None
+        raise InputError([Fault(path, "line 1", found, "expected the first column 'time [s]'")])
+    wrong = [cell for cell in header[1:] if not cell.endswith(" [N]")]
+    if wrong or len(header) < 2:
+        expected = "expected a column '<pair name> [N]' for each pair"
+        raise InputError([Fault(path, "line 1", wrong or None, expected)])
     if len(lines) < 2:
-        raise InputError(
-            [Fault(path, "", None, "expected at least two lines of values below the header")]
-        )
+        expected = "expected at least two lines of values below the header"
+        raise InputError([Fault(path, "", None, expected)])
     values = np.loadtxt(lines, delimiter=",", ndmin=2)
     if values.shape[1] != len(header):
         raise ValueError(f"{len(header)} columns in the header, {values.shape[1]} below")
-    names = tuple(cell.strip()[: -len(" [N]")] for cell in header[1:])
+    names = tuple(cell.removesuffix(" [N]") for cell in header[1:])
     return ForceHistory(values[:, 0], names, values[:, 1:])

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
-from impactfem.case import (
-    Building,
-    Case,
-    Contact,
-)
+from impactfem.case import Building, Case, Contact
 from impactfem.case.loads import ForceTable, read_force_table
 from impactfem.coupling.contact import effective_mass, law_of
 from impactfem.coupling.pounding import End, Load, Pair, System
@@ -64,19 +62,9 @@ def stick_of(
             Iy=moment * row.Iy,
             Iz=row.Iz,
         )
-        inertia = (row.Jx, row.Jy, row.Jz)
-        floors.append(
-            Floor(
-                number=row.floor,
-                mass=row.mass,
-                inertia=inertia,
-                height=float(height),
-                section=section,
-                damping=building.damping.rayleigh,
-                below=values.below,
-                above=values.above,
-            )
-        )
+        inertia, damping = (row.Jx, row.Jy, row.Jz), building.damping.rayleigh
+        zones = (values.below, values.above)
+        floors.append(Floor(row.floor, row.mass, inertia, float(height), section, damping, *zones))
     return build_stick(
         building.name, floors, axis=building.axis, base=building.base, storey_points=storey_points
     )
@@ -93,14 +81,7 @@ def calibration_of(case: Case) -> Calibration | None:
         return None
     buildings = {building.name: building for building in case.buildings}
     targets = [
-        Target(
-            row.building,
-            row.mode,
-            row.frequency,
-            row.effective_mass,
-            row.frequency_weight,
-            row.mass_weight,
-        )
+        Target(**{field.name: getattr(row, field.name) for field in fields(Target)})
         for row in given.targets
     ]
     first = buildings[targets[0].building]

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.case import ContactPoint
 from impactfem.case.facing import Facing
-from impactfem.coupling.contact import Law, law_force
-from impactfem.coupling.pounding import Pair, Response, System
+from impactfem.coupling.contact import law_force
+from impactfem.coupling.pounding import Pair, Response
 from impactfem.sticks.element import rigid_link
 
 Array = NDArray[np.float64]
@@ -84,70 +83,53 @@ def impacts(response: Response) -> list[Impact]:
     """
     found = []
     for index, pair in enumerate(response.system.pairs):
-        force = response.force[:, index]
-        touching = np.concatenate([[False], force != 0.0, [False]])
+        touching = np.concatenate([[False], response.force[:, index] != 0.0, [False]])
         edges = np.flatnonzero(np.diff(touching.astype(np.int8)))
-        for first, after in edges.reshape(-1, 2):
-            found.append(_impact(response, pair, index, int(first), int(after) - 1))
+        for first, after in edges.reshape(-1, 2).tolist():
+            found.append(_impact(response, pair, index, first, after - 1))
     return sorted(found, key=lambda impact: impact.start)
 
 
 def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -> Impact:
     dt = response.time_step
-    n_t = response.time.size
-    F = response.force[:, index]
-    gap = response.gap[:, index]
-    rate = response.gap_rate[:, index]
+    F, gap, rate = (x[:, index] for x in (response.force, response.gap, response.gap_rate))
     # The step in which the gap closes and the one after the last force belong to the impact: a
     # lagged force begins a step or more after contact.
     low = max(first - 1, 0)
     while low > 0 and gap[low] < 0.0 and F[low - 1] == 0.0:
         low -= 1
-    high = min(last + 1, n_t - 1)
-    start = _crossing(dt, low, min(low + 1, first), gap)
-    end = _crossing(dt, last, high, gap)
-    window = slice(low, high + 1)
-    f, g = F[window], gap[window]
-    work = 0.5 * float(np.sum(np.diff(g) * (f[:-1] + f[1:])))
-    taken = _taken_by_law(pair.law, -g, -rate[window], float(-rate[low]))
+    high = min(last + 1, F.size - 1)
+    f, g, v = F[low : high + 1], gap[low : high + 1], -rate[low : high + 1]
+    mean = 0.5 * (f[:-1] + f[1:])
+    work = float(np.sum(np.diff(g) * mean))
+    # What the law itself takes along the computed motion, ∮ F(p, v) dp, by trapezoids over the
+    # part of each step in which there is contact: where it begins or ends inside one, the force is
+    # the law's at p = 0, with the speed outside the contact.
+    p, law = np.maximum(-g, 0.0), pair.law
+    by_law = np.array(
+        [
+            law_force(law.code, law.parameters, max(depth, 1e-300), speed, v[0])[0]
+            for depth, speed in zip(p, v, strict=True)
+        ]
+    )
+    taken = float(np.sum(np.diff(p) * 0.5 * (by_law[:-1] + by_law[1:])))
     peak = int(np.argmax(F[first : last + 1])) + first
     return Impact(
         pair=pair,
         index=index,
         first=first,
         last=last,
-        start=start,
-        end=end,
+        start=_crossing(dt, low, min(low + 1, first), gap),
+        end=_crossing(dt, last, high, gap),
         peak_time=float(dt * peak),
         peak_force=float(F[peak]),
-        impulse=float(np.sum(0.5 * dt * (f[:-1] + f[1:]))),
+        impulse=float(np.sum(dt * mean)),
         penetration=float(np.max(-g)),
-        approach=float(-rate[low]),
+        approach=float(v[0]),
         separation=float(rate[high]),
         dissipated=-work,
         defect=-work - taken,
     )
-
-
-def _taken_by_law(law: Law, p: Array, v: Array, v0: float) -> float:
-    """Energy that the law itself takes along the computed motion, ∮ F(p, v) dp [J].
-
-    Trapezoids between the computed states, and over the part of a step in which there is contact
-    where it begins or ends inside one.
-    """
-
-    def force(p_: float, v_: float) -> float:
-        return float(law_force(law.code, law.parameters, max(p_, 1e-300), v_, v0)[0])
-
-    taken = 0.0
-    for i in range(p.size - 1):
-        p_0, p_1 = max(float(p[i]), 0.0), max(float(p[i + 1]), 0.0)
-        if p_0 > 0.0 or p_1 > 0.0:
-            # At the crossing the force is the law's at p = 0, with the speed outside the contact.
-            F_0 = force(p_0, float(v[i]))
-            F_1 = force(p_1, float(v[i + 1]))
-            taken += 0.5 * (p_1 - p_0) * (F_0 + F_1)
-    return taken
 
 
 def _crossing(dt: float, i: int, j: int, gap: Array) -> float:
@@ -230,44 +212,34 @@ def impact_checks(
         impacts: Its impacts.
         strength: Compressive strength of each building's storeys [Pa]; None where not given.
     """
-    system = response.system
     checks = []
     for impact in impacts:
         pair = impact.pair
         window = slice(max(impact.first - 1, 0), impact.last + 2)
         horizontal = float(np.hypot(pair.normal[0], pair.normal[1]))
-        found = []
-        known = []
+        found, known = [], []
         for end in (pair.a, pair.b):
             if end is None:
                 continue
-            stick = system.stick(end.building)
+            stick = response.system.stick(end.building)
             f_c = strength.get(stick.name)
             if f_c is not None:
                 known.append(f_c)
             if horizontal < VERTICAL:
                 continue
             n_x, n_y = pair.normal[:2] / horizontal
-            start = system.offsets[stick.name]
+            start = response.system.offsets[stick.name]
             forces = stick.element_forces(response.u[window, start : start + stick.n])
             shear = np.abs(forces[..., 0] * n_x + forces[..., 1] * n_y).max(axis=0)
-            for element, V in zip(stick.elements, shear, strict=True):
-                section = stick.floors[element.storey].section
-                stress = float(V / (n_x**2 * section.Avx + n_y**2 * section.Avy))
-                ratio = np.nan if f_c is None else stress / (0.30e6 * (f_c / 1e6) ** (2.0 / 3.0))
-                found.append((float(V), stress, ratio))
-        shears, stresses, ratios = zip(*found, strict=True) if found else ((), (), ())
+            sections = [stick.floors[element.storey].section for element in stick.elements]
+            stress = shear / [n_x**2 * section.Avx + n_y**2 * section.Avy for section in sections]
+            f_ctm = np.nan if f_c is None else 0.30e6 * (f_c / 1e6) ** (2.0 / 3.0)
+            found.append((shear.max(), stress.max(), stress.max() / f_ctm))
+        # Of a vertical normal, or without a strength, there is nothing to compare with.
+        demand = np.fmax.reduce(found) if found else np.full(3, np.nan)
         pressure = np.nan if pair.area is None else impact.peak_force / pair.area
-        checks.append(
-            ImpactCheck(
-                impact=impact,
-                bearing_pressure=float(pressure),
-                bearing_ratio=float(pressure / min(known)) if known else np.nan,
-                storey_shear=max(shears, default=np.nan),
-                shear_stress=max(stresses, default=np.nan),
-                cracking_ratio=max((r for r in ratios if np.isfinite(r)), default=np.nan),
-            )
-        )
+        ratio = pressure / min(known) if known else np.nan
+        checks.append(ImpactCheck(impact, float(pressure), float(ratio), *map(float, demand)))
     return checks
 
 
@@ -299,33 +271,26 @@ def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:
     """
     if not facing:
         return []
-    rows = np.array([_row(response.system, one, s) for one in facing for s in (-1.0, 1.0)])
-    rest = np.repeat([one.gap for one in facing], 2)
-    d = (rest + response.u @ rows.T).reshape(len(response.u), len(facing), 2).min(axis=2)
+    system = response.system
+    rows = np.zeros((len(facing), 2, system.M.shape[0]))
+    for ends, one in zip(rows, facing, strict=True):
+        normal = np.array(one.normal)
+        for point, sign in ((one.a, -1.0), (one.b, 1.0)):
+            stick = system.stick(point.building)
+            columns = slice(system.offsets[stick.name], system.offsets[stick.name] + stick.n)
+            if point.floor is not None:
+                master = 6 * stick.floor_master(point.floor)
+                motion = np.eye(6, stick.n, master)
+            else:
+                storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
+                motion = stick.storey_motion(storey, height)
+            for row, s in zip(ends, (-1.0, 1.0), strict=True):
+                offset = np.array(point.offset) + one.half * s * np.abs(normal[[1, 0, 2]])
+                row[columns] += sign * normal @ rigid_link(offset)[:3] @ motion
+    rest = np.array([[one.gap] for one in facing])
+    d = (rest + np.moveaxis(rows @ response.u.T, -1, 0)).min(axis=2)
     step = d.argmin(axis=0)
     return [
         Approach(one, float(d[k, j]), float(response.time[k]))
         for j, (one, k) in enumerate(zip(facing, step, strict=True))
     ]
-
-
-def _row(system: System, facing: Facing, s: float) -> Array:
-    """Row that gives n · (u_b − u_a), at the end s = -1 or 1 of the edges; shape (n,)."""
-    normal = np.array(facing.normal)
-    along = facing.half * s * np.abs(normal[[1, 0, 2]])
-    row = np.zeros(system.M.shape[0])
-    for point, sign in ((facing.a, -1.0), (facing.b, 1.0)):
-        stick = system.stick(point.building)
-        start = system.offsets[stick.name]
-        offset = np.array(point.offset) + along
-        row[start : start + stick.n] += sign * normal @ _translation(system, point, offset)
-    return row
-
-
-def _translation(system: System, point: ContactPoint, offset: Array) -> Array:
-    """Operator from a stick's displacements to the translation of a point, shape (3, n)."""
-    stick = system.stick(point.building)
-    if point.floor is not None:
-        return stick.translation(stick.floor_master(point.floor), offset.tolist())
-    inside = stick.storey_motion(int(point.storey or 0), float(point.relative_height or 0.0))
-    return np.asarray(rigid_link(offset)[:3] @ inside)

@@ -178,18 +178,10 @@ def pair_force(
     touch: a law that jumps at p = 0 has no solution when its own force would open the gap within
     the step; its force at p = 0 counts then.
 
-    Args:
-        code: The law, as in `law_force`.
-        parameters: Its parameters.
-        p_free: Penetration without this force [m].
-        v_free: Its rate [m/s].
-        v0: Speed of approach with which the contact began [m/s].
-        h: Half the time step [s].
-        W: Velocity of the pair per force [m/s/N].
-
-    Returns:
-        The force [N], nan if the iteration does not converge; and the size of the terms that add
-        up to it, of which it can be a small difference [N].
+    p_free and v_free are penetration and rate without this force, v0 the speed of approach with
+    which the contact began, W the velocity of the pair per force. Returns the force, nan if the
+    iteration does not converge; and the size of the terms that add up to it, of which it can be a
+    small difference.
     """
     tiny = 1e-300
     f, k, c = law_force(code, parameters, max(p_free, tiny), v_free, v0)
@@ -237,19 +229,9 @@ def contact_forces(
     gap could flip for ever where the law jumps at p = 0: after FREE_SWEEPS sweeps who touches is
     kept.
 
-    Args:
-        h: Half the time step [s].
-        W: Velocities per force, symmetric, positive semidefinite, shape (m, m) [m/s/N].
-        delta: Gap functions without the new forces, shape (m,) [m].
-        rate: Their rates, shape (m,) [m/s].
-        codes: Laws, as in `law_force`, shape (m,).
-        parameters: Their parameters, shape (m, N_PARAMETERS).
-        onset: State of the links, the speed of approach with which the contact began, shape (m,).
-        touches: Memory for who touches, shape (m,).
-        F: Filled with the forces, shape (m,) [N].
-
-    Returns:
-        Whether they agree.
+    W, shape (m, m), is symmetric and positive semidefinite; delta and rate are the gap functions
+    without the new forces; onset is the state of the links, the speed of approach with which the
+    contact began; touches is memory. Fills F; returns whether the forces agree.
     """
     m = delta.size
     for sweep in range(MAX_SWEEPS):

@@ -168,7 +168,10 @@ def _part(compiled: Any, parameters: tuple[float, ...], mass: float, v0: float) 
     an address may be used again.
     """
     code, values = int(compiled.address), np.array(parameters)
-    T = _time_scale(code, values, mass, v0)
+    # Within a factor of two.
+    scales = SHORTEST * 2.0 ** np.arange(DOUBLINGS)
+    within = (law_force(code, values, v0 * T, v0, v0)[0] * T >= mass * v0 for T in scales)
+    T = next((float(T) for T, enough in zip(scales, within, strict=True) if enough), np.inf)
 
     def rates(_: float, y: Array) -> list[float]:
         F = law_force(code, values, max(v0 * T * y[0], 1e-300), v0 * y[1], v0)[0]
@@ -189,11 +192,3 @@ def _part(compiled: Any, parameters: tuple[float, ...], mass: float, v0: float) 
     chosen = inside[np.linspace(0, inside.size - 1, min(STATES, inside.size)).astype(int)]
     states = tuple((v0 * T * float(x), v0 * float(s)) for x, s in found.y[:, chosen].T)
     return _Parting(T * float(found.t[-1]), -float(found.y[1, -1]), states)
-
-
-def _time_scale(code: int, parameters: Array, mass: float, v0: float) -> float:
-    """The T of `_part` within a factor of two [s]; infinite where the force stays too small."""
-    for T in SHORTEST * 2.0 ** np.arange(DOUBLINGS):
-        if law_force(code, parameters, v0 * T, v0, v0)[0] * T >= mass * v0:
-            return float(T)
-    return float("inf")

@@ -1,4 +1,8 @@
-"""What restitution a contact law gives two free masses, and which law gives a restitution."""
+"""What restitution a contact law gives two free masses, and which law gives a restitution.
+
+A restitution ε asked of a law is above 0 and at most 1; damping ratios ξ and χ are at least 0.
+With `tension` a Kelvin-Voigt contact may pull at its end.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +18,6 @@ def kelvin_voigt_phase(xi: float, *, tension: bool = True) -> float:
 
     With tension, until p = 0: π / √(1 - ξ²). Without, until the force is zero, at the phase
     θ = Ω_D t with tan θ = 2 ξ √(1 - ξ²) / (2 ξ² - 1); for ξ >= 1 its continuation.
-
-    Args:
-        xi: Damping ratio ξ >= 0 [-]; below 1 with tension.
-        tension: Whether the contact may pull at its end.
     """
     if xi < 1.0:
         root = np.sqrt(1.0 - xi**2)
@@ -33,8 +33,7 @@ def kelvin_voigt(xi: float, *, tension: bool = True) -> float:
     """Restitution of a Kelvin-Voigt contact: ε = exp(-ξ Ω t) at its end.
 
     With tension ε = exp(-π ξ / √(1 - ξ²)) (paper, equation 4; Anagnostopoulos 1988); without, the
-    same of the earlier end (Schwager and Pöschel 2007, Granular Matter 9, 465-469). Arguments as
-    `kelvin_voigt_phase`.
+    same of the earlier end (Schwager and Pöschel 2007, Granular Matter 9, 465-469).
     """
     return float(np.exp(-xi * kelvin_voigt_phase(xi, tension=tension)))
 
@@ -43,10 +42,6 @@ def kelvin_voigt_xi(epsilon: float, *, tension: bool = True) -> float:
     """Damping ratio of a Kelvin-Voigt contact that returns the restitution ε.
 
     With tension ξ_c = -ln ε / √(π² + ln² ε) (paper, equation 4); without, by solution.
-
-    Args:
-        epsilon: Restitution, 0 < ε <= 1 [-].
-        tension: Whether the contact may pull at its end.
     """
     if epsilon == 1.0:
         return 0.0
@@ -55,11 +50,11 @@ def kelvin_voigt_xi(epsilon: float, *, tension: bool = True) -> float:
     upper = 1.0
     while kelvin_voigt(upper, tension=False) > epsilon:
         upper *= 2.0
-    return float(
-        scipy.optimize.brentq(
-            lambda xi: kelvin_voigt(xi, tension=False) - epsilon, 0.0, upper, xtol=1e-15
-        )
-    )
+
+    def difference(xi: float) -> float:
+        return kelvin_voigt(xi, tension=False) - epsilon
+
+    return float(scipy.optimize.brentq(difference, 0.0, upper, xtol=1e-15))
 
 
 def exact_chi(epsilon: float) -> float:
@@ -67,9 +62,6 @@ def exact_chi(epsilon: float) -> float:
 
     From m v dv = -K pⁿ (1 + χ v / v₀) dp over a whole contact,
     ln((1 + χ) / (1 - χ ε)) = χ (1 + ε).
-
-    Args:
-        epsilon: Restitution, 0 < ε <= 1 [-].
     """
     if epsilon == 1.0:
         return 0.0
@@ -90,11 +82,7 @@ def exact_chi(epsilon: float) -> float:
 
 
 def damped_hertz(chi: float) -> float:
-    """Restitution of F = K pⁿ (1 + χ v / v₀): the relation of `exact_chi` solved for ε.
-
-    Args:
-        chi: Damping χ >= 0 [-].
-    """
+    """Restitution of F = K pⁿ (1 + χ v / v₀): the relation of `exact_chi` solved for ε."""
     if chi < 1.5e-4:
         return 1.0 - chi / 1.5
     if chi > 30.0:
@@ -112,16 +100,9 @@ def published_jankowski_xi(epsilon: float) -> float:
     """ξ = 9 √5 / 2 (1 - ε²) / (ε (ε (9π - 16) + 16)) (Jankowski 2006).
 
     Earthquake Engineering and Structural Dynamics 35, 517-524.
-
-    Args:
-        epsilon: Restitution, 0 < ε <= 1 [-].
     """
-    return float(
-        4.5
-        * np.sqrt(5.0)
-        * (1.0 - epsilon**2)
-        / (epsilon * (epsilon * (9.0 * np.pi - 16.0) + 16.0))
-    )
+    lost = 4.5 * np.sqrt(5.0) * (1.0 - epsilon**2)
+    return float(lost / (epsilon * (epsilon * (9.0 * np.pi - 16.0) + 16.0)))
 
 
 @lru_cache(maxsize=256)
@@ -130,9 +111,6 @@ def jankowski(xi: float) -> float:
 
     In the variables x = p / L, τ = t v₀ / L with β L^2.5 = m v₀², approaching masses obey
     x'' = -x^1.5 - 2 ξ x^0.25 x'; they part elastically, so that ε² = 4/5 x_max^2.5.
-
-    Args:
-        xi: Damping ratio ξ >= 0 [-].
     """
     if xi == 0.0:
         return 1.0
@@ -153,11 +131,7 @@ def jankowski(xi: float) -> float:
 
 @lru_cache(maxsize=256)
 def exact_jankowski_xi(epsilon: float) -> float:
-    """The ξ with which Jankowski's law returns the restitution ε.
-
-    Args:
-        epsilon: Restitution, 0 < ε <= 1 [-].
-    """
+    """The ξ with which Jankowski's law returns the restitution ε."""
     if epsilon == 1.0:
         return 0.0
     upper = 1.0

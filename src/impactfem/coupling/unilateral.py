@@ -316,7 +316,6 @@ def unilateral_response(
     problem = Complementarity(motion.delassus(), name="the Delassus operator of the constraints")
 
     x, v = motion.start(displacement, velocity)
-    records = _Records(steps, m, x.size)
     clear = gaps - x[:m]
     bad = np.flatnonzero(clear < -SLACK * np.maximum(np.abs(gaps), np.abs(x[:m])))
     if bad.size:
@@ -324,7 +323,9 @@ def unilateral_response(
             f"{bad.size} of {m} constraints are violated at the start: constraint {bad[0]}"
             f" by {-clear[bad[0]]:g}"
         )
-    records.put(0, gaps, x, v, np.zeros(m), 0.0, (*motion.stored(), 0.0, 0.0, 0.0, 0.0))
+    impulses, states, rates = np.zeros((steps + 1, m)), *np.zeros((2, steps + 1, x.size))
+    residuals, energies = np.zeros(steps + 1), np.zeros((steps + 1, 6))
+    states[0], rates[0], energies[0, :2] = x, v, motion.stored()
     active: Mask = np.zeros(m, dtype=np.bool_)
     nothing: Array = np.zeros(m)
     fastest = _largest(problem.scale * v[:m])
@@ -348,51 +349,22 @@ def unilateral_response(
         x = np.asarray(x + h * mean, dtype=np.float64)
         # From the velocities that the structure has, not from W.
         w, p = -problem.scale * (v[:m] + bounce), impulse / problem.scale
-        residual = _largest(np.minimum(w, p)[among]) / fastest if fastest > 0.0 else 0.0
-        records.put(
-            step, gaps, x, v, impulse, residual, (*motion.advance(), -float(mean[:m] @ impulse))
-        )
+        if fastest > 0.0:
+            residuals[step] = _largest(np.minimum(w, p)[among]) / fastest
+        states[step], rates[step], impulses[step] = x, v, impulse
+        energies[step] = (*motion.advance(), -float(mean[:m] @ impulse))
         if step % REPORT == 0 or step == steps:
             progress(step / steps)
-    return records.history(h)
-
-
-class _Records:
-    """The rows of a history."""
-
-    def __init__(self, steps: int, m: int, seen: int) -> None:
-        self.m = m
-        self.impulse, self.gap = np.zeros((steps + 1, m)), np.zeros((steps + 1, m))
-        self.x, self.v = np.zeros((steps + 1, seen - m)), np.zeros((steps + 1, seen - m))
-        self.residual = np.zeros(steps + 1)
-        self.energies = np.zeros((steps + 1, 6))
-
-    def put(
-        self,
-        step: int,
-        gaps: Array,
-        x: Array,
-        v: Array,
-        impulse: Array,
-        residual: float,
-        energies: tuple[float, ...],
-    ) -> None:
-        self.impulse[step], self.gap[step] = impulse, gaps - x[: self.m]
-        self.x[step], self.v[step] = x[self.m :], v[self.m :]
-        self.residual[step], self.energies[step] = residual, energies
-
-    def history(self, h: float) -> ContactHistory:
-        kinetic, elastic = self.energies[:, 0].copy(), self.energies[:, 1].copy()
-        damped, numerical, work, contact = np.cumsum(self.energies[:, 2:], axis=0).T
-        return ContactHistory(
-            time=h * np.arange(len(self.residual), dtype=np.float64),
-            impulse=self.impulse,
-            gap=self.gap,
-            displacement=self.x,
-            velocity=self.v,
-            residual=self.residual,
-            energy=Energy(kinetic, elastic, damped, work, contact, numerical),
-        )
+    damped, numerical, work, contact = np.cumsum(energies[:, 2:], axis=0).T
+    return ContactHistory(
+        time=h * np.arange(steps + 1, dtype=np.float64),
+        impulse=impulses,
+        gap=gaps - states[:, :m],
+        displacement=states[:, m:],
+        velocity=rates[:, m:],
+        residual=residuals,
+        energy=Energy(energies[:, 0], energies[:, 1], damped, work, contact, numerical),
+    )
 
 
 def _per_constraint(values: ArrayLike, m: int, name: str) -> Array:

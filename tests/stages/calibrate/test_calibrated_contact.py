@@ -127,6 +127,12 @@ def test_sticks_never_see_the_word(case: Case, values: dict[str, float]) -> None
         system_of(asking(case, **values), None)
 
 
+def test_a_law_without_any_damping_is_refused(given: Case) -> None:
+    words = "contact law floor has no restitution and no damping_ratio"
+    with pytest.raises(ValueError, match=words):
+        system_of(asking(given, restitution=None), None)
+
+
 def test_values_of_the_run(case: Case, given: Case, tmp_path: Path) -> None:
     folder = store(tmp_path, EPSILON, K_Ceq=K_CEQ)
     assert with_contact_of_run(case, folder) == with_calibrated_contact(case, EPSILON, K_CEQ)
