@@ -18,8 +18,7 @@ from hypothesis import settings
 
 from impactfem import study
 from impactfem.case.template import write_new_case
-from impactfem.plot import floor_products
-from impactfem.stages.pounding import stage as sticks
+from no_pictures import no_pictures
 
 # The template, shorter and coarser: an impact lasts some 20 steps.
 SMALL = (
@@ -139,8 +138,7 @@ def copied(finished: Finished, tmp_path: Path) -> Path:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs without figures, which take most of the time."""
-    monkeypatch.setattr(sticks, "stick_figures", lambda *_: [])
-    monkeypatch.setattr(floor_products, "floor_figures", lambda *_: [])
+    no_pictures(monkeypatch)
 
 
 @pytest.fixture(scope="session")

@@ -175,15 +175,6 @@ class TestReuse:
         study.run(copied, out=run)
         assert study.make_report(run).is_file() and not (run / "sticks.stage.json").exists()
 
-    def test_a_lost_figure_is_drawn_again(self, copied, tmp_path):
-        figure = next((tmp_path / "run" / "figures").glob("*.png"))
-        figure.unlink()
-        assert study.run(copied, out=tmp_path / "run").reused == ["pounding"]
-        assert figure.is_file()
-
-    def test_resuming_a_finished_run(self, copied, tmp_path):
-        assert study.run(copied, out=tmp_path / "run", resume=True).reused == ["pounding"]
-
     def test_the_case_may_move(self, copied, tmp_path):
         (tmp_path / "other").mkdir()
         for file in tmp_path.glob("small*"):
@@ -262,6 +253,8 @@ class TestReuse:
             ("forces.nc", "overwritten"),
             ("forces.csv", "truncated"),
             ("forces.csv", "empty"),
+            *((name, "missing") for name in ("pounding.nc", "motion.nc", "forces.nc")),
+            ("forces.csv", "missing"),
         ],
     )
     def test_a_damaged_file_is_computed_again(
@@ -274,8 +267,9 @@ class TestReuse:
             # The header stays: the file opens, what is in it does not.
             "overwritten": content[:96] + bytes(4000) + content[4096:],
             "empty": b"",
+            "missing": None,
         }[damage]
-        path.write_bytes(damaged)
+        path.unlink() if damaged is None else path.write_bytes(damaged)
         failure = None
         try:
             again = study.run(copied, out=tmp_path / "run")
@@ -288,15 +282,11 @@ class TestReuse:
             assert f"{path} is missing or was changed; computed again" in caplog.text
         assert path.stat().st_size == pytest.approx(len(content), rel=0.01)
 
-    @pytest.mark.parametrize("name", ["pounding.nc", "motion.nc", "forces.nc", "forces.csv"])
-    def test_a_missing_file_is_written_again(self, copied, tmp_path, no_figures, name):
-        (tmp_path / "run" / name).unlink()
-        assert study.run(copied, out=tmp_path / "run").reused == []
-        assert (tmp_path / "run" / name).is_file()
-
     def test_missing_figures_are_drawn_again(self, copied, tmp_path, finished):
+        next((tmp_path / "run" / "figures").glob("*.png")).unlink()
+        assert study.run(copied, out=tmp_path / "run").reused == ["pounding"]
         shutil.rmtree(tmp_path / "run" / "figures")
-        study.run(copied, out=tmp_path / "run")
+        assert study.run(copied, out=tmp_path / "run").reused == ["pounding"]
         assert set(tree(tmp_path / "run")) == set(tree(finished.folder))
 
     def test_a_run_that_failed_at_its_figures_gets_them(
@@ -388,23 +378,6 @@ class TestFolder:
 
 
 class TestInput:
-    def test_an_unknown_stage(self, finished, tmp_path):
-        with pytest.raises(
-            InputError,
-            match="'roof': expected one of the stages building, reduce, calibrate, pounding",
-        ):
-            study.run(finished.case, out=tmp_path / "run", stage="roof")
-        with pytest.raises(InputError, match="report; sticks is called pounding now"):
-            study.run(finished.case, out=tmp_path / "run", stage="sticks")
-        assert not list(tmp_path.iterdir())
-
-    def test_the_known_stage(self, copied, tmp_path):
-        assert study.run(copied, out=tmp_path / "run", stage="pounding").reused == ["pounding"]
-
-    def test_check(self, finished):
-        case = study.check(finished.case)
-        assert [building.name for building in case.buildings] == ["west", "east"]
-
     def test_a_device_that_cannot_be_built(self, tmp_path):
         paper = (Path(__file__).parents[1] / "geometry" / "npp_pair.toml").resolve()
         device = """

@@ -39,8 +39,17 @@ class TestCheckAndNew:
         lines = ended.err.splitlines()
         assert ended.code == 2 and ended.out == "" and len(lines) == 2
         assert all(re.match("error: .*expected a run with the stage transient", x) for x in lines)
-        ended = program("compare", finished.folder, tmp_path / "other", "--to", "-1")
-        assert ended.code == 2 and ended.err.startswith("error: command line: --to = -1.0: ")
+        for highest in ("-1.0", "0.0", "nan", "inf"):
+            ended = program("compare", finished.folder, tmp_path / "other", "--to", highest)
+            assert ended.code == 2
+            assert ended.err.startswith(f"error: command line: --to = {highest}: expected a posit")
+        for one, other, words in (
+            (tmp_path / "other", tmp_path / "." / "other", "expected the folder of another run"),
+            (tmp_path, finished.folder, "the folder holds no run"),
+        ):
+            ended = program("compare", one, other)
+            assert ended.code == 2 and words in ended.err
+        assert [path.name for path in tmp_path.iterdir()] == ["other"]
 
     def test_nothing_is_overwritten(self, program, tmp_path, monkeypatch, names):
         monkeypatch.chdir(tmp_path)

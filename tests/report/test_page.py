@@ -13,7 +13,8 @@ from impactfem import study
 from impactfem.cli import app
 from impactfem.report import overview
 from impactfem.report.overview import number, quantity
-from impactfem.report.page import write_report
+from impactfem.report.page import assumptions, write_report
+from impactfem.report.run_files import FLOWCHART, SCENE
 from impactfem.stages.manifest import file_digest
 from impactfem.system.errors import ImpactfemError, InputError
 
@@ -131,9 +132,15 @@ def test_it_is_made_again_from_the_folder_alone(finished, tmp_path, text, monkey
     assert (tmp_path / "run" / "report.html").read_text(encoding="utf-8") == text
 
 
-def test_a_folder_without_a_run(tmp_path):
-    with pytest.raises(ImpactfemError, match=r"no run to report on: case.json, summary.json"):
-        write_report(tmp_path, study.STAGES)
+def test_the_overview_of_an_earlier_run_goes(finished, tmp_path):
+    """This run has no 3D building any more."""
+    shutil.copytree(finished.folder, tmp_path / "run")
+    figures = tmp_path / "run" / "figures"
+    for name in (FLOWCHART, SCENE):
+        (figures / name).write_text("of an earlier run")
+    study.make_report(tmp_path / "run")
+    assert not (figures / SCENE).exists()
+    assert (figures / FLOWCHART).read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("name", ["summary.json", "case.json", "pounding.stage.json"])
@@ -206,6 +213,33 @@ def test_quantity(value, unit, text):
 def test_number():
     values = (None, 0.0, 1234567.0, 12345.6, 1e-4)
     assert [number(x) for x in values] == ["–", "0", "1.235e+06", "12346", "0.0001"]
+
+
+LAW = {"type": "kelvin-voigt", "stiffness": 1e11, "restitution": None, "damping_ratio": 0.12}
+TAKEN = "Restitution and contact stiffness come from one impact of the 3D model"
+
+
+@pytest.mark.parametrize(
+    ("laws", "wall", "taken"),
+    [
+        ({"beam": LAW, "floor": LAW | {"stiffness": "calibrated"}}, True, True),
+        ({"beam": LAW, "floor": LAW | {"restitution": "calibrated"}}, True, True),
+        ({"floor": LAW, "corner": {"type": "hertz", "stiffness": 3e11}}, True, False),
+        ({"floor": LAW}, False, None),
+    ],
+)
+def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
+    case = {
+        "structure": {"building": "B1"},
+        "wall_impact": {"floors": [8]} if wall else None,
+        "transient": None,
+        "devices": [],
+        "contact_laws": laws,
+        "report": {"assumptions": [], "reference": None},
+    }
+    found = "\n".join(one["text"] for _, group in assumptions(case) for one in group)
+    unused = "those of the impact on a rigid wall are not used"
+    assert (TAKEN in found, unused in found) == (taken is True, taken is False)
 
 
 def test_the_map_of_the_study_comes_first(finished, text):

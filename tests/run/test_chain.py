@@ -15,15 +15,9 @@ import xarray as xr
 
 from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, floors_meet, pump
 from impactfem import study
-from impactfem.plot import floor_products
-from impactfem.stages.building import stage as building
-from impactfem.stages.calibrate import stage as calibrate
-from impactfem.stages.design import stage as design
-from impactfem.stages.device import stage as device
 from impactfem.stages.device import store
-from impactfem.stages.pounding import stage as sticks
-from impactfem.stages.transient import stage as transient
 from impactfem.system.errors import InputError
+from no_pictures import no_pictures
 
 pytestmark = pytest.mark.slow
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -55,16 +49,6 @@ maximum_frequency = "100 Hz"
 """
     + pump('["2 m", "2.2 m", "6 m"]', "0.8 m")
 )
-
-
-def no_pictures(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(building, "building_pictures", lambda *_: [])
-    patch.setattr(sticks, "stick_figures", lambda *_: [])
-    patch.setattr(floor_products, "floor_figures", lambda *_: [])
-    patch.setattr(transient, "transient_figures", lambda *_, **__: [])
-    patch.setattr(calibrate, "wall_figures", lambda *_: [])
-    patch.setattr(device, "device_figures", lambda *_: [])
-    patch.setattr(design, "design_figures", lambda *_: [])
 
 
 @pytest.fixture(scope="module")

@@ -214,15 +214,6 @@ def test_a_run_reports_an_overlap(new_case, tmp_path):
     assert {"stage": "pounding", "good": False, "text": text} in checks
 
 
-def test_a_whole_case_says_nothing(finished):
-    checks = json.loads((finished.folder / "checks.json").read_text(encoding="utf-8"))
-    assert not [one for one in checks if "facing" in one["text"]]
-    assert not (finished.folder / "tables/facing_floors.csv").exists()
-
-
-GEOMETRY = Path(__file__).parents[2] / "geometry"
-
-
 def test_check_tells_of_a_gap_that_is_another(new_case, tmp_path, caplog):
     path = new_case(tmp_path, ('gap = "2 cm"', 'gap = "20 cm"'))
     (line,) = warned(caplog, path)
@@ -230,10 +221,6 @@ def test_check_tells_of_a_gap_that_is_another(new_case, tmp_path, caplog):
     assert "so it is for 2 more" in line
     # A run says it at the end of its stage, once.
     assert warned(caplog, path, mesh=False) == []
-
-
-def test_check_is_quiet_where_they_agree(new_case, tmp_path, caplog):
-    assert warned(caplog, new_case(tmp_path)) == []
 
 
 def test_check_refuses_a_normal_from_b_to_a(new_case, tmp_path):
@@ -249,8 +236,11 @@ def test_the_shipped_cases_have_the_gaps_of_their_plans(caplog, name):
     assert not [r for r in caplog.records if r.levelno == logging.WARNING]
 
 
-def test_it_is_one_of_the_checks_of_a_run(finished):
+def test_checks_of_a_whole_case(finished):
     checks = json.loads((finished.folder / "checks.json").read_text(encoding="utf-8"))
+    assert not [one for one in checks if "facing" in one["text"]]
+    assert not (finished.folder / "tables/facing_floors.csv").exists()
+    assert "published value" not in (finished.folder / "run.log").read_text(encoding="utf-8")
     (found,) = (one for one in checks if "axes and offsets" in one["text"])
     assert found == {
         "stage": "pounding",
@@ -271,16 +261,10 @@ def test_the_stick_is_checked_where_its_forces_are_taken(monkeypatch, forces):
     assert found == ([own, stick] if forces is None else [own])
 
 
-def test_seeds_by_their_keys():
-    assert loop._seeds(load_case(GEOMETRY / "npp_pair.toml")) == {
-        "motions[0].seed": 127,
-        "calibration.seed": 0,
-        "ensemble.first_seed": 0,
-    }
-
-
-def test_seeds_of_what_is_computed_alone(new_case, tmp_path):
-    """Without an ensemble and without a fit."""
+def test_seeds_by_their_keys(new_case, tmp_path):
+    """Those of an ensemble and of a fit where the case has them."""
+    seeds = {"motions[0].seed": 127, "calibration.seed": 0, "ensemble.first_seed": 0}
+    assert loop._seeds(load_case(GEOMETRY / "npp_pair.toml")) == seeds
     assert loop._seeds(load_case(new_case(tmp_path))) == {"motions[0].seed": 1}
 
 
@@ -327,8 +311,3 @@ def test_published_values_that_no_result_has(caplog):
         "'frs.floor_8.pfa'?",
         "warning: published value sticks.nobody: no result of this run",
     ]
-
-
-def test_a_whole_run_has_what_is_published(finished):
-    text = (finished.folder / "run.log").read_text(encoding="utf-8")
-    assert "published value" not in text

@@ -17,14 +17,8 @@ import scipy.linalg
 import xarray as xr
 
 from impactfem import study
-from impactfem.plot import floor_products
-from impactfem.stages.building import stage as building
-from impactfem.stages.calibrate import stage as calibrate
-from impactfem.stages.design import stage as design
-from impactfem.stages.device import stage as device
-from impactfem.stages.pounding import stage as sticks
-from impactfem.stages.transient import stage as transient
 from impactfem.system.errors import InputError
+from no_pictures import no_pictures
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 CASES = sorted(
@@ -115,13 +109,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> study.Run:
     case = folder / "coarse.toml"
     case.write_text(SMALL.format(case=GEOMETRY / "two_frames.toml", mesh=mesh), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(building, "building_pictures", lambda *_: [])
-        patch.setattr(sticks, "stick_figures", lambda *_: [])
-        patch.setattr(floor_products, "floor_figures", lambda *_: [])
-        patch.setattr(transient, "transient_figures", lambda *_, **__: [])
-        patch.setattr(calibrate, "wall_figures", lambda *_: [])
-        patch.setattr(device, "device_figures", lambda *_: [])
-        patch.setattr(design, "design_figures", lambda *_: [])
+        no_pictures(patch)
         return study.run(case, out=folder / "run", bar=False)
 
 

@@ -1,6 +1,7 @@
 """Where compiled code is kept."""
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,14 +23,13 @@ def places(monkeypatch, tmp_path):
     return tmp_path / "cache", tmp_path / "tmp" / f"impactfem-{os.getuid()}"
 
 
-def test_the_users_cache_comes_first(places):
+def test_the_users_cache_comes_first_and_temporary_files_next(places):
     folder = cache.cache_folder("kernels")
     assert folder == places[0] / "impactfem" / "kernels" and folder.is_dir()
-
-
-def test_temporary_files_come_next(places):
+    shutil.rmtree(places[0])
     places[0].touch()
     assert cache.cache_folder("kernels") == places[1] / "impactfem" / "kernels"
+    assert places[1].stat().st_mode & 0o077 == 0  # the user's alone
 
 
 def test_a_folder_of_somebody_else_is_not_used(places, monkeypatch):
@@ -102,9 +102,3 @@ def test_a_folder_that_others_can_change_is_not_used(places, made, tmp_path):
         (places[1] / "impactfem").symlink_to(other)
     with pytest.raises(ImpactfemError, match="no folder for compiled code can be written"):
         cache.cache_folder("kernels")
-
-
-def test_the_fallback_is_the_users_alone(places):
-    places[0].touch()
-    cache.cache_folder("kernels")
-    assert places[1].stat().st_mode & 0o077 == 0

@@ -55,7 +55,7 @@ def test_the_whole_memory_of_machine_and_job(machine, most, total):
     assert memory.total_memory() == total
 
 
-def test_a_system_that_does_not_tell(monkeypatch, tmp_path):
+def test_a_system_without_these_files(monkeypatch, tmp_path):
     for name in ("GROUP", "GROUPS", "STATUS", "RESET"):
         monkeypatch.setattr(memory, name, tmp_path / "nowhere")
     assert memory.available_memory() <= memory.total_memory() == psutil.virtual_memory().total

@@ -19,13 +19,11 @@ from impactfem.report.run_files import FLOWCHART, PROVENANCE, SUMMARY
 from impactfem.stages.stage import Stage
 
 WIDTH, GAP = 27.0, 2.5
-"""Of a box and of what passes between two of them, in parts of a hundred of the figure's width."""
+"""Widths of a box and of the passage of an arrow between two, in percent of the figure's."""
 ROW, FILL = 1.3, 0.72
 """Height of a row [inch], and of a box over it."""
-LETTERS = 40
-"""In a line of a box."""
-ACROSS = 3
-"""Boxes in a row."""
+LETTERS, ACROSS = 40, 3
+"""Letters in a line of a box, and boxes in a row."""
 DONE, MISSING, GREY = "#dcebf7", "white", "0.45"
 ABSENT = "not part of this run"
 Place = tuple[float, float]
@@ -39,12 +37,6 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
     Args:
         folder: The run's folder, with its summary and its provenance.
         stages: All stages, in order.
-
-    Returns:
-        The file.
-
-    Raises:
-        ImpactfemError: The file cannot be written.
     """
     made = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
     results = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
@@ -55,11 +47,14 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
     rows = _rows(done, links)
     rows += [[(name,) for name in missing[k : k + ACROSS]] for k in range(0, len(missing), ACROSS)]
     step = 100.0 / len(rows)
-    places = {
-        slot: (x, 100.0 - step * (r + 0.5))
-        for r, row in enumerate(rows)
-        for slot, x in zip(row, _across(row), strict=True)
-    }
+    places: dict[Slot, Place] = {}
+    for r, row in enumerate(rows):
+        # Boxes have their width, arrows that of a gap; the free width is shared out evenly.
+        widths = np.array([WIDTH if len(slot) == 1 else GAP for slot in row])
+        free = (100.0 - widths.sum()) / len(row)
+        middles = widths.cumsum() - 0.5 * widths + free * (np.arange(len(row)) + 0.5)
+        for slot, x in zip(row, middles.tolist(), strict=True):
+            places[slot] = (x, 100.0 - step * (r + 0.5))
     caption = (
         "Figure 4: The forces on a device in a building that pounds against another: how the "
         "stages of this run hand over to one another, and what they computed."
@@ -100,35 +95,24 @@ def _rows(names: Sequence[str], links: Sequence[tuple[str, str]]) -> list[list[S
     return rows
 
 
-def _across(row: Sequence[Slot]) -> list[float]:
-    """The middles of the slots of a row: boxes with their width, arrows with that of a gap."""
-    widths = [WIDTH if len(slot) == 1 else GAP for slot in row]
-    gap = (100.0 - sum(widths)) / len(row)
-    ends = np.cumsum(widths) + gap * (np.arange(len(row)) + 0.5)
-    return [float(end - 0.5 * width) for end, width in zip(ends, widths, strict=True)]
-
-
 def headlines(stage: Stage, results: Sequence[Mapping[str, Any]]) -> list[str]:
     """The lines of a stage with its results; those that lack one are left out.
 
-    Args:
-        stage: The stage. In its lines, ``{name}`` stands for a result with its unit; a name with *
-            for the largest of those that it matches.
-        results: The scalar results of the run, as `summary.json` has them.
+    In a line, ``{name}`` stands for a result with its unit; a name with * for the largest of those
+    that it matches. The results are those of `summary.json`.
     """
     values = {one["name"]: (one["value"], one["unit"]) for one in results}
     lines = []
     for line in stage.headlines:
-        known = True
+        words: str | None = line
         for name in re.findall(r"\{([^}]+)\}", line):
             pattern = re.escape(name).replace(r"\*", r"\w+")
             found = [v for n, v in values.items() if v[0] is not None and re.fullmatch(pattern, n)]
-            known = known and bool(found)
-            if known:
-                line = line.replace(
-                    f"{{{name}}}", quantity(*max(found), digits=4).replace("m/s2", "m/s²")
-                )
-        lines += [line] if known else []
+            if words is None or not found:
+                words = None
+                break
+            words = words.replace(f"{{{name}}}", quantity(*max(found), digits=4))
+        lines += [] if words is None else [words.replace("m/s2", "m/s²")]
     return lines
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -26,14 +26,11 @@ CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.jso
 
 
 class RunFiles:
-    """A run's folder, read as far as it goes.
-
-    Args:
-        folder: The folder.
+    """The folder of a finished run whose files are as the run wrote them.
 
     Raises:
         InputError: It holds no finished run.
-        ImpactfemError: A file of it is not as the run wrote it.
+        ImpactfemError: A file of it is missing, or was changed.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -50,10 +47,14 @@ class RunFiles:
         made = self._made()
         self._refuse_changed(made.files)
         for stage, inputs in made.inputs.items():
-            self._refuse_unfinished(stage, inputs)
+            manifest = self._manifest(stage)
+            if manifest.inputs != inputs:
+                reason = f"the stage has other inputs than in {PROVENANCE}"
+                raise _damaged(manifest_file(folder, stage), reason)
+            self._refuse_changed(manifest.every)
         for path in sorted(folder.glob("*.stage.json")):
             stage = path.name.removesuffix(".stage.json")
-            # Of a run before, which may have been tidied up; a comparison is looked at below.
+            # Of an earlier run, whose files may have been removed; a comparison is checked below.
             if stage not in made.inputs and stage != COMPARISON:
                 listed = self._manifest(stage).every
                 self._refuse_changed({n: digest for n, digest in listed.items() if self.has(n)})
@@ -69,9 +70,7 @@ class RunFiles:
     @cached_property
     def values(self) -> dict[str, float]:
         """Scalar results in SI by their name, without those that have no value."""
-        return {
-            entry["name"]: entry["value"] for entry in self.summary if entry["value"] is not None
-        }
+        return {one["name"]: one["value"] for one in self.summary if one["value"] is not None}
 
     @property
     def stages(self) -> list[str]:
@@ -97,33 +96,20 @@ class RunFiles:
             )
         return made_of_these and whole
 
-    @contextmanager
-    def store(self, name: str) -> Iterator[xr.Dataset]:
-        """A store of the run, open.
-
-        Raises:
-            ImpactfemError: It cannot be read.
-        """
-        with open_store(self.folder / name) as store:
-            yield store
+    def store(self, name: str) -> AbstractContextManager[xr.Dataset]:
+        """A store of the run, to be opened by `with`."""
+        return open_store(self.folder / name)
 
     def files_of(self, stage: str, part: str) -> list[Path]:
-        """Files that a stage wrote into a part of the folder, by their names.
+        """Files that a stage wrote into `figures` or `tables`, by their names.
 
         The first stage's figures begin with those that show the run as a whole.
-
-        Args:
-            stage: Name of the stage.
-            part: `figures` or `tables`.
         """
-        listed = self._manifest(stage).every
-        wanted = [name for name in listed if Path(name).parent.name == part]
-        whole = part == "figures" and stage == self.stages[0]
-        overview = [f"{part}/{name}" for name in (FLOWCHART, SCENE) if whole]
-        return [
-            *(self.folder / name for name in overview if self.has(name)),
-            *sorted(self.folder / name for name in wanted),
-        ]
+        names = sorted(n for n in self._manifest(stage).every if Path(n).parent.name == part)
+        if part == "figures" and stage == self.stages[0]:
+            whole = (f"{part}/{name}" for name in (FLOWCHART, SCENE))
+            names = [*filter(self.has, whole), *names]
+        return [self.folder / name for name in names]
 
     def _made(self) -> Provenance:
         path = self.folder / PROVENANCE
@@ -142,13 +128,6 @@ class RunFiles:
         except (OSError, ValueError) as error:
             reason = "it is not what a run writes there"
             raise _damaged(manifest_file(self.folder, stage), reason) from error
-
-    def _refuse_unfinished(self, stage: str, inputs: str) -> None:
-        manifest = self._manifest(stage)
-        if manifest.inputs != inputs:
-            reason = f"the stage has other inputs than in {PROVENANCE}"
-            raise _damaged(manifest_file(self.folder, stage), reason)
-        self._refuse_changed(manifest.every)
 
     def _refuse_changed(self, files: Mapping[str, str]) -> None:
         changed = changed_file(self.folder, files)

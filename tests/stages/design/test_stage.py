@@ -15,14 +15,8 @@ import xarray as xr
 
 from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, pump
 from impactfem import study
-from impactfem.plot import floor_products
-from impactfem.stages.building import stage as building
-from impactfem.stages.design import stage as design
-from impactfem.stages.device import stage as device
-from impactfem.stages.ensemble import stage as ensemble
-from impactfem.stages.pounding import stage as sticks
-from impactfem.stages.transient import stage as transient
 from impactfem.system.errors import InputError
+from no_pictures import ENSEMBLE, no_pictures
 
 pytestmark = pytest.mark.slow
 GEOMETRY = Path(__file__).parents[3] / "geometry"
@@ -69,16 +63,6 @@ structure_motions = 3
 MAIN = "from impactfem.cli import main; main()"
 
 
-def no_pictures(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(building, "building_pictures", lambda *_: [])
-    patch.setattr(sticks, "stick_figures", lambda *_: [])
-    patch.setattr(floor_products, "floor_figures", lambda *_: [])
-    patch.setattr(transient, "transient_figures", lambda *_, **__: [])
-    patch.setattr(device, "device_figures", lambda *_: [])
-    patch.setattr(ensemble, "ensemble_results", lambda *_: [])
-    patch.setattr(design, "design_figures", lambda *_: [])
-
-
 @pytest.fixture(scope="module")
 def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("design")
@@ -94,7 +78,7 @@ def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def done(case: Path) -> study.Run:
     with pytest.MonkeyPatch.context() as patch:
-        no_pictures(patch)
+        no_pictures(patch, ENSEMBLE)
         return study.run(case, out=case.parent / "run", stage="design")
 
 
@@ -205,7 +189,7 @@ def test_an_interrupted_ensemble_goes_on(
     copied_run: Path, done: study.Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One member is lost: it alone is computed again, and everything is as it was."""
-    no_pictures(monkeypatch)
+    no_pictures(monkeypatch, ENSEMBLE)
     folder = copied_run.parent / "run"
     kept = {path.name: path.stat().st_mtime_ns for path in (folder / "design/members").iterdir()}
     assert sorted(kept) == ["seed_10.npz", "seed_8.npz", "seed_9.npz"]
@@ -227,7 +211,7 @@ def test_more_members(
     copied_run: Path, edited: Any, done: study.Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Further members are added; the ensemble of the sticks stays as it is."""
-    no_pictures(monkeypatch)
+    no_pictures(monkeypatch, ENSEMBLE)
     edited(copied_run, ("structure_motions = 3", "structure_motions = 4"))
     again = study.run(copied_run, out=copied_run.parent / "run", stage="design")
     assert "ensemble" in again.reused and "design" not in again.reused
@@ -236,7 +220,7 @@ def test_more_members(
 
 def test_probes_alone(copied_run: Path, edited: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without fields over the floors the probes stand alone: that is told, and the check fails."""
-    no_pictures(monkeypatch)
+    no_pictures(monkeypatch, ENSEMBLE)
     fields = 'maximum_frequency = "100 Hz"\nfields = []\nsnapshots = false\n'
     edited(copied_run, ('maximum_frequency = "100 Hz"\n', fields))
     folder = copied_run.parent / "run"
@@ -251,7 +235,7 @@ def test_probes_alone(copied_run: Path, edited: Any, monkeypatch: pytest.MonkeyP
 def test_without_an_ensemble(
     copied_run: Path, edited: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    no_pictures(monkeypatch)
+    no_pictures(monkeypatch, ENSEMBLE)
     edited(copied_run, ("structure_motions = 3", "structure_motions = 0"))
     folder = copied_run.parent / "run"
     again = study.run(copied_run, out=folder, stage="design")

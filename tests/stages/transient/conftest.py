@@ -25,15 +25,12 @@ from impactfem.building.parts import BuildingParts
 from impactfem.case import Case, Spectra, load_case
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.plot import floor_products
 from impactfem.reduction.loads import EdgeForce, Loads, make_loads
 from impactfem.reduction.motion_grid import recorded_nodes
 from impactfem.reduction.probes import standard_probes
 from impactfem.reduction.reduced_basis import Accuracy, ReducedBasis, build_basis
-from impactfem.stages.building import stage as building
-from impactfem.stages.pounding import stage as sticks
-from impactfem.stages.transient import stage as transient
 from impactfem.stages.transient.full_run import FullRun, run_full
+from no_pictures import no_pictures
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -200,13 +197,6 @@ def write_forces(path: Path, largest: float = 4e5) -> None:
     header = "time [s],F.floor_1-G.floor_1 [N],F.floor_2-G.floor_2 [N]"
     values = np.column_stack([time, np.zeros(2001), force])
     np.savetxt(path, values, delimiter=",", header=header, comments="", fmt="%.9g")
-
-
-def no_pictures(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(building, "building_pictures", lambda *_: [])
-    patch.setattr(sticks, "stick_figures", lambda *_: [])
-    patch.setattr(floor_products, "floor_figures", lambda *_: [])
-    patch.setattr(transient, "transient_figures", lambda *_, **__: [])
 
 
 def command(name: str, case: Path, *options: str) -> list[str]:
