@@ -117,22 +117,11 @@ def within(names):
     }
 
 
-def imports(module):
-    """All that a module names, in functions and for types too."""
-    statements = (
-        node for node in ast.walk(TREES[module]) if isinstance(node, ast.Import | ast.ImportFrom)
-    )
+def imports(module, at_once=False):
+    """All that a module names, or what is loaded at once: not in functions, nor for types."""
+    nodes = TREES[module].body if at_once else ast.walk(TREES[module])
+    statements = (node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom))
     return {name for node in statements for name in names_in(node)}
-
-
-def at_once(module):
-    """What is loaded when a module is: neither what a function asks for, nor what types need."""
-    return {
-        name
-        for node in TREES[module].body
-        if isinstance(node, ast.Import | ast.ImportFrom)
-        for name in names_in(node)
-    }
 
 
 def package_of(module):
@@ -158,20 +147,17 @@ def importers(*packages):
     }
 
 
-def test_every_package_is_named():
+def test_packages_are_named_and_stand_above_what_they_import():
     assert {package_of(module) for module in TREES} == GROUND | set(PACKAGES)
-
-
-def test_packages_stand_above_what_they_import():
     seen = set()
     for package, below in PACKAGES.items():
         assert below <= seen, package
         seen.add(package)
 
 
-@pytest.mark.parametrize("package", PACKAGES)
+@pytest.mark.parametrize("package", [*sorted(GROUND), *PACKAGES])
 def test_imports_point_downward(package):
-    allowed = GROUND | PACKAGES[package] | {package}
+    allowed = GROUND | PACKAGES.get(package, set()) | {package}
     stray = {
         f"{module} imports {name}"
         for module in modules_in(package)
@@ -179,13 +165,6 @@ def test_imports_point_downward(package):
         if package_of(name) not in allowed
     }
     assert not stray
-
-
-@pytest.mark.parametrize("package", sorted(GROUND))
-def test_ground_carries_itself(package):
-    assert {
-        package_of(name) for module in modules_in(package) for name in within(imports(module))
-    } <= GROUND
 
 
 def test_no_permission_is_left_over():
@@ -210,17 +189,11 @@ def test_no_circles():
         pytest.fail(" -> ".join(error.args[1]))
 
 
-def test_one_file_knows_dolfinx():
+def test_who_knows_what():
+    """One file dolfinx; the command line alone `bench`, which is not installed; dynamics no ufl."""
     assert importers("dolfinx", "basix", "ffcx") == {"_fenicsx"}
-
-
-def test_the_command_line_alone_knows_bench():
-    """It stands outside the package, and is not installed with it."""
     assert importers("bench") == {"cli"}
-
-
-def test_dynamics_knows_matrices_only():
-    assert "ufl" not in {name for module in modules_in("dynamics") for name in imports(module)}
+    assert not importers("ufl") & set(modules_in("dynamics"))
     assert importers("petsc4py") & set(modules_in("dynamics"))
 
 
@@ -237,7 +210,7 @@ def test_loads_without_finite_elements(package):
     while waiting:
         module = waiting.pop()
         loaded.add(module)
-        names = at_once(module)
+        names = imports(module, at_once=True)
         assert not FINITE_ELEMENTS & {name.split(".")[0] for name in names}, module
         # A module's packages are loaded before it.
         parts = [name.split(".") for name in within(names)]

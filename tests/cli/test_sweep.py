@@ -53,14 +53,6 @@ class TestSweep:
         assert len(lines) == 3 and all(line.startswith("error: command line: ") for line in lines)
         assert "did you mean 'ratio'" in lines[0] and names(tmp_path) == before
 
-    def test_a_value_that_the_case_refuses(self, program, new_case, tmp_path, monkeypatch, names):
-        monkeypatch.chdir(tmp_path)
-        case = new_case(tmp_path)
-        before = names(tmp_path)
-        ended = program("sweep", case, "--set", "contacts[0].gap=1 cm,1 kg")
-        assert ended.code == 2 and names(tmp_path) == before
-        assert ended.err.startswith("error: command line: --set contacts[0].gap = '1 kg': ")
-
     def test_usage(self, program, finished):
         for words in ((), ("--set", "damping.ratio=3 %", "--processes", "0")):
             ended = program("sweep", finished.case, *words)

@@ -57,11 +57,8 @@ def test_a_value(value, paper, tolerance, status, difference):
     assert one.reason == ("of a reason" if status == DIFFERS else "")
 
 
-def test_a_result_that_the_run_does_not_have():
-    assert place([], values=[("a.b", 0.1, None)]).status == ABSENT
-
-
 def test_the_worst_value_decides():
+    assert place([], values=[("a.b", 0.1, None)]).status == ABSENT
     summary = [entry("a", 1.0), entry("b", 2.0)]
     found = place(summary, values=[("a", 0.1, None), ("b", 0.1, None)])
     assert found.status == DIFFERS
@@ -83,11 +80,9 @@ def test_without_values(kind, written, status):
     assert list(found.lacking) == ([] if status == UNPUBLISHED else ["figures/figure_01*"])
 
 
-def test_an_equation_without_a_number():
+def test_count_of_places_without_a_number():
     assert place([], kind="equation").status == SHOWN
-
-
-def test_count():
+    assert place([], given=True, kind="table").status == GIVEN
     reference = {"items": [item(number="1"), item(number="2"), item("table", "1")]}
     found = places(reference, [], [])
     assert count(found, "figure") == {UNPUBLISHED: 2} and count(found, "table") == {UNPUBLISHED: 1}
@@ -118,10 +113,6 @@ def test_an_inequality_holds_or_does_not_whatever_the_tolerance(relation, value,
     (one,) = found.compared
     assert (one.status, one.relation) == (status, relation)
     assert one.difference == pytest.approx(value - 1.0)
-
-
-def test_a_place_of_inputs():
-    assert place([], given=True, kind="table").status == GIVEN
 
 
 def test_a_summary_of_before():

@@ -59,13 +59,10 @@ def page(text):
     return Page(text)
 
 
-def test_tags_are_closed_and_anchors_exist(page):
+def test_tags_are_closed_and_it_needs_no_other_file(page):
     assert page.open == []
     assert len(set(page.ids)) == len(page.ids)
     assert {link[1:] for link in page.links if link.startswith("#")} <= set(page.ids)
-
-
-def test_it_needs_no_other_file(page):
     assert page.addresses and all(one.startswith("data:") for one in page.addresses)
 
 
@@ -143,31 +140,24 @@ def test_the_overview_of_an_earlier_run_goes(finished, tmp_path):
     assert (figures / FLOWCHART).read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("name", ["summary.json", "case.json", "pounding.stage.json"])
-@pytest.mark.parametrize("content", ["{", '"words"'])
-def test_a_broken_file_is_named(finished, tmp_path, name, content):
-    shutil.copytree(finished.folder, tmp_path / "run")
-    (tmp_path / "run" / name).write_text(content, encoding="utf-8")
-    with pytest.raises(ImpactfemError, match=re.escape(f"cannot read {tmp_path / 'run' / name}")):
-        study.make_report(tmp_path / "run")
+CHANGED = "it is missing, or not"
 
 
-def test_a_broken_store_is_named(finished, tmp_path):
-    shutil.copytree(finished.folder, tmp_path / "run")
-    (tmp_path / "run" / "pounding.nc").write_bytes(b"no store")
-    with pytest.raises(ImpactfemError, match=r"cannot read .*pounding\.nc"):
-        write_report(tmp_path / "run", study.STAGES)
-
-
-@pytest.mark.parametrize("name", ["summary.json", "case.json", "forces.csv"])
-def test_a_file_that_was_changed_is_named(finished, tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        *((n, c, "") for n in ("summary.json", "case.json") for c in ("{", '"words"')),
+        *(("pounding.stage.json", content, "") for content in ("{", '"words"')),
+        *((name, None, CHANGED) for name in ("summary.json", "case.json", "forces.csv")),
+        ("pounding.nc", "no store", CHANGED),
+    ],
+)
+def test_a_file_that_is_broken_or_changed_is_named(finished, tmp_path, name, content, words):
     shutil.copytree(finished.folder, tmp_path / "run")
     path = tmp_path / "run" / name
-    path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
-    with pytest.raises(
-        ImpactfemError, match=re.escape(f"cannot read {path}: it is missing, or not")
-    ):
-        write_report(tmp_path / "run", study.STAGES)
+    path.write_text(path.read_text("utf-8") + "\n" if content is None else content, "utf-8")
+    with pytest.raises(ImpactfemError, match=re.escape(f"cannot read {path}: {words}")):
+        study.make_report(tmp_path / "run")
 
 
 def test_a_stage_of_another_run_is_refused(finished, tmp_path):
@@ -191,26 +181,22 @@ def test_a_stage_of_before_may_be_tidied_up(finished, tmp_path):
         write_report(tmp_path / "run", study.STAGES)
 
 
-@pytest.mark.parametrize(
-    ("value", "unit", "text"),
-    [
-        (121590782.2, "N", "121.59 MN"),
-        (-0.0131, "s", "-13.1 ms"),
-        (685364.0, "N s", "685.36 kN s"),
-        (0.0, "N", "0 N"),
-        (9.7e-12, "m/N", "9.7e-12 m/N"),
-        (36.9, "m/s2", "36.9 m/s2"),
-        (83.54e9, "N/m", "83.54 GN/m"),
-        (0.5, "-", "0.5"),
-        (342594.0, "-", "342,594"),
-        (None, "N", "–"),
-    ],
+QUANTITIES = (
+    (121590782.2, "N", "121.59 MN"),
+    (-0.0131, "s", "-13.1 ms"),
+    (685364.0, "N s", "685.36 kN s"),
+    (0.0, "N", "0 N"),
+    (9.7e-12, "m/N", "9.7e-12 m/N"),
+    (36.9, "m/s2", "36.9 m/s2"),
+    (83.54e9, "N/m", "83.54 GN/m"),
+    (0.5, "-", "0.5"),
+    (342594.0, "-", "342,594"),
+    (None, "N", "–"),
 )
-def test_quantity(value, unit, text):
-    assert quantity(value, unit) == text
 
 
-def test_number():
+def test_numbers_and_quantities():
+    assert [quantity(value, unit) for value, unit, _ in QUANTITIES] == [q[2] for q in QUANTITIES]
     values = (None, 0.0, 1234567.0, 12345.6, 1e-4)
     assert [number(x) for x in values] == ["–", "0", "1.235e+06", "12346", "0.0001"]
 
@@ -267,13 +253,10 @@ def tiles(value=1.759e6, stiffness="calibrated"):
     return overview.tiles(run)
 
 
-@pytest.mark.parametrize(("value", "text"), [(1.759e6, "1.759 MN"), (634.2, "634.2 N")])
-def test_the_force_of_the_first_tile_is_that_of_the_largest_impact(value, text):
-    where = "pair tower.storey 2 at 0.12 and annex.floor 1"
-    assert tiles(value)[0] == (text, f"largest impact force of the sticks, {where}")
-
-
-def test_without_an_impact_there_is_no_force():
+def test_the_force_of_the_first_tile_is_that_of_the_largest_impact():
+    words = "largest impact force of the sticks, pair tower.storey 2 at 0.12 and annex.floor 1"
+    for value, text in ((1.759e6, "1.759 MN"), (634.2, "634.2 N")):
+        assert tiles(value)[0] == (text, words)
     assert not [words for _, words in tiles(None) if "force" in words]
 
 

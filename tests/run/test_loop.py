@@ -75,28 +75,19 @@ SCALARS = [
 ]
 
 
-def test_entries(tmp_path):
+@pytest.mark.parametrize("named", [{}, {"relation": ">", "kind": "fitted"}])
+def test_entries(tmp_path, named):
     path = tmp_path / "summary.json"
-    theirs = Published(value=2.0, unit="N", source="table 1")
+    theirs = Published(value=2.0, unit="N", source="table 1", **named)
     write_summary(path, SCALARS, {"a.b": theirs, "elsewhere": theirs})
     entries = json.loads(path.read_text(encoding="utf-8"))
-    beside = {"paper": 2.0, "relation": "=", "kind": "result"}
-    assert entries[0] == {"name": "a.b", "value": 1.5, "unit": "N", **beside, "note": "é"}
+    about = {"paper": 2.0, "relation": "=", "kind": "result"} | named
+    assert entries[0] == {"name": "a.b", "value": 1.5, "unit": "N", **about, "note": "é"}
     assert [entry["name"] for entry in entries] == ["a.b", "none", "nan", "inf"]
-    assert [entry["value"] for entry in entries] == [1.5, None, None, None]
-    assert [entry["paper"] for entry in entries] == [2.0, None, None, None]
-
-
-def test_what_ours_is_beside_the_published_value(tmp_path):
-    theirs = Published(value=1.0, relation=">", unit="N", source="it", kind="fitted")
-    write_summary(tmp_path / "summary.json", SCALARS[:2], {"a.b": theirs})
-    found = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
-    assert [(one["relation"], one["kind"]) for one in found] == [(">", "fitted"), (None, None)]
-
-
-def test_no_results(tmp_path):
-    write_summary(tmp_path / "summary.json", [], {})
-    assert json.loads((tmp_path / "summary.json").read_text()) == []
+    for key in ("value", *about):
+        assert [entry[key] for entry in entries[1:]] == [None] * 3
+    write_summary(path, [], {})
+    assert json.loads(path.read_text()) == []
 
 
 def test_scalars_through_a_store(tmp_path):

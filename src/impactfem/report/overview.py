@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,25 +28,26 @@ PREFIXED = {
     "s": "second",
     "m": "metre",
 }
+GAPS = ["pair_rest_gap", "pair_required_separation"]
 FLOORS = 3
-"""So many floors are shown where not all that are hit are."""
+"""Number of floors that are shown where not all that are hit are."""
 
 
 @dataclass(frozen=True)
 class Facts:
-    """A short table.
-
-    Args:
-        title: What it tells.
-        head: Names of the columns, with units.
-        rows: Its cells.
-        note: What is to be said below it; "" for nothing.
-    """
+    """A short table: its title, names of the columns with units, cells, and a note below it."""
 
     title: str
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     note: str = ""
+
+
+def _facts(title: str, columns: str, rows: Iterable[Sequence[Any]], note: str = "") -> Facts:
+    """A table with columns like "height [m] {:.2f}; floors {}", each with the format of a cell."""
+    parts = [re.split(r" (?=± \{|\{)", column.strip(), maxsplit=1) for column in columns.split(";")]
+    cells = [[f.format(v) for (_, f), v in zip(parts, row, strict=True)] for row in rows]
+    return Facts(title, [name for name, _ in parts], cells, note)
 
 
 def facts(run: RunFiles) -> list[Facts]:
@@ -69,67 +70,59 @@ def _buildings(run: RunFiles) -> Facts:
     shown = run.case["structure"]["building"] if run.case["structure"] else None
     for building in run.case["buildings"]:
         name, floors = building["name"], building["floors"]
-        found = _series(run.values, rf"sticks\.{re.escape(name)}\.frequency\.(\d+)")
-        frequencies = list(found.values())
-        rows.append(
-            [
-                name,
-                str(len(floors)),
-                f"{sum(floor['mass'] for floor in floors) / 1e3:,.0f}",
-                f"{sum(floor['storey_height'] for floor in floors):.2f}",
-                ", ".join(f"{f:.2f}" for f in frequencies[:3]) or "not computed",
-                "stick and 3D model" if name == shown else "stick",
-            ]
-        )
-    head = ["building", "floors", "mass of floors [t]", "height [m]", "first modes [Hz]", "model"]
+        mass, height = (sum(floor[key] for floor in floors) for key in ("mass", "storey_height"))
+        modes = _modes(run, rf"sticks\.{re.escape(name)}\.frequency\.(\d+)") or "not computed"
+        model = "stick and 3D model" if name == shown else "stick"
+        rows.append((name, len(floors), 1e-3 * mass, height, modes, model))
+    columns = (
+        "building {}; floors {}; mass of floors [t] {:,.0f}; height [m] {:.2f}; "
+        "first modes [Hz] {}; model {}"
+    )
     note = ""
     if "building.dofs" in run.values:
-        own = list(_series(run.values, r"building\.frequency\.(\d+)").values())
+        own = _modes(run, r"building\.frequency\.(\d+)")
         note = (
             f"3D model of {shown}: {run.values['building.elements']:,.0f} shells and beams, "
             f"{run.values['building.dofs']:,.0f} degrees of freedom; modes that bend at "
-            f"{', '.join(f'{f:.2f}' for f in own[:3])} Hz."
+            f"{own} Hz."
         )
-    return Facts("The buildings", head, rows, note)
+    return _facts("The buildings", columns, rows, note)
+
+
+def _modes(run: RunFiles, pattern: str) -> str:
+    """The first three frequencies [Hz] whose names match."""
+    return ", ".join(f"{f:.2f}" for f in list(_series(run.values, pattern).values())[:3])
 
 
 def _impacts(run: RunFiles) -> Facts:
     with run.store("pounding.nc") as store:
-        pairs = [str(name) for name in store["pair"].values]
-        gap = 1e3 * store["pair_rest_gap"].values
-        required = 1e3 * store["pair_required_separation"].values
-        of = store["impact_pair"].values
-        peak, time = 1e-6 * store["impact_peak_force"].values, store["impact_peak_time"].values
-        duration = 1e3 * store["impact_duration"].values
-        approach, deep = store["impact_approach"].values, 1e3 * store["impact_penetration"].values
+        pairs = names_of(store, "pair")
+        gaps = store[GAPS].to_dataframe()
+        impacts = store[[name for name in store if store[name].dims == ("impact",)]].to_dataframe()
     rows, apart = [], []
-    for k in range(len(pairs) - 1, -1, -1):
-        hits = np.flatnonzero(of == pairs[k])
-        if not hits.size:
-            apart.append(pairs[k])
+    for name in reversed(pairs):
+        hits = impacts[impacts["impact_pair"] == name]
+        words = name.replace("-", " and ")
+        if hits.empty:
+            apart.append(words)
             continue
-        main = hits[np.argmax(peak[hits])]
+        main = hits.iloc[hits["impact_peak_force"].to_numpy().argmax()]
         rows.append(
-            [
-                pairs[k].replace("-", " and "),
-                str(hits.size),
-                _number(peak[main], 4),
-                f"{time[main]:.3f}",
-                f"{duration[main]:.1f}",
-                _number(approach[main], 3),
-                f"{deep[main]:.2f}",
-                f"{gap[k]:.0f}",
-                f"{required[k]:.0f}",
-            ]
+            (
+                *(words, len(hits), _number(1e-6 * main["impact_peak_force"], 4)),
+                *(main["impact_peak_time"], 1e3 * main["impact_duration"]),
+                *(_number(main["impact_approach"], 3), 1e3 * main["impact_penetration"]),
+                *(1e3 * gaps.loc[name, column] for column in GAPS),
+            )
         )
-    head = ["what hits what", "impacts", "largest force [MN]", "at [s]", "for [ms]"]
-    head += ["approach [m/s]", "penetration [mm]", "gap [mm]", "gap needed [mm]"]
-    note = ""
-    if apart:
-        note = f"Without impact: {', '.join(name.replace('-', ' and ') for name in apart)}."
+    columns = (
+        "what hits what {}; impacts {}; largest force [MN] {}; at [s] {:.3f}; for [ms] {:.1f}; "
+        "approach [m/s] {}; penetration [mm] {:.2f}; gap [mm] {:.0f}; gap needed [mm] {:.0f}"
+    )
+    note = f"Without impact: {', '.join(apart)}." if apart else ""
     if not pairs:
         note = "Nothing can touch: the case has no contacts."
-    return Facts("What hits what, and how hard", head, rows, note)
+    return _facts("What hits what, and how hard", columns, rows, note)
 
 
 def _stick_spectra(run: RunFiles) -> Facts:
@@ -142,57 +135,44 @@ def _stick_spectra(run: RunFiles) -> Facts:
         damping, rows = store["damping"].values[0], []
         for k in reversed(range(floors.sizes["station"])):
             one = floors.isel(station=k)
-            number = one["station_floor"].item()
-            if hit and number not in hit:
+            if hit and one["station_floor"].item() not in hit:
                 continue
-            rows.append(
-                [
-                    str(number),
-                    f"{one['psa'].max().item():.1f}",
-                    f"{one['psa'].idxmax('frequency').item():.1f}",
-                    f"{one['pfa'].item():.1f}",
-                    f"{one['psa_free'].max().item():.1f}",
-                    f"{one['pfa_free'].item():.1f}",
-                ]
-            )
-    head = ["floor", "peak [m/s²]", "at [Hz]", "PFA [m/s²]", "peak, no contact [m/s²]"]
-    head.append("PFA, no contact [m/s²]")
+            psa, free = one["psa"], one["psa_free"]
+            shown = (psa.max(), psa.idxmax("frequency"), one["pfa"], free.max(), one["pfa_free"])
+            rows.append((one["station_floor"].item(), *(value.item() for value in shown)))
+    columns = (
+        "floor {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; PFA [m/s²] {:.1f}; "
+        "peak, no contact [m/s²] {:.1f}; PFA, no contact [m/s²] {:.1f}"
+    )
     title = f"Floor spectra of the stick of {building} along {direction}, {100 * damping:g} %"
-    return Facts(title, head, rows, _others(rows, floors.sizes["station"]))
+    return _facts(title, columns, rows, _others(rows, floors.sizes["station"]))
 
 
 def _structure_spectra(run: RunFiles) -> Facts:
+    places = {"centre": "mass centre", "edge": "impact edge"}
     with run.store("transient.nc") as store:
         response = known(shown(store))
         force = response["edge_force"]
         hit = force["edge_floor"].values[(abs(force) > 0.0).any("time").values]
-        places = {"centre": "mass centre", "edge": "impact edge"}
         floors = floors_of(response, "centre")[::-1]
         rows = []
         for floor in floors:
             if hit.size and floor not in hit:
                 continue
             for probe in response["psa"].isel(probe=(response["probe_floor"] == floor).values):
-                kind = probe["probe_kind"].item()
-                if kind not in places:
-                    continue
-                at = response.sel(probe=probe["probe"]).isel(probe.argmax(...))
-                rows.append(
-                    [
-                        str(floor),
-                        places[kind],
-                        f"{at['psa'].item():.1f}",
-                        f"± {at['psa_band'].item():.2g}",
-                        f"{at['frequency'].item():.1f}",
-                        f"{at['pfa'].item():.1f}",
-                    ]
-                )
+                if place := places.get(probe["probe_kind"].item()):
+                    at = response.sel(probe=probe["probe"]).isel(probe.argmax(...))
+                    values = (at[name].item() for name in ("psa", "psa_band", "frequency", "pfa"))
+                    rows.append((floor, place, *values))
         title = (
             f"Floor spectra of the 3D model of {store.attrs['building']} along "
             f"{response['component'].item()}, {100 * response['damping'].item():g} %"
         )
-    head = ["floor", "place", "peak [m/s²]", "error band [m/s²]", "at [Hz]", "PFA [m/s²]"]
-    return Facts(title, head, rows, _others({row[0] for row in rows}, len(floors)))
+    columns = (
+        "floor {}; place {}; peak [m/s²] {:.1f}; error band [m/s²] ± {:.2g}; at [Hz] {:.1f}; "
+        "PFA [m/s²] {:.1f}"
+    )
+    return _facts(title, columns, rows, _others({row[0] for row in rows}, len(floors)))
 
 
 def _devices(run: RunFiles) -> Facts:
