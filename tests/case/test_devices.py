@@ -93,6 +93,7 @@ def test_a_body_on_springs(with_devices: With) -> None:
     assert case.devices == (
         DeviceSetup(
             name="pump",
+            building="B1",
             point=(23.1, 12.0, 30.3),
             radius=0.5,
             modes=None,

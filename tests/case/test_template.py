@@ -188,6 +188,7 @@ def test_optional_wall_impact(template: Path) -> None:
     case = load_case(template)
     # The defaults are those it shows; the building has three floors.
     assert case.wall_impact == WallImpactSetup(
+        building="west",
         floors=(1, 2, 3),
         displaced_floor=3,
         gap=0.01,

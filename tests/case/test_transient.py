@@ -308,7 +308,7 @@ def test_step_fault() -> None:
         (LINE, 'name = "row"', 'name = "row"\ngroup = "edge_8"', "group", "expected one way only"),
         (LINE, 'from = ["0 m", "1 m", "3 m"]\n', "", "to", "expected from and to together"),
         (LINE, 'to = ["8 m", "1 m", "7 m"]\n', "", "to", "expected from and to together"),
-        (LINE, "from", "start", "start", "unknown key; known: name, point, from, to, count, group"),
+        (LINE, "from", "start", "start", "unknown key; known: name, building, point"),
         (LINE, "from", "frm", "frm", "unknown key; did you mean 'from'?"),
         (LINE, '["8 m", "1 m", "7 m"]', '["0 m", "100 cm", "3 m"]', "to", "another point"),
         (LINE, "count = 5\n", "", "count", "missing; expected a whole number of at least 2"),

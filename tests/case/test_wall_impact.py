@@ -76,6 +76,7 @@ def test_left_out(pair: Path, structured: Structured) -> None:
 def test_defaults(with_wall: With) -> None:
     setup = setup_of(with_wall())
     assert setup == WallImpactSetup(
+        building="B1",
         floors=(6, 7, 8),
         displaced_floor=8,
         gap=0.01,

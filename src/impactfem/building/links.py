@@ -343,7 +343,7 @@ def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
     """
     faults: list[Fault] = []
     base_plates: list[BasePlate] = []
-    for index, device in enumerate(case.devices):
+    for index, device in case.numbered_devices:
         for number, anchor in enumerate(device.anchors, 1):
             key, name = f"devices[{index}]", device.name
             if device.supports:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, ValidatorFunctionWrapHandler, field_validator
 
 from impactfem.case.base import Section, present, refuse
 from impactfem.case.damping import Damping
@@ -74,14 +74,18 @@ class Building(Section):
             return info.context.valid(Damping, info.context.value("damping")) or UNKNOWN_DAMPING
         return value
 
-    @field_validator("structure", mode="before")
+    @field_validator("structure", mode="wrap")
     @classmethod
-    def _named(cls, value: Any, info: ValidationInfo) -> Any:
-        if isinstance(value, dict) and info.context is not None:
-            if "building" in value:
-                raise refuse("expected no key building: the 3D model is that of its [[buildings]]")
-            return value | {"building": info.data.get("name", "")}
-        return value
+    def _named(
+        cls, value: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo
+    ) -> Structure | None:
+        if not isinstance(value, dict) or info.context is None:
+            return handler(value)  # type: ignore[no-any-return]
+        if "building" in value:
+            raise refuse("expected no key building: the 3D model is that of its [[buildings]]")
+        name = info.data.get("name", "")
+        with info.context.model_of(name):
+            return handler(value | {"building": name})  # type: ignore[no-any-return]
 
     @property
     def elevations(self) -> tuple[float, ...]:

@@ -21,7 +21,7 @@ from impactfem.case.place import Place
 from impactfem.case.quantity import CALIBRATED
 from impactfem.case.reading import Reading
 from impactfem.case.structure import GeneratedMesh
-from impactfem.case.transient import OUTSIDE, Probe, Transient, step_fault
+from impactfem.case.transient import OUTSIDE, Probe, step_fault
 from impactfem.system.errors import Fault
 
 REDUCED = {
@@ -30,6 +30,8 @@ REDUCED = {
     "damping_cases": "the damping cases",
 }
 """Sections that use the reduced basis, by name, and what they are."""
+FOLDERS = ("figures", "tables", "products", "ensemble", "design")
+"""Folders of a run, in which those of further buildings with a 3D model are."""
 UNIQUE = (
     *(("buildings", "name"), ("motions", "direction")),
     *(("damping_cases", "name"), ("devices", "name")),
@@ -81,7 +83,7 @@ def missing_sections(reading: Reading) -> Iterator[Fault]:
             yield lacks(("devices",), f"expected beside them {', and '.join(lacking)}")
     elif "device_analysis" in raw:
         yield lacks(("device_analysis",), "expected [[devices]] beside it: the devices to analyse")
-    if isinstance(reading.value(*reading.of_structure("damping")), list):
+    if any(isinstance(reading.value(*at, "damping"), list) for at in reading.three_d.values()):
         solver = reading.value("transient", "solver")
         if solver != "full":
             expected = (
@@ -118,21 +120,27 @@ def duplicates(reading: Reading) -> Iterator[Fault]:
 
 
 def structure_faults(case: Case, reading: Reading) -> Iterator[Fault]:
-    """More than one building with a 3D model, and one whose floors have a gap between them.
+    """Buildings with a 3D model whose floors have a gap, or whose name another thing has.
 
-    Floors are named by their number in the mesh: there is no gap between 1 and the top.
+    Floors are named by their number in the mesh: there is no gap between 1 and the top. Of a
+    further building with a 3D model folder and results have the name.
     """
     for building in case.buildings:
         numbers = [floor.floor for floor in building.floors]
-        if building.name == reading.three_d and numbers != list(range(1, len(numbers) + 1)):
+        if building.name in reading.three_d and numbers != list(range(1, len(numbers) + 1)):
             found = ", ".join(map(str, numbers))
             expected = f"expected a building with floors from 1 without a gap, found {found}"
-            yield reading.source.fault(reading.of_structure(), None, expected)
-    first, *further = [k for k, one in reading.tables("buildings") if "structure" in one] or [0]
-    for index in further:
-        place = ("buildings", index, "structure")
-        expected = f"expected one building with a 3D model; buildings[{first}] has one"
+            yield reading.source.fault(reading.three_d[building.name], None, expected)
+    first, *further = list(reading.three_d.values()) or [("buildings", 0)]
+    for place in further:
+        expected = f"expected one building with a 3D model; buildings[{first[1]}] has one"
         yield reading.source.fault(place, None, expected)
+    devices = {str(entry.get("name")).lower() for _, entry in reading.tables("devices")}
+    for name, (_, index, _) in list(reading.three_d.items())[1:]:
+        if name.lower() in FOLDERS or name.lower() in devices:
+            what = "a folder of the run" if name.lower() in FOLDERS else "one of [[devices]]"
+            expected = f"expected a name for a second building with a 3D model that {what} has not"
+            yield reading.source.fault(("buildings", index, "name"), name, expected)
 
 
 def pairs_twice(case: Case, reading: Reading) -> Iterator[Fault]:
@@ -166,7 +174,7 @@ def calibrated_contacts(case: Case, reading: Reading) -> Iterator[Fault]:
     """Contacts with a law that is calibrated on a building they do not touch."""
     if case.wall_impact is None or case.structure is None:
         return
-    building = case.structure.building
+    building = case.wall_impact.building
     told: set[int] = set()
     for contact in case.contacts:
         law = case.contact_laws[contact.law]
@@ -183,20 +191,22 @@ def calibrated_contacts(case: Case, reading: Reading) -> Iterator[Fault]:
 
 def bare_storeys(case: Case, reading: Reading) -> Iterator[Fault]:
     """Storeys of a generated building in which nothing stands."""
-    structure = case.structure
-    if structure is None or not isinstance(structure.mesh, GeneratedMesh):
-        return
-    stood_in = {k for row in (*structure.mesh.walls, *structure.mesh.columns) for k in row.levels}
-    floors = case.building(structure.building).floors
-    bare = [str(one.floor) for one in floors if one.floor not in stood_in]
-    if bare:
-        mesh = reading.of_structure("mesh")
-        tables = [reading.value(*mesh, key) for key in ("walls", "columns")]
-        expected = (
-            f"no wall and no column stands in storey {', '.join(bare)}; expected one or more in "
-            f"each storey, in {' or '.join(filter(None, tables))}"
-        )
-        yield reading.source.fault((*mesh, "walls"), tables[0], expected)
+    for structure in case.structures:
+        if not isinstance(structure.mesh, GeneratedMesh):
+            continue
+        stood_in = {
+            k for row in (*structure.mesh.walls, *structure.mesh.columns) for k in row.levels
+        }
+        floors = case.building(structure.building).floors
+        bare = [str(one.floor) for one in floors if one.floor not in stood_in]
+        if bare:
+            mesh = (*reading.three_d[structure.building], "mesh")
+            tables = [reading.value(*mesh, key) for key in ("walls", "columns")]
+            expected = (
+                f"no wall and no column stands in storey {', '.join(bare)}; expected one or more "
+                f"in each storey, in {' or '.join(filter(None, tables))}"
+            )
+            yield reading.source.fault((*mesh, "walls"), tables[0], expected)
 
 
 def calibrated_structure(case: Case, reading: Reading) -> Iterator[Fault]:
@@ -204,10 +214,11 @@ def calibrated_structure(case: Case, reading: Reading) -> Iterator[Fault]:
     if case.calibration is None or not case.calibration.from_structure:
         return
     named = {target.building for target in case.calibration.targets}
+    models = [one.building for one in case.structures]
     if case.structure is None:
         expected = "expected a [buildings.structure], whose modes are the targets"
-    elif case.structure.building not in named:
-        expected = f"targets of the building with a 3D model, {case.structure.building}"
+    elif not named.intersection(models):
+        expected = f"targets of the building with a 3D model, {' or '.join(models)}"
     else:
         return
     yield reading.fault(("calibration", "from_structure"), True, expected)
@@ -215,20 +226,22 @@ def calibrated_structure(case: Case, reading: Reading) -> Iterator[Fault]:
 
 def load_faults(case: Case, reading: Reading) -> Iterator[Fault]:
     """Loads at an angle to the edges of a generated building, which take its 3D model's forces."""
-    if case.structure is None or not isinstance(case.structure.mesh, GeneratedMesh):
-        return
-    edge, name = case.structure.mesh.impact_edge, case.structure.building
+    edges = {
+        one.building: one.mesh.impact_edge
+        for one in case.structures
+        if isinstance(one.mesh, GeneratedMesh)
+    }
     for index, loads in enumerate(case.loads):
         table = read_force_table(loads.file, [])
-        across = abs(loads.direction["xyz".index(edge[0])])
-        if table is None or across >= 1.0 - 1e-6:
-            continue
-        if any(building == name for building, _ in table.floors):
-            expected = (
-                f"expected a direction along {edge[0]}, at right angles to the impact edge of "
-                f"{name}: forces act on the edges of slabs in its 3D model"
-            )
-            yield reading.fault(("loads", index, "direction"), list(loads.direction), expected)
+        loaded = set() if table is None else {building for building, _ in table.floors}
+        for name, edge in edges.items():
+            across = abs(loads.direction["xyz".index(edge[0])])
+            if name in loaded and across < 1.0 - 1e-6:
+                expected = (
+                    f"expected a direction along {edge[0]}, at right angles to the impact edge of "
+                    f"{name}: forces act on the edges of slabs in its 3D model"
+                )
+                yield reading.fault(("loads", index, "direction"), list(loads.direction), expected)
 
 
 def ensemble_faults(case: Case, reading: Reading) -> Iterator[Fault]:
@@ -278,11 +291,13 @@ def ensemble_faults(case: Case, reading: Reading) -> Iterator[Fault]:
 
 def device_faults(case: Case, reading: Reading) -> Iterator[Fault]:
     """Anchors beside the building, probes that there are not, an analysis that does not fit."""
-    structure, transient, analysis = case.structure, case.transient, case.device_analysis
-    if structure is not None:
-        levels = case.building(structure.building).levels
-        probes = () if transient is None else transient.probes
-        for index, device in enumerate(case.devices):
+    transient, analysis = case.transient, case.device_analysis
+    structures = {one.building: one for one in case.structures}
+    for index, device in enumerate(case.devices):
+        if device.building in structures:
+            structure, levels = structures[device.building], case.building(device.building).levels
+            of = ("", device.building)
+            probes = [one for one in transient.probes if one.building in of] if transient else []
             for k, anchor in enumerate(device.anchors):
                 own: Place = ("supports", k) if device.supports else ()
                 place = ("devices", index, *own)
@@ -329,7 +344,7 @@ def _misplaced(
 
 def transient_faults(case: Case, reading: Reading) -> Iterator[Fault]:
     """What does not go together between the response in time and the building or the sticks."""
-    transient, structure = case.transient, case.structure
+    transient = case.transient
     if transient is None:
         return
     computed = None if transient.forces is not None else _computed_duration(case, reading)
@@ -344,31 +359,39 @@ def transient_faults(case: Case, reading: Reading) -> Iterator[Fault]:
     if transient.export and start is not None and known is not None and start >= known:
         expected = f"expected less than what is computed, {known:g} s"
         yield reading.written(("transient", "export_start"), expected)
-    if structure is None:
+    for view in case.views:
+        yield from _faults_of_model(view, reading)
+
+
+def _faults_of_model(view: Case, reading: Reading) -> Iterator[Fault]:
+    """What does not go together between the response in time and one of the 3D models."""
+    transient, structure = view.transient, view.structure
+    if transient is None or structure is None:
         return
-    building = case.building(structure.building)
+    building = view.building(structure.building)
     mesh, levels = structure.mesh, (building.base, *building.elevations)
+    of = building.name if view.whole.further_structures else "the building"
     if isinstance(mesh, GeneratedMesh):
         edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
         if abs(transient.eccentricity) > edge / 2.0:
             expected = f"expected a distance within the edge, {edge / 2.0:g} m to either side"
             yield reading.written(("transient", "eccentricity"), expected)
         if len(levels) > 1:
-            yield from _outside_faults(reading, transient, mesh, levels)
+            yield from _outside_faults(reading, view, mesh, levels, of)
     numbers = [floor.floor for floor in building.floors]
     absent = [str(floor) for floor in transient.floors or () if numbers and floor not in numbers]
     if absent:
         expected = f"no floor {', '.join(absent)} in {building.name}; expected some of {numbers}"
         yield reading.written(("transient", "floors"), expected)
-    for index, probe in enumerate(transient.probes):
+    for index, probe in view.numbered_probes:
         level = re.search("_([1-9][0-9]*)", probe.group or "")
         if level is not None and 0 < len(levels) - 1 < int(level[1]):
-            expected = f"expected a number of 1 to {len(levels) - 1}, the floors of the building"
+            expected = f"expected a number of 1 to {len(levels) - 1}, the floors of {of}"
             yield reading.written(("transient", "probes", index, "group"), expected)
 
 
 def _outside_faults(
-    reading: Reading, transient: Transient, mesh: GeneratedMesh, levels: tuple[float, ...]
+    reading: Reading, view: Case, mesh: GeneratedMesh, levels: tuple[float, ...], of: str
 ) -> Iterator[Fault]:
     """Probes away from the box around a generated building; its nodes are not known yet."""
     top = levels[-1] + (0.0 if mesh.acroterion is None else mesh.acroterion.height)
@@ -376,7 +399,7 @@ def _outside_faults(
     sizes = (mesh.size, mesh.floor_size, mesh.storey_size, mesh.beam_size, mesh.column_size)
     # As far as the stage may take the nearest node for the point.
     away = max(OUTSIDE, *(0.5 * size for size in sizes if size is not None))
-    for index, probe in enumerate(transient.probes):
+    for index, probe in view.numbered_probes:
         for key, point in _points_of(probe):
             inside = zip(point, box, strict=True)
             if all(low - away <= x <= high + away for x, (low, high) in inside):
@@ -385,7 +408,7 @@ def _outside_faults(
                 f"{axis} of {low:g} to {high:g} m"
                 for axis, (low, high) in zip("xyz", box, strict=True)
             )
-            expected = f"expected a point of the building, which has {sides}"
+            expected = f"expected a point of {of}, which has {sides}"
             yield reading.fault(("transient", "probes", index, key), list(point), expected)
 
 

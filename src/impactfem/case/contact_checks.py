@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from impactfem.case.contacts import Contact, ContactEntry, Vector
 from impactfem.case.model import Case
+from impactfem.case.place import Place
 from impactfem.case.reading import Reading
 from impactfem.case.structure import GeneratedMesh
 from impactfem.system.errors import Fault
@@ -219,7 +220,7 @@ def offset_fault(
 
 
 def struck_edge_faults(case: Case, reading: Reading) -> Iterator[Fault]:
-    """Contacts of a case whose forces its 3D building cannot take in [transient].
+    """Contacts of a case whose forces its 3D buildings cannot take in [transient].
 
     From the file as it stands: another table with a fault of its own hides none of these. Of a mesh
     from a file what holds for every mesh; `check` reads the mesh later.
@@ -228,10 +229,17 @@ def struck_edge_faults(case: Case, reading: Reading) -> Iterator[Fault]:
         case: The case.
         reading: How it is read.
     """
-    building = reading.three_d
-    if not building or "transient" not in reading.source.raw:
-        return
-    mesh = reading.valid(GeneratedMesh, reading.value(*reading.of_structure("mesh")))
+    if "transient" in reading.source.raw:
+        for building, place in reading.three_d.items():
+            yield from _struck_edge_faults(case, reading, building, place)
+
+
+def _struck_edge_faults(
+    case: Case, reading: Reading, building: str, model: Place
+) -> Iterator[Fault]:
+    """The same of one of its 3D buildings, whose 3D model stands at a place of the file."""
+    with reading.model_of(building):
+        mesh = reading.valid(GeneratedMesh, reading.value(*model, "mesh"))
     edge = None if mesh is None else generated_edge(mesh)
     axis = next((one.axis for one in case.buildings if one.name == building), None)
     struck: dict[int, tuple[int, Vector]] = {}

@@ -22,7 +22,7 @@ from impactfem.case.device_tables import (
     GivenSpectrum,
 )
 from impactfem.case.floors import known_levels
-from impactfem.case.leaf import Name, Whole, Words
+from impactfem.case.leaf import ModelledBuilding, Name, Whole, Words
 from impactfem.case.members import TOUCH
 from impactfem.case.quantity import (
     Frequency,
@@ -33,7 +33,6 @@ from impactfem.case.quantity import (
     PositiveLength,
     Quantity,
 )
-from impactfem.case.reading import reading_of
 from impactfem.case.transient import Probe
 from impactfem.case.unit import INERTIA
 
@@ -183,7 +182,7 @@ class Cylinder(Section):
 
 
 class DeviceSetup(Section):
-    """A device on a floor of the building with a 3D model: a rigid body on springs, or a table.
+    """A device on a floor of a building with a 3D model: a rigid body on springs, or a table.
 
     Either ``mass``, ``mass_height``, ``inertia`` or ``shape``, ``stiffness`` and ``damping``, with
     a ``beam`` where it has one; or ``modes``; or ``matrices``. With a beam, too, the mass centre is
@@ -192,10 +191,14 @@ class DeviceSetup(Section):
 
     name: Name
     """Name of the device, unique in the file."""
+    building: Annotated[str, ModelledBuilding(whose="the device")] = Field(
+        default=None, validate_default=True
+    )
+    """Name of the building that it stands in; left out, the one that has a 3D model."""
     supports: tuple[DeviceSupport, ...] = ()
     """In place of point and radius: several anchors, of a device with matrices."""
     point: tuple[Length, Length, Length] | None = Field(default=None, validate_default=True)
-    """Its anchor (x, y, z), on a floor of the building with a 3D model."""
+    """Its anchor (x, y, z), on a floor of the building."""
     radius: PositiveLength | None = Field(default=None, validate_default=True)
     """Radius around the anchor within which the nodes of the floor are tied to it, as to a rigid
     plate."""
@@ -273,7 +276,7 @@ class DeviceSetup(Section):
         """Of the spectra of a file those of the floors that the device stands on."""
         if not isinstance(value, GivenSpectra):
             return value
-        building = reading_of(info).three_d
+        building = info.data.get("building", "")
         levels = known_levels(building, info)
         anchors = [info.data["point"]] if info.data.get("point") else []
         anchors += [one.point for one in info.data.get("supports", ())]

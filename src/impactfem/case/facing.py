@@ -267,10 +267,8 @@ class _Plans:
     @cached_property
     def meshes(self) -> dict[str, GeneratedMesh]:
         """The generated mesh of a building, by its name."""
-        structure = self.case.structure
-        if structure is None or not isinstance(structure.mesh, GeneratedMesh):
-            return {}
-        return {structure.building: structure.mesh}
+        every = {one.building: one.mesh for one in self.case.structures}
+        return {name: one for name, one in every.items() if isinstance(one, GeneratedMesh)}
 
     @cached_property
     def offsets(self) -> dict[tuple[str, bool, int, int, int], float]:

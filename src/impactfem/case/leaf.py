@@ -77,6 +77,30 @@ class Wholes(Leaf):
 
 
 @dataclass(frozen=True)
+class FloorsByBuilding(Wholes):
+    """Numbers of floors, of all 3D models alike or by the names of their buildings."""
+
+    @property
+    def phrase(self) -> str:
+        return f"{super().phrase}; or a table of such by the names of buildings with a 3D model"
+
+    def check(self, value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, dict):
+            return super().check(value, info)
+        models = [] if info.context is None else list(info.context.three_d)
+        unknown = [name for name in value if models and name not in models]
+        if unknown:
+            known = " or ".join(repr(name) for name in models)
+            raise refuse(f"expected buildings with a 3D model, {known}; found '{unknown[0]}'")
+        return {name: super(FloorsByBuilding, self).check(v, info) for name, v in value.items()}
+
+    def schema(self) -> dict[str, Any]:
+        either = super().schema()["anyOf"]
+        table = {"type": "object", "additionalProperties": {"anyOf": either}}
+        return {"anyOf": [*either, table], "x-accepts": self.phrase}
+
+
+@dataclass(frozen=True)
 class Words(Leaf):
     """A text that is not empty and shows as it is; with ``pattern`` it must match.
 
@@ -142,6 +166,35 @@ class NameOf(Leaf):
 
     def schema(self) -> dict[str, Any]:
         return {"type": "string", "minLength": 1, "x-accepts": self.phrase}
+
+
+@dataclass(frozen=True)
+class ModelledBuilding(NameOf):
+    """The name of a building with a 3D model; left out, that of the only one.
+
+    Args:
+        whose: What is of it, for messages; "" where it may be left out of several.
+    """
+
+    group: str = "buildings"
+    word: str = "building"
+    whose: str = ""
+
+    @property
+    def phrase(self) -> str:
+        return f"{super().phrase} that has a 3D model"
+
+    def check(self, value: Any, info: ValidationInfo) -> Any:
+        models = [] if info.context is None else list(info.context.three_d)
+        known = " or ".join(repr(name) for name in models)
+        if value is None and len(models) > 1 and self.whose:
+            raise refuse(f"missing; expected the building of {self.whose}: {known}")
+        if value is None:
+            return models[0] if len(models) == 1 else ""
+        name = super().check(value, info)
+        if models and name not in models:
+            raise refuse(f"expected a building with a 3D model: {known}")
+        return name
 
 
 @dataclass(frozen=True)

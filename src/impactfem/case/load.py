@@ -101,10 +101,17 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
     reading.lenient = True
     strict = error
     while True:
+        before = deepcopy(raw)
         found = places(error, raw)
+        # A 3D model at fault hides nothing of another one that is free of faults.
+        models = {k for k, entry in enumerate(_tables(raw)) if "structure" in entry}
+        at_fault = {int(place[1]) for place, _ in found if _of_structure(place)}
+        if models - at_fault:
+            for k in at_fault:
+                raw["buildings"][k].pop("structure")
+            found = [one for one in found if not _of_structure(one[0])]
         for name in {_section(place) for place, _ in found}:
             reading.left_out |= {name, *_NEED_OTHERS.get(name, ())}
-        before = deepcopy(raw)
         own = [place for place, kind in found if kind not in (REPORTED, UNREADABLE)]
         for place in [place for place in own if _of_structure(place)]:
             raw["buildings"][place[1]].pop("structure", None)
@@ -121,6 +128,13 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
             if raw == before and error is not strict:
                 return None  # what is at fault cannot be taken out
             error = further
+
+
+def _tables(raw: dict[str, Any]) -> list[dict[str, Any]]:
+    """The tables of the buildings; an empty one for what is none."""
+    entries = raw.get("buildings")
+    every = entries if isinstance(entries, list) else []
+    return [one if isinstance(one, dict) else {} for one in every]
 
 
 def _section(place: Place) -> str:
@@ -151,8 +165,10 @@ def _take_out(raw: dict[str, Any], name: str, places: list[Place], reading: Read
 def _completed(sections: CaseFile, reading: Reading) -> Case:
     """The case of the sections of its file, with what follows from other sections."""
     values = {name: getattr(sections, name) for name in CaseFile.model_fields}
+    structures = [one.structure for one in sections.buildings if one.structure]
     case = Case.model_construct(
-        structure=next((one.structure for one in sections.buildings if one.structure), None),
+        structure=next(iter(structures), None),
+        further_structures=tuple(structures[1:]),
         path=reading.source.path,
         digest=_digest(reading),
         **values,
@@ -206,15 +222,19 @@ def _usable(case: Case, left_out: set[str]) -> Case | None:
         return case
     buildings = tuple(building for building in case.buildings if building.floors)
     names = {building.name for building in buildings}
-    structure = case.structure
-    if structure is not None and structure.building not in names:
+    structures = [one for one in case.structures if one.building in names]
+    if case.structure is not None and not structures:
         left_out |= {"structure", *_NEED_OTHERS["structure"]}
     contacts = (one for one in case.contacts if {one.a.building, one.b.building} <= names)
     update: dict[str, Any] = {"buildings": buildings, "contacts": tuple(contacts)}
+    update["structure"] = next(iter(structures), None)
+    update["further_structures"] = tuple(structures[1:])
     none = {
         name: CaseFile.model_fields[name].default if name != "structure" else None
         for name in left_out & _OPTIONAL
     }
+    if "structure" in none:
+        none["further_structures"] = ()
     if case.ensemble is not None and "transient" in left_out:
         update["ensemble"] = case.ensemble.model_copy(update={"structure_motions": 0})
     return case.model_copy(update=update | none) if buildings else None

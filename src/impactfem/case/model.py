@@ -22,7 +22,7 @@ from impactfem.case.loads import FloorForces
 from impactfem.case.motions import Motion, MotionEntry
 from impactfem.case.report import PUBLISHED_FILE, Published, Report
 from impactfem.case.structure import Structure
-from impactfem.case.transient import Transient
+from impactfem.case.transient import Probe, Transient
 from impactfem.case.wall_impact import WallImpactSetup
 
 
@@ -74,6 +74,19 @@ class CaseFile(Section):
     """What the report of the run says beside the results."""
 
 
+def of_building(name: str, building: str) -> str:
+    """Name of a result of the 3D model of a further building: `building.B2.frequency.1`."""
+    first, dot, rest = name.partition(".")
+    return f"{first}.{building}{dot}{rest}"
+
+
+def alone(name: str, building: str) -> str | None:
+    """The same without the building; None of a result that is of none, or of another one."""
+    first, _, rest = name.partition(".")
+    own, _, rest = rest.partition(".")
+    return f"{first}.{rest}" if own == building and rest and first != "sticks" else None
+
+
 class Case(CaseFile):
     """A case that was read and found free of faults: SI values, names resolved, tables read.
 
@@ -81,16 +94,88 @@ class Case(CaseFile):
     rest; without devices there is no device_analysis; published values know by the reference of
     the report what ours are beside them.
 
+    A stage of a 3D model works on a view of the case for its building: `structure` is that of the
+    building, with the devices, the impact on the wall and the probes that belong to it.
+
     Args:
-        structure: The 3D model of a building, or None.
+        structure: The 3D model: of a view that of its building, else the first one, or None.
+        further_structures: The 3D models of further buildings; of a view none.
         path: The case file.
         digest: SHA-256 of the case text, of those it extends and of all files they name, as
             hexadecimal digits.
+        part: Of a view of a further building its name, by which its files and results are known;
+            those of the first one have the short names that they have alone.
+        complete: Of a view the whole case.
     """
 
     structure: Structure | None
+    further_structures: tuple[Structure, ...] = ()
     path: Path
     digest: str
+    part: str = Field(default="", exclude=True)
+    complete: Case | None = Field(default=None, exclude=True, repr=False)
+
+    @property
+    def structures(self) -> tuple[Structure, ...]:
+        """All 3D models."""
+        return () if self.structure is None else (self.structure, *self.further_structures)
+
+    @property
+    def whole(self) -> Case:
+        """The case of which this is a view; the case itself where it is none."""
+        return self.complete or self
+
+    @property
+    def views(self) -> tuple[Case, ...]:
+        """The case for each of its buildings with a 3D model; of one it is the case itself."""
+        if not self.further_structures:
+            return () if self.structure is None else (self,)
+        return tuple(self._view(one, index > 0) for index, one in enumerate(self.structures))
+
+    def _view(self, structure: Structure, further: bool) -> Case:
+        name, wall, transient = structure.building, self.wall_impact, self.transient
+        devices = tuple(device for device in self.devices if device.building == name)
+        if transient is not None:
+            floors = transient.floors
+            own = {
+                "floors": floors.get(name) if isinstance(floors, dict) else floors,
+                "probes": tuple(one for one in transient.probes if one.building in ("", name)),
+            }
+            transient = transient.model_copy(update=own)
+        update = {
+            "structure": structure,
+            "further_structures": (),
+            "devices": devices,
+            "device_analysis": self.device_analysis if devices else None,
+            "wall_impact": wall if wall is not None and wall.building == name else None,
+            "transient": transient,
+            "complete": self,
+        }
+        if further:
+            known = {alone(key, name): value for key, value in self.published.items()}
+            update |= {"part": name, "published": {k: v for k, v in known.items() if k is not None}}
+        return self.model_copy(update=update)
+
+    @property
+    def numbered_probes(self) -> tuple[tuple[int, Probe], ...]:
+        """The probes of [transient] with their indices in the case file."""
+        own, every = self.transient, self.whole.transient
+        if own is None or every is None:
+            return ()
+        return tuple((k, one) for k, one in enumerate(every.probes) if one in own.probes)
+
+    @property
+    def numbered_devices(self) -> tuple[tuple[int, DeviceSetup], ...]:
+        """The devices with their indices in the case file."""
+        return tuple((k, one) for k, one in enumerate(self.whole.devices) if one in self.devices)
+
+    def folder(self, run: Path) -> Path:
+        """The folder of what belongs to the building of a view, within that of the run."""
+        return run / self.part
+
+    def run_folder(self, folder: Path) -> Path:
+        """The folder of the run that the folder of a view is in."""
+        return folder.parent if self.part else folder
 
     def content_hash(self) -> str:
         """SHA-256 of the case texts and of every file they name, as they were when read."""

@@ -195,16 +195,18 @@ def _floor_ranges(source: Source, case: Case) -> Iterator[Fault]:
 
 
 def _member_ranges(source: Source, case: Case) -> Iterator[Fault]:
-    if case.structure is None or not isinstance(case.structure.mesh, GeneratedMesh):
-        return
-    index = [building.name for building in case.buildings].index(case.structure.building)
-    for usual in MEMBERS:
-        table, column = usual.keys.split(".")
-        place = ("buildings", index, "structure", "mesh", table)
-        name = value_at(place, source.raw)
-        for number, row in enumerate(getattr(case.structure.mesh, table), start=1):
-            of_column = Usual(column, usual.low, usual.high, usual.words)
-            yield from _row(source.path.parent / str(name), f"row {number}", row, (of_column,))
+    seen: set[tuple[str, str]] = set()
+    for index, building in enumerate(case.buildings):
+        mesh = None if building.structure is None else building.structure.mesh
+        for usual in MEMBERS if isinstance(mesh, GeneratedMesh) else ():
+            table, column = usual.keys.split(".")
+            name = str(value_at(("buildings", index, "structure", "mesh", table), source.raw))
+            if (name, usual.keys) in seen:
+                continue  # a table of several buildings
+            seen.add((name, usual.keys))
+            for number, row in enumerate(getattr(mesh, table), start=1):
+                of_column = Usual(column, usual.low, usual.high, usual.words)
+                yield from _row(source.path.parent / name, f"row {number}", row, (of_column,))
 
 
 def _row(file: Path, where: str, row: Any, usuals: tuple[Usual, ...]) -> Iterator[Fault]:
@@ -325,10 +327,10 @@ def _durations(source: Source, case: Case, longest: float) -> Iterator[Fault]:
 
 def _wall(source: Source, case: Case) -> Iterator[Fault]:
     """A wall that a building let go cannot reach: it swings back about as far as it was drawn."""
-    wall, structure = case.wall_impact, case.structure
-    if wall is None or structure is None:
+    wall = case.wall_impact
+    if wall is None or case.structure is None:
         return
-    building = case.building(structure.building)
+    building = case.building(wall.building)
     heights = {
         floor.floor: z - building.base
         for floor, z in zip(building.floors, building.elevations, strict=True)

@@ -37,6 +37,7 @@ class Reading:
             it is checked as well.
         left_out: Names of the sections with a fault, and of those that are of no use without them.
         kept: Of arrays of which tables are left out, the indices of those that are not.
+        building: Name of the building whose 3D model is being read; "" outside of them.
     """
 
     source: Source = field(default_factory=lambda: Source(Path()))
@@ -45,7 +46,8 @@ class Reading:
     lenient: bool = False
     left_out: set[str] = field(default_factory=set)
     kept: dict[str, list[int]] = field(default_factory=dict)
-    _tables: dict[tuple[Path, str], Any] = field(default_factory=dict)
+    building: str = ""
+    _tables: dict[tuple[Path, str, str], Any] = field(default_factory=dict)
 
     def fault(self, place: Place, value: Any, expected: str) -> Fault:
         """A fault of the case as it was read, in the file that says the key.
@@ -71,19 +73,23 @@ class Reading:
         """What stands at a place of the file; None when nothing does."""
         return value_at(place, self.source.raw)
 
-    def of_structure(self, *keys: int | str) -> Place:
-        """The place of a key of the 3D model; without one, a place where nothing stands."""
-        place = next(
-            (("buildings", k) for k, b in self.tables("buildings") if "structure" in b), ()
-        )
-        return (*place, "structure", *keys) if place else ("buildings", "structure")
-
     @property
-    def three_d(self) -> str:
-        """Name of the building with a 3D model; none where there is none."""
-        return str(
-            next((b.get("name") for _, b in self.tables("buildings") if "structure" in b), "")
-        )
+    def three_d(self) -> dict[str, Place]:
+        """The places of the 3D models, by the names of their buildings."""
+        return {
+            str(entry.get("name")): ("buildings", index, "structure")
+            for index, entry in self.tables("buildings")
+            if "structure" in entry
+        }
+
+    @contextmanager
+    def model_of(self, building: str) -> Iterator[None]:
+        """What is read in the block is of the 3D model of a building."""
+        before, self.building = self.building, building
+        try:
+            yield
+        finally:
+            self.building = before
 
     def tables(self, key: str) -> list[tuple[int, dict[str, Any]]]:
         """The tables of an array of tables with their index, as far as they are tables."""
@@ -145,9 +151,12 @@ class Reading:
                 return None
             raise PydanticCustomError(REPORTED, "no name of a file")
         path = self.open(name, what)
-        key = (path, what)
+        # Of a 3D model: what stands in the table has to fit its own building.
+        key = (path, what, self.building)
         if key not in self._tables:
-            found = read(path, self.faults, *further) if name in self.contents else None
+            faults: list[Fault] = []
+            found = read(path, faults, *further) if name in self.contents else None
+            self.faults += [fault for fault in faults if fault not in self.faults]
             self._tables[key] = found.rows if isinstance(found, Table) else found
         if self._tables[key] is None and not self.lenient:
             raise PydanticCustomError(REPORTED, "the file has faults")

@@ -1,4 +1,4 @@
-"""The structure, the 3D model of one building: its mesh, materials and damping of parts."""
+"""The structure, the 3D model of a building: its mesh, materials and damping of parts."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class FileMesh(Section):
 
 def _site(info: ValidationInfo) -> Site:
     """Where the members of a generated mesh stand, as far as it is known."""
-    building = reading_of(info).three_d
+    building = reading_of(info).building
     heights = {floor.floor: floor.storey_height for floor in floors_of(building, info)}
     return Site(info.data.get("length"), info.data.get("width"), heights or None)
 
@@ -163,7 +163,7 @@ class PartMaterial(Parts):
 
 
 class Structure(Section):
-    """The 3D model of one building: shells and beams, clamped at the base.
+    """The 3D model of a building: shells and beams, clamped at the base.
 
     Levels, masses of the floors and damping are those of the building; parts may have another
     material and another damping.

@@ -6,12 +6,12 @@ import itertools
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, each_once, present, refuse
-from impactfem.case.leaf import FileName, FloorNumbers, Name, Whole, Words
+from impactfem.case.leaf import FileName, FloorsByBuilding, ModelledBuilding, Name, Whole, Words
 from impactfem.case.quantity import Duration, Frequency, Length, PositiveTime, Ratio, Time, TimeStep
 
 Point = tuple[float, float, float]
@@ -41,6 +41,8 @@ class Probe(Section):
 
     name: Name
     """Name of the probe; that of several ones gets a number each."""
+    building: Annotated[str, ModelledBuilding()] = Field(default=None, validate_default=True)
+    """Name of the building that it is in; left out, each one that has a 3D model."""
     point: _Point | None = None
     """Coordinates (x, y, z) of one point; the nearest node is taken."""
     start: _Point | None = Field(default=None, alias="from")
@@ -205,9 +207,10 @@ class Transient(Section):
     """Frequency that the reduced basis is expanded about."""
     largest_basis: Annotated[int, Whole(1, 100_000)] = LARGEST_BASIS
     """Largest number of vectors of the reduced basis."""
-    floors: FloorNumbers | None = None
-    """Floors of the building whose edges may be hit or loaded; fewer make the reduced basis
-    smaller. Default those of its contacts and loads."""
+    floors: Annotated[Any, FloorsByBuilding()] = None
+    """Floors whose edges may be hit or loaded; fewer make the reduced basis smaller. Of several
+    buildings with a 3D model all alike, or a table by their names: { B1 = [7, 8], B2 = 5 }. Default
+    those of the building's contacts and loads."""
     band: Literal["larger", "smaller"] = "larger"
     """What tells the error band of the reduced model: 'larger' bases, of up to a fifth more
     vectors, which take time and memory; or 'smaller' ones, at no cost, whose band is often more
@@ -259,7 +262,9 @@ class Transient(Section):
 
     @field_validator("floors")
     @classmethod
-    def _floors_once(cls, value: tuple[int, ...] | None) -> tuple[int, ...] | None:
+    def _floors_once(cls, value: Any) -> Any:
+        if isinstance(value, dict):
+            return {name: cls._floors_once(floors) for name, floors in value.items()}
         return None if value is None else tuple(sorted(each_once(value, "floor")))
 
     @field_validator("fields")

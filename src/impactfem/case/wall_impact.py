@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from impactfem.case.base import Section, refuse
 from impactfem.case.contacts import floors_of_building
 from impactfem.case.floors import floors_of
-from impactfem.case.leaf import FloorNumbers, Whole
+from impactfem.case.leaf import FloorNumbers, ModelledBuilding, Whole
 from impactfem.case.quantity import Depth, Duration, Length, Ratio, Time, TimeStep
 from impactfem.case.transient import half_of_duration
 
@@ -19,18 +19,17 @@ Pull = Literal["whole_floor", "even_load", "mass_centre"]
 """How the displaced floor is drawn aside before its release."""
 
 
-def _building(info: ValidationInfo) -> str:
-    """Name of the building with a 3D model in the case file that is read."""
-    return info.context.three_d if info.context is not None else ""
-
-
 class WallImpactSetup(Section):
-    """The impact of the building with a 3D model on a rigid wall, which calibrates contact laws.
+    """The impact of a building with a 3D model on a rigid wall, which calibrates contact laws.
 
     One floor is drawn aside and let go; there is no ground motion. The wall stands on the side of
     the impact edges of the mesh.
     """
 
+    building: Annotated[str, ModelledBuilding(whose="the impact on the wall")] = Field(
+        default=None, validate_default=True
+    )
+    """Name of the building; left out, the one that has a 3D model."""
     floors: FloorNumbers = Field(default=None, validate_default=True)
     """Floors that may hit the wall; default the three top floors."""
     displaced_floor: Annotated[int, Whole(1)] = Field(default=None, validate_default=True)
@@ -60,7 +59,7 @@ class WallImpactSetup(Section):
     def _top_floors(cls, value: Any, info: ValidationInfo) -> Any:
         if value is not None or info.context is None:
             return value
-        floors = [floor.floor for floor in floors_of(_building(info), info)] or [1]
+        floors = [floor.floor for floor in floors_of(info.data.get("building"), info)] or [1]
         return floors[-TOP_FLOORS:] if info.field_name == "floors" else floors[-1]
 
     @field_validator("floors")
@@ -69,13 +68,13 @@ class WallImpactSetup(Section):
         twice = sorted({k for k in value if value.count(k) > 1})
         if twice:
             raise refuse(f"expected each floor once, found {', '.join(map(str, twice))} again")
-        floors_of_building(value, _building(info), info)
+        floors_of_building(value, info.data.get("building", ""), info)
         return tuple(sorted(value))
 
     @field_validator("displaced_floor")
     @classmethod
     def _existing(cls, value: int, info: ValidationInfo) -> int:
-        floors_of_building((value,), _building(info), info)
+        floors_of_building((value,), info.data.get("building", ""), info)
         return value
 
     @field_validator("displacement")

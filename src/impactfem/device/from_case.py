@@ -108,7 +108,7 @@ def checked_devices(case: Case) -> list[Device]:
     """
     faults: list[Fault] = []
     devices = []
-    for index, setup in enumerate(case.devices):
+    for index, setup in case.numbered_devices:
         key = f"devices[{index}]"
         try:
             device = device_of(setup)

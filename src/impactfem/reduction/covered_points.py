@@ -49,7 +49,7 @@ def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
     """
     patterns = [
         (f"devices[{index}]", anchor.envelope)
-        for index, device in enumerate(case.devices)
+        for index, device in case.numbered_devices
         for anchor in device.anchors
     ]
     if case.transient is None or not any(wanted for _, wanted in patterns):

@@ -71,10 +71,9 @@ def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
         InputError: One fault for each probe that is outside the building, or whose group the mesh
             has not.
     """
-    asked = () if case.transient is None else case.transient.probes
     probes, faults = standard_probes(mesh, case.wave_floor), []
     farthest = _farthest(mesh)
-    for index, one in enumerate(asked):
+    for index, one in case.numbered_probes:
         try:
             probes += _asked(mesh, one, farthest)
         except SolutionError as error:

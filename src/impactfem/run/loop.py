@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
 from impactfem.case import Case, Published, SyntheticMotion
 from impactfem.case.base import nearest
+from impactfem.case.model import of_building
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.run.check import checked, mesh_faults, warn_of_implausible
 from impactfem.run.estimate import Estimate
 from impactfem.run.folder import LOG, check_same_case, log_case, open_folder
 from impactfem.run.report import write_page
-from impactfem.run.stages import RENAMED, REPORT, asked_stages, check_stage_name
+from impactfem.run.stages import RENAMED, REPORT, asked_stages, check_stage_name, works
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
 from impactfem.stages.manifest import (
@@ -49,8 +50,8 @@ class Run:
         scalars: All scalar results, in the order of the stages.
         published: Published values by the name of the result, with what the publication says of
             them and what ours are in comparison.
-        checks: The checks of each stage: whether it is met, and what it says.
-        reused: Names of the stages whose stores were reused.
+        checks: The checks of each stage, by its label: whether it is met, and what it says.
+        reused: Labels of the stages whose stores were reused.
         times: Wall time of each step when it ran, by stage and step [s].
         memory: Largest resident memory of each stage when it ran [byte], None where not known.
     """
@@ -155,10 +156,10 @@ def run(
         stages = asked_stages(case, stage)
         for one in stages:  # before the first of them takes its time
             on_root(partial(one.announces, case))
-        for one in stages:
-            _run_stage(one, case, result, fresh, bar)
-            if one.name == BUILDING.name and one.name not in result.reused:
-                on_root(lambda: _check_mesh(case, folder))
+        for one, of in works(stages, case):
+            _run_stage(one, of, result, fresh, bar)
+            if one is BUILDING and one.label(of) not in result.reused:
+                on_root(partial(_check_mesh, of, folder))
         on_root(lambda: _write_results(case, result, stages, started))
         if stage in (None, REPORT):
             on_root(lambda: _warn_of_published(case, result.scalars))
@@ -170,62 +171,72 @@ def _check_mesh(case: Case, folder: Path) -> None:
     """Refuse what the stages after `building` would refuse of its mesh, minutes later."""
     from impactfem.stages.building.compute import mesh_of_run
 
-    faults = mesh_faults(case, mesh_of_run(case, folder))
+    faults = mesh_faults(case, mesh_of_run(case, case.folder(folder)))
     if faults:
         raise InputError(faults)
 
 
 def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) -> None:
-    folder = result.folder
+    """Run a stage for the case, or for a view of it in the folder of its building. Collective."""
+    folder, label = result.folder, stage.label(case)
+    own = case.folder(folder)
     key = on_root(lambda: stage.key(case))
-    reused = on_root(lambda: not fresh and is_finished(folder, stage.name, key))
+    reused = on_root(lambda: not fresh and is_finished(folder, label, key))
     words = "finished before with the same inputs, reused" if reused else "starts"
-    LOGGER.info("stage %s: %s", stage.name, words)
+    LOGGER.info("stage %s: %s", label, words)
     if reused:
-        result.reused.append(stage.name)
+        result.reused.append(label)
     else:
         _compute(stage, case, folder, key, bar)
     drawing = on_root(lambda: stage.drawing_key(case))
-    if not on_root(lambda: reused and is_drawn(folder, stage.name, drawing)):
+    if not on_root(lambda: reused and is_drawn(folder, label, drawing)):
         if reused:
-            LOGGER.info("stage %s: tables and figures are drawn again", stage.name)
+            LOGGER.info("stage %s: tables and figures are drawn again", label)
         on_root(lambda: _draw(stage, case, folder, drawing, bar))
 
     def finish() -> tuple[list[Scalar], dict[str, float]]:
-        checks = stage.checks(case, folder)
+        # Checks begin with the name of the stage, and results with a word of theirs.
+        checks = stage.checks(case, own)
+        if case.part:
+            checks = [(good, f"{case.part}/{text}") for good, text in checks]
         log_checks(checks)
-        result.checks[stage.name] = checks
-        manifest = read_manifest(folder, stage.name)
-        result.memory[stage.name] = manifest.peak_memory
-        with open_store(folder / stage.store) as store:
-            scalars = scalars_of(store)
-        return scalars + stage.derived(folder), manifest.seconds
+        result.checks[label] = checks
+        manifest = read_manifest(folder, label)
+        result.memory[label] = manifest.peak_memory
+        with open_store(own / stage.store) as store:
+            scalars = scalars_of(store) + stage.derived(own)
+        if case.part:
+            scalars = [replace(one, name=of_building(one.name, case.part)) for one in scalars]
+        return scalars, manifest.seconds
 
     scalars, seconds = on_root(finish)
     result.scalars += scalars
     result.times |= seconds
     if not reused:
-        LOGGER.info("stage %s: done in %.1f s", stage.name, sum(seconds.values()))
+        LOGGER.info("stage %s: done in %.1f s", label, sum(seconds.values()))
 
 
 def _compute(stage: Stage, case: Case, folder: Path, key: str, bar: bool) -> None:
     give_back()  # what the stage before had
     forget_peak()
+    label, own = stage.label(case), case.folder(folder)
+    on_root(lambda: own.mkdir(exist_ok=True))
     names = {name: share for name, share in stage.steps.items() if name != DRAWING}
-    with Steps(names, f"stage {stage.name}", quiet=rank() != 0, bar=bar) as steps:
+    with Steps(names, f"stage {label}", quiet=rank() != 0, bar=bar) as steps:
         if stage.collective:
-            files = stage.compute(case, folder, key, steps)
+            files = stage.compute(case, own, key, steps)
         else:
-            files = on_root(lambda: stage.compute(case, folder, key, steps))
-        times = {f"{stage.name}: {name}": round(t, 3) for name, t in steps.times.items()}
+            files = on_root(lambda: stage.compute(case, own, key, steps))
+        times = {f"{label}: {name}": round(t, 3) for name, t in steps.times.items()}
         memory = total(peak_memory())
-        on_root(lambda: mark_finished(folder, stage.name, key, files, times, memory))
+        on_root(lambda: mark_finished(folder, label, key, files, times, memory))
 
 
 def _draw(stage: Stage, case: Case, folder: Path, key: str, bar: bool) -> None:
-    with Steps({DRAWING: 1.0}, f"stage {stage.name}", bar=bar) as steps, steps.step(DRAWING):
-        files = stage.draw(case, folder)
-    mark_drawn(folder, stage.name, key, files, round(steps.times[DRAWING], 3))
+    label = stage.label(case)
+    with Steps({DRAWING: 1.0}, f"stage {label}", bar=bar) as steps, steps.step(DRAWING):
+        files = stage.draw(case, case.folder(folder))
+    mark_drawn(folder, label, key, files, round(steps.times[DRAWING], 3))
 
 
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:
@@ -244,8 +255,11 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
     made = provenance(
         case=case.path.name,
         case_hash=case.content_hash(),
-        inputs={one.name: one.key(case) for one in stages},
-        needs={one.name: [needed.name for needed in one.needs(case)] for one in stages},
+        inputs={one.label(of): one.key(of) for one, of in works(stages, case)},
+        needs={
+            one.label(of): [label for needed in one.needs(of) for label in needed.labels(of)]
+            for one, of in works(stages, case)
+        },
         seeds=_seeds(case),
         started=started,
         reused=result.reused,

@@ -19,7 +19,7 @@ from impactfem.case.source import read_source
 from impactfem.run.check import check
 from impactfem.run.folder import open_folder
 from impactfem.run.loop import run
-from impactfem.run.stages import asked_stages, check_stage_name
+from impactfem.run.stages import asked_stages, check_stage_name, works
 from impactfem.run.sweep_table import SweepTable
 from impactfem.run.variants import (
     Axis,
@@ -222,10 +222,11 @@ def run_variant(variant: Variant, folder: Path, stage: str | None, *, bar: bool 
             with open_folder(target, resume=False), file_errors():
                 case = check(path)
                 others = sorted(other for other in target.parent.iterdir() if other != target)
-                for one in asked_stages(case, stage):
-                    origin = take_over(target, others, one.name, one.key(case))
+                for one, of in works(asked_stages(case, stage), case):
+                    label = one.label(of)
+                    origin = take_over(target, others, label, one.key(of))
                     if origin is not None:
-                        LOGGER.debug("stage %s: the same as in %s, copied", one.name, origin)
+                        LOGGER.debug("stage %s: the same as in %s, copied", label, origin)
             scalars = run(path, out=target, stage=stage, bar=bar).scalars
         except ImpactfemError as error:
             failure = str(error)

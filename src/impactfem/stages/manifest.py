@@ -42,7 +42,7 @@ class Manifest(BaseModel):
 
 
 def manifest_file(folder: Path, stage: str) -> Path:
-    """The manifest of a stage in a run's folder."""
+    """The manifest of a stage, by its label in a run: beside the files of its building."""
     return folder / f"{stage}.stage.json"
 
 
@@ -161,7 +161,8 @@ def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Pat
         if manifest is not None and is_finished(other, stage, key):
             drawn = changed_file(other, manifest.drawings) is None
             names = manifest.every if drawn else manifest.files
-            for name in (*names, manifest_file(other, stage).name):  # the manifest as the last
+            own = str(manifest_file(other, stage).relative_to(other))
+            for name in (*names, own):  # the manifest as the last
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 with atomic(folder / name) as temporary:
                     shutil.copyfile(other / name, temporary)

@@ -50,6 +50,8 @@ class Stage:
             nothing is missing.
         derived: Scalars that are read off the run's stores, beside those in its own store.
         collective: Whether all ranks compute it together; else rank 0 does.
+        each: Whether it is done for each building with a 3D model, on a view of the case for it and
+            in the folder of the view; else once for the whole case, in that of the run.
     """
 
     name: str
@@ -72,6 +74,26 @@ class Stage:
     lacks: Callable[[Case], str | None] = lambda case: None
     derived: Callable[[Path], list[Scalar]] = lambda folder: []
     collective: bool = False
+    each: bool = False
+
+    def cases(self, case: Case) -> tuple[Case, ...]:
+        """What it is done for: the whole case, or views of it, of each building that asks for it.
+
+        Args:
+            case: The case, or a view: where this has what the stage needs, it alone is meant.
+        """
+        if not self.each:
+            return (case.whole,)
+        views = (case,) if case.complete and self.lacks(case) is None else case.whole.views
+        return tuple(view for view in views if self.lacks(view) is None)
+
+    def label(self, case: Case) -> str:
+        """Its name in a run with the building of a view, if that has a folder: `B2/reduce`."""
+        return f"{case.part}/{self.name}" if case.part and self.each else self.name
+
+    def labels(self, case: Case) -> tuple[str, ...]:
+        """The same of all that it is done for."""
+        return tuple(self.label(one) for one in self.cases(case))
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -89,10 +111,13 @@ class Stage:
         return next(iter(self.stores.values()))
 
     def key(self, case: Case) -> str:
-        """Hash of what its stores depend on."""
-        needed = "".join(stage.key(case) for stage in self.needs(case))
-        own = inputs_key(case, self.sections, self.modules, self.files(case))
-        return hashlib.sha256(f"{own}{needed}{self.further(case)}".encode()).hexdigest()
+        """Hash of what its stores depend on; of a case with several views, of all of them."""
+        digest = hashlib.sha256()
+        for one in self.cases(case) or (case,):
+            needed = "".join(stage.key(one) for stage in self.needs(one))
+            own = inputs_key(one, self.sections, self.modules, self.files(one))
+            digest.update(f"{own}{needed}{self.further(one)}".encode())
+        return digest.hexdigest()
 
     def drawing_key(self, case: Case) -> str:
         """Hash of what its tables and figures depend on."""

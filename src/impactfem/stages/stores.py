@@ -107,11 +107,22 @@ def open_store(path: Path) -> Iterator[xr.Dataset]:
         yield store
 
 
+def of_run(folder: Path, name: str) -> Path:
+    """A file that serves all buildings of a run: in a folder, or where that of the run is.
+
+    Args:
+        folder: The run's folder, or in it that of one of its buildings.
+        name: Name of the file.
+    """
+    own, shared = folder / name, folder.parent / name
+    return shared if shared.is_file() and not own.is_file() else own
+
+
 @contextmanager
 def open_stores(folder: Path) -> Iterator[Callable[[str], xr.Dataset]]:
     """Give a function that opens a store of a run by its file name, as `open_store`."""
     with ExitStack() as stores:
-        yield lambda name: stores.enter_context(open_store(folder / name))
+        yield lambda name: stores.enter_context(open_store(of_run(folder, name)))
 
 
 def number_of(store: xr.Dataset, name: str, **labels: str) -> float:

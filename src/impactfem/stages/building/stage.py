@@ -74,4 +74,5 @@ BUILDING = Stage(
     checks=lambda case, folder: building_checks(folder),
     lacks=lambda case: "structure" if case.structure is None else None,
     collective=True,
+    each=True,
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.case import Case
@@ -43,33 +44,37 @@ def with_structure_targets(case: Case, folder: Path) -> Case:
 
     Args:
         case: The case.
-        folder: The run's folder, with `building.nc` where the case asks for it.
+        folder: Its folder, in a run with `building.nc` of each 3D model where the case asks for it.
 
     Raises:
         SolutionError: The 3D model has no such bending mode.
     """
-    calibration, structure = case.calibration, case.structure
-    if calibration is None or structure is None or not calibration.from_structure:
+    calibration = case.calibration
+    if calibration is None or case.structure is None or not calibration.from_structure:
         return case
-    with open_store(folder / "building.nc") as store:
-        direction = calibration.direction
-        masses = store["effective_mass"].sel(direction=direction).values
-        modes = bending_modes(masses, float(store["total_mass"].sel(direction=direction)))
-        frequency = store["frequency"].values
-
-    def measured(target: Target) -> Target:
-        if target.building != structure.building:
-            return target
-        if target.mode > len(modes):
-            raise SolutionError(
-                f"mode {target.mode} of {target.building} is a target, and the {len(frequency)} "
-                f"modes of the 3D model hold {len(modes)} that bend along {direction}; "
-                "request more modes in [buildings.structure]"
+    targets = calibration.targets
+    for view in case.whole.views:
+        with open_store(view.folder(case.run_folder(folder)) / "building.nc") as store:
+            name = str(store.attrs["building"])
+            targets = tuple(
+                _measured(one, store, calibration.direction) if one.building == name else one
+                for one in targets
             )
-        mode = modes[target.mode - 1]
-        measures = {"frequency": float(frequency[mode]), "effective_mass": float(masses[mode])}
-        return target.model_copy(update=measures)
-
-    targets = tuple(measured(target) for target in calibration.targets)
     fitted = calibration.model_copy(update={"targets": targets})
     return case.model_copy(update={"calibration": fitted})
+
+
+def _measured(target: Target, store: xr.Dataset, direction: str) -> Target:
+    """The target with frequency and mass of its mode of the 3D model."""
+    masses = store["effective_mass"].sel(direction=direction).values
+    modes = bending_modes(masses, float(store["total_mass"].sel(direction=direction)))
+    frequency = store["frequency"].values
+    if target.mode > len(modes):
+        raise SolutionError(
+            f"mode {target.mode} of {target.building} is a target, and the {len(frequency)} "
+            f"modes of the 3D model hold {len(modes)} that bend along {direction}; "
+            "request more modes in [buildings.structure]"
+        )
+    mode = modes[target.mode - 1]
+    measures = {"frequency": float(frequency[mode]), "effective_mass": float(masses[mode])}
+    return target.model_copy(update=measures)

@@ -57,13 +57,34 @@ def with_contact_of_run(case: Case, folder: Path) -> Case:
 
     Args:
         case: The case.
-        folder: The run's folder, with `calibrate.nc` where the case asks for it.
+        folder: Its folder, in a run with `calibrate.nc` where the case asks for it.
 
     Raises:
         ImpactfemError: The store has no restitution or stiffness of the building's own damping.
     """
     if not asks_calibration(case):
         return case
-    with open_store(folder / "calibrate.nc") as store:
+    with open_store(_store(case, folder)) as store:
         epsilon, K_Ceq = (number_of(store, name, case=OWN) for name in ("epsilon", "K_Ceq"))
     return with_calibrated_contact(case, epsilon, K_Ceq)
+
+
+def calibrated_restitutions(case: Case, folder: Path) -> dict[str, float]:
+    """Restitution of each damping case that leaves it to the impact on the wall, if there is one.
+
+    Args: as of `with_contact_of_run`.
+
+    Raises:
+        ImpactfemError: The store lacks one.
+    """
+    asked = [one.name for one in case.damping_cases if one.restitution == CALIBRATED]
+    if case.whole.wall_impact is None or not asked:
+        return {}
+    with open_store(_store(case, folder)) as store:
+        return {name: number_of(store, "epsilon", case=name) for name in asked}
+
+
+def _store(case: Case, folder: Path) -> Path:
+    """The store of the impact on the wall, in the folder of its building."""
+    building = next((one for one in case.whole.views if one.wall_impact is not None), case.whole)
+    return building.folder(case.run_folder(folder)) / "calibrate.nc"

@@ -63,4 +63,5 @@ CALIBRATE = Stage(
     checks=lambda case, folder: wall_checks(folder),
     needs=lambda case: (REDUCE,),
     lacks=lambda case: "wall_impact" if case.wall_impact is None else None,
+    each=True,
 )

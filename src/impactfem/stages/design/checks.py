@@ -9,7 +9,7 @@ import xarray as xr
 
 from impactfem.stages.check import Check
 from impactfem.stages.design.products import ALONE, share_reached
-from impactfem.stages.stores import names_of, open_store
+from impactfem.stages.stores import names_of, of_run, open_store
 from impactfem.system.scalar import values_of
 
 COVERED = 0.95
@@ -40,7 +40,7 @@ def design_checks(folder: Path) -> list[Check]:
             failed = values["ensemble3d.failed"]
             count = f"{values['ensemble3d.members']:.0f} motions through the 3D model"
             checks.append((failed == 0.0, f"design: {count}, {failed:.0f} failed"))
-            checks += _forces(folder / "ensemble.nc", store)
+            checks += _forces(of_run(folder, "ensemble.nc"), store)
     return checks
 
 

@@ -44,6 +44,7 @@ from impactfem.stages.device.prepared import Prepared as DevicePrepared
 from impactfem.stages.device.spectrum_choice import SpectrumChoice, headline_of
 from impactfem.stages.device.support import supports_of
 from impactfem.stages.ensemble.compute import Member, member_key, members_of
+from impactfem.stages.stores import of_run
 from impactfem.stages.transient.prepared import Prepared, transient_of
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.log import LOGGER
@@ -126,7 +127,7 @@ def run_design(
     failed: dict[str, str] = {}
     if members:
         duration = prepared.loads.time_step * (len(prepared.loads.ground) - 1)
-        path = folder / "forces.nc"
+        path = of_run(folder, "forces.nc")
         history, edges = on_root(
             lambda: checked_forces(read_forces(path), path, case, mesh, duration)
         )

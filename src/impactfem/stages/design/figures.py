@@ -15,7 +15,7 @@ from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.design.products import DesignProducts, design_products_of
 from impactfem.stages.design.scalars import largest_impact
-from impactfem.stages.stores import names_of, open_store
+from impactfem.stages.stores import names_of, of_run, open_store
 
 PANEL = (2.5, 2.1)
 """Width and height of a floor's panel [inch]."""
@@ -63,12 +63,12 @@ def design_curves(folder: Path) -> list[CurveFigure]:
     Args:
         folder: The run's folder, with `design.nc`, `pounding.nc` and `case.json`.
     """
-    wanted = json.loads((folder / "case.json").read_text(encoding="utf-8"))["spectra"]
+    wanted = json.loads(of_run(folder, "case.json").read_text(encoding="utf-8"))["spectra"]
     broadening, clipping = wanted["broadening"], wanted["clipping"]
     # A ratio down and one up is a list in JSON.
     sides = tuple(broadening) if isinstance(broadening, list) else broadening
     with open_store(folder / "design.nc") as store:
-        made = design_products_of(store, folder / "pounding.nc", sides, clipping)
+        made = design_products_of(store, of_run(folder, "pounding.nc"), sides, clipping)
         shown = names_of(store, "direction").index(store.attrs["shown_direction"])
         return [_case_page(made, 0, shown)]
 

@@ -19,7 +19,7 @@ from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.sources import program_key
 from impactfem.stages.stage import DRAWING, Stage
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import of_run, open_store
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
@@ -65,7 +65,7 @@ def _study(case: Case, folder: Path, steps: Steps) -> DesignStudy | None:
     from impactfem.stages.transient.prepared import prepare
 
     mesh = mesh_of_run(case, folder)
-    forces = folder / "forces.nc"
+    forces = of_run(folder, "forces.nc")
     members = _carried(case)
     with_devices = bool(members and case.devices)
     with steps.step("inputs"):
@@ -97,7 +97,7 @@ def _draw(case: Case, folder: Path) -> list[Path]:
     """Tables and figures from the store."""
     with open_store(folder / "design.nc") as store:
         products = design_products_of(
-            store, folder / "pounding.nc", case.spectra.broadening, case.spectra.clipping
+            store, of_run(folder, "pounding.nc"), case.spectra.broadening, case.spectra.clipping
         )
         return write_design_products(folder, products) + design_figures(folder, products)
 
@@ -136,4 +136,5 @@ DESIGN = Stage(
     lacks=lambda case: "transient" if case.transient is None else None,
     needs=_needs,
     collective=True,
+    each=True,
 )

@@ -55,7 +55,7 @@ def run_devices(
 
     Raises:
         ImpactfemError: A spectrum does not reach a mode of a device.
-        SolutionError: A response is not finite; an impact on the wall cannot be evaluated.
+        SolutionError: A response is not finite.
     """
     full = None
     if analysis_of(case).solver == "full":

@@ -14,8 +14,6 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import GroundMotion
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_building import CompleteModel
-from impactfem.stages.calibrate.compute import run_reduced
-from impactfem.stages.calibrate.impact import floor_impacts, penalty_parameters
 from impactfem.stages.device.analysis import Analyst, DeviceResult, with_detailed
 from impactfem.stages.device.full_run import FullHistories
 from impactfem.stages.device.prepared import Prepared, analysis_of
@@ -83,7 +81,7 @@ class DampedStudy:
         name: Name of the damping case.
         damping: The damping.
         epsilon: Restitution of the pounding; None where the laws kept theirs.
-        calibrated: Whether it comes from the wall experiment with this damping.
+        calibrated: Whether it comes from the impact on the wall with this damping.
         loads: Ground motion and impacts.
         no_impact: The devices without the impacts.
         impact: The devices with them.
@@ -146,7 +144,7 @@ def device_study(
 
     Raises:
         ImpactfemError: A spectrum does not reach a mode of a device.
-        SolutionError: A response is not finite; an impact on the wall cannot be evaluated.
+        SolutionError: A response is not finite.
     """
     calibration = calibration_of(case) if case.damping_cases else None
     count = 1 + len(case.damping_cases)
@@ -203,10 +201,10 @@ def _damping_case(
         return _damped(
             analyst, one.name, one.rayleigh, None, calibrated=False, loads=prepared.loads
         )
-    calibrated = one.restitution == CALIBRATED and analyst.model.wall is not None
-    epsilon = None if one.restitution == CALIBRATED else float(one.restitution)
-    if calibrated:
-        epsilon = _epsilon(prepared, analyst.model, one.rayleigh)
+    calibrated = one.name in prepared.restitution
+    epsilon = prepared.restitution.get(one.name)
+    if one.restitution != CALIBRATED:
+        epsilon = float(one.restitution)
     laws = prepared.calibrated_laws if calibrated else ()
     damped = damped_case(case, one, epsilon, laws)
     duration = prepared.loads.time_step * (len(prepared.loads.ground) - 1)
@@ -236,15 +234,3 @@ def _damped(
         no_impact=tuple(analyst.analyse(quiet, damping)),
         impact=tuple(analyst.analyse(loads, damping)),
     )
-
-
-def _epsilon(prepared: Prepared, model: CompleteModel, damping: Rayleigh) -> float:
-    """Restitution by equation 5 of the wall experiment with another damping."""
-    wall, reduced = prepared.wall, model.wall
-    if wall is None or reduced is None:
-        raise ValueError("the study has no wall experiment")
-    run = run_reduced(reduced, wall.experiment, wall.mass, damping)
-    top = floor_impacts(
-        run.history, wall.experiment.floors[-1], separation=wall.experiment.separation
-    )
-    return penalty_parameters(top.first_complete()).epsilon

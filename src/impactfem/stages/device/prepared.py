@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from impactfem.building.from_case import read_parts
@@ -17,8 +18,6 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.covered_points import CoveredPoints, covered_points
 from impactfem.reduction.loads import Loads
-from impactfem.stages.calibrate.compute import Prepared as WallPrepared
-from impactfem.stages.calibrate.compute import prepare as prepare_wall
 from impactfem.stages.device.spectrum_plan import SpectrumPlan, plan_of
 from impactfem.stages.transient.prepared import case_loads, transient_of
 
@@ -38,8 +37,9 @@ class Prepared:
         forces: Impact forces with the building's own damping.
         loads: They and the ground motion, at the step of the 3D model.
         motions: The ground motions.
-        wall: The wall experiment; None where there is none.
-        calibrated_laws: Contact laws that left their restitution to it; empty where none did.
+        calibrated_laws: Contact laws that left their restitution to the impact on the wall; empty
+            where none did.
+        restitution: What that gave by damping case; empty where there is none.
     """
 
     parts: BuildingParts
@@ -52,8 +52,8 @@ class Prepared:
     forces: ForceHistory
     loads: Loads
     motions: tuple[GroundMotion, ...]
-    wall: WallPrepared | None
     calibrated_laws: frozenset[str] = frozenset()
+    restitution: Mapping[str, float] = field(default_factory=dict)
 
 
 def prepare(
@@ -62,6 +62,7 @@ def prepare(
     forces_file: Path,
     storey_factor: float,
     calibrated_laws: frozenset[str] = frozenset(),
+    restitution: Mapping[str, float] | None = None,
 ) -> Prepared:
     """Read mesh, motions and forces, and build the devices. Not collective.
 
@@ -70,7 +71,8 @@ def prepare(
         mesh_file: The mesh of the building.
         forces_file: The impact forces of the sticks, where the case names none of its own.
         storey_factor: Factor on walls and columns.
-        calibrated_laws: Contact laws that left their restitution to the wall experiment.
+        calibrated_laws: Contact laws that left their restitution to the impact on the wall.
+        restitution: What that gave by damping case.
 
     Raises:
         InputError: The mesh, the forces or a device are not usable.
@@ -100,8 +102,8 @@ def prepare(
             case, parts.mesh, motions, forces, path, transient.duration or float(forces.time[-1])
         ),
         motions=motions,
-        wall=None if case.wall_impact is None else prepare_wall(case, mesh_file),
         calibrated_laws=calibrated_laws,
+        restitution=restitution or {},
     )
 
 

@@ -8,7 +8,11 @@ from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
-from impactfem.stages.calibrate.calibrated_contact import calibrated_laws, with_contact_of_run
+from impactfem.stages.calibrate.calibrated_contact import (
+    calibrated_laws,
+    calibrated_restitutions,
+    with_contact_of_run,
+)
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.device.checks import device_checks
 from impactfem.stages.device.figures import device_curves, device_figures
@@ -17,6 +21,7 @@ from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stores import of_run
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
 
@@ -35,7 +40,14 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         laws = calibrated_laws(case)
         case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
         prepared = on_root(
-            lambda: prepare(case, mesh, folder / "forces.nc", storey_factor(folder), laws)
+            lambda: prepare(
+                case,
+                mesh,
+                of_run(folder, "forces.nc"),
+                storey_factor(folder),
+                laws,
+                calibrated_restitutions(case, folder),
+            )
         )
         reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
     study = run_devices(
@@ -93,8 +105,6 @@ DEVICE = Stage(
         "damping_cases",
     ),
     files=lambda case: transient_files(case.transient) if case.transient is not None else (),
-    # It computes the impact on the wall for each damping case.
-    further=CALIBRATE.key,
     computed_by=("compute", "store", "prepared"),
     drawn_by=("figures", "tables"),
     stores={"device": "device.nc"},
@@ -106,6 +116,12 @@ DEVICE = Stage(
     ],
     checks=lambda case, folder: device_checks(folder),
     lacks=_lacks,
-    needs=lambda case: (REDUCE, POUNDING),
+    # The impact on the wall gives the restitution of each damping case.
+    needs=lambda case: (
+        REDUCE,
+        *((CALIBRATE,) if case.whole.wall_impact is not None else ()),
+        POUNDING,
+    ),
     collective=True,
+    each=True,
 )

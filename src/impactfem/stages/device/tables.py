@@ -199,9 +199,9 @@ def _dampings(store: xr.Dataset, published: Published) -> Table:
     ratios = "".join(f"xi at {f:g} Hz [%]; " for f in shown)
     return Table(
         "device_dampings",
-        "Dampings of the buildings and restitution of their impacts (calibrated: by the wall, on "
-        "the reduced model of this stage, so that it is not quite that of wall_damping.csv), with "
-        "the largest impact force as resampled to the steps of the 3D model",
+        "Dampings of the buildings and restitution of their impacts (calibrated: by the wall, as "
+        "in wall_damping.csv), with the largest impact force as resampled to the steps of the 3D "
+        "model",
         heads(
             f"damping; alpha [1/s]; beta [s]; {ratios}epsilon [-]; where from; by the text [-]; "
             "as printed [-]; impact force [MN]"

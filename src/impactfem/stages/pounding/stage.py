@@ -103,5 +103,7 @@ def motions_key(case: Case, sections: tuple[str, ...] = ()) -> str:
         sections: Further sections that count.
     """
     rest = tuple(section for section in POUNDING.sections if section != "motions")
-    needed = [stage.key(case) for stage in _needs(case)]
-    return "".join([inputs_key(case, (*rest, *sections), POUNDING.modules), *needed, _facing(case)])
+    whole = case.whole
+    needed = [stage.key(whole) for stage in _needs(whole)]
+    own = inputs_key(case, (*rest, *sections), POUNDING.modules)
+    return "".join([own, *needed, _facing(whole)])

@@ -131,4 +131,5 @@ REDUCE = Stage(
     needs=lambda case: (BUILDING,),
     lacks=_lacks,
     collective=True,
+    each=True,
 )

@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.stages.check import Check, end_check, log_checks
-from impactfem.stages.stores import open_store, time_step
+from impactfem.stages.stores import of_run, open_store, time_step
 from impactfem.stages.transient.selection import between, ends, known
 from impactfem.system.scalar import values_of
 
@@ -45,7 +45,7 @@ def stick_against_model(folder: Path) -> list[Check]:
     """
     with (
         open_store(folder / "building.nc") as building,
-        open_store(folder / "pounding.nc") as sticks,
+        open_store(of_run(folder, "pounding.nc")) as sticks,
     ):
         name, direction = str(building.attrs["building"]), str(sticks.attrs["shown_direction"])
         if direction == "z":

@@ -12,7 +12,7 @@ from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import of_run, open_store
 from impactfem.stages.transient.checks import log_samples, stick_against_model, transient_checks
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
@@ -41,7 +41,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     with steps.step("inputs"):
         prepared = on_root(
             lambda: prepare(
-                case, mesh, folder / "forces.nc", storey_factor(folder), POUNDING.key(case)
+                case, mesh, of_run(folder, "forces.nc"), storey_factor(folder), POUNDING.key(case)
             )
         )
         reduced = None
@@ -108,7 +108,7 @@ def _physics(folder: Path) -> list[Scalar]:
     """What the stores of this stage and of the sticks say together."""
     with (
         open_store(folder / "transient.nc") as store,
-        open_store(folder / "pounding.nc") as sticks,
+        open_store(of_run(folder, "pounding.nc")) as sticks,
     ):
         return physics_scalars(store, sticks)
 
@@ -147,4 +147,5 @@ TRANSIENT = Stage(
     needs=lambda case: (REDUCE if _reduces(case) else BUILDING, POUNDING),
     derived=_physics,
     collective=True,
+    each=True,
 )

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.plot.table import Table, beside_published, columns_of, write_tables
-from impactfem.stages.stores import open_store, time_step
+from impactfem.stages.stores import of_run, open_store, time_step
 from impactfem.stages.transient.physics import physics_scalars
 from impactfem.stages.transient.power import force_spectra, power_spectrum
 from impactfem.stages.transient.selection import (
@@ -39,7 +39,7 @@ def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]
     """
     with (
         open_store(folder / "transient.nc") as store,
-        open_store(folder / "pounding.nc") as sticks,
+        open_store(of_run(folder, "pounding.nc")) as sticks,
     ):
         files = write_tables(folder, [_probes(store), _physics(store, sticks, published)])
         return files + [t.write_csv(folder / "tables") for t in density_tables(shown(store))]
