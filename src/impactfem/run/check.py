@@ -148,7 +148,9 @@ def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bo
 
             computed = float(history.time[-1])
             lasting = transient.duration or computed
-            found.faults += history_faults(history, transient.forces, case, lasting)
+            for view in case.views:
+                every = history_faults(history, transient.forces, view, lasting)
+                found.faults += [fault for fault in every if fault not in found.faults]
     if transient is not None and transient.export and transient.duration is None:
         start, key = transient.export_start or 0.0, "transient.export_start"
         expected = f"less than what is computed, {computed:g} s"
@@ -157,32 +159,41 @@ def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bo
     found.estimate = estimate(case, longest).of(stages)
     refused = list(too_much(case, found.estimate))
     found.faults += refused
-    if case.structure is None:
-        return found
-    made = case.structure.mesh
-    if isinstance(made, GeneratedMesh):
-        parts = sorted(geometry_of(case).part_sections())
-        found.faults += part_faults(case.structure, parts, case.path)
+    for view in case.views:
+        if view.structure is not None and isinstance(view.structure.mesh, GeneratedMesh):
+            parts = sorted(geometry_of(view).part_sections())
+            found.faults += part_faults(view.structure, parts, case.path)
     if not mesh or refused:
         return found
-    if not isinstance(made, GeneratedMesh):
-        read = _read_mesh(case, made.file, found)
-    elif elements_of(geometry_of(case)) > MOST_ELEMENTS:
-        LOGGER.info("check: the mesh is large and is not made; the stage building checks it")
-        return found
-    else:
-        # gmsh is loaded in a process of its own, PETSc where it is needed.
-        from impactfem.building.generate import generate
-
-        with TemporaryDirectory() as folder:
-            path = Path(folder) / "building.msh"
-            before = len(found.faults)
-            found.attempt(partial(generate, geometry_of(case), path, source=str(case.path)))
-            read = _read_mesh(case, path, found) if len(found.faults) == before else None
-    if read is not None:
-        found.estimate = estimate(case, longest, read).of(stages)
+    meshes = {}
+    for view in case.views:
+        read = _mesh_of(view, found)
+        if read is not None and view.structure is not None:
+            meshes[view.structure.building] = read
+    if meshes:
+        found.estimate = estimate(case, longest, meshes).of(stages)
         found.faults += too_much(case, found.estimate)
     return found
+
+
+def _mesh_of(case: Case, found: Further) -> BuildingMesh | None:
+    """The mesh of the building of a view, read or made and read; None where it cannot be."""
+    made = None if case.structure is None else case.structure.mesh
+    if made is None:
+        return None
+    if not isinstance(made, GeneratedMesh):
+        return _read_mesh(case, made.file, found)
+    if elements_of(geometry_of(case)) > MOST_ELEMENTS:
+        LOGGER.info("check: the mesh is large and is not made; the stage building checks it")
+        return None
+    # gmsh is loaded in a process of its own, PETSc where it is needed.
+    from impactfem.building.generate import generate
+
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "building.msh"
+        before = len(found.faults)
+        found.attempt(partial(generate, geometry_of(case), path, source=str(case.path)))
+        return _read_mesh(case, path, found) if len(found.faults) == before else None
 
 
 def mesh_faults(case: Case, path: Path) -> list[Fault]:

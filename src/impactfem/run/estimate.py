@@ -14,9 +14,10 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 from impactfem.building.from_case import geometry_of
 from impactfem.building.geometry import Geometry
@@ -61,29 +62,55 @@ class StageCost:
 
 
 @dataclass(frozen=True)
+class ModelSize:
+    """How large a 3D model is.
+
+    Args:
+        name: How it is called in lines.
+        dofs: Degrees of freedom.
+        meshed: Whether they are counted, not estimated from areas and element sizes.
+        vectors: Number of vectors of the reduced basis of each stage that has one.
+    """
+
+    name: str
+    dofs: int
+    meshed: bool
+    vectors: dict[str, int]
+
+    @property
+    def line(self) -> str:
+        """Its size in words."""
+        counted = f"{self.dofs:,}" if self.meshed else f"about {_rounded(self.dofs):,}"
+        vectors = ", ".join(f"{_rounded(n):,} {name}" for name, n in self.vectors.items())
+        of_bases = f"; vectors of the reduced building: about {vectors}" if vectors else ""
+        return f"{self.name}: {counted} degrees of freedom{of_bases}"
+
+
+@dataclass(frozen=True)
 class Estimate:
     """What a run will take.
 
     Args:
         steps: Number of steps of each time loop, by what moves in it.
-        dofs: Degrees of freedom of the 3D model; None without one.
-        meshed: Whether they are counted, not estimated from areas and element sizes.
-        vectors: Number of vectors of the reduced basis of each stage that has one.
+        models: The 3D models, which run one after another.
         stages: What each stage takes.
         longest: Duration of the longest ground motion [s].
     """
 
     steps: dict[str, int]
-    dofs: int | None
-    meshed: bool
-    vectors: dict[str, int]
+    models: tuple[ModelSize, ...]
     stages: tuple[StageCost, ...]
     longest: float
 
     def of(self, names: set[str]) -> Estimate:
         """The estimate of some stages; of all where none is named, as of a case at fault."""
-        stages = tuple(stage for stage in self.stages if stage.name in names)
+        stages = tuple(one for one in self.stages if one.name.rpartition("/")[2] in names)
         return replace(self, stages=stages or self.stages)
+
+    @property
+    def dofs(self) -> int | None:
+        """Degrees of freedom of the largest 3D model; None without one."""
+        return max((model.dofs for model in self.models), default=None)
 
     @property
     def largest(self) -> StageCost:
@@ -98,11 +125,7 @@ class Estimate:
     def lines(self) -> Iterator[str]:
         """The estimate in a few lines."""
         yield "steps: " + ", ".join(f"{count:,} {of}" for of, count in self.steps.items())
-        if self.dofs is not None:
-            counted = f"{self.dofs:,}" if self.meshed else f"about {_rounded(self.dofs):,}"
-            vectors = ", ".join(f"{_rounded(n):,} {name}" for name, n in self.vectors.items())
-            of_bases = f"; vectors of the reduced building: about {vectors}" if vectors else ""
-            yield f"3D model: {counted} degrees of freedom{of_bases}"
+        yield from (model.line for model in self.models)
         each = ", ".join(
             f"{one.name} {duration(one.seconds)} {1e-9 * one.memory:.2g} GB" for one in self.stages
         )
@@ -112,33 +135,39 @@ class Estimate:
         )
 
 
-def estimate(case: Case, longest: float, mesh: BuildingMesh | None = None) -> Estimate:
+def estimate(
+    case: Case, longest: float, meshes: Mapping[str, BuildingMesh] = MappingProxyType({})
+) -> Estimate:
     """What a run of all stages of a case will take.
 
     Args:
         case: The case.
         longest: Duration of its longest ground motion [s].
-        mesh: The mesh of its building, where it is there already.
+        meshes: The meshes of its buildings by their names, as far as they are there already.
     """
     steps = _steps(case, longest)
     stages = list(_sticks(case, steps))
-    dofs, vectors = None, _vectors(case)
-    structure = case.structure
-    if structure is not None:
+    models, meshed, reduced = [], [], []
+    for view, structure in zip(case.views, case.structures, strict=True):
+        mesh, vectors = meshes.get(structure.building), _vectors(view)
         if mesh is not None:
             nodes = len(mesh.nodes)
         elif isinstance(structure.mesh, FileMesh):
             nodes = nodes_of_file(structure.mesh.file)
         else:
-            nodes = 2 * elements_of(geometry_of(case))
+            nodes = 2 * elements_of(geometry_of(view))
         dofs = DOFS * nodes
+        words = f"3D model of {structure.building}" if case.further_structures else "3D model"
+        models.append(ModelSize(words, dofs, mesh is not None, vectors))
         analyses = 0.5 if structure.calibration is None else 1.0
         seconds = 40.0 * (dofs / 342_594) ** 1.15 * analyses * (0.5 + structure.modes / 40.0)
         # Two further vectors of the eigensolver for each mode.
         memory = BASE + dofs * (PER_DOF + 24.0 * max(0, structure.modes - 20))
-        stages = [StageCost("building", 6.0 + seconds, memory), *stages]
-        stages += _reduced_stages(case, dofs, steps, vectors)
-    return Estimate(steps, dofs, mesh is not None, vectors, tuple(stages), longest)
+        start = f"{view.part}/" if view.part else ""
+        meshed.append(StageCost(f"{start}building", 6.0 + seconds, memory))
+        for cost in _reduced_stages(view, dofs, steps, vectors):
+            reduced.append(replace(cost, name=f"{start}{cost.name}"))
+    return Estimate(steps, tuple(models), (*meshed, *stages, *reduced), longest)
 
 
 def too_much(case: Case, found: Estimate) -> Iterator[Fault]:

@@ -133,7 +133,7 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
     return Prepared(
         parts=parts,
         mass=masses.floors[[list(parts.mesh.floors).index(floor) for floor in setup.floors]],
-        experiment=WallExperiment(**setup.model_dump(), side=side),
+        experiment=WallExperiment(**setup.model_dump(exclude={"building"}), side=side),
         dampings={OWN: own}
         | {one.name: one.rayleigh for one in case.damping_cases if one.restitution == CALIBRATED},
         position=np.concatenate([edge.position for edge in edges]),
