@@ -29,17 +29,11 @@ _BINS = 4.0  # of width 1/T_D that the mean of the density must hold to say anyt
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """Pseudo-acceleration of a motion beside its target, and the ratio r = computed / target.
+    """Pseudo-acceleration of a motion and its target, shape (n,), and their ratio r."""
 
-    Args:
-        frequency: Where they are compared, equidistant on a logarithmic axis, shape (n,) [Hz].
-        computed: Pseudo-acceleration of the motion at the target's damping, shape (n,) [m/s2].
-        target: The design spectrum, shape (n,) [m/s2].
-    """
-
-    frequency: FloatArray
-    computed: FloatArray
-    target: FloatArray
+    frequency: FloatArray  # equidistant on a logarithmic axis [Hz]
+    computed: FloatArray  # of the motion at the target's damping [m/s2]
+    target: FloatArray  # the design spectrum [m/s2]
 
     @property
     def ratio(self) -> FloatArray:
@@ -102,28 +96,17 @@ class Criteria:
     row below it (a window of ±10 %), 20 s, a Nyquist frequency of 50 Hz. Strong phase of 6 s and
     80 % of a target density from 0.3 Hz to 24 Hz: the same text, but from memory.
     `derived_psd_share` is a choice of this program: see :func:`acceptance`.
-
-    Args:
-        per_decade: Points in a decade, at least [-].
-        lower: Smallest ratio of spectrum to target [-].
-        upper: Largest ratio [-].
-        longest_below: Most points in a row below the target [-].
-        duration: Least duration [s].
-        strong_phase: Least time from 5 % to 75 % of the Arias intensity [s].
-        nyquist: Least Nyquist frequency [Hz].
-        psd_share: Smallest ratio of the power spectral density to a target given [-].
-        derived_psd_share: The same, to the density derived from the design spectrum [-].
     """
 
-    per_decade: int = 100
-    lower: float = 0.9
-    upper: float = 1.3
-    longest_below: int = 9
-    duration: float = 20.0
-    strong_phase: float = 6.0
-    nyquist: float = 50.0
-    psd_share: float = 0.8
-    derived_psd_share: float = 0.4
+    per_decade: int = 100  # points in a decade, at least
+    lower: float = 0.9  # smallest ratio of spectrum to target
+    upper: float = 1.3  # largest ratio
+    longest_below: int = 9  # most points in a row below the target
+    duration: float = 20.0  # at least [s]
+    strong_phase: float = 6.0  # least time from 5 % to 75 % of the Arias intensity [s]
+    nyquist: float = 50.0  # least Nyquist frequency [Hz]
+    psd_share: float = 0.8  # smallest ratio of the power spectral density to a target given
+    derived_psd_share: float = 0.4  # the same, to the density derived from the design spectrum
 
 
 @dataclass(frozen=True)
@@ -144,23 +127,13 @@ class Verdict:
 
 @dataclass(frozen=True, eq=False)
 class Acceptance:
-    """A motion beside the criteria.
-
-    Args:
-        misfit: Spectrum and target at the frequencies compared.
-        strong_phase: From 5 % to 75 % of the Arias intensity.
-        psd_frequency: Where the density is compared, shape (n_p,) [Hz]; may be empty for a strong
-            phase too short to say anything.
-        psd: One-sided power spectral density of the strong phase, smoothed, shape (n_p,) [m²/s³].
-        psd_target: What it is compared with, shape (n_p,) [m²/s³].
-        verdicts: The criteria.
-    """
+    """A motion and the criteria."""
 
     misfit: Misfit
     strong_phase: StrongPhase
-    psd_frequency: FloatArray
-    psd: FloatArray
-    psd_target: FloatArray
+    psd_frequency: FloatArray  # (n_p,) [Hz]; empty for a strong phase too short to say anything
+    psd: FloatArray  # one-sided density of the strong phase, smoothed, (n_p,) [m²/s³]
+    psd_target: FloatArray  # what it is compared with, (n_p,) [m²/s³]
     verdicts: tuple[Verdict, ...]
 
     @property

@@ -25,24 +25,17 @@ SPECTRUM_RANGE = (0.2, 100.0, 200)  # lowest and highest frequency [Hz], points 
 
 @dataclass(frozen=True, eq=False)
 class GroundMotion:
-    """One component of the ground motion.
+    """One component of the ground motion, with its response spectrum at one damping.
 
-    Args:
-        direction: "x", "y" or "z".
-        accelerogram: The motion.
-        measures: Its measures.
-        spectrum: Its response spectrum, one record at one damping.
-        target: Pseudo-acceleration of the design spectrum at the same frequencies, shape (n_f,)
-            [m/s2]; None for a record.
-        misfit: How well it meets the design spectrum; None for a record.
-        acceptance: How it stands to a reviewer's criteria; None for a record, or without request.
+    A record has no target and no misfit; only synthetic motions are checked for acceptance, on
+    request.
     """
 
     direction: str
     accelerogram: Accelerogram
     measures: Measures
     spectrum: ResponseSpectra
-    target: npt.NDArray[np.float64] | None
+    target: npt.NDArray[np.float64] | None  # at the frequencies of the spectrum, (n_f,) [m/s2]
     misfit: Misfit | None
     acceptance: Acceptance | None = None
 

@@ -45,12 +45,9 @@ class Treatment:
     """
 
     baseline: Baseline = "none"
-    taper: float | None = None
-    """Length of either taper [s]."""
-    band: tuple[float, float] | None = None
-    """Low and high corner frequency [Hz]."""
-    resample: float | None = None
-    """New time step [s]."""
+    taper: float | None = None  # length of either taper [s]
+    band: tuple[float, float] | None = None  # low and high corner frequency [Hz]
+    resample: float | None = None  # new time step [s]
 
     def __post_init__(self) -> None:
         if self.taper is not None and not (math.isfinite(self.taper) and self.taper > 0.0):

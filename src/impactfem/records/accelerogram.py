@@ -22,14 +22,10 @@ class Accelerogram:
     or not finite, are refused.
     """
 
-    time_step: float
-    """Step h [s]."""
-    acceleration: FloatArray
-    """Samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]."""
-    name: str = ""
-    """In tables and figures."""
-    origin: str = ""
-    """Where it comes from: a file, or how it was made."""
+    time_step: float  # h [s]
+    acceleration: FloatArray  # samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]
+    name: str = ""  # in tables and figures
+    origin: str = ""  # where it comes from: a file, or how it was made
 
     def __post_init__(self) -> None:
         h = float(self.time_step)
@@ -94,28 +90,20 @@ class Accelerogram:
 
 @dataclass(frozen=True)
 class Measures:
-    """Measures of the strength of a ground motion.
+    """Measures of the strength of a ground motion, peaks at its samples.
 
-    Args:
-        pga: Peak ground acceleration, largest sample [m/s2].
-        time_of_pga: Time of that sample [s].
-        pgv: Peak ground velocity at the samples [m/s].
-        pgd: Peak ground displacement at the samples [m].
-        arias: Arias intensity [m/s].
-        duration_5_95: Significant duration: between 5 % and 95 % of the Arias intensity [s];
-            0 for a motion that is zero throughout.
-        end_velocity: Ground velocity at the last sample [m/s].
-        end_displacement: Ground displacement at the last sample [m].
+    The significant duration is that between 5 % and 95 % of the Arias intensity, 0 for a motion
+    that is zero throughout; velocity and displacement of the end are those at the last sample.
     """
 
-    pga: float
-    time_of_pga: float
-    pgv: float
-    pgd: float
-    arias: float
-    duration_5_95: float
-    end_velocity: float
-    end_displacement: float
+    pga: float  # [m/s2]
+    time_of_pga: float  # [s]
+    pgv: float  # [m/s]
+    pgd: float  # [m]
+    arias: float  # [m/s]
+    duration_5_95: float  # [s]
+    end_velocity: float  # [m/s]
+    end_displacement: float  # [m]
 
 
 def measures(accelerogram: Accelerogram) -> Measures:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, replace
-from typing import NoReturn
+from dataclasses import replace
+from typing import NamedTuple, NoReturn
 
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import (
@@ -45,9 +45,8 @@ _UNSPECIFIED = -999
 _UNIT_CODES = {2: "g", 4: "cm/s2", 7: "in/s2", 10: "gal", 11: "mg"}
 
 
-@dataclass(frozen=True)
-class _Header:
-    """What the header blocks of a channel say."""
+class _Header(NamedTuple):
+    """What the header blocks of a channel say; index of the line that announces the samples."""
 
     status: str
     number: str
@@ -56,7 +55,7 @@ class _Header:
     title: str
     unit_code: int
     time_step: float
-    data: int  # index of the line that announces the samples
+    data: int
 
 
 def read(file: RecordFile, component: str | None) -> Accelerogram:
@@ -117,19 +116,16 @@ def _header(file: RecordFile, start: int) -> _Header:
     following = lines[i + 1 : i + 1 + int(comments[1])]
     station = next((m for m in map(_STATION_CHANNEL.search, text) if m), None)
     code = next((m for m in map(_CODE.search, following) if m), None)
-    step = reals[_TIME_STEP - 1] if len(reals) >= _TIME_STEP else math.nan
+    step = next(iter(reals[_TIME_STEP - 1 :]), math.nan)
     if not step > 0.0:
-        expected = "expected a positive time step [s] as real-header value 34"
-        _fail(file, start + n_text, expected)
+        _fail(file, start + n_text, "expected a positive time step [s] as real-header value 34")
     return _Header(
         status=(head[1] if head else "").lower(),
         number=station[1] if station else "?",
         orientation=station[2] if station else "",
         code=code[1] if code else "",
         title=" ".join(text[1].split()) if n_text > 1 else "",
-        unit_code=round(integers[_DATA_UNITS - 1])
-        if len(integers) >= _DATA_UNITS
-        else _UNSPECIFIED,
+        unit_code=round(next(iter(integers[_DATA_UNITS - 1 :]), _UNSPECIFIED)),
         time_step=step,
         data=i + 1 + int(comments[1]),
     )
@@ -152,8 +148,7 @@ def _values(file: RecordFile, i: int, kind: str) -> tuple[list[float], int]:
             _fail(file, j, expected)
         values += numbers
     if len(values) != count:
-        expected = f"{count} numbers are announced, {len(values)} follow"
-        _fail(file, i, expected)
+        _fail(file, i, f"{count} numbers are announced, {len(values)} follow")
     return values, i + 1 + n_lines
 
 
@@ -171,10 +166,8 @@ def _block(file: RecordFile, i: int, header: _Header | None) -> tuple[Channel, s
         stop += 1
     end = _END.match(lines[stop]) if stop < len(lines) else None
     if end is None:
-        expected = (
-            f"{match[1]} samples are announced on line {i + 1}; expected 'End-of-data' behind them"
-        )
-        _fail(file, stop, expected)
+        announced = f"{match[1]} samples are announced on line {i + 1}"
+        _fail(file, stop, f"{announced}; expected 'End-of-data' behind them")
     quantity = match[2]
     accelerates = quantity.lower().startswith("acc")
     code = end[1] if end[1] and not end[1].isdigit() and end[1].isalnum() else ""

@@ -24,7 +24,7 @@ _DATA = re.compile(
     r"([^()]*?)\.?\s*\(\s*\d*\s*[EFG]([1-9]\d?)\.\d+\s*\)",
     re.IGNORECASE,
 )
-_BEGIN = re.compile(r"\s*\d+\s+points\s+of\s+\w+\s+data\s+equally\s+spaced", re.IGNORECASE)
+_STOP = re.compile(r"\s*(\d+\s+points\s+of\s+\w+\s+data\s+equally\s+spaced|/&)", re.IGNORECASE)
 _END = re.compile(r"\s*/&")
 
 
@@ -66,8 +66,11 @@ def _channel(file: RecordFile, start: int) -> tuple[Channel, int]:
         file.note(begin + 1, match[3], "expected a time step in seconds")
     if factor is None:
         file.note(begin + 1, match[4], "expected a unit of acceleration, cm/sec2")
-    stop = _first(lines, begin + 1, _BEGIN, _END)
-    end = _first(lines, stop, _END, _HEAD)
+    stop = end = next(
+        (i for i in range(begin + 1, len(lines)) if _STOP.match(lines[i])), len(lines)
+    )
+    while end < len(lines) and not (_END.match(lines[end]) or _HEAD.match(lines[end])):
+        end += 1
     if end == len(lines) or not _END.match(lines[end]):
         expected = f"the channel that begins on line {start + 1} does not end; expected '/& ...'"
         file.note(end + 1 if end < len(lines) else None, None, expected)
@@ -87,14 +90,6 @@ def _channel(file: RecordFile, start: int) -> tuple[Channel, int]:
         stop=stop + 1,
     )
     return channel, end + 1
-
-
-def _first(lines: list[str], start: int, *patterns: re.Pattern[str]) -> int:
-    """Index of the first line that one of the patterns matches; that behind the last if none."""
-    for i in range(start, len(lines)):
-        if any(pattern.match(lines[i]) for pattern in patterns):
-            return i
-    return len(lines)
 
 
 FORMAT = Format(

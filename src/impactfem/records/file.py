@@ -161,51 +161,38 @@ class RecordFile:
 class Format:
     """A format of records."""
 
-    name: str
-    """What case files call it."""
-    expected: str
-    """What a file of it looks like, for messages."""
-    endings: tuple[str, ...]
-    """Endings of the files that have this format alone, in lower case, without dot."""
-    sign: re.Pattern[str]
-    """What a file has on one of its first lines, and no file of another format."""
+    name: str  # what case files call it
+    expected: str  # what a file of it looks like, for messages
+    endings: tuple[str, ...]  # of the files that have this format alone, lower case, without dot
+    sign: re.Pattern[str]  # what one of the first lines has, and no file of another format
+    # Reads a component (None: the only one), in m/s2; raises the file's error with every fault.
     read: Callable[[RecordFile, str | None], Accelerogram]
-    """Reads a component (None: the only one), in m/s2; raises the file's error with every fault."""
 
 
 @dataclass(frozen=True)
 class Channel:
     """An acceleration of a file that holds several, in fixed columns."""
 
-    number: str
-    """At the station, as text."""
-    orientation: str
-    """In the file's words ("90 Deg", "Up"); may be empty."""
-    code: str
-    """In the network ("HNE"); may be empty."""
-    title: str
-    """What it is a record of, for the origin of the accelerogram."""
-    announced: int
-    """Number of the line that announces the samples, from 1."""
-    count: int
-    """Number of samples announced."""
+    number: str  # at the station, as text
+    orientation: str  # in the file's words ("90 Deg", "Up"); may be empty
+    code: str  # in the network ("HNE"); may be empty
+    title: str  # what it is a record of, for the origin of the accelerogram
+    announced: int  # number of the line that announces the samples, from 1
+    count: int  # of the samples announced
     time_step: float
-    factor: float
-    """From the file's unit to m/s2."""
-    width: int
-    """Characters in a column."""
-    stop: int
-    """Number of the line behind the last one of samples."""
+    factor: float  # from the file's unit to m/s2
+    width: int  # characters in a column
+    stop: int  # number of the line behind the last one of samples
 
     @property
     def names(self) -> tuple[str, ...]:
         """What it may be requested by."""
-        return tuple(name for name in (self.number, self.orientation, self.code) if name)
+        return tuple(filter(None, (self.number, self.orientation, self.code)))
 
     @property
     def label(self) -> str:
         """All its names, for a message."""
-        rest = ", ".join(name for name in (self.orientation, self.code) if name)
+        rest = ", ".join(self.names[1:])
         return f"{self.number} ({rest})" if rest else self.number
 
 

@@ -180,8 +180,7 @@ def broadening(rows: Rows) -> None:
     straight = interpolate_frequency(listed, broaden(f, peak, 0.15, listed), fine)
     loss = np.max(1.0 - straight / broaden(f, peak, 0.15, fine))
     quantity = "largest loss of straight lines between the design frequencies"
-    source = "definition of the design frequencies"
-    rows.add(quantity, 0.0, max(loss, 0.0), "-", 1e-12, source)
+    rows.add(quantity, 0.0, max(loss, 0.0), "-", 1e-12, "definition of the design frequencies")
 
 
 @benchmark("peak reduction", "by hand; rule of ASCE 4-98, section 3.4.2.3")

@@ -221,8 +221,7 @@ def net_tension(rows: Rows) -> None:
         springs = plate @ np.linalg.solve(plate.T @ plate, np.array([N, M, 0.0]))
         largest = max(largest, count * float(springs.max()))
     tension = float(ring_tension(whole, radius))
-    source = "by hand, g = 9.80665 m/s2"
-    rows.add("force z with the weight", N, whole[2], "N", 1e-9, source)
+    rows.add("force z with the weight", N, whole[2], "N", 1e-9, "by hand, g = 9.80665 m/s2")
     rows.add("moment x", M, whole[3], "N m", 1e-9)
     rows.add("N + 2 M / r", N + 2.0 * M / radius, tension, "N", 1e-9)
     rows.add("eight springs on a circle", largest, tension, "N", 1e-9, "a rigid plate on springs")

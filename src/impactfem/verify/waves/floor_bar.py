@@ -185,8 +185,7 @@ def _pulse_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
     rows.add("crossing by the slope of the peak", ours, theirs, "s", 0.02)
     light = peaks(_line_in_3d(parts, 1, loads, LIGHT, 1.0)[1])
     quantity = "from the peak at the edge that is hit to that at the far edge, hardly damped"
-    source = "by hand: L/√(EA'/m')"
-    rows.add(quantity, bar.crossing, light[-1] - light[0], "s", 0.05, source)
+    rows.add(quantity, bar.crossing, light[-1] - light[0], "s", 0.05, "by hand: L/√(EA'/m')")
 
 
 def _line_in_3d(

@@ -163,8 +163,7 @@ def energy_identity_3d(rows: Rows) -> None:
     rows.add(quantity, 1.0, whole, "-", 1e-9, "balance of energy at the last time")
     much = energy.damped[-1] > 0.1 * energy.input[-1]
     quantity = "damped part of the energy at the end, at least a tenth"
-    source = "the rows above would say nothing of damping without"
-    rows.add(quantity, 1.0, much, "-", 0.0, source)
+    rows.add(quantity, 1.0, much, "-", 0.0, "the rows above would say nothing of damping without")
 
 
 def _strip() -> MovingModel:
