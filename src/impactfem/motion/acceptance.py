@@ -168,13 +168,9 @@ def acceptance(
     one of a mean motion: the smoothed density of 72 synthetic motions (3 targets, 12 seeds, 1 and
     30 iterations) stayed above 0.44 of it; hence 0.4 for `derived_psd_share`.
 
-    Args:
-        accelerogram: The motion.
-        target: The design spectrum, at its damping.
-        minimum: Lowest frequency compared [Hz].
-        maximum: Highest frequency compared [Hz], not above the Nyquist frequency.
-        criteria: Those of SRP 3.7.1 when None.
-        psd: Target of the one-sided density [m²/s³] by frequency [Hz].
+    Frequencies are compared from `minimum` to `maximum` [Hz], at most the Nyquist frequency; the
+    criteria are those of SRP 3.7.1 when None; `psd` gives one-sided densities [m²/s³] at
+    frequencies [Hz].
 
     Raises:
         ImpactfemError: The motion is zero throughout, or the frequencies are out of range.

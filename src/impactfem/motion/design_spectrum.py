@@ -45,25 +45,17 @@ class DesignSpectrum:
         T_D <= T          S_e = A η F T_C T_D / T²                                       (3.5)
         η = √(10 / (5 + 100 ξ)) >= 0.55                                                  (3.6)
 
-    The standard ends (3.5) at 4 s; here it goes on, at constant displacement.
-
-    Args:
-        ground_acceleration: A, soil factor included: the zero-period acceleration [m/s2].
-        corner_periods: T_B, T_C, T_D, ascending [s].
-        amplification: F of the plateau at 5 % damping; 2.5 in the standard [-].
-        damping: Ratio ξ [-].
-
-    Raises:
-        ImpactfemError: A value is out of range, or the periods do not ascend.
+    The standard ends (3.5) at 4 s; here it goes on, at constant displacement. Values out of range,
+    and periods that do not ascend, are refused.
     """
 
-    ground_acceleration: float
-    corner_periods: tuple[float, float, float]
-    amplification: float = 2.5
-    damping: float = 0.05
+    ground_acceleration: float  # A, soil factor included: that at zero period [m/s2]
+    corner_periods: tuple[float, float, float]  # T_B, T_C, T_D [s]
+    amplification: float = 2.5  # F of the plateau at 5 % damping
+    damping: float = 0.05  # ξ
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.ground_acceleration) and self.ground_acceleration > 0.0):
+        if not 0.0 < self.ground_acceleration < math.inf:
             raise ImpactfemError(
                 f"the ground acceleration must be positive, got {self.ground_acceleration!r} m/s2"
             )
@@ -72,7 +64,7 @@ class DesignSpectrum:
             raise ImpactfemError(
                 f"the corner periods must be 0 < T_B <= T_C <= T_D, got {periods!r} s"
             )
-        if not (math.isfinite(self.amplification) and self.amplification >= 1.0):
+        if not 1.0 <= self.amplification < math.inf:
             raise ImpactfemError(
                 f"the amplification must be at least 1, got {self.amplification!r}"
             )
@@ -101,19 +93,12 @@ class TableSpectrum:
 
     Above the last frequency the acceleration stays (zero-period acceleration), below the first
     the displacement does, S_a ~ f². Neither is part of the table: `range` says where it holds.
-
-    Args:
-        frequency: Ascending, positive, shape (n,), n >= 2 [Hz].
-        acceleration: Positive, shape (n,) [m/s2].
-        damping: Ratio ξ the table was made for [-].
-
-    Raises:
-        ImpactfemError: A value is out of range, or the frequencies do not ascend.
+    Values that are not positive, and frequencies that do not ascend, are refused.
     """
 
-    frequency: FloatArray
-    acceleration: FloatArray
-    damping: float = 0.05
+    frequency: FloatArray  # (n,), n >= 2 [Hz]
+    acceleration: FloatArray  # (n,) [m/s2]
+    damping: float = 0.05  # ξ that the table was made for
 
     def __post_init__(self) -> None:
         f = np.array(self.frequency, dtype=np.float64)
@@ -182,15 +167,8 @@ def eurocode_spectrum(
     With the ground acceleration a_g = γ_I a_gR, the level is a_g S and the amplification 2.5 for a
     horizontal spectrum, a_vg = (a_vg/a_g) a_g and 3.0 for a vertical one, whatever the
     ground. Values of the tables are those the standard recommends; a national annex may have
-    others.
-
-    Args:
-        spectrum_type: 1, or 2 where earthquakes have surface-wave magnitudes up to 5.5.
-        ground: Type of ground, "A" to "E".
-        reference_acceleration: a_gR on ground A [m/s2].
-        importance_factor: γ_I [-].
-        vertical: Whether to give the vertical spectrum.
-        damping: Ratio ξ [-].
+    others. Type 2 is for surface-wave magnitudes up to 5.5, grounds are "A" to "E", and a_gR is
+    the reference acceleration on ground A [m/s2].
 
     Raises:
         ImpactfemError: There is no such type or ground, or a value is out of range.
@@ -233,15 +211,8 @@ def decree_spectrum(
     for zones 1 to 4 and another, that of type 1 of the Eurocode, for zone 5; the arrêté of
     4 October 2010 (special risk, article 12-3) takes the second from zone 4 on. The level is
     γ_I a_gr S, or γ_I a_gr (a_vg/a_g) for the vertical spectrum; the accelerations of the
-    special-risk text are its own, so γ_I stands for their ratio to a_gr.
-
-    Args:
-        zone: Zone of seismicity, 1 to 5.
-        ground: Type of ground, "A" to "E"; without influence on the vertical spectrum.
-        importance_factor: γ_I [-].
-        text: "ordinary" or "special" risk.
-        vertical: Whether to give the vertical spectrum.
-        damping: Ratio ξ [-].
+    special-risk text are its own, so γ_I stands for their ratio to a_gr. Zones are 1 to 5, grounds
+    "A" to "E", which the vertical spectrum does not depend on.
 
     Raises:
         ImpactfemError: There is no such zone, ground or text, or a value is out of range.
@@ -312,7 +283,7 @@ def _spectrum_of(
         ("reference acceleration", reference_acceleration),
         ("importance factor", importance_factor),
     ):
-        if not (math.isfinite(value) and value > 0.0):
+        if not 0.0 < value < math.inf:
             raise ImpactfemError(f"the {name} must be positive, got {value!r}")
     factor, corner_periods = row
     return DesignSpectrum(

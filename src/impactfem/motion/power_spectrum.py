@@ -57,12 +57,7 @@ def power_spectrum(
     in (m/s²)² per rad/s, so that ∫ S dω from 0 is the mean square acceleration of that phase. At
     each frequency f the mean of (1) over f (1 ± window) is given; where that holds less than one
     bin of width 1/T_D, over one bin. Form (1), the ±20 % and the strong phase are those of the
-    check in US NRC SRP 3.7.1, Appendix A.
-
-    Args:
-        accelerogram: The motion.
-        frequency: Where it is evaluated, shape (n_f,) [Hz], positive.
-        window: Half the relative width of the mean [-].
+    check in US NRC SRP 3.7.1, Appendix A. Frequencies and densities have shape (n_f,) [Hz, m²/s³].
 
     Raises:
         ImpactfemError: The motion is zero, its strong phase has fewer than 16 samples, or a
@@ -108,13 +103,8 @@ def compatible_power_spectrum(
     η² = 2 ln(ωT / (π ln 2)); the damping is that of a response which starts from rest,
     ξ_t = ξ / (1 - exp(-2ξωT)). (2) is solved for G from low to high frequencies.
 
-    Args:
-        target: The design spectrum.
-        frequency: Where it is evaluated, shape (n_f,) [Hz], positive.
-        duration: T, the strong phase [s].
-
-    Returns:
-        G, shape (n_f,) [m²/s³]; zero where (2) has nothing left for it.
+    T is the duration of the strong phase [s]; G is zero where (2) has nothing left for it. Both
+    frequencies and densities have shape (n_f,) [Hz, m²/s³].
 
     Raises:
         ImpactfemError: The duration or a frequency is not positive.

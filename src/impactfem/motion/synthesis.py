@@ -234,7 +234,7 @@ def _check(
 ) -> tuple[float, float]:
     """Refuse arguments out of range; gives the matched frequencies."""
     for name, value in (("time step", time_step), ("duration", duration)):
-        if not (math.isfinite(value) and value > 0.0):
+        if not 0.0 < value < math.inf:
             raise ImpactfemError(f"the {name} must be positive, got {value!r} s")
     steps = duration / time_step
     if abs(steps - round(steps)) > 1e-6 * max(steps, 1.0) or round(steps) < 16:
@@ -246,7 +246,7 @@ def _check(
         raise ImpactfemError(
             f"seed and iterations must not be negative, got {seed!r} and {iterations!r}"
         )
-    if pga is not None and not (math.isfinite(pga) and pga > 0.0):
+    if pga is not None and not 0.0 < pga < math.inf:
         raise ImpactfemError(f"the peak ground acceleration must be positive, got {pga!r} m/s2")
     low, high = default_range(duration, time_step) if matched is None else matched
     lowest, nyquist = 1.0 / duration, 0.5 / time_step

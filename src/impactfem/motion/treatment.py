@@ -50,7 +50,7 @@ class Treatment:
     resample: float | None = None  # new time step [s]
 
     def __post_init__(self) -> None:
-        if self.taper is not None and not (math.isfinite(self.taper) and self.taper > 0.0):
+        if self.taper is not None and not 0.0 < self.taper < math.inf:
             raise ImpactfemError(f"the taper must be positive, got {self.taper!r} s")
         if self.band is not None and not 0.0 < self.band[0] < self.band[1] < math.inf:
             raise ImpactfemError(

@@ -47,20 +47,15 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     if not lines:
         file.fail(None, None, f"no header; expected {file.expected}")
     factors = _header(file, *lines[0])
-    numbers: list[int] = []
-    samples: list[list[float]] = []
-    for i, line in lines[1:]:
-        values = _row(file, i, line, list(factors))
-        if values is not None:
-            numbers.append(i)
-            samples.append(values)
+    rows = {i: _row(file, i, line, list(factors)) for i, line in lines[1:]}
+    samples = {i: values for i, values in rows.items() if values is not None}
     if len(lines) < 3:
         file.note(None, None, "expected at least 2 samples below the header")
     if file.faults:
         raise file.error()
-    columns = dict(zip(factors, np.array(samples).T, strict=True))
+    columns = dict(zip(factors, np.array(list(samples.values())).T, strict=True))
     time = columns["time"] * factors["time"]
-    _check_time(file, numbers, time)
+    _check_time(file, list(samples), time)
     if file.faults:
         raise file.error()
     step = float(time[-1] - time[0]) / (time.size - 1)
