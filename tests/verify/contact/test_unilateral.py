@@ -7,18 +7,13 @@ from impactfem.verify.contact.unilateral import (
     GRAVITY,
     INERTIA,
     MASS,
-    NEAR,
     START,
     bar_matrices,
     bounced,
     full_bar,
     impact_of,
-    landed,
     modal_bar,
-    plastic_landing,
 )
-
-# The numbers of the bar are worked out by hand in ../waves/test_slab.py.
 
 
 def test_the_solvers_agree():
@@ -49,26 +44,6 @@ def test_a_wrong_damping_is_seen(monkeypatch, failed):
     found = failed(unilateral.unilateral_damped_bar())
     assert {"ε by the impulse, modal", "force, mean of the contact, modal"} <= found
     assert not any(quantity.endswith("full") for quantity in found)
-
-
-@pytest.mark.parametrize("corners", [CORNERS, NEAR])
-def test_a_landing_by_hand(corners):
-    """Both corners stop: the impulses take the momentum and its moment."""
-    v0 = np.array([-1.0, 0.0])
-    impulse, v1 = plastic_landing(corners, v0)
-    a, b = corners[1, 0], -corners[1, 1]
-    assert impulse == pytest.approx([MASS * b / (a + b), MASS * a / (a + b)])
-    assert v1 == pytest.approx([0.0, 0.0], abs=1e-15)
-
-
-def test_a_landing_on_one_corner():
-    """The other one is lifted: P = u/(1/m + a²/J) with u = 1 + 0.15 · 4."""
-    impulse, v1 = plastic_landing(NEAR, np.array([-1.0, 4.0]))
-    assert impulse == pytest.approx([1.6 / (1.0 / MASS + 0.15**2 / INERTIA), 0.0])
-    closing = NEAR.T @ v1
-    assert closing[0] == pytest.approx(0.0, abs=1e-15) and closing[1] < -0.1
-    found = landed(NEAR, np.array([-1.0, 4.0])).impulse.sum(axis=0)
-    assert found == pytest.approx(impulse)
 
 
 def test_flights_and_bounces():

@@ -61,16 +61,6 @@ def test_a_held_far_edge_reflects_otherwise(monkeypatch, failed):
     assert "displacement of the far edge at the end, reduced" in found
 
 
-def test_numbers_of_the_bar_by_hand():
-    """Siconos's example: 5188.745 m/s, 1270.83 N and 0.385450 ms make 0.489840 N s."""
-    c = np.sqrt(210e9 / 7800.0)
-    assert c == pytest.approx(5188.745, abs=5e-4)
-    assert 7800.0 * c * 3.14e-4 * 0.1 == pytest.approx(1270.83, abs=5e-3)
-    assert 2.0 / c == pytest.approx(0.385450e-3, abs=5e-10)
-    impulse = 1270.83 * 0.385450e-3
-    assert impulse == pytest.approx(0.489840, abs=5e-6)
-
-
 def test_a_bar_that_is_too_stiff_leaves_the_wall(altered, failed):
     altered(slab, E=1.05)
     found = failed(slab.bar_against_wall())

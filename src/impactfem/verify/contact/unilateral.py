@@ -220,7 +220,7 @@ def landing_block(rows: Rows) -> None:
         ("turning on far corners", CORNERS, np.array([-1.0, -1.0])),
     ):
         impulse, v1 = plastic_landing(corners, v0)
-        history = landed(corners, v0)
+        history = unilateral_response(_block(corners, 1e-3), 0.0, 10, velocity=_modal(v0))
         for what, unit, exact, computed in (
             ("impulse on corner", "N s", impulse, history.impulse.sum(axis=0)),
             ("velocity afterwards", "m/s, rad/s", v1, history.velocity[-1]),
@@ -261,11 +261,6 @@ def plastic_landing(corners: Array, v0: Array) -> tuple[Array, Array]:
         if np.all(P >= 0.0) and np.all(corners.T @ v1 <= 1e-14):
             break
     return P, v1
-
-
-def landed(corners: Array, v0: Array) -> ContactHistory:
-    """The same by unilateral contact: ten steps from the ground."""
-    return unilateral_response(_block(corners, 1e-3), 0.0, 10, velocity=_modal(v0))
 
 
 def bounced(end: float, e: float) -> tuple[Array, Array, int]:

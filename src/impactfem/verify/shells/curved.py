@@ -103,18 +103,6 @@ class Cylinder:
         return found[v], found[w], float(load @ found)
 
 
-def wave(m: int) -> tuple[Basis, Basis]:
-    """One wave around the cylinder: cos m φ and sin m φ."""
-
-    def even(phi: Array) -> tuple[Array, Array]:
-        return np.cos(m * phi)[:, None], -m * np.sin(m * phi)[:, None]
-
-    def odd(phi: Array) -> tuple[Array, Array]:
-        return np.sin(m * phi)[:, None], m * np.cos(m * phi)[:, None]
-
-    return even, odd
-
-
 def polynomials(span: float, count: int) -> tuple[Basis, Basis]:
     """The first even and the first odd Legendre polynomials of φ / span, `count` of each."""
     degree = np.arange(2 * count)
@@ -300,7 +288,13 @@ def pinched_cylinder(rows: Rows) -> None:
     fourth order, counts.
     """
     rows += pinched_cylinder_fine(CELLS[-1])
-    even, odd = wave(WAVES)
+
+    def even(phi: Array) -> tuple[Array, Array]:
+        return np.cos(WAVES * phi)[:, None], -WAVES * np.sin(WAVES * phi)[:, None]
+
+    def odd(phi: Array) -> tuple[Array, Array]:
+        return np.sin(WAVES * phi)[:, None], WAVES * np.cos(WAVES * phi)[:, None]
+
     *_, work = CYLINDER.term(1, even, odd, lambda phi: (0.0 * phi, even(phi)[0][:, 0]))
     exact = work * 0.25 * CYLINDER.length  # ∫ sin² over half the length
     found = np.array([_work_of_pressure(cells) for cells in CELLS])

@@ -57,16 +57,12 @@ def mindlin_plate_fine(rows: Rows) -> None:
     _mindlin(rows, (16, 32, 64), ALLOWED / 8.0)
 
 
-def mindlin_frequencies(thickness: float, count: int = COUNT) -> Array:
-    """Lowest frequencies of Mindlin's plate, w ~ sin(m π x / L) sin(n π y / L) [Hz]."""
-    waves = np.arange(1, 7)
-    k2 = np.sort(np.add.outer(waves**2, waves**2).ravel())[:count] * (np.pi / LENGTH) ** 2
-    return mindlin(k2, thickness, STEEL) / (2.0 * np.pi)
-
-
 def _mindlin(rows: Rows, cells: tuple[int, ...], allowed: float) -> None:
+    waves = np.arange(1, 7)
     for ratio in RATIOS:
-        reference = mindlin_frequencies(ratio * LENGTH)
+        # w ~ sin(m π x / L) sin(n π y / L)
+        k2 = np.sort(np.add.outer(waves**2, waves**2).ravel())[:COUNT] * (np.pi / LENGTH) ** 2
+        reference = mindlin(k2, ratio * LENGTH, STEEL) / (2.0 * np.pi)
         found = [_supported(LENGTH, ratio * LENGTH, n).modes(COUNT)[0] for n in cells]
         rows.name = f"simply supported plate, t/L = {ratio:g}"
         quantities = [f"frequency {k}, {cells[-1]} cells a side" for k in range(1, COUNT + 1)]

@@ -134,17 +134,13 @@ def _pulse(wave: Wave) -> tuple[float, float]:
     stations = [int(np.argmin(np.abs(x - s) + y)) for s in (FIRST, SECOND)]
     probes = model.rows(stations, wave.component)
     history = model.transient(load, amplitude, dt, probes=probes)
-    velocity = history.motion["velocity"]
-    return dt * _lag(*velocity.T), float(velocity[:, 1].max())
-
-
-def _lag(first: Array, second: Array) -> float:
-    """Delay of the second signal in steps, where the parabola through the correlations peaks."""
+    first, second = history.motion["velocity"].T
+    # Where the parabola through the correlations peaks.
     correlation = np.correlate(second, first, mode="full")
     k = int(np.argmax(correlation))
     before, at, after = correlation[k - 1 : k + 2]
     shift = 0.5 * (before - after) / (before - 2.0 * at + after)
-    return k + float(shift) - (len(first) - 1)
+    return dt * (k + float(shift) - (len(first) - 1)), float(second.max())
 
 
 @benchmark("slab strip hit on its edge", DALEMBERT)
