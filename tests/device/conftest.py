@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,18 @@ def pump() -> Callable[..., Device]:
         springs = BaseSprings.of_directions(**{**STIFFNESS, **stiffness})
         body = RigidBody.at_height(mass, 0.46, 220.0, 240.0, 190.0)
         return on_springs("pump", springs, body, damping, beam)
+
+    return make
+
+
+@pytest.fixture
+def altered(pump: Callable[..., Device]) -> Callable[..., Device]:
+    """The pump, or another device, with some of its matrices replaced."""
+
+    def make(device: Device | None = None, **changes: Any) -> Device:
+        given = device or pump()
+        kept = {f.name: getattr(given, f.name) for f in fields(Device) if f.init}
+        return Device(**kept | changes)
 
     return make
 

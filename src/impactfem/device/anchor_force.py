@@ -21,9 +21,6 @@ N upward and the overturning moment M with at most (N + 2 M / r) / n each of n, 
     T = F_z + 2 √(M_x² + M_y²) / r                                                         (3)
 
 above zero, weight included, pulls at one of them: net tension. N above zero lifts all of the base.
-
-With mass-proportional damping that acts on absolute velocities (:mod:`impactfem.device.device`,
-`drag`), the anchors' velocity v makes ä + α v of ä, and α ż is added to b.
 """
 
 from __future__ import annotations
@@ -38,6 +35,7 @@ from scipy import constants
 from impactfem.device.device import Device
 from impactfem.device.modes import DeviceModes, device_modes
 from impactfem.spectra import oscillator_response
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 Array = npt.NDArray[np.float64]
@@ -97,18 +95,16 @@ def anchor_forces(device: Device) -> Quantities:
     In a mode b = z̈ + Γᵀ ä ≈ -ω² z, so that with Γ of all modes in (1) c = Γ φᵀ K,
     d = -(J - Γ Γᵀ) and e = -K_a.
 
-    Args:
-        device: The device.
-
     Returns:
-        "force y", "moment x" and so on of each anchor, in N and N m.
+        "force y", "moment x" and so on, "force y at anchor 2" of several anchors, in N and N m.
     """
     modes = device_modes(device)
     K_a = np.zeros_like(device.J) if device.anchor_stiffness is None else device.anchor_stiffness
-    words = [_as_force(name) for name in device.inputs]
+    words = [f"force {name}" for name in "xyz"] + [f"moment {name}" for name in "xyz"]
+    several = [f" at anchor {k + 1}" for k in range(device.anchors)]
     return Quantities(
-        names=tuple(words),
-        units=tuple("N m" if "moment" in word else "N" for word in words),
+        names=tuple(word + at for at in (several if len(several) > 1 else [""]) for word in words),
+        units=device.anchors * (*3 * ("N",), *3 * ("N m",)),
         own=modes.participation @ modes.shape.T @ device.K,
         acceleration=-modes.rigid_mass,
         displacement=-K_a,
@@ -128,11 +124,14 @@ def own_motions(device: Device, prefix: str = "base") -> Quantities:
     chosen = [i for i, name in enumerate(device.motions) if name.startswith(prefix)]
     if not chosen:
         raise device.error(f"it has no own motion whose name begins with {prefix!r}")
-    own = np.eye(len(device.motions))[chosen]
     none = np.zeros((len(chosen), device.J.shape[0]))
-    names = tuple(f"displacement {device.motions[i]}" for i in chosen)
-    units = tuple(_unit(device.motions[i], "m", "rad") for i in chosen)
-    return Quantities(names, units, own, none, none)
+    return Quantities(
+        names=tuple(f"displacement {device.motions[i]}" for i in chosen),
+        units=tuple(_unit(device.motions[i], "m", "rad") for i in chosen),
+        own=np.eye(len(device.motions))[chosen],
+        acceleration=none,
+        displacement=none,
+    )
 
 
 def own_accelerations(device: Device, motions: Sequence[str] | None = None) -> Quantities:
@@ -165,14 +164,8 @@ def own_accelerations(device: Device, motions: Sequence[str] | None = None) -> Q
     )
 
 
-def _as_force(component: str) -> str:
-    anchor, _, name = component.rpartition(".")
-    word = f"moment {name[1]}" if name.startswith("r") else f"force {name}"
-    return f"{word} at anchor {anchor}" if anchor else word
-
-
 def _unit(motion: str, translation: str, rotation: str) -> str:
-    return rotation if motion.split()[-1] in ("rx", "ry", "rz") else translation
+    return rotation if motion.split()[-1] in COMPONENTS[3:] else translation
 
 
 LARGEST_IMBALANCE = 1e-6
@@ -190,7 +183,7 @@ def base_imbalance(
 
     Args:
         device: The device.
-        inertia: -Lᵀ ẍ - J ä, with any drag, shape (6 p, n_t) [N, N m].
+        inertia: -Lᵀ ẍ - J ä, shape (6 p, n_t) [N, N m].
         springs: rᵀ (K x + C ẋ), same shape.
         acceleration: ä, absolute, same shape [m/s2, rad/s2].
 
@@ -253,12 +246,12 @@ def own_weight(device: Device) -> Array:
     return np.asarray(-constants.g * device.J[:, 2::6].sum(axis=1), dtype=np.float64)
 
 
-def ring_tension(force: Array, radius: float) -> Array:
+def ring_tension(force: Array, radius: float | Array) -> Array:
     """T of equation (3) [N]: n times the pull of the most loaded of n anchors on a circle.
 
     Args:
         force: Of the device on the floor at one anchor, weight included, shape (6, ...) [N, N m].
-        radius: Of the circle [m].
+        radius: Of the circle [m], or of several circles.
     """
     return np.asarray(force[2] + 2.0 * np.hypot(force[3], force[4]) / radius, dtype=np.float64)
 
@@ -270,7 +263,6 @@ def anchor_force(
     *,
     maximum_frequency: float | None = None,
     displacement: Array | None = None,
-    drag_velocity: Array | None = None,
 ) -> AnchorForce:
     """Compute the force of a device on its anchors under their motion.
 
@@ -281,8 +273,6 @@ def anchor_force(
         maximum_frequency: Modes above it follow the anchors rigidly [Hz]; none does when left out.
         displacement: a, shape (6 p, n_t) [m, rad]; needed when there is a stiffness between
             anchors.
-        drag_velocity: v, shape (6 p, n_t) [m/s, rad/s], against the frame that mass-proportional
-            damping holds on to; left out when it acts on the motion relative to the anchors.
 
     Raises:
         ImpactfemError: The motion does not fit the device or is not finite, a mode is damped by
@@ -298,25 +288,18 @@ def anchor_force(
             "its damping couples its modes; expected Rayleigh damping, or the matrices of"
             " impactfem.device.device in a direct integration"
         )
-    alpha = 0.0
-    load = a
-    if drag_velocity is not None:
-        alpha = device.drag_coefficient()
-        load = a + alpha * _checked(device, "the velocity", drag_velocity, a.shape[1])
     Γ = modes.participation
-    count = modes.frequency.size
-    z, v, b = (np.empty((count, a.shape[1])) for _ in range(3))
-    for i, (drive, f, xi) in enumerate(
-        zip(Γ.T @ load, modes.frequency, modes.damping, strict=True)
-    ):
-        response = oscillator_response(drive, time_step, [f], [max(float(xi), 0.0)])
+    z, v, b = np.empty((3, modes.frequency.size, a.shape[1]))
+    for i, drive in enumerate(Γ.T @ a):
+        f, xi = float(modes.frequency[i]), max(float(modes.damping[i]), 0.0)
+        response = oscillator_response(drive, time_step, [f], [xi])
         z[i] = response.relative_displacement[0, 0]
         v[i] = response.relative_velocity[0, 0]
         b[i] = response.absolute_acceleration[0, 0]
-    force = -Γ @ (b + alpha * v) - modes.rigid_mass @ load
+    force = -Γ @ b - modes.rigid_mass @ a
     rest = np.linalg.solve(device.K, device.L) - modes.shape / modes.omega**2 @ Γ.T
-    x = modes.shape @ z - rest @ load
-    springs = device.r.T @ (device.K @ x + (device.C - alpha * device.M) @ modes.shape @ v)
+    x = modes.shape @ z - rest @ a
+    springs = device.r.T @ (device.K @ x + device.C @ modes.shape @ v)
     imbalance = base_imbalance(device, force, springs)
     if imbalance > LARGEST_IMBALANCE:
         raise SolutionError(

@@ -62,16 +62,7 @@ UNSIGNED = ("dsc-abs", "ten-percent", "grouping")
 def correlation(
     rule: Combination, frequency: Array, damping: Array, duration: float | None = None
 ) -> Array:
-    """Coefficients ε_ij of a rule.
-
-    Args:
-        rule: Any of the rules but "abs".
-        frequency: Of the modes, shape (m,) [Hz].
-        damping: Of the modes, shape (m,) [-].
-        duration: t_d of the double sum [s].
-
-    Returns:
-        Shape (m, m), symmetric, ones on the diagonal.
+    """Coefficients ε_ij of a rule, shape (m, m); arguments as in `combine_modes`.
 
     Raises:
         ImpactfemError: The rule has no coefficients, the double sum has no duration, or CQC has a
@@ -82,7 +73,14 @@ def correlation(
     if rule == "srss":
         return np.eye(ω.size)
     if rule == "cqc":
-        return _complete_quadratic(ω, ξ)
+        if not np.all(ξ > 0.0):
+            raise ImpactfemError(
+                "CQC needs damped modes; take another combination for undamped ones"
+            )
+        r, a, b = ω[None, :] / ω[:, None], ξ[:, None], ξ[None, :]
+        top = 8.0 * np.sqrt(a * b) * (a + r * b) * r**1.5
+        bottom = (1.0 - r**2) ** 2 + 4.0 * a * b * r * (1.0 + r**2) + 4.0 * (a**2 + b**2) * r**2
+        return np.asarray(top / bottom, dtype=np.float64)
     if rule in ("dsc", "dsc-abs"):
         if duration is None or not duration > 0.0:
             raise ImpactfemError(
@@ -96,9 +94,15 @@ def correlation(
         lower = np.minimum.outer(ω, ω)
         return np.where(np.abs(np.subtract.outer(ω, ω)) <= CLOSE * lower, 1.0, 0.0)
     if rule == "grouping":
-        group = _groups(ω)
+        group = np.zeros(ω.size, dtype=np.int64)
+        number, start = -1, -np.inf
+        for i in np.argsort(ω, kind="stable"):
+            if ω[i] > start * (1.0 + CLOSE):
+                number, start = number + 1, ω[i]
+            group[i] = number
         return np.where(np.equal.outer(group, group), 1.0, 0.0)
-    raise ImpactfemError(f"the rule {rule!r} has no coefficients; known are {_known()}")
+    known = ", ".join(get_args(Combination))
+    raise ImpactfemError(f"the rule {rule!r} has no coefficients; known are {known}")
 
 
 def combine_modes(
@@ -125,7 +129,8 @@ def combine_modes(
     """
     R = np.asarray(responses, dtype=np.float64)
     if rule not in get_args(Combination):
-        raise ImpactfemError(f"the combination of modes is one of {_known()}: got {rule!r}")
+        known = ", ".join(get_args(Combination))
+        raise ImpactfemError(f"the combination of modes is one of {known}: got {rule!r}")
     if rule == "abs":
         return np.asarray(np.sum(np.abs(R), axis=-1))
     ε = correlation(rule, frequency, damping, duration)
@@ -134,31 +139,6 @@ def combine_modes(
     # Round-off may leave a negative square where modes cancel.
     square = np.einsum("...i,ij,...j->...", R, ε, R)
     return np.asarray(np.sqrt(np.maximum(square, 0.0)), dtype=np.float64)
-
-
-def _complete_quadratic(ω: Array, ξ: Array) -> Array:
-    if not np.all(ξ > 0.0):
-        raise ImpactfemError("CQC needs damped modes; take another combination for undamped ones")
-    r = ω[None, :] / ω[:, None]
-    a, b = ξ[:, None], ξ[None, :]
-    top = 8.0 * np.sqrt(a * b) * (a + r * b) * r**1.5
-    bottom = (1.0 - r**2) ** 2 + 4.0 * a * b * r * (1.0 + r**2) + 4.0 * (a**2 + b**2) * r**2
-    return np.asarray(top / bottom, dtype=np.float64)
-
-
-def _groups(ω: Array) -> npt.NDArray[np.int64]:
-    """Number of the group of each mode, shape (m,)."""
-    group = np.zeros(ω.size, dtype=np.int64)
-    number, start = -1, -np.inf
-    for i in np.argsort(ω, kind="stable"):
-        if ω[i] > start * (1.0 + CLOSE):
-            number, start = number + 1, ω[i]
-        group[i] = number
-    return group
-
-
-def _known() -> str:
-    return ", ".join(get_args(Combination))
 
 
 InputRule = Literal["srss", "abs", "100-40-40"]
@@ -221,11 +201,7 @@ class Gupta:
             )
 
     def corners(self, spectrum: AnchorSpectrum, damping: float) -> tuple[float, float]:
-        """f₁ and f₂ of a spectrum [Hz].
-
-        Args:
-            spectrum: The spectrum.
-            damping: At which they are taken [-].
+        """f₁ and f₂ of a spectrum at a damping ratio [Hz].
 
         Raises:
             NotRigidError: The spectrum ends before it is rigid, or f₁ is not below f₂.
@@ -248,11 +224,9 @@ class Gupta:
     ) -> Array:
         """α of modes, shape (m,); arguments as in :meth:`LindleyYow.fraction`."""
         del ordinates
-        out = np.empty(frequency.size)
-        for i, (f, xi) in enumerate(zip(frequency, damping, strict=True)):
-            f1, f2 = self.corners(spectrum, float(xi))
-            out[i] = np.clip(np.log(f / f1) / np.log(f2 / f1), 0.0, 1.0)
-        return out
+        corners = np.array([self.corners(spectrum, float(xi)) for xi in damping]).reshape(-1, 2)
+        f1, f2 = corners.T
+        return np.asarray(np.clip(np.log(frequency / f1) / np.log(f2 / f1), 0.0, 1.0))
 
 
 @dataclass(frozen=True)

@@ -14,25 +14,19 @@ body (six components a anchor) and the stiffness K_a between anchors, which is z
 Absolute coordinates are q = x + r a; r is how the own coordinates follow the anchors without any
 force. Where no motion of the base is blocked, L = M r and J = rᵀ M r.
 
-As a part of a larger model, with y = (a, x) in relative coordinates or y = (a, q) in absolute ones,
+As a part of a larger model, with y = (a, x),
 
-    relative   [J  Lᵀ] ÿ + [0  0] ẏ + [K_a  0] y = f                                       (3)
-               [L  M ]     [0  C]     [0    K]
+    [J  Lᵀ] ÿ + [0  0] ẏ + [K_a  0] y = f                                                  (3)
+    [L  M ]     [0  C]     [0    K]
 
-    absolute   Wᵀ (…) W,    W = [ I  0]
-                                [-r  I]
-
-f holds the forces of the floor on the device in its first 6 p rows. Damping that acts on x leaves a
-rigid motion of the device alone. A finite element program with Rayleigh damping puts α M on all
-degrees of freedom, which holds the whole moving device against the fixed frame: `drag` is that
-choice, α [J Lᵀ; L M] in place of α M.
+f holds the forces of the floor on the device in its first 6 p rows. Damping acts on x, and leaves a
+rigid motion of the device alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -149,18 +143,6 @@ class Device:
             return COMPONENTS
         return tuple(f"{k + 1}.{name}" for k in range(self.anchors) for name in COMPONENTS)
 
-    def drag_coefficient(self) -> float:
-        """Coefficient α of the part α M of the damping [1/s].
-
-        Raises:
-            ImpactfemError: The device has no Rayleigh damping.
-        """
-        if not isinstance(self.damping, Rayleigh):
-            raise self.error(
-                "it has no Rayleigh damping, and no part of it that goes with the mass"
-            )
-        return self.damping.alpha
-
     def column(self, component: str, anchor: int = 1) -> int:
         """Index of a component of an anchor among the columns.
 
@@ -235,61 +217,11 @@ class Device:
         return np.asarray(C if self.dampers is None else C + self.dampers, dtype=np.float64)
 
 
-Coordinates = Literal["absolute", "relative"]
-
-
-@dataclass(frozen=True, eq=False)
-class CoupledDevice:
-    """Matrices of anchors and own coordinates.
-
-    Args:
-        M: Mass, shape (6 p + n, 6 p + n); the anchors' 6 p components come first.
-        C: Damping.
-        K: Stiffness.
-        own: From unit values of (a, y_own) to x, shape (n, 6 p + n): relative own coordinates, from
-            which quantities are taken.
-        interface: Number of components of the anchors, 6 p.
-        coordinates: "absolute" or "relative".
-    """
-
-    M: Array
-    C: Array
-    K: Array
-    own: Array
-    interface: int
-    coordinates: Coordinates
-
-
-def coupled(
-    device: Device, coordinates: Coordinates = "absolute", *, drag: bool = False
-) -> CoupledDevice:
-    """Give the matrices of a device with its anchors as interface.
-
-    Args:
-        device: The device.
-        coordinates: Of the own degrees of freedom.
-        drag: Whether the mass part of Rayleigh damping acts on absolute velocities, as in a finite
-            element model; on those relative to the anchors otherwise.
-
-    Raises:
-        ImpactfemError: The coordinates are unknown, or `drag` is requested of a device without
-            Rayleigh damping.
-    """
-    if coordinates not in get_args(Coordinates):
-        raise ImpactfemError(f"the coordinates are one of {get_args(Coordinates)}: {coordinates!r}")
-    n, p6 = device.M.shape[0], device.J.shape[0]
-    zero = np.zeros((n, p6))
+def coupled(device: Device) -> tuple[Array, Array, Array]:
+    """M, C and K of equation (3), shape (6 p + n, 6 p + n) each."""
+    zero = np.zeros_like(device.L.T)
     K_a = np.zeros_like(device.J) if device.anchor_stiffness is None else device.anchor_stiffness
     M = np.block([[device.J, device.L.T], [device.L, device.M]])
-    K = np.block([[K_a, zero.T], [zero, device.K]])
-    C = np.block([[np.zeros_like(device.J), zero.T], [zero, device.C]])
-    if drag:
-        alpha = device.drag_coefficient()
-        C = C + alpha * M
-        C[p6:, p6:] -= alpha * device.M
-    own = np.hstack([zero, np.eye(n)])
-    if coordinates == "absolute":
-        W = np.eye(p6 + n)
-        W[p6:, :p6] = -device.r
-        M, C, K, own = W.T @ M @ W, W.T @ C @ W, W.T @ K @ W, own @ W
-    return CoupledDevice(M=M, C=C, K=K, own=own, interface=p6, coordinates=coordinates)
+    C = np.block([[np.zeros_like(device.J), zero], [zero.T, device.C]])
+    K = np.block([[K_a, zero], [zero.T, device.K]])
+    return M, C, K

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from impactfem.case import Case, DeviceAnalysis, DeviceBeam, DeviceSetup
-from impactfem.case.device_analysis import ModeRule, RigidMethod, RigidPart
+from impactfem.case.device_analysis import ModeRule, RigidMethod
 from impactfem.case.devices import RIGID, Rigid
 from impactfem.device.combination import Gupta, LindleyYow, RigidResponse, Rules
 from impactfem.device.device import Device
@@ -72,12 +72,16 @@ def rules_of(analysis: DeviceAnalysis, maximum_frequency: float) -> dict[ModeRul
         analysis: The section of the case.
         maximum_frequency: Of the modes of the device in use [Hz].
     """
-    methods: tuple[RigidMethod, ...] = analysis.rigid.method if analysis.rigid else ("none",)
+    part = analysis.rigid
+    methods: tuple[RigidMethod, ...] = ("none",) if part is None else part.method
+    rigid: dict[RigidMethod, RigidResponse | None] = {"none": None, "lindley-yow": LindleyYow()}
+    if part is not None and "gupta" in methods:
+        rigid["gupta"] = Gupta(part.f1, part.f2)
     return {
         (combination, method): Rules(
             modes=combination,
             duration=analysis.duration,
-            rigid=_rigid(analysis.rigid, method),
+            rigid=rigid[method],
             missing_mass=analysis.missing_mass,
             maximum_frequency=maximum_frequency,
             directions=analysis.directions,
@@ -189,12 +193,6 @@ def _beam(beam: DeviceBeam | None) -> Beam | None:
         mass=beam.mass,
         elements=beam.elements,
     )
-
-
-def _rigid(asked: RigidPart | None, method: RigidMethod) -> RigidResponse | None:
-    if asked is None or method == "none":
-        return None
-    return Gupta(asked.f1, asked.f2) if method == "gupta" else LindleyYow()
 
 
 def _number(stiffness: float | Rigid) -> float:

@@ -122,11 +122,11 @@ def from_matrices(
             f"device {name}: mass and stiffness need one square shape, got {M.shape} and {K.shape}"
         )
     fixed = np.array(sorted(anchored), dtype=np.int64)
-    columns = [anchored[int(i)] for i in fixed]
+    columns = np.array([anchored[int(i)] for i in fixed], dtype=np.int64)
     if (
         len(set(columns)) < len(columns)
-        or not all(0 <= i < n for i in fixed)
-        or not all(0 <= c < 6 * anchors for c in columns)
+        or not np.all((fixed >= 0) & (fixed < n))
+        or not np.all((columns >= 0) & (columns < 6 * anchors))
     ):
         raise ImpactfemError(
             f"device {name}: expected each of the {6 * anchors} components of its anchors at most"
@@ -141,8 +141,7 @@ def from_matrices(
     K_qa, M_qa = K[np.ix_(q, fixed)], M[np.ix_(q, fixed)]
     refuse_mechanism(name, K_qq, motions)
     follow = -scipy.linalg.solve(K_qq, K_qa, assume_a="pos")
-    every = np.zeros((len(fixed), 6 * anchors))
-    every[np.arange(len(fixed)), columns] = 1.0
+    every = np.eye(6 * anchors)[columns]
     L = M_qq @ follow + M_qa
     J = follow.T @ L + M_qa.T @ follow + M[np.ix_(fixed, fixed)]
     K_a = K[np.ix_(fixed, fixed)] + K_qa.T @ follow
@@ -153,10 +152,10 @@ def from_matrices(
         M=M_qq,
         K=K_qq,
         L=L @ every,
-        J=every.T @ (0.5 * (J + J.T)) @ every,
+        J=every.T @ _symmetric(J) @ every,
         r=follow @ every,
         damping=damping,
-        anchor_stiffness=every.T @ (0.5 * (K_a + K_a.T)) @ every,
+        anchor_stiffness=every.T @ _symmetric(K_a) @ every,
     )
 
 
@@ -207,13 +206,9 @@ def from_modes(
     r = np.zeros((len(modes), 6))
     for i, mode in enumerate(modes):
         _check(name, i + 1, mode)
-        c = COMPONENTS.index(mode.direction)
-        r[i, c] = 1.0
-        # A rotation moves a point at the height z by u_x = +z r_y, u_y = -z r_x.
-        if c == 0:
-            r[i, 4] = mode.height
-        elif c == 1:
-            r[i, 3] = -mode.height
+        # The row of the direction at the height: a rotation moves a point there, too.
+        link = rigid_link(np.array([0.0, 0.0, mode.height if mode.direction in "xy" else 0.0]))
+        r[i] = link[COMPONENTS.index(mode.direction)]
     m = np.array([mode.effective_mass for mode in modes])
     omega = np.array([2.0 * math.pi * mode.frequency for mode in modes])
     carried = r.T @ np.diag(m) @ r
@@ -225,14 +220,10 @@ def from_modes(
                 f" the {whole[c, c]:g} kg it weighs; expected at most its mass"
             )
     law = damping if isinstance(damping, Rayleigh) else checked_ratio(damping)
-    ratios = [
-        checked_ratio(mode.damping)
-        if mode.damping is not None
-        else float(law.ratio(mode.frequency))
-        if isinstance(law, Rayleigh)
-        else law
-        for mode in modes
-    ]
+    ratios = []
+    for mode in modes:
+        own = law.ratio(mode.frequency) if isinstance(law, Rayleigh) else law
+        ratios.append(float(own) if mode.damping is None else checked_ratio(mode.damping))
     return Device(
         name=name,
         motions=tuple(f"mode {i + 1} {mode.direction}" for i, mode in enumerate(modes)),

@@ -124,19 +124,14 @@ class DeviceModes:
 def device_modes(device: Device) -> DeviceModes:
     """All modes with mass of a device.
 
-    Args:
-        device: The device.
-
-    Returns:
-        Its modes, each with its largest participation in a translation, or else in a rotation,
-        positive.
+    The largest participation of each in a translation, or else in a rotation, is positive.
 
     Raises:
         ImpactfemError: The device has no mode.
     """
     omega, shape = natural_modes(device.M, device.K)
     if not omega.size:
-        raise ImpactfemError(f"device {device.name}: it has no mode with mass")
+        raise device.error("it has no mode with mass")
     participation = device.L.T @ shape
     size = np.sqrt(np.maximum(np.diag(device.J), np.finfo(np.float64).tiny))
     largest = np.argmax(np.abs(participation) / size[:, None], axis=0)
@@ -160,12 +155,7 @@ def device_modes(device: Device) -> DeviceModes:
 
 @dataclass(frozen=True)
 class Target:
-    """A mode to be met.
-
-    Args:
-        frequency: [Hz].
-        effective_mass: Along the direction of the fit [kg]; None when it is not known.
-    """
+    """A mode to be met: its frequency [Hz] and, where it is known, its effective mass [kg]."""
 
     frequency: float
     effective_mass: float | None = None
@@ -173,15 +163,10 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What a fit gives.
+    """What a fit gives: the parameters by name, the device, and the modes that were compared.
 
-    Args:
-        parameters: The fitted values, by name.
-        device: The device with them.
-        frequency: Of the modes compared, shape (number of targets,) [Hz].
-        effective_mass: Of the same, shape (number of targets,) [kg].
-        frequency_deviation: f / f̂ - 1 [-].
-        mass_deviation: m / m̂ - 1 [-], nan where no mass was given.
+    Frequencies [Hz], effective masses [kg] and their deviations f / f̂ - 1 and m / m̂ - 1, the latter
+    nan where no mass was given, have shape (number of targets,).
     """
 
     parameters: dict[str, float]
@@ -214,24 +199,21 @@ def fit_device(
         SolutionError: The search does not converge, or the device has fewer modes along the
             direction than requested.
     """
-    names = tuple(start)
-    s = np.array([start[name] for name in names])
+    names, s = tuple(start), np.array(list(start.values()))
     f = np.array([target.frequency for target in targets])
-    m = np.array(
-        [np.nan if t.effective_mass is None else t.effective_mass for t in targets],
-        dtype=np.float64,
-    )
-    known = ~np.isnan(m) if masses else np.zeros(m.shape, dtype=np.bool_)
-    if not targets or not 1 <= s.size <= f.size + int(known.sum()):
+    m = np.array([target.effective_mass for target in targets], dtype=np.float64)  # None is nan
+    known = ~np.isnan(m) & masses
+    values = f.size + int(known.sum())
+    if not targets or not 1 <= s.size <= values:
         raise ImpactfemError(
-            f"a fit of {s.size} parameters to {f.size + int(known.sum())} values: expected at least"
-            " one parameter, and as many values"
+            f"a fit of {s.size} parameters to {values} values: expected at least one parameter, and"
+            " as many values"
         )
     if not (np.all(s > 0.0) and np.all(f > 0.0) and np.all(m[~np.isnan(m)] > 0.0)):
         raise ImpactfemError("start values, frequencies and masses of a fit must be positive")
 
     def modes_of(p: Array) -> tuple[Device, Array, Array]:
-        device = build(**dict(zip(names, map(float, p), strict=True)))
+        device = build(**dict(zip(names, p.tolist(), strict=True)))
         modes = device_modes(device)
         mass = modes.effective_mass[device.column(direction)]
         moving = mass > 1e-9 * mass.sum()
@@ -259,7 +241,7 @@ def fit_device(
     p = s * np.exp(found.x)
     device, frequency, mass = modes_of(p)
     return Fit(
-        parameters=dict(zip(names, map(float, p), strict=True)),
+        parameters=dict(zip(names, p.tolist(), strict=True)),
         device=device,
         frequency=frequency,
         effective_mass=mass,

@@ -22,6 +22,7 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+import scipy.linalg
 
 from impactfem.coupling.body import Body
 from impactfem.coupling.implicit import respond
@@ -50,14 +51,11 @@ class MountedDevice:
         name: Its name.
         device: The device; a rigid body alone is one mass at its anchor.
         at: Body and port of each anchor; none for matrices alone.
-        drag: Whether the mass part of the device's Rayleigh damping acts on velocities against the
-            ground, as in a finite element model; on those relative to the anchors otherwise.
     """
 
     name: str
     device: Device | RigidBody
     at: tuple[Place, ...] = ()
-    drag: bool = False
 
     @property
     def mass(self) -> Array:
@@ -83,42 +81,29 @@ class MountedDevice:
         """Equation (1).
 
         Raises:
-            ImpactfemError: A stiffness between anchors holds the ground, drag is requested of a
-                device without Rayleigh damping, or a damper acts on a motion without mass.
+            ImpactfemError: A stiffness between anchors holds the ground, or a damper acts on a
+                motion without mass.
         """
-        J, φ = self.mass, self.own
-        if isinstance(self.device, RigidBody):
-            if self.drag:
-                raise self.error("a rigid body has no Rayleigh damping; expected no drag")
+        J, φ, device = self.mass, self.own, self.device
+        if isinstance(device, RigidBody):
             return Mount(self.at, len(J), J, np.zeros_like(J), np.zeros_like(J), self.ground)
-        self.device.refuse_held_ground()
-        if self.device.dampers is not None and _damps_the_massless(self.device):
-            raise self.error(
-                "a damper acts on a motion without mass, which then no mode carries; expected a"
-                " mass there"
-            )
-        part, p6 = coupled(self.device, "relative", drag=self.drag), len(J)
-        T = np.zeros((len(part.M), p6 + φ.shape[1]))
-        T[:p6, :p6], T[p6:, p6:] = np.eye(p6), φ
-        M, C, K = (T.T @ matrix @ T for matrix in (part.M, part.C, part.K))
-        return Mount(self.at, p6, M, C, K, np.vstack([self.ground, np.zeros((φ.shape[1], 3))]))
-
-    def error(self, text: str) -> ImpactfemError:
-        """An error that names the device."""
-        return ImpactfemError(f"mounted device {self.name}: {text}")
-
-
-def _damps_the_massless(device: Device) -> bool:
-    """Whether dampers act on motions that the modes with mass do not carry on their own.
-
-    Rayleigh damping and one ratio for all modes never couple both.
-    """
-    scale = 1.0 / np.sqrt(np.diag(device.K))
-    values, motions = np.linalg.eigh(device.M * np.outer(scale, scale))
-    massless = motions[:, values <= WITH_MASS * values[-1]]
-    equilibrated = device.dampers * np.outer(scale, scale)
-    acting = np.max(np.abs(equilibrated @ massless), initial=0.0)
-    return bool(acting > MASSLESS_DAMPING * np.max(np.abs(equilibrated)))
+        device.refuse_held_ground()
+        if device.dampers is not None:
+            # Dampers may act on motions that the modes with mass carry on their own; Rayleigh
+            # damping and one ratio for all modes never couple others with them.
+            scale = 1.0 / np.sqrt(np.diag(device.K))
+            values, motions = np.linalg.eigh(device.M * np.outer(scale, scale))
+            massless = motions[:, values <= WITH_MASS * values[-1]]
+            equilibrated = device.dampers * np.outer(scale, scale)
+            acting = np.max(np.abs(equilibrated @ massless), initial=0.0)
+            if acting > MASSLESS_DAMPING * np.max(np.abs(equilibrated)):
+                raise ImpactfemError(
+                    f"mounted device {self.name}: a damper acts on a motion without mass, which"
+                    " then no mode carries; expected a mass there"
+                )
+        T = scipy.linalg.block_diag(np.eye(len(J)), φ)
+        M, C, K = (T.T @ matrix @ T for matrix in coupled(device))
+        return Mount(self.at, len(J), M, C, K, np.pad(self.ground, ((0, φ.shape[1]), (0, 0))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,8 +120,6 @@ class MountedHistory:
         motion: Own coordinates x relative to the anchors, shape (n, n_t) [m, rad].
         acceleration: Own coordinates' absolute acceleration ẍ + r ä, shape (n, n_t)
             [m/s2, rad/s2].
-        centre_acceleration: Absolute acceleration of the mass centre, shape (3, n_t) [m/s2]; nan
-            along a direction in which the device has no mass.
         imbalance: Largest difference of inertia forces and spring forces at the base, of the
             largest force or moment [-]; nan where all motions of the base are blocked.
     """
@@ -148,7 +131,6 @@ class MountedHistory:
     anchor_acceleration: Array
     motion: Array
     acceleration: Array
-    centre_acceleration: Array
     imbalance: float
 
     @property
@@ -280,42 +262,21 @@ def mounted_histories(
         )
     found = []
     for one, (fixed, own) in zip(devices, attached.mounts, strict=True):
-        anchors = force[fixed], y[fixed], v[fixed], w[fixed]
-        found.append(_history(one, *anchors, y[own], v[own], w[own], ground))
+        F, a = force[fixed], w[fixed] + one.ground @ ground.T
+        x, speed, acceleration = (one.own @ of[own] for of in (y, v, w))
+        imbalance = float("nan")
+        if not isinstance(one.device, RigidBody):
+            device = one.device
+            acceleration = acceleration + device.r @ a
+            springs = device.r.T @ (device.K @ x + device.C @ speed)
+            K_a = device.anchor_stiffness
+            inertia = F if K_a is None else F + K_a @ y[fixed]
+            imbalance = base_imbalance(device, inertia, springs, a)
+            if imbalance > LARGEST_IMBALANCE:
+                raise SolutionError(
+                    f"mounted device {one.name}: the force in its springs differs from its inertia"
+                    f" force by {imbalance:.1e} of the largest"
+                )
+        anchors = (y[fixed], v[fixed], a)
+        found.append(MountedHistory(one.name, F, *anchors, x, acceleration, imbalance))
     return tuple(found)
-
-
-def _history(
-    one: MountedDevice,
-    force: Array,
-    moved: Array,
-    speed: Array,
-    a: Array,
-    ζ: Array,
-    ζ_v: Array,
-    ζ_a: Array,
-    ground: Array,
-) -> MountedHistory:
-    """One device, from the motion of its anchors and of its modes."""
-    a = a + one.ground @ ground.T
-    x, v, w = (one.own @ of for of in (ζ, ζ_v, ζ_a))
-    momentum = one.mass @ a
-    absolute, imbalance = w, float("nan")
-    if not isinstance(one.device, RigidBody):
-        device = one.device
-        momentum = momentum + device.L.T @ w
-        absolute = w + device.r @ a
-        alpha = device.drag_coefficient() if one.drag else 0.0
-        springs = device.r.T @ (device.K @ x + (device.C - alpha * device.M) @ v)
-        between = 0.0 if device.anchor_stiffness is None else device.anchor_stiffness @ moved
-        imbalance = base_imbalance(device, force + between, springs, None if one.drag else a)
-        if imbalance > LARGEST_IMBALANCE:
-            raise SolutionError(
-                f"mounted device {one.name}: the force in its springs differs from its inertia"
-                f" force by {imbalance:.1e} of the largest"
-            )
-    mass = np.diag(one.ground.T @ one.mass @ one.ground)[:, None]
-    pushed = one.ground.T @ momentum
-    centre: Array = np.full(pushed.shape, np.nan, dtype=np.float64)
-    np.divide(pushed, mass, out=centre, where=np.broadcast_to(mass > 0.0, pushed.shape))
-    return MountedHistory(one.name, force, moved, speed, a, x, absolute, centre, imbalance)

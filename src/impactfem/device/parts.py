@@ -217,7 +217,15 @@ class Beam:
         n = 6 * (self.elements + 1)
         M, K = np.zeros((n, n)), np.zeros((n, n))
         h, m = self.length / self.elements, self.mass / self.elements
-        across = m / 420.0 * _cubic(h)
+        # Integrals of the products of Hermite's cubics.
+        across = (m / 420.0) * np.array(
+            [
+                [156.0, 22.0 * h, 54.0, -13.0 * h],
+                [22.0 * h, 4.0 * h**2, 13.0 * h, -3.0 * h**2],
+                [54.0, 13.0 * h, 156.0, -22.0 * h],
+                [-13.0 * h, -3.0 * h**2, -22.0 * h, 4.0 * h**2],
+            ]
+        )
         along = m / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
         pull = np.array([[1.0, -1.0], [-1.0, 1.0]]) / h
         bending = (self.bending_y, self.shear_x), (self.bending_x, self.shear_y)
@@ -234,15 +242,3 @@ class Beam:
                     here = 6 * e + np.array([component, component + 6])
                     K[np.ix_(here, here)] += stiffness * pull
         return M, K
-
-
-def _cubic(h: float) -> Array:
-    """Integrals of the products of Hermite's cubics, times 420 over the length."""
-    return np.array(
-        [
-            [156.0, 22.0 * h, 54.0, -13.0 * h],
-            [22.0 * h, 4.0 * h**2, 13.0 * h, -3.0 * h**2],
-            [54.0, 13.0 * h, 156.0, -22.0 * h],
-            [-13.0 * h, -3.0 * h**2, -22.0 * h, 4.0 * h**2],
-        ]
-    )

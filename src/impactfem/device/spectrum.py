@@ -141,9 +141,6 @@ class AnchorSpectrum:
     def envelope(cls, spectra: Sequence[AnchorSpectrum]) -> AnchorSpectrum:
         """Envelope of spectra of the same component and anchor at the same dampings.
 
-        Args:
-            spectra: At least one.
-
         Raises:
             ImpactfemError: There is none, or components, anchors or dampings differ.
         """
@@ -168,10 +165,7 @@ class AnchorSpectrum:
         )
 
     def broadened(self, ratio: Ratio = 0.15) -> AnchorSpectrum:
-        """The spectra with their peaks broadened.
-
-        Args:
-            ratio: As in :func:`impactfem.spectra.broaden`.
+        """The spectra with their peaks broadened, as by :func:`impactfem.spectra.broaden`.
 
         Raises:
             ImpactfemError: The ratio is out of range.

@@ -140,7 +140,12 @@ def spectrum_analysis(
     """
     rules = Rules() if rules is None else rules
     wanted = anchor_forces(device) if quantities is None else quantities
-    columns = _columns(device, spectra)
+    columns = [device.column(s.component, s.anchor) for s in spectra]
+    if not spectra or len(set(columns)) < len(columns):
+        raise device.error(
+            "expected at least one spectrum, and one for a component of an anchor; got"
+            f" {', '.join(s.label for s in spectra) or 'none'}"
+        )
     every = device_modes(device)
     modes = every.below(rules.maximum_frequency)
     modes.refuse_overdamped(device)
@@ -158,9 +163,12 @@ def spectrum_analysis(
         notes += assumed
         unit = -(wanted.own @ modes.shape) * modes.participation[k] / modes.omega**2
         missing = (static[:, k] - unit.sum(axis=1)) * spectrum.zpa
-        inputs.append(
-            _combined(spectrum, S, α, unit * S, missing * rules.missing_mass, modes, rules)
-        )
+        modal, missing = unit * S, missing * rules.missing_mass
+        # Equation (3).
+        periodic = _periodic(np.sqrt(1.0 - α**2) * modal, modes, rules)
+        rigid = modal @ α + missing
+        total = np.hypot(periodic, rigid)
+        inputs.append(InputResponse(spectrum, S, α, modal, missing, periodic, rigid, total))
     components = tuple(dict.fromkeys(s.component for s in spectra))
     by_component = {
         name: _of_supports([one for one in inputs if one.spectrum.component == name], modes, rules)
@@ -188,17 +196,6 @@ def spectrum_analysis(
     )
 
 
-def _columns(device: Device, spectra: Sequence[AnchorSpectrum]) -> list[int]:
-    """Number of the component that each spectrum moves, among those of all anchors."""
-    columns = [device.column(s.component, s.anchor) for s in spectra]
-    if not spectra or len(set(columns)) < len(columns):
-        raise device.error(
-            "expected at least one spectrum, and one for a component of an anchor; got"
-            f" {', '.join(s.label for s in spectra) or 'none'}"
-        )
-    return columns
-
-
 def _ordinates(
     spectrum: AnchorSpectrum, modes: DeviceModes, k: int, rules: Rules, *, minor: bool
 ) -> tuple[Array, Array, tuple[str, ...]]:
@@ -222,37 +219,14 @@ def _ordinates(
     return S, α, assumed
 
 
-def _combined(
-    spectrum: AnchorSpectrum,
-    S: Array,
-    α: Array,
-    modal: Array,
-    missing: Array,
-    modes: DeviceModes,
-    rules: Rules,
-) -> InputResponse:
-    """Equation (3)."""
-    periodic = combine_modes(
-        np.sqrt(1.0 - α**2) * modal, modes.frequency, modes.damping, rules.modes, rules.duration
-    )
-    rigid = modal @ α + missing
-    return InputResponse(
-        spectrum=spectrum,
-        ordinate=S,
-        rigid_fraction=α,
-        modal=modal,
-        missing=missing,
-        periodic=periodic,
-        rigid=rigid,
-        total=np.hypot(periodic, rigid),
-    )
-
-
 def _of_supports(inputs: list[InputResponse], modes: DeviceModes, rules: Rules) -> Array:
     """R of one component over all anchors, shape (n_q,)."""
     if rules.supports != "algebraic":
         return combine_inputs(np.stack([one.total for one in inputs]), rules.supports)
     periodic = np.sum([np.sqrt(1.0 - one.rigid_fraction**2) * one.modal for one in inputs], axis=0)
     rigid = np.sum([one.rigid for one in inputs], axis=0)
-    R_p = combine_modes(periodic, modes.frequency, modes.damping, rules.modes, rules.duration)
-    return np.asarray(np.hypot(R_p, rigid), dtype=np.float64)
+    return np.asarray(np.hypot(_periodic(periodic, modes, rules), rigid), dtype=np.float64)
+
+
+def _periodic(modal: Array, modes: DeviceModes, rules: Rules) -> Array:
+    return combine_modes(modal, modes.frequency, modes.damping, rules.modes, rules.duration)

@@ -60,20 +60,24 @@ def scipy_matrix(matrix):
     return sp.csr_matrix((values, indices, indptr), shape=matrix.getSize())
 
 
-@pytest.fixture(scope="session")
-def full(frame, device, base_plate):
-    """Force on the floor by average acceleration with all degrees of freedom, shape (6, n_t)."""
+def full_order(frame, device, base_plates, force, ground):
+    """Force on the floors by average acceleration with all degrees of freedom, shape (6 p, n_t).
+
+    Args:
+        force: On the edge of floor 2, shape (n_t,) [N].
+        ground: Acceleration along y, shape (n_t,) [m/s2].
+    """
     case, parts = frame
-    building, _ = linked(
-        assemble_building(MPI.COMM_SELF, parts), [base_plate.link], parts.mesh.nodes
-    )
+    links = [one.link for one in base_plates]
+    building, _ = linked(assemble_building(MPI.COMM_SELF, parts), links, parts.mesh.nodes)
     K, M = scipy_matrix(building.stiffness(FACTOR)), scipy_matrix(building.mass)
-    n = K.shape[0]
-    row = int(building.rows(np.array([base_plate.master]))[0])
-    S = np.zeros((6, n))
-    S[:, row : row + 6] = base_plate.carried
-    own = coupled(device, "relative")
-    m = len(own.M) - 6
+    n, p6 = K.shape[0], 6 * len(base_plates)
+    M_own, C_own, K_own = coupled(device)
+    S = np.zeros((p6, n))
+    for k, one in enumerate(base_plates):
+        row = int(building.rows(np.array([one.master]))[0])
+        S[6 * k : 6 * k + 6, row : row + 6] = one.carried
+    m = len(M_own) - p6
     W = sp.bmat([[sp.csr_matrix(S), None], [None, sp.eye(m)]]).tocsr()
     damping = case.building("F").damping.rayleigh
 
@@ -81,24 +85,29 @@ def full(frame, device, base_plate):
         empty = sp.csr_matrix((m, m))
         return (sp.block_diag([of_building, empty]) + W.T @ sp.csr_matrix(of_device) @ W).tocsc()
 
-    K_all, M_all = whole(K, own.K), whole(M, own.M)
-    C_all = whole(damping.matrix(K, M), own.C)
-    force, ground = shaken_and_hit()
+    K_all, M_all = whole(K, K_own), whole(M, M_own)
+    C_all = whole(damping.matrix(K, M), C_own)
     edge = edge_load(parts.mesh, 2).vector(building, (0.0, -1.0, 0.0))
-    shaken = np.zeros(6 + m)
-    shaken[1] = 1.0
-    p = np.zeros((STEPS + 1, n + m))
-    p[:, :n] = np.outer(force, edge) - np.outer(ground[:, 1], building.ground[:, 1])
-    p -= np.outer(ground[:, 1], W.T @ (own.M @ shaken))
+    shaken = np.zeros(p6 + m)
+    shaken[1:p6:6] = 1.0
+    p = np.zeros((len(ground), n + m))
+    p[:, :n] = np.outer(force, edge) - np.outer(ground, building.ground[:, 1])
+    p -= np.outer(ground, W.T @ (M_own @ shaken))
     h = STEP
     factor = splu((M_all + 0.5 * h * C_all + 0.25 * h**2 * K_all).tocsc())
     u, v, a = (np.zeros(n + m) for _ in range(3))
-    found = np.zeros((6, STEPS + 1))
-    for k in range(1, STEPS + 1):
+    found = np.zeros((p6, len(ground)))
+    for k in range(1, len(ground)):
         u, v = u + h * v + 0.25 * h**2 * a, v + 0.5 * h * a
         a = factor.solve(p[k] - C_all @ v - K_all @ u)
         u, v = u + 0.25 * h**2 * a, v + 0.5 * h * a
-        y = W @ a
-        y[1] += ground[k, 1]
-        found[:, k] = -(own.M @ y)[:6]
+        # What the device does to the floors: inertia and the stiffness between its supports.
+        found[:, k] = -(M_own @ (W @ a + ground[k] * shaken))[:p6] - (K_own @ (W @ u))[:p6]
     return found
+
+
+@pytest.fixture(scope="session")
+def full(frame, device, base_plate):
+    """Force of the pump on its floor that is shaken and hit."""
+    force, ground = shaken_and_hit()
+    return full_order(frame, device, [base_plate], force, ground[:, 1])

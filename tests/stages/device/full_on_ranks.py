@@ -1,6 +1,6 @@
 """Devices in full order on the ranks of this program; rank 0 writes what it found.
 
-Run by test_full_run.py: `mpirun -n 2 python full_on_ranks.py GIVEN FOLDER`.
+Run by test_full_order.py: `mpirun -n 2 python full_on_ranks.py GIVEN FOLDER`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from mpi4py import MPI
 
 from impactfem.building.model import assemble_building
 from impactfem.device.mounted import MountedDevice
-from impactfem.stages.device.full_run import FullHistories, full_histories
-from impactfem.stages.device.full_system import full_system
+from impactfem.stages.device.full_order import FullHistories, full_histories, full_system
 
 
 def histories(comm: Any, given: dict[str, Any], folder: Path, **options: Any) -> FullHistories:

@@ -7,7 +7,7 @@ import pytest
 from impactfem.case import load_case
 from impactfem.case.damping import DampingCase
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.stages.device.damping_study import damped_case
+from impactfem.stages.device.compute import damped_case
 
 LIGHT = DampingCase(name="light", mass_coefficient=0.2, stiffness_coefficient=1e-4)
 

@@ -9,8 +9,13 @@ from impactfem.case.device_tables import GivenSpectrum
 from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.models import from_matrices
 from impactfem.device.spectrum import AnchorSpectrum, given_spectra
-from impactfem.stages.device.spectrum_choice import SpectrumChoice, headline_of
-from impactfem.stages.device.spectrum_plan import SpectrumPlan, envelopes, in_step
+from impactfem.stages.device.spectrum_plan import (
+    SpectrumChoice,
+    SpectrumPlan,
+    _in_step,
+    envelopes,
+    headline_of,
+)
 from impactfem.system.errors import ImpactfemError
 
 RULES = {("srss", "none"): Rules(modes="srss"), ("cqc", "none"): Rules(modes="cqc")}
@@ -88,7 +93,7 @@ def test_envelopes_by_component_and_anchor():
 
 
 def test_in_step_all_anchors_see_the_largest():
-    found = in_step([flat("y", 2.0, 1, 0.1), flat("y", 5.0, 2), flat("z", 1.0, 2, 0.3)], 2)
+    found = _in_step([flat("y", 2.0, 1, 0.1), flat("y", 5.0, 2), flat("z", 1.0, 2, 0.3)], 2)
     seen = {(s.component, s.anchor): (s.zpa, s.displacement) for s in found}
     assert seen == {
         ("y", 1): (5.0, 0.1),
@@ -115,11 +120,8 @@ def test_given_spectra(single):
     assert given[0].zpa == 3.0 and given[0].damping.tolist() == [0.02, 0.1]
     plan = SpectrumPlan(single, RULES, rotations=True, broadening=0.15, given=given)
     found = plan.given_analyses()
-    assert list(found) == [
-        SpectrumChoice("srss", False, False, "given"),
-        SpectrumChoice("cqc", False, False, "given"),
-    ]
-    answer = found[SpectrumChoice("srss", False, False, "given")]
+    assert [one.label for one in found] == ["srss.given", "cqc.given"]
+    answer = found[SpectrumChoice("srss", source="given")]
     f = answer.modes.frequency[0]
     at = np.exp(np.log(4.0 / 9.0) * 3.0 / 8.0) * 9.0
     end = np.log(3.0 / at) / np.log(100.0 / 14.0)

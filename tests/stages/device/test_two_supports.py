@@ -1,19 +1,12 @@
 """A pipe between two floors of the shipped frame: all supports coupled, against the full order."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from mpi4py import MPI
-from scipy.sparse.linalg import splu
 
-from impactfem.building.from_case import read_parts
-from impactfem.building.links import find_base_plate, linked
+from impactfem.building.links import find_base_plate
 from impactfem.building.model import assemble_building
-from impactfem.case import load_case
 from impactfem.coupling.body import reduced_body
-from impactfem.device.device import coupled
 from impactfem.device.models import from_matrices, on_springs
 from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.device.parts import BaseSprings, RigidBody
@@ -23,14 +16,14 @@ from impactfem.reduction.modal_response import modal_response
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 from impactfem.spectra import response_spectra
-from impactfem.stages.device.support import largest_apart
+from impactfem.stages.device.analysis import _largest_apart
 
-GEOMETRY = Path(__file__).parents[3] / "geometry"
-FACTOR, STEP, STEPS = 0.5, 1e-3, 400
+from .conftest import FACTOR, STEP, full_order, shaken_and_hit
+
 POINTS = np.array([[0.6, 0.7, 3.0], [0.6, 0.7, 6.0]])
 
 
-def pipe(scale=1.0):
+def pipe():
     """A vertical beam of four elements with 180 kg between its ends, which are its anchors."""
     count, length, EI, EA, GJ, m = 4, 0.75, 2e6, 4e8, 1e6, 60.0
     n = 6 * (count + 1)
@@ -61,14 +54,7 @@ def pipe(scale=1.0):
             M[range(end, end + 6), range(end, end + 6)] += masses
     anchored = {i: i for i in range(6)} | {n - 6 + i: 6 + i for i in range(6)}
     damping = Rayleigh.through(0.02, 10.0, 60.0)
-    return from_matrices("pipe", scale * M, scale * K, anchored, damping, anchors=2)
-
-
-@pytest.fixture(scope="module")
-def frame():
-    case = load_case(GEOMETRY / "frame.toml")
-    parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
-    return case, parts
+    return from_matrices("pipe", M, K, anchored, damping, anchors=2)
 
 
 @pytest.fixture(scope="module")
@@ -98,26 +84,12 @@ def reduced(frame, base_plates):
 
 
 def shaking():
-    t = STEP * np.arange(STEPS + 1)
-    ground = np.zeros((STEPS + 1, 3))
-    ground[:, 1] = np.sin(2 * np.pi * 6 * t) * np.sin(np.pi * t / t[-1])
-    return ground
+    return shaken_and_hit()[1]
 
 
 def building(reduced, damping):
     ports = {str(k): shapes for k, shapes in enumerate(reduced.anchors)}
     return reduced_body("building", reduced.eigenvalue, damping, ports)
-
-
-def mounted(reduced, device, damping):
-    ground = shaking()
-    return mounted_response(
-        [building(reduced, damping)],
-        [MountedDevice("pipe", device, (("building", "0"), ("building", "1")))],
-        ground[:, 1:2] @ reduced.ground[:, 1:2].T,
-        ground,
-        STEP,
-    ).devices[0]
 
 
 FREQUENCY, RATIO = 14.0, 0.02
@@ -140,7 +112,7 @@ def alone(reduced, damping):
     return motion
 
 
-def carried(reduced, damping, device, anchors):
+def carried(reduced, damping, device, anchors, substeps=8):
     ground = shaking()
     return mounted_response(
         [building(reduced, damping)],
@@ -148,60 +120,20 @@ def carried(reduced, damping, device, anchors):
         ground[:, 1:2] @ reduced.ground[:, 1:2].T,
         ground,
         STEP,
-        substeps=8,
+        substeps=substeps,
     ).devices[0]
-
-
-def scipy_matrix(matrix):
-    indptr, indices, values = matrix.getValuesCSR()
-    return sp.csr_matrix((values, indices, indptr), shape=matrix.getSize())
 
 
 @pytest.fixture(scope="module")
 def full(frame, base_plates):
-    """Force on both floors by average acceleration with all unknowns, shape (12, n_t)."""
-    case, parts = frame
-    links = [one.link for one in base_plates]
-    building, _ = linked(assemble_building(MPI.COMM_SELF, parts), links, parts.mesh.nodes)
-    K, M = scipy_matrix(building.stiffness(FACTOR)), scipy_matrix(building.mass)
-    n, own = K.shape[0], coupled(pipe(), "relative")
-    S = np.zeros((12, n))
-    for k, one in enumerate(base_plates):
-        row = int(building.rows(np.array([one.master]))[0])
-        S[6 * k : 6 * k + 6, row : row + 6] = one.carried
-    m = len(own.M) - 12
-    W = sp.bmat([[sp.csr_matrix(S), None], [None, sp.eye(m)]]).tocsr()
-    damping = case.building("F").damping.rayleigh
-
-    def whole(of_building, of_device):
-        empty = sp.csr_matrix((m, m))
-        return (sp.block_diag([of_building, empty]) + W.T @ sp.csr_matrix(of_device) @ W).tocsc()
-
-    K_all, M_all = whole(K, own.K), whole(M, own.M)
-    C_all = whole(damping.matrix(K, M), own.C)
-    ground, shaken = shaking()[:, 1], np.zeros(12 + m)
-    shaken[[1, 7]] = 1.0
-    p = np.zeros((STEPS + 1, n + m))
-    p[:, :n] = -np.outer(ground, building.ground[:, 1])
-    p -= np.outer(ground, W.T @ (own.M @ shaken))
-    h = STEP
-    factor = splu((M_all + 0.5 * h * C_all + 0.25 * h**2 * K_all).tocsc())
-    u, v, a = (np.zeros(n + m) for _ in range(3))
-    found = np.zeros((12, STEPS + 1))
-    for k in range(1, STEPS + 1):
-        u, v = u + h * v + 0.25 * h**2 * a, v + 0.5 * h * a
-        a = factor.solve(p[k] - C_all @ v - K_all @ u)
-        u, v = u + 0.25 * h**2 * a, v + 0.5 * h * a
-        y = W @ a
-        y[[1, 7]] += ground[k]
-        # What the pipe does to the floors: inertia and the stiffness between the supports.
-        found[:, k] = -(own.M @ y)[:12] - (own.K @ (W @ u))[:12]
-    return found
+    """Force on both floors with all unknowns, shape (12, n_t)."""
+    ground = shaking()[:, 1]
+    return full_order(frame, pipe(), base_plates, 0.0 * ground, ground)
 
 
 def test_detailed_analysis_against_full_order(frame, reduced, full):
     damping = frame[0].building("F").damping.rayleigh
-    found = mounted(reduced, pipe(), damping)
+    found = carried(reduced, damping, pipe(), [0, 1], substeps=1)
     largest = np.abs(full).max(axis=1)
     for rows in (slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)):
         size = largest[rows].max()
@@ -228,9 +160,9 @@ def test_displacements_apart(reduced):
     tilt = np.zeros((12, 5))
     tilt[3], tilt[9] = t, t
     tilt[7] = -3.0 * t  # a rotation about x carries the upper anchor along -y
-    assert largest_apart(device, POINTS, tilt) == pytest.approx(np.zeros(12), abs=1e-12)
+    assert _largest_apart(device, POINTS, tilt) == pytest.approx(np.zeros(12), abs=1e-12)
     tilt[7] += 0.25 * t
-    apart = largest_apart(device, POINTS, tilt)
+    apart = _largest_apart(device, POINTS, tilt)
     assert apart[7] == pytest.approx(0.25) and np.abs(np.delete(apart, 7)).max() < 1e-12
 
 

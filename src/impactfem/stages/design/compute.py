@@ -38,11 +38,10 @@ from impactfem.stages.design.floors import (
     read_probes,
     read_whole_floors,
 )
-from impactfem.stages.device.analysis import Analyst
+from impactfem.stages.device.analysis import Analyst, supports_of
+from impactfem.stages.device.compute import Prepared as DevicePrepared
 from impactfem.stages.device.compute import analyst_of
-from impactfem.stages.device.prepared import Prepared as DevicePrepared
-from impactfem.stages.device.spectrum_choice import SpectrumChoice, headline_of
-from impactfem.stages.device.support import supports_of
+from impactfem.stages.device.spectrum_plan import SpectrumChoice, headline_of
 from impactfem.stages.ensemble.compute import Member, member_key, members_of
 from impactfem.stages.stores import of_run
 from impactfem.stages.transient.prepared import Prepared, transient_of

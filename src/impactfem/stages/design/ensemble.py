@@ -32,7 +32,7 @@ from impactfem.reduction.response import modal_histories, record_spectra
 from impactfem.spectra import response_spectra
 from impactfem.stages.design.floors import NO_POINTS, counted, enveloped, fewest
 from impactfem.stages.device.analysis import Analyst
-from impactfem.stages.device.spectrum_choice import SpectrumChoice
+from impactfem.stages.device.spectrum_plan import SpectrumChoice
 from impactfem.stages.transient.maps import AS_THEY_ARE
 from impactfem.stages.transient.prepared import transient_of
 from impactfem.system.errors import ImpactfemError, SolutionError

@@ -60,7 +60,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
 def _study(case: Case, folder: Path, steps: Steps) -> DesignStudy | None:
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.design.compute import run_design
-    from impactfem.stages.device.prepared import prepare as prepare_devices
+    from impactfem.stages.device.compute import prepare as prepare_devices
     from impactfem.stages.reduce.compute import reduced_on_root
     from impactfem.stages.transient.prepared import prepare
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from impactfem.case import Spectra
 from impactfem.coupling.body import reduced_body
 from impactfem.device.device import Device
-from impactfem.device.modes import device_modes
+from impactfem.device.modes import DeviceModes, device_modes
 from impactfem.device.mounted import MountedDevice, MountedHistory, mounted_response
 from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.device.spectrum_analysis import SpectrumResponse
@@ -19,12 +19,57 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
 from impactfem.reduction.reduced_building import CompleteModel
-from impactfem.stages.device.anchor_spectra import motion_spectra, shown_spectra
-from impactfem.stages.device.spectrum_choice import SpectrumChoice
-from impactfem.stages.device.spectrum_plan import SpectrumPlan, envelopes
-from impactfem.stages.device.support import Support, largest_apart, supports_of
+from impactfem.spectra import response_spectra
+from impactfem.stages.device.spectrum_plan import SpectrumChoice, SpectrumPlan, envelopes
+from impactfem.sticks.element import COMPONENTS
 
 Array = NDArray[np.float64]
+
+FREE = 1e-6
+"""A motion of all anchors as a rigid body is free if the force that it needs is below this part of
+the largest force of its parts."""
+STILL = 1e-9
+"""A component of an anchor moves if its largest acceleration is above this part of the largest."""
+
+
+@dataclass(frozen=True)
+class Support:
+    """One anchor of one device.
+
+    Args:
+        device: Number of the device, from 0.
+        number: Number of the anchor, from 1.
+        name: The device's name; with several anchors, with the number of the anchor.
+        several: Whether the device has several.
+    """
+
+    device: int
+    number: int
+    name: str
+    several: bool
+
+    @property
+    def rows(self) -> slice:
+        """Its components among those of the device's anchors."""
+        return slice(6 * (self.number - 1), 6 * self.number)
+
+    def quantity(self, word: str) -> str:
+        """Name of a force at it, such as "force y", among those of the device."""
+        return f"{word} at anchor {self.number}" if self.several else word
+
+
+def supports_of(devices: Sequence[Device]) -> tuple[Support, ...]:
+    """All supports, device by device."""
+    return tuple(
+        Support(
+            device=k,
+            number=number,
+            name=f"{device.name}_{number}" if device.anchors > 1 else device.name,
+            several=device.anchors > 1,
+        )
+        for k, device in enumerate(devices)
+        for number in range(1, device.anchors + 1)
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,18 +95,18 @@ class DeviceResult:
     shown: Array
     by_spectrum: Mapping[SpectrumChoice, SpectrumResponse]
 
-    @property
-    def name(self) -> str:
-        """Name of the support in results."""
-        return self.support.name
-
     def value(self, choice: SpectrumChoice, word: str) -> float:
         """A force at the anchor, such as "force y", by a response spectrum analysis [N, N m].
 
         Nan where the analysis was not done of this device.
         """
-        found = self.by_spectrum.get(choice)
-        return float("nan") if found is None else found.value(self.support.quantity(word))
+        if choice not in self.by_spectrum:
+            return float("nan")
+        return self.by_spectrum[choice].value(self.support.quantity(word))
+
+    def with_detailed(self, histories: Sequence[MountedHistory]) -> DeviceResult:
+        """The same with the detailed analysis of all devices by another model."""
+        return replace(self, detailed=_at(histories[self.support.device], self.support))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +129,6 @@ class Analyst:
     spectra: Spectra
     substeps: int
 
-    @property
-    def devices(self) -> list[Device]:
-        """The devices."""
-        return [plan.device for plan in self.plans]
-
     def analyse(self, loads: Loads, damping: Rayleigh) -> list[DeviceResult]:
         """All devices at all their anchors under one load.
 
@@ -101,7 +141,7 @@ class Analyst:
             SolutionError: The result is not finite, or action and reaction differ.
         """
         model = self.model
-        supports = supports_of(self.devices)
+        supports = supports_of([plan.device for plan in self.plans])
         places = [
             [i for i, one in enumerate(supports) if one.device == k] for k in range(len(self.plans))
         ]
@@ -109,8 +149,10 @@ class Analyst:
         mounted = mounted_response(
             [reduced_body("building", model.eigenvalue, damping, ports)],
             [
-                MountedDevice(device.name, device, tuple(("building", str(i)) for i in rows))
-                for device, rows in zip(self.devices, places, strict=True)
+                MountedDevice(
+                    plan.device.name, plan.device, tuple(("building", str(i)) for i in rows)
+                )
+                for plan, rows in zip(self.plans, places, strict=True)
             ],
             loads.amplitudes @ model.load(loads).T,
             loads.ground,
@@ -118,57 +160,77 @@ class Analyst:
             substeps=self.substeps,
         )
         alone = modal_response(model.model(loads), loads.amplitudes, loads.time_step, damping)
+
+        def shaken(shapes: Array) -> Array:
+            """Absolute acceleration of a point, shape (6, n_t) [m/s2, rad/s2]."""
+            motion = np.asarray(shapes @ alone.acceleration, dtype=np.float64)
+            motion[:3] += loads.ground.T
+            return motion
+
         found = []
         for plan, history, rows in zip(self.plans, mounted.devices, places, strict=True):
-            motions = [_shaken(model.anchors[i], alone.acceleration, loads) for i in rows]
-            apart: Array = np.zeros(6 * len(rows))
-            if len(rows) > 1:
-                moved = np.concatenate(model.anchors[rows]) @ alone.displacement
-                apart = largest_apart(plan.device, self.positions[rows], moved)
-            own, covering = self._spectra(plan, motions, apart, rows, alone.acceleration, loads)
+            modes = device_modes(plan.device).below(plan.maximum_frequency)
+            motions = [shaken(model.anchors[i]) for i in rows]
+            moved = np.concatenate(model.anchors[rows]) @ alone.displacement
+            apart = _largest_apart(plan.device, self.positions[rows], moved).reshape(-1, 6)
+            own: list[AnchorSpectrum] = []
+            points = list[list[AnchorSpectrum]]()
+            for number, (motion, row) in enumerate(zip(motions, rows, strict=True), 1):
+                own += self._spectra(modes, motion, loads.time_step, number, apart[number - 1])
+                points += [
+                    self._spectra(modes, shaken(model.points[k]), loads.time_step, number)
+                    for k in self.covered[row]
+                ]
             by_spectrum = plan.analyses(own, "computed")
-            if any(self.covered[i] for i in rows):
+            covering = envelopes([own, *points]) if points else tuple(own)
+            if points:
                 by_spectrum |= plan.analyses(covering, "envelope")
             by_spectrum |= plan.given_analyses()
-            first = float(device_modes(plan.device).damping[0])
-            found += [
-                DeviceResult(
-                    support=supports[i],
-                    detailed=_at(history, supports[i]),
-                    anchor=motion,
-                    covering=covering,
-                    shown=shown_spectra(first, motion[:3], loads.time_step, self.spectra),
-                    by_spectrum=by_spectrum,
-                )
-                for i, motion in zip(rows, motions, strict=True)
-            ]
+            first = device_modes(plan.device).damping[0]
+            for i, motion in zip(rows, motions, strict=True):
+                shown = response_spectra(
+                    motion[:3],
+                    loads.time_step,
+                    np.asarray(self.spectra.frequency_values),
+                    [float(first)],
+                    points_per_cycle=self.spectra.points_per_cycle,
+                    method=self.spectra.method,
+                    absolute=False,
+                ).psa[0]
+                one = supports[i]
+                detailed = _at(history, one)
+                found.append(DeviceResult(one, detailed, motion, covering, shown, by_spectrum))
         return found
 
     def _spectra(
         self,
-        plan: SpectrumPlan,
-        motions: Sequence[Array],
-        apart: Array,
-        rows: Sequence[int],
-        acceleration: Array,
-        loads: Loads,
-    ) -> tuple[tuple[AnchorSpectrum, ...], tuple[AnchorSpectrum, ...]]:
-        """Spectra of the anchors of a device, and their envelope with those of further points."""
-        modes = device_modes(plan.device).below(plan.maximum_frequency)
-        dt, settings = loads.time_step, self.spectra
-        own: list[AnchorSpectrum] = []
-        points = list[tuple[AnchorSpectrum, ...]]()
-        for number, (motion, row) in enumerate(zip(motions, rows, strict=True), 1):
-            shift = apart[6 * (number - 1) : 6 * number]
-            own += motion_spectra(modes, motion, dt, settings, anchor=number, displacement=shift)
-            for point in self.covered[row]:
-                shaken = _shaken(self.model.points[point], acceleration, loads)
-                points.append(motion_spectra(modes, shaken, dt, settings, anchor=number))
-        return tuple(own), envelopes([own, *points]) if points else tuple(own)
+        modes: DeviceModes,
+        motion: Array,
+        time_step: float,
+        anchor: int,
+        apart: Array | None = None,
+    ) -> list[AnchorSpectrum]:
+        """Spectra of the components of a motion that move, at the modes' frequencies, too."""
+        frequency = np.concatenate([self.spectra.frequency_values, modes.frequency])
+        largest = np.abs(motion).max(axis=1)
+        scale = np.where(np.arange(6) < 3, largest[:3].max(), largest[3:].max())
+        return [
+            AnchorSpectrum.of_motion(
+                component,
+                motion[k],
+                time_step,
+                frequency,
+                modes.damping,
+                anchor=anchor,
+                displacement=0.0 if apart is None else float(apart[k]),
+                points_per_cycle=self.spectra.points_per_cycle,
+                method=self.spectra.method,
+            )
+            for k, component in enumerate(COMPONENTS)
+            if largest[k] > STILL * scale[k]
+        ]
 
-    def over_dampings(
-        self, cases: Sequence[Sequence[DeviceResult]]
-    ) -> list[tuple[DeviceResult, ...]]:
+    def over_dampings(self, cases: Sequence[Sequence[DeviceResult]]) -> list[list[DeviceResult]]:
         """Results of all damping cases with the analyses of the envelope of their spectra.
 
         Args:
@@ -183,33 +245,12 @@ class Analyst:
             widest = envelopes([case[first].covering for case in cases])
             further.append(plan.analyses(widest, "envelope-dampings"))
         return [
-            tuple(
+            [
                 replace(one, by_spectrum={**one.by_spectrum, **further[one.support.device]})
                 for one in case
-            )
+            ]
             for case in cases
         ]
-
-
-def with_detailed(
-    results: Sequence[DeviceResult], histories: Sequence[MountedHistory]
-) -> tuple[DeviceResult, ...]:
-    """Results with the detailed analysis of another model.
-
-    Args:
-        results: Of all devices at all their anchors.
-        histories: The devices by that model.
-    """
-    return tuple(
-        replace(one, detailed=_at(histories[one.support.device], one.support)) for one in results
-    )
-
-
-def _shaken(shapes: Array, acceleration: Array, loads: Loads) -> Array:
-    """Absolute acceleration of a point, shape (6, n_t) [m/s2, rad/s2]."""
-    motion = np.asarray(shapes @ acceleration, dtype=np.float64)
-    motion[:3] += loads.ground.T
-    return motion
 
 
 def _at(history: MountedHistory, support: Support) -> MountedHistory:
@@ -223,3 +264,29 @@ def _at(history: MountedHistory, support: Support) -> MountedHistory:
         anchor_velocity=history.anchor_velocity[rows],
         anchor_acceleration=history.anchor_acceleration[rows],
     )
+
+
+def _largest_apart(device: Device, points: Array, displacement: Array) -> Array:
+    """Largest displacements of anchors against where the first one carries them.
+
+    A motion of the first anchor carries the others along as a rigid body, by its translations, and
+    by those rotations that the stiffness between the anchors leaves free.
+
+    Args:
+        device: The device.
+        points: Its anchors, shape (p, 3) [m].
+        displacement: Of the anchors, shape (6 p, n_t) [m, rad].
+
+    Returns:
+        Shape (6 p,) [m, rad]; zero for a device with one anchor or nothing between its anchors.
+    """
+    K_a = device.anchor_stiffness
+    if device.anchors == 1 or K_a is None or not np.any(K_a):
+        return np.zeros(6 * device.anchors)
+    R = np.tile(np.eye(6), (device.anchors, 1))
+    for k, (x, y, z) in enumerate(points - points[0]):
+        R[6 * k : 6 * k + 3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    force = np.abs(K_a @ R).max(axis=0)
+    parts = (np.abs(K_a) @ np.abs(R)).max(axis=0)
+    carried = np.where(force <= FREE * parts, 1.0, 0.0)[:, None] * displacement[:6]
+    return np.asarray(np.abs(displacement - R @ carried).max(axis=1), dtype=np.float64)

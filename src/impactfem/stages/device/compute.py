@@ -2,119 +2,188 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from impactfem.building.from_case import read_parts
+from impactfem.building.links import BasePlate, find_base_plates
 from impactfem.building.model import assemble_building
-from impactfem.case import Case
+from impactfem.building.parts import BuildingParts
+from impactfem.case import Case, DampingCase, DeviceAnalysis, KelvinVoigtLaw
+from impactfem.case.damping import OWN
+from impactfem.case.quantity import CALIBRATED
+from impactfem.coupling.force_history import ForceHistory, read_forces
+from impactfem.coupling.from_case import calibration_of
+from impactfem.device.device import Device
+from impactfem.device.from_case import checked_devices, rules_of
 from impactfem.device.mounted import MountedDevice
+from impactfem.device.spectrum import given_spectra
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.motion.from_case import GroundMotion, ground_motions
+from impactfem.reduction.covered_points import CoveredPoints, covered_points
+from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_building import CompleteModel
-from impactfem.stages.device.analysis import Analyst
-from impactfem.stages.device.damping_study import DeviceStudy, device_study
-from impactfem.stages.device.full_run import FullHistories, full_histories
-from impactfem.stages.device.full_system import full_system
-from impactfem.stages.device.prepared import Prepared, analysis_of, substeps_of
-from impactfem.stages.transient.prepared import transient_of
-from impactfem.system.log import LOGGER
-from impactfem.system.parallel import on_root
-
-Step = Callable[[str], AbstractContextManager[None]]
-Progress = Callable[[str, float], None]
+from impactfem.stages.device.analysis import Analyst, DeviceResult, Support, supports_of
+from impactfem.stages.device.full_order import FullHistories, full_histories, full_system
+from impactfem.stages.device.spectrum_plan import SpectrumPlan
+from impactfem.stages.pounding.compute import pounded
+from impactfem.stages.transient.prepared import case_loads, transient_of
+from impactfem.sticks.calibration import Calibration
+from impactfem.system.log import LOGGER, Steps
+from impactfem.system.parallel import communicator, on_root
 
 
-def run_devices(
-    case: Case,
-    prepared: Prepared,
-    folder: Path,
-    comm: Any,
-    step: Step,
-    *,
-    model: CompleteModel | None,
-    key: str,
-    within: Progress = lambda name, part: None,
-) -> DeviceStudy | None:
-    """Run the stage. Collective.
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What a run needs beside the matrices.
 
     Args:
-        case: The case, with the targets of its sticks and the numbers of its contact laws.
-        prepared: What `prepare` gave, the same on all ranks.
-        folder: Where checkpoints are kept.
-        comm: Communicator of the matrices.
-        step: Called with the name of each step ("matrices", "time steps", "damping cases"), which
-            runs inside its context.
-        model: The reduced building on rank 0.
-        key: Hash of what the stage depends on.
-        within: Called with the name of a step and the part of it that is done.
+        parts: The building.
+        storey_factor: Factor on walls and columns.
+        devices: The devices.
+        base_plates: Where they are anchored, one for each anchor of each.
+        points: Further points, which envelopes of spectra cover.
+        plans: Response spectrum analyses of each.
+        own: Damping of the building, α [1/s] and β [s].
+        forces: Impact forces with the building's own damping.
+        loads: They and the ground motion, at the step of the 3D model.
+        motions: The ground motions.
+        calibrated_laws: Contact laws that left their restitution to the impact on the wall; empty
+            where none did.
+        restitution: What that gave by damping case; empty where there is none.
+    """
 
-    Returns:
-        The results on rank 0, None on the others.
+    parts: BuildingParts
+    storey_factor: float
+    devices: tuple[Device, ...]
+    base_plates: tuple[BasePlate, ...]
+    points: CoveredPoints
+    plans: tuple[SpectrumPlan, ...]
+    own: Rayleigh
+    forces: ForceHistory
+    loads: Loads
+    motions: tuple[GroundMotion, ...]
+    calibrated_laws: frozenset[str] = frozenset()
+    restitution: Mapping[str, float] = field(default_factory=dict)
+
+
+def prepare(
+    case: Case,
+    mesh_file: Path,
+    forces_file: Path,
+    storey_factor: float,
+    calibrated_laws: frozenset[str] = frozenset(),
+    restitution: Mapping[str, float] | None = None,
+) -> Prepared:
+    """Read mesh, motions and forces, and build the devices. Not collective.
+
+    Args:
+        case: The case; it has a structure, a transient part and devices.
+        mesh_file: The mesh of the building.
+        forces_file: The impact forces of the sticks, where the case names none of its own.
+        storey_factor: Factor on walls and columns.
+        calibrated_laws: Contact laws that left their restitution to the impact on the wall.
+        restitution: What that gave by damping case.
 
     Raises:
-        ImpactfemError: A spectrum does not reach a mode of a device.
-        SolutionError: A response is not finite.
+        InputError: The mesh, the forces or a device are not usable.
+        SolutionError: An anchor stands on no node of a floor.
     """
-    full = None
-    if analysis_of(case).solver == "full":
-        full = _full(case, prepared, folder, comm, step, key, within)
-    kept: list[DeviceStudy] = []
-
-    def progress(part: float) -> None:
-        within("damping cases", part)
-
-    def evaluate() -> None:
-        if model is None:
-            raise ValueError("rank 0 has no reduced model")
-        with step("damping cases"):
-            analyst = analyst_of(case, prepared, model)
-            kept.append(device_study(case, prepared, analyst, full, progress))
-
-    on_root(evaluate)
-    return kept[0] if kept else None
-
-
-def _full(
-    case: Case,
-    prepared: Prepared,
-    folder: Path,
-    comm: Any,
-    step: Step,
-    key: str,
-    within: Progress,
-) -> FullHistories:
-    """The devices with the building's own damping in full order. Collective."""
-    transient, loads = transient_of(case), prepared.loads
-    substeps = substeps_of(case)
-    with step("time steps"):
-        building = assemble_building(comm, prepared.parts)
-        with full_system(
-            building,
-            prepared.parts.mesh,
-            prepared.storey_factor,
-            prepared.base_plates,
-            [MountedDevice(one.name, one) for one in prepared.devices],
-            loads,
-            eccentricity=transient.eccentricity,
-            damping=prepared.own,
-        ) as system:
-            LOGGER.info(
-                "device: %d unknowns in full order, %d steps without and with impacts",
-                system.M.getSize()[0],
-                (len(loads.ground) - 1) * substeps,
+    structure, transient, analysis = case.structure, transient_of(case), _analysis_of(case)
+    if structure is None:
+        raise ValueError("the case has no structure")
+    parts, _, _ = read_parts(case, mesh_file)
+    path = transient.forces or forces_file
+    forces = read_forces(path)
+    motions = tuple(ground_motions(case.motions))
+    devices = tuple(checked_devices(case))
+    return Prepared(
+        parts=parts,
+        storey_factor=storey_factor,
+        devices=devices,
+        base_plates=find_base_plates(case, parts.mesh),
+        points=covered_points(case, parts.mesh),
+        plans=tuple(
+            SpectrumPlan(
+                device,
+                rules=rules_of(analysis, setup.maximum_frequency),
+                rotations=analysis.rotations,
+                broadening=analysis.broadening,
+                supports=analysis.supports,
+                given=given_spectra(setup.spectra or ()),
             )
-            return full_histories(
-                system,
-                loads,
-                prepared.own,
-                substeps,
-                folder,
-                key=key,
-                every=max(1, round(transient.checkpoint_every / loads.time_step * substeps)),
-                progress=lambda part: within("time steps", part),
-            )
+            for device, setup in zip(devices, case.devices, strict=True)
+        ),
+        own=case.building(structure.building).damping.rayleigh,
+        forces=forces,
+        loads=case_loads(
+            case, parts.mesh, motions, forces, path, transient.duration or float(forces.time[-1])
+        ),
+        motions=motions,
+        calibrated_laws=calibrated_laws,
+        restitution=restitution or {},
+    )
+
+
+def _analysis_of(case: Case) -> DeviceAnalysis:
+    if case.device_analysis is None:
+        raise ValueError("the case has no devices")
+    return case.device_analysis
+
+
+@dataclass(frozen=True, eq=False)
+class DampedStudy:
+    """The devices with one damping of the buildings.
+
+    Args:
+        name: Name of the damping case.
+        damping: The damping.
+        epsilon: Restitution of the pounding; None where the laws kept theirs.
+        calibrated: Whether it comes from the impact on the wall with this damping.
+        loads: Ground motion and impacts.
+        results: The devices without the impacts, and with them.
+    """
+
+    name: str
+    damping: Rayleigh
+    epsilon: float | None
+    calibrated: bool
+    loads: Loads
+    results: tuple[list[DeviceResult], list[DeviceResult]]
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceStudy:
+    """What the stage computed.
+
+    Args:
+        case: The case.
+        prepared: What it was given.
+        model: The reduced model.
+        cases: The devices by damping; that of the building's own first.
+        full_error: With the detailed analysis in full order the largest relative difference of a
+            peak force by the reduced model from it, both at the same step; None otherwise.
+    """
+
+    case: Case
+    prepared: Prepared
+    model: CompleteModel
+    cases: tuple[DampedStudy, ...]
+    full_error: float | None = None
+
+    @property
+    def supports(self) -> tuple[Support, ...]:
+        """The anchors of all devices, which results are told of."""
+        return supports_of(self.prepared.devices)
+
+    @property
+    def direction(self) -> int:
+        """Component of the first ground motion."""
+        return "xyz".index(self.case.shown_direction)
 
 
 def analyst_of(case: Case, prepared: Prepared, model: CompleteModel) -> Analyst:
@@ -131,5 +200,202 @@ def analyst_of(case: Case, prepared: Prepared, model: CompleteModel) -> Analyst:
         positions=np.array([one.point for one in prepared.base_plates]),
         covered=prepared.points.of_anchor,
         spectra=case.spectra,
-        substeps=substeps_of(case),
+        substeps=_substeps_of(case),
     )
+
+
+def run_devices(
+    case: Case,
+    prepared: Prepared,
+    folder: Path,
+    steps: Steps,
+    *,
+    model: CompleteModel | None,
+    key: str,
+) -> DeviceStudy | None:
+    """Run the stage. Collective.
+
+    Args:
+        case: The case, with the targets of its sticks and the numbers of its contact laws.
+        prepared: What `prepare` gave, the same on all ranks.
+        folder: Where checkpoints are kept.
+        steps: The steps of the stage.
+        model: The reduced building on rank 0.
+        key: Hash of what the stage depends on.
+
+    Returns:
+        The results on rank 0, None on the others.
+
+    Raises:
+        ImpactfemError: A spectrum does not reach a mode of a device.
+        SolutionError: A response is not finite.
+    """
+    full = None
+    if _analysis_of(case).solver == "full":
+        full = _full_order(case, prepared, folder, steps, key)
+    found: list[DeviceStudy] = []  # not sent to the other ranks
+
+    def evaluate() -> None:
+        if model is None:
+            raise ValueError("rank 0 has no reduced model")
+        with steps.step("damping cases"):
+            found.append(_study(case, prepared, model, full, steps))
+
+    on_root(evaluate)
+    return found[0] if found else None
+
+
+def _full_order(
+    case: Case, prepared: Prepared, folder: Path, steps: Steps, key: str
+) -> FullHistories:
+    """The devices with the building's own damping in full order. Collective."""
+    transient, loads, substeps = transient_of(case), prepared.loads, _substeps_of(case)
+    with (
+        steps.step("time steps"),
+        full_system(
+            assemble_building(communicator(), prepared.parts),
+            prepared.parts.mesh,
+            prepared.storey_factor,
+            prepared.base_plates,
+            [MountedDevice(one.name, one) for one in prepared.devices],
+            loads,
+            eccentricity=transient.eccentricity,
+            damping=prepared.own,
+        ) as system,
+    ):
+        LOGGER.info(
+            "device: %d unknowns in full order, %d steps without and with impacts",
+            system.M.getSize()[0],
+            (len(loads.ground) - 1) * substeps,
+        )
+        return full_histories(
+            system,
+            loads,
+            prepared.own,
+            substeps,
+            folder,
+            key=key,
+            every=max(1, round(transient.checkpoint_every / loads.time_step * substeps)),
+            progress=lambda part: steps.within("time steps", part),
+        )
+
+
+def _study(
+    case: Case,
+    prepared: Prepared,
+    model: CompleteModel,
+    full: FullHistories | None,
+    steps: Steps,
+) -> DeviceStudy:
+    """The devices with the building's own damping, then again with every damping case."""
+    analyst, count = analyst_of(case, prepared, model), 1 + len(case.damping_cases)
+    cases = [_damped(analyst, OWN, prepared.own, prepared.loads)]
+    full_error = None
+    if full is not None:
+        without, with_impacts = (
+            [one.with_detailed(known) for one in load]
+            for load, known in zip(cases[0].results, full, strict=True)
+        )
+        exact = replace(cases[0], results=(without, with_impacts))
+        full_error, cases = _largest_error(cases[0], exact), [exact]
+    steps.within("damping cases", 1.0 / count)
+    # The sticks are fitted once: their stiffness does not depend on the damping.
+    calibration = calibration_of(case) if case.damping_cases else None
+    for number, one in enumerate(case.damping_cases, 2):
+        cases.append(_damping_case(case, prepared, analyst, one, calibration))
+        steps.within("damping cases", number / count)
+    if _analysis_of(case).envelope_dampings and case.damping_cases:
+        both = zip(
+            analyst.over_dampings([one.results[0] for one in cases]),
+            analyst.over_dampings([one.results[1] for one in cases]),
+            strict=True,
+        )
+        cases = [replace(one, results=results) for one, results in zip(cases, both, strict=True)]
+    return DeviceStudy(case, prepared, model, tuple(cases), full_error)
+
+
+def _largest_error(reduced: DampedStudy, full: DampedStudy) -> float:
+    """Largest relative difference of a peak force, each along the axis of the largest one."""
+    worst = 0.0
+    for loads in zip(reduced.results, full.results, strict=True):
+        for found, known in zip(*loads, strict=True):
+            peak = known.detailed.largest[:3]
+            axis = int(peak.argmax())
+            if peak[axis] > 0.0:
+                worst = max(worst, abs(float(found.detailed.largest[axis] / peak[axis]) - 1.0))
+    return worst
+
+
+def _damping_case(
+    case: Case,
+    prepared: Prepared,
+    analyst: Analyst,
+    one: DampingCase,
+    calibration: Calibration | None,
+) -> DampedStudy:
+    """Restitution, sticks, 3D model and devices again with another damping."""
+    forces_file = transient_of(case).forces
+    if forces_file is not None:
+        # Nothing is known of what another damping would do to forces from elsewhere.
+        LOGGER.info("device: damping case %s with the forces of %s", one.name, forces_file)
+        return _damped(analyst, one.name, one.rayleigh, prepared.loads)
+    calibrated = one.name in prepared.restitution
+    epsilon = prepared.restitution.get(one.name)
+    if one.restitution != CALIBRATED:
+        epsilon = float(one.restitution)
+    laws = prepared.calibrated_laws if calibrated else ()
+    damped = damped_case(case, one, epsilon, laws)
+    duration = prepared.loads.time_step * (len(prepared.loads.ground) - 1)
+    response = pounded(damped, calibration, prepared.motions, duration)
+    forces, mesh = ForceHistory.of_response(response), prepared.parts.mesh
+    loads = case_loads(damped, mesh, prepared.motions, forces, case.path, duration)
+    LOGGER.debug("device: damping case %s with the restitution %s", one.name, epsilon)
+    return _damped(analyst, one.name, one.rayleigh, loads, epsilon, calibrated=calibrated)
+
+
+def _damped(
+    analyst: Analyst,
+    name: str,
+    damping: Rayleigh,
+    loads: Loads,
+    epsilon: float | None = None,
+    *,
+    calibrated: bool = False,
+) -> DampedStudy:
+    both = analyst.analyse(loads.without_impacts(), damping), analyst.analyse(loads, damping)
+    return DampedStudy(name, damping, epsilon, calibrated, loads, both)
+
+
+def damped_case(
+    case: Case,
+    damping: DampingCase,
+    epsilon: float | None,
+    laws: Collection[str] = (),
+) -> Case:
+    """The case with another damping of all buildings, and another restitution.
+
+    The contact stiffness stays (paper, section 5.3).
+
+    Args:
+        case: The case.
+        damping: The damping case.
+        epsilon: Restitution of its Kelvin-Voigt laws; they keep theirs when None.
+        laws: Names of those that it is for; all of them when empty.
+    """
+    buildings = tuple(b.model_copy(update={"damping": damping}) for b in case.buildings)
+    update: dict[str, object] = {"buildings": buildings}
+    if epsilon is not None:
+        given = {"restitution": epsilon, "damping_ratio": None}
+        update["contact_laws"] = {
+            name: law.model_copy(update=given)
+            if isinstance(law, KelvinVoigtLaw) and (not laws or name in laws)
+            else law
+            for name, law in case.contact_laws.items()
+        }
+    return case.model_copy(update=update)
+
+
+def _substeps_of(case: Case) -> int:
+    """Steps of the detailed analysis in one of the loads."""
+    whole = transient_of(case).time_step
+    return max(1, math.ceil(whole / (_analysis_of(case).time_step or whole) * (1.0 - 1e-9)))

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,33 +40,41 @@ def drawing_values(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> 
     Returns:
         Values by name. A rigid spring has an infinite stiffness.
     """
-    shapes, beams = [setup.shape for setup in setups], [setup.beam for setup in setups]
-    return {
-        "base_stiffness": np.array([_springs(setup) for setup in setups]),
-        "body_mass": _numbers([_of(s, s.mass) for s in setups]),
-        "body_height": _numbers([_of(s, s.mass_height) for s in setups]),
-        "body_inertia": np.array([_inertia(setup) for setup in setups]),
-        "body_radius": _numbers([None if s is None else s.radius for s in shapes]),
-        "body_length": _numbers([None if s is None else s.length for s in shapes]),
-        "beam_length": _numbers([None if b is None else b.length for b in beams]),
-        "beam_mass": _numbers([None if b is None else b.mass for b in beams]),
-        "beam_bending": np.array([(math.nan,) * 2 if b is None else b.bending for b in beams]),
-        **_modes(setups, devices),
-    }
-
-
-def _modes(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> dict[str, Array]:
-    """Modes over the height, with nan where a device has fewer modes or levels than others."""
-    both = list(zip(setups, devices, strict=True))
+    rows = [_parts(setup) for setup in setups]
+    values = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in rows[0]}
+    # Modes over the height, with nan where a device has fewer modes or levels than others.
+    both = zip(setups, devices, strict=True)
     count = [device_modes(d).below(s.maximum_frequency).frequency.size for s, d in both]
     levels = [_levels(setup) for setup in setups]
     shapes = np.full((len(setups), max(count), max(map(len, levels)), 6), np.nan)
     heights = np.full(shapes.shape[::2], np.nan)
-    for k, (setup, device) in enumerate(both):
+    for k, (setup, device) in enumerate(zip(setups, devices, strict=True)):
         heights[k, : len(levels[k])] = levels[k]
         if len(levels[k]):
             shapes[k, : count[k], : len(levels[k])] = mode_shapes(setup, device)
-    return {"level_height": heights, "mode_shape": shapes}
+    return values | {"level_height": heights, "mode_shape": shapes}
+
+
+def _parts(setup: DeviceSetup) -> dict[str, Any]:
+    """Springs, body and beam; None for what the device has not."""
+    shape, beam, springs = setup.shape, setup.beam, setup.stiffness
+    # In addition to modes a body is that of the whole device.
+    on_springs = setup.modes is None
+    inertia = setup.inertia
+    if setup.mass is not None and shape is not None:
+        inertia = solid_cylinder(setup.mass, shape.radius, shape.length)
+    stiffness = [None if springs is None else getattr(springs, name) for name in COMPONENTS]
+    return {
+        "base_stiffness": [math.inf if value == RIGID else value for value in stiffness],
+        "body_mass": setup.mass if on_springs else None,
+        "body_height": setup.mass_height if on_springs else None,
+        "body_inertia": (on_springs and inertia) or (None,) * 3,
+        "body_radius": shape and shape.radius,
+        "body_length": shape and shape.length,
+        "beam_length": beam and beam.length,
+        "beam_mass": beam and beam.mass,
+        "beam_bending": beam.bending if beam else (None,) * 2,
+    }
 
 
 def mode_shapes(setup: DeviceSetup, device: Device) -> Array:
@@ -79,25 +88,21 @@ def mode_shapes(setup: DeviceSetup, device: Device) -> Array:
         Shape (n_modes, n_levels, 6) [1/√kg]: translations and rotations relative to the anchor.
     """
     shape = device_modes(device).below(setup.maximum_frequency).shape
-    heights = _levels(setup)
-    free = [COMPONENTS.index(m.split()[-1]) for m in device.motions if m.startswith("base ")]
-    base = np.zeros((6, shape.shape[1]))
-    base[free] = shape[: len(free)]
-    bent = [COMPONENTS.index(m.split()[-1]) for m in device.motions[len(free) :]]
-    elements = 0 if setup.beam is None else setup.beam.elements
-    nodes = np.zeros((elements + 1, 6, shape.shape[1]))
-    each = len(bent) // max(elements, 1)
-    for i in range(elements):
-        rows = slice(i * each, (i + 1) * each)
-        nodes[i + 1, bent[rows]] = shape[len(free) :][rows]
-    top = 0.0 if setup.beam is None else setup.beam.length
-    found = []
-    for level, z in enumerate(heights):
-        d = nodes[min(level, elements)]
-        if level > elements:
-            d = rigid_link(np.array([0.0, 0.0, z - top])) @ d
-        found.append(rigid_link(np.array([0.0, 0.0, z])) @ base + d)
-    return np.asarray(np.moveaxis(np.array(found), 2, 0), dtype=np.float64)
+    heights, elements = _levels(setup), 0 if setup.beam is None else setup.beam.elements
+    s, d = np.zeros((6, shape.shape[1])), np.zeros((len(heights), 6, shape.shape[1]))
+    free = sum(motion.startswith("base ") for motion in device.motions)
+    each = (len(shape) - free) // max(elements, 1)
+    for row, motion in enumerate(device.motions):
+        component = COMPONENTS.index(motion.split()[-1])
+        if row < free:
+            s[component] = shape[row]
+        else:
+            d[1 + (row - free) // each, component] = shape[row]
+    if len(heights) > elements + 1:
+        # The body's mass centre, on a rigid link above the last node.
+        d[-1] = rigid_link(np.array([0.0, 0.0, heights[-1] - heights[-2]])) @ d[-2]
+    u = [rigid_link(np.array([0.0, 0.0, z])) @ s + bent for z, bent in zip(heights, d, strict=True)]
+    return np.asarray(np.moveaxis(np.array(u), 2, 0), dtype=np.float64)
 
 
 def _levels(setup: DeviceSetup) -> Array:
@@ -111,28 +116,3 @@ def _levels(setup: DeviceSetup) -> Array:
     if abs(heights[-1] - setup.mass_height) > TOUCH:
         heights = np.append(heights, setup.mass_height)
     return heights
-
-
-def _of(setup: DeviceSetup, value: float | None) -> float | None:
-    """A value of the body of a device on springs: beside modes it is that of the whole device."""
-    return None if setup.modes is not None else value
-
-
-def _inertia(setup: DeviceSetup) -> tuple[float, float, float]:
-    if setup.mass is not None and setup.shape is not None:
-        found = solid_cylinder(setup.mass, setup.shape.radius, setup.shape.length)
-    else:
-        found = setup.inertia or (math.nan,) * 3
-    return (math.nan,) * 3 if setup.modes is not None else found
-
-
-def _springs(setup: DeviceSetup) -> list[float]:
-    stiffness = setup.stiffness
-    if stiffness is None:
-        return [math.nan] * 6
-    values = [getattr(stiffness, name) for name in COMPONENTS]
-    return [math.inf if value == RIGID else float(value) for value in values]
-
-
-def _numbers(values: Sequence[float | None]) -> Array:
-    return np.array([math.nan if v is None else v for v in values], dtype=np.float64)

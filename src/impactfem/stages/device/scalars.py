@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
+import xarray as xr
 
-from impactfem.device.anchor_force import own_weight, ring_tension
-from impactfem.device.modes import DeviceModes, device_modes
-from impactfem.device.spectrum_analysis import SpectrumResponse
 from impactfem.stages.device.analysis import DeviceResult
-from impactfem.stages.device.damping_study import DampedStudy, DeviceStudy
-from impactfem.stages.device.spectrum_choice import SpectrumChoice, headline_of
-from impactfem.stages.device.support import Support
+from impactfem.stages.device.compute import DeviceStudy
+from impactfem.stages.device.spectrum_plan import SpectrumPlan, headline_of
 from impactfem.system.scalar import Scalar
 
+COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
+"""Words for the forces and moments of the components x to rz."""
 
-def device_scalars(study: DeviceStudy) -> list[Scalar]:
-    """All scalars of the stage; names of further anchors than the first hold their name."""
+
+def device_scalars(study: DeviceStudy, store: xr.Dataset) -> list[Scalar]:
+    """All scalars of the stage; names of further anchors than the first hold their name.
+
+    Args:
+        study: The stage's results.
+        store: The same by name.
+    """
     scalars = [
         Scalar("device.basis_vectors", float(len(study.model.eigenvalue)), "-"),
         Scalar("device.basis_error", study.model.difference, "-", "transfer functions"),
@@ -28,194 +33,102 @@ def device_scalars(study: DeviceStudy) -> list[Scalar]:
         scalars.append(Scalar("device.reduced_against_full", study.full_error, "-", note))
     for k, support in enumerate(study.supports):
         name = "device" if k == 0 else f"device.{support.name}"
-        plan = study.prepared.plans[support.device]
-        modes = device_modes(plan.device).below(plan.maximum_frequency)
-        base_plate = study.prepared.base_plates[k]
-        note = f"{support.name}, floor {base_plate.floor}, at node {base_plate.master}"
-        scalars.append(Scalar(f"{name}.anchor_nodes", 1.0 + len(base_plate.followers), "-", note))
-        scalars += _modes(name, modes, support)
-        weight = float(-own_weight(plan.device)[support.rows][2])
+        of, plate = store.isel(device=k), study.prepared.base_plates[k]
+        note = f"{support.name}, floor {plate.floor}, at node {plate.master}"
+        scalars.append(Scalar(f"{name}.anchor_nodes", float(of["anchor_nodes"]), "-", note))
+        # Effective masses are along the direction that a mode moves most.
+        mass = of["effective_mass"].values[:3]
+        for mode in np.flatnonzero(np.isfinite(of["mode_frequency"].values)):
+            axis = int(mass[:, mode].argmax())
+            frequency, damping = of["mode_frequency"][mode], of["mode_damping"][mode]
+            note, most = f"along {'xyz'[axis]}", float(mass[axis, mode])
+            scalars += [
+                Scalar(f"{name}.frequency.{mode + 1}", float(frequency), "Hz"),
+                Scalar(f"{name}.effective_mass.{mode + 1}", most, "kg", note),
+                Scalar(f"{name}.damping.{mode + 1}", float(damping), "-"),
+            ]
+        weight = -float(of["weight_force"].sel(component="z"))
         scalars.append(Scalar(f"{name}.weight", weight, "N", "that this anchor carries"))
-        for one in study.cases:
-            suffix = "" if one is study.cases[0] else f".{one.name}"
-            scalars += _forces(study, name, suffix, one, k)
-    for one in study.cases[1:]:
+        plan = study.prepared.plans[support.device]
+        for c, one in enumerate(study.cases):
+            for i, load in enumerate(("no_impact", "impact")):
+                end = f"{load}.{one.name}" if c else load
+                found = load_scalars(of.isel(case=c, impact=i), plan, one.results[i][k])
+                scalars += [replace(each, name=f"{name}.{each.name}.{end}") for each in found]
+    for c, one in enumerate(study.cases[1:], 1):
         if one.epsilon is not None:
-            note = "calibrated, on the reduced model of this stage" if one.calibrated else "given"
+            note = "calibrated, by the impact on the wall" if one.calibrated else "given"
             scalars.append(Scalar(f"device.epsilon.{one.name}", one.epsilon, "-", note))
-        peak = float(one.loads.force.max(initial=0.0))
         note = "largest impact force of the sticks, as resampled to the steps of the 3D model"
+        peak = float(store["impact_force"][c])
         scalars.append(Scalar(f"device.impact_force.{one.name}", peak, "N", note))
     return scalars
 
 
-def headline(study: DeviceStudy) -> SpectrumChoice:
-    """The response spectrum analysis as the paper does it: translations, spectra as computed."""
-    return headline_of(study.prepared.plans[0].rules)
-
-
-def _modes(name: str, modes: DeviceModes, support: Support) -> list[Scalar]:
-    """Frequencies and effective masses along the direction that each mode moves most."""
-    scalars = []
-    for k, frequency in enumerate(modes.frequency, 1):
-        mass = modes.effective_mass[support.rows][:3, k - 1]
-        axis = int(mass.argmax())
-        scalars += [
-            Scalar(f"{name}.frequency.{k}", float(frequency), "Hz"),
-            Scalar(f"{name}.effective_mass.{k}", float(mass[axis]), "kg", f"along {'xyz'[axis]}"),
-            Scalar(f"{name}.damping.{k}", float(modes.damping[k - 1]), "-"),
-        ]
-    return scalars
-
-
-WORDS = tuple(f"{word} {axis}" for word in ("force", "moment") for axis in "xyz")
-"""Quantities of a response spectrum analysis, of the components x to rz."""
-
-
-@dataclass(frozen=True)
-class Pull:
-    """How a device pulls at one of its anchors, its weight included.
+def load_scalars(of: xr.Dataset, plan: SpectrumPlan, result: DeviceResult) -> list[Scalar]:
+    """The scalars of one device under one load with one damping, by what they are.
 
     Args:
-        weight: Its weight there, downward [N]; zero where it is not known.
-        uplift: Largest force upward less the weight [N]: above zero all of the base is lifted.
-        tension: Largest T of `ring_tension` [N]: above zero one of the anchors is pulled.
+        of: The store of this device, load and damping.
+        plan: Its analyses.
+        result: The same for what the store does not have.
     """
-
-    weight: float
-    uplift: float
-    tension: float
-
-
-def pull_of(study: DeviceStudy, k: int, result: DeviceResult) -> Pull:
-    """How the device of support k pulls at it in the detailed analysis."""
-    support = study.supports[k]
-    own = own_weight(study.prepared.plans[support.device].device)[support.rows]
-    force = result.detailed.force + own[:, None]
-    return Pull(
-        weight=float(-own[2]),
-        uplift=float(force[2].max()),
-        tension=float(ring_tension(force, anchor_radius(study, support)).max()),
-    )
-
-
-def tension_by_spectrum(
-    study: DeviceStudy, k: int, result: DeviceResult, choice: SpectrumChoice
-) -> float:
-    """T of `ring_tension` by a response spectrum analysis, its largest values at one instant [N].
-
-    Nan where the analysis was not done, or the weight is not known.
-    """
-    support = study.supports[k]
-    own = own_weight(study.prepared.plans[support.device].device)[support.rows]
-    if not own[2] < 0.0:
-        return math.nan
-    # What has no sign adds to the moments that the weight has itself.
-    force = np.array([result.value(choice, word) for word in WORDS]) + np.abs(own)
-    force[2] += 2.0 * own[2]
-    return float(ring_tension(force, anchor_radius(study, support)))
-
-
-def anchor_radius(study: DeviceStudy, support: Support) -> float:
-    """Radius of the circle that the anchors of a support stand on [m]."""
-    return study.case.devices[support.device].anchors[support.number - 1].radius
-
-
-def _forces(study: DeviceStudy, name: str, suffix: str, one: DampedStudy, k: int) -> list[Scalar]:
-    c = study.direction
-    axis = "xyz"[c]
-    plan = study.prepared.plans[study.supports[k].device]
-    choice = headline_of(plan.rules)
-    further = {
+    axis = str(of.attrs["shown_direction"])
+    c, choice = "xyz".index(axis), headline_of(plan.rules)
+    words = {
         "rotations": replace(choice, rotations=True),
         "envelope": replace(choice, source="envelope"),
         "envelope_dampings": replace(choice, source="envelope-dampings"),
         "given": replace(choice, source="given"),
     }
-    for combination, rigid in plan.rules:
-        if combination == choice.combination and rigid != choice.rigid:
-            further[rigid.replace("-", "_")] = replace(choice, rigid=rigid)
-    scalars = []
-    for impacts, found in (("no_impact", one.no_impact[k]), ("impact", one.impact[k])):
-        end = f"{impacts}{suffix}"
-        detailed = float(found.detailed.largest[c])
-        by_spectrum = found.value(choice, f"force {axis}")
-        scalars += [
-            Scalar(f"{name}.f{axis}.detailed.{end}", detailed, "N"),
-            Scalar(f"{name}.f{axis}.rsa.{end}", by_spectrum, "N", choice.label),
-            Scalar(
-                f"{name}.relative_difference.{end}",
-                1.0 - by_spectrum / detailed if detailed > 0.0 else None,
-                "-",
-                "of the response spectrum analysis from the detailed one, over the latter",
-            ),
-        ]
-        scalars += [
-            Scalar(
-                f"{name}.f{axis}.rsa_{word}.{end}",
-                found.value(other, f"force {axis}"),
-                "N",
-                other.label,
-            )
-            for word, other in further.items()
-            if other in found.by_spectrum
-        ]
-        if choice in found.by_spectrum:
-            summed = with_signs(found.by_spectrum[choice], axis, found.support)
-            note = f"modes and missing mass by the spectra along {axis}, added with their signs"
-            scalars.append(Scalar(f"{name}.f{axis}.algebraic.{end}", summed, "N", note))
-        scalars += _other_components(name, end, found, choice, c)
-        scalars += _pull(name, end, pull_of(study, k, found), anchor_radius(study, found.support))
-        frequency, psa = study.case.spectra.frequency_values, found.shown[c]
-        note = f"floor at the anchor along {axis}, without the device, damping of its first mode"
-        scalars += [
-            Scalar(f"{name}.pfa.{end}", float(abs(found.anchor[c]).max()), "m/s2"),
-            Scalar(f"{name}.frs.peak.{end}", float(psa.max()), "m/s2", note),
-            Scalar(f"{name}.frs.peak_frequency.{end}", float(frequency[psa.argmax()]), "Hz", note),
-        ]
-    return scalars
-
-
-def with_signs(response: SpectrumResponse, axis: str, support: Support) -> float:
-    """Force at a support by the spectra along it, modes and missing mass with their signs [N]."""
-    q = response.quantities.names.index(support.quantity(f"force {axis}"))
-    inputs = [one for one in response.inputs if one.spectrum.component == axis]
-    return float(abs(sum(one.modal[q].sum() + one.missing[q] for one in inputs)))
-
-
-def _other_components(
-    name: str, end: str, found: DeviceResult, choice: SpectrumChoice, shown: int
-) -> list[Scalar]:
-    """Forces and moments but that along the shown direction, by both analyses."""
-    scalars = []
-    for i, word in enumerate(WORDS):
-        if i == shown:
-            continue
-        unit = "N" if i < 3 else "N m"
-        start = f"{name}.{word[0]}{word[-1]}"
-        by_spectrum = found.value(choice, word)
-        scalars += [
-            Scalar(f"{start}.detailed.{end}", float(found.detailed.largest[i]), unit),
-            Scalar(f"{start}.rsa.{end}", by_spectrum, unit, choice.label),
-        ]
-    return scalars
-
-
-def _pull(name: str, end: str, pull: Pull, radius: float) -> list[Scalar]:
-    known = pull.weight > 0.0
-    unknown = "" if known else "; the weight is not known: none of its modes moves along z"
+    words |= {
+        rigid.replace("-", "_"): replace(choice, rigid=rigid)
+        for combination, rigid in plan.rules
+        if combination == choice.combination and rigid != choice.rigid
+    }
+    largest = of["largest_force"].values.tolist()
+    rsa = of["spectrum_force"].sel(choice=choice.label).values.tolist()
+    difference = 1.0 - rsa[c] / largest[c] if largest[c] > 0.0 else None
+    scalars = [
+        Scalar(f"f{axis}.detailed", largest[c], "N"),
+        Scalar(f"f{axis}.rsa", rsa[c], "N", choice.label),
+        Scalar(
+            "relative_difference",
+            difference,
+            "-",
+            "of the response spectrum analysis from the detailed one, over the latter",
+        ),
+    ]
+    for word, other in words.items():
+        if other in result.by_spectrum:
+            value = float(of["spectrum_force"].sel(choice=other.label)[c])
+            scalars.append(Scalar(f"f{axis}.rsa_{word}", value, "N", other.label))
+    if choice in result.by_spectrum:
+        response = result.by_spectrum[choice]
+        q = response.quantities.names.index(result.support.quantity(f"force {axis}"))
+        inputs = [one for one in response.inputs if one.spectrum.component == axis]
+        summed = float(abs(sum(one.modal[q].sum() + one.missing[q] for one in inputs)))
+        note = f"modes and missing mass by the spectra along {axis}, added with their signs"
+        scalars.append(Scalar(f"f{axis}.algebraic", summed, "N", note))
+    for k, word in enumerate(COMPONENTS):
+        if k != c:
+            unit = "N" if k < 3 else "N m"
+            scalars.append(Scalar(f"{word}.detailed", largest[k], unit))
+            scalars.append(Scalar(f"{word}.rsa", rsa[k], unit, choice.label))
+    circle = f"on a circle of {float(of['anchor_radius']):g} m, less the weight"
+    for name, note in (
+        ("net_uplift", "largest force upward less the weight"),
+        ("net_tension", f"n times the pull of the most loaded of n anchors {circle}"),
+    ):
+        value = float(of[name])
+        if not math.isfinite(value):
+            note += "; the weight is not known: none of its modes moves along z"
+        scalars.append(Scalar(name, value if math.isfinite(value) else None, "N", note))
+    psa = of["psa"].sel(axis=axis)
+    note = f"floor at the anchor along {axis}, without the device, damping of its first mode"
     return [
-        Scalar(
-            f"{name}.net_uplift.{end}",
-            pull.uplift if known else None,
-            "N",
-            "largest force upward less the weight" + unknown,
-        ),
-        Scalar(
-            f"{name}.net_tension.{end}",
-            pull.tension if known else None,
-            "N",
-            f"n times the pull of the most loaded of n anchors on a circle of {radius:g} m, less "
-            f"the weight{unknown}",
-        ),
+        *scalars,
+        Scalar("pfa", float(abs(result.anchor[c]).max()), "m/s2"),
+        Scalar("frs.peak", float(psa.max()), "m/s2", note),
+        Scalar("frs.peak_frequency", float(psa.idxmax("frequency")), "Hz", note),
     ]

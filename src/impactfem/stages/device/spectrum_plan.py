@@ -2,22 +2,74 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
-from impactfem.case import DeviceAnalysis, DeviceSetup
-from impactfem.case.device_analysis import ModeRule, SupportRule
-from impactfem.device.combination import Rules
-from impactfem.device.combination import SupportRule as SupportCombination
+from impactfem.case.device_analysis import ModeRule, RigidMethod, SupportRule
+from impactfem.device.combination import Combination, Rules
 from impactfem.device.device import Device
-from impactfem.device.from_case import first_method, rules_of
-from impactfem.device.spectrum import LAST, NO_SHIFT, AnchorSpectrum, NotRigidError, given_spectra
+from impactfem.device.from_case import first_method
+from impactfem.device.spectrum import LAST, NO_SHIFT, AnchorSpectrum, NotRigidError
 from impactfem.device.spectrum_analysis import SpectrumResponse, spectrum_analysis
-from impactfem.stages.device.spectrum_choice import Source, SpectrumChoice
 from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 
-TRANSLATIONS = COMPONENTS[:3]
+Source = Literal["computed", "envelope", "envelope-dampings", "given"]
+"""Spectra that are the input: of the anchor; their envelope with those of further points; the
+envelope of either over all damping cases; or spectra of a file."""
+
+PREFERRED: tuple[Combination, ...] = ("srss", "cqc")
+"""Combinations of modes that stand for the response spectrum analysis, the first that is there."""
+
+
+@dataclass(frozen=True)
+class SpectrumChoice:
+    """One way of doing a response spectrum analysis.
+
+    Args:
+        combination: Of the modes.
+        rotations: Whether the spectra of the anchor's rotations are inputs, too.
+        broadened: Whether the peaks of the spectra are broadened.
+        source: Where the spectra come from.
+        supports: Combination of several supports, where it is not the first that was asked.
+        rigid: Method of the rigid part of the modes.
+    """
+
+    combination: Combination
+    rotations: bool = False
+    broadened: bool = False
+    source: Source = "computed"
+    supports: SupportRule | None = None
+    rigid: RigidMethod = "none"
+
+    @property
+    def label(self) -> str:
+        """Its name in results."""
+        parts = [
+            self.combination,
+            self.rigid if self.rigid != "none" else "",
+            self.source if self.source != "computed" else "",
+            "rotations" * self.rotations,
+            "broadened" * self.broadened,
+            f"supports-{self.supports}" if self.supports else "",
+        ]
+        return ".".join(part for part in parts if part)
+
+
+def headline_of(rules: Iterable[ModeRule]) -> SpectrumChoice:
+    """The analysis that stands for all: translations, spectra as computed, the first rigid method.
+
+    Args:
+        rules: Of the analyses, in their order.
+    """
+    known = list(rules)
+    combinations = [combination for combination, _ in known]
+    best = next((one for one in PREFERRED if one in combinations), combinations[0])
+    rigid = next(rigid for combination, rigid in known if combination == best)
+    return SpectrumChoice(best, rigid=rigid)
+
+
 NO_RIGID_PART = (
     "the rigid part by '{}' is left out where a spectrum ends before it comes down to its "
     "zero-period acceleration, or has its corners the other way round"
@@ -60,25 +112,24 @@ class SpectrumPlan:
         Raises:
             ImpactfemError: A spectrum does not reach a mode.
         """
-        straight = tuple(s for s in spectra if s.component in TRANSLATIONS)
-        inputs = {False: straight, True: tuple(spectra)} if self.rotations else {False: straight}
+        straight = [s for s in spectra if s.component in COMPONENTS[:3]]
+        inputs = {False: straight, True: spectra} if self.rotations else {False: straight}
         found: Analyses = {}
         for turned, chosen in inputs.items():
             found |= self._combined(SpectrumChoice("srss", turned, False, source), chosen)
         if self.broadening > 0.0:
             for turned, chosen in inputs.items():
-                broad = tuple(s.broadened(self.broadening) for s in chosen)
+                broad = [s.broadened(self.broadening) for s in chosen]
                 found |= self._combined(SpectrumChoice("srss", turned, True, source), broad)
-        if self.device.anchors > 1:
-            told = (
-                f"several supports are combined by '{self.supports[0]}' where no other is named",
-            )
-            found = {choice: replace(one, notes=one.notes + told) for choice, one in found.items()}
-        if self.device.anchors > 1 and source == "computed":
-            for rule in self.supports[1:]:
-                for turned, chosen in inputs.items():
-                    choice = SpectrumChoice("srss", turned, False, source, rule)
-                    found |= self._combined(choice, chosen)
+        if self.device.anchors == 1:
+            return found
+        first, *further = self.supports
+        note = f"several supports are combined by '{first}' where no other is named"
+        found = {choice: _with_notes(one, note) for choice, one in found.items()}
+        for rule in further if source == "computed" else ():
+            for turned, chosen in inputs.items():
+                choice = SpectrumChoice("srss", turned, False, source, rule)
+                found |= self._combined(choice, chosen)
         return found
 
     def given_analyses(self) -> Analyses:
@@ -89,9 +140,9 @@ class SpectrumPlan:
         """
         if not self.given:
             return {}
-        found = self._combined(SpectrumChoice("srss", False, False, "given"), self.given)
-        told = (LAST, NO_SHIFT) if self.device.anchors > 1 else (LAST,)
-        return {choice: replace(one, notes=one.notes + told) for choice, one in found.items()}
+        found = self._combined(SpectrumChoice("srss", source="given"), self.given)
+        notes = (LAST, NO_SHIFT) if self.device.anchors > 1 else (LAST,)
+        return {choice: _with_notes(one, *notes) for choice, one in found.items()}
 
     def _combined(self, choice: SpectrumChoice, spectra: Sequence[AnchorSpectrum]) -> Analyses:
         """The analyses of a choice with every combination of modes and every rigid part.
@@ -99,69 +150,35 @@ class SpectrumPlan:
         A further rigid part than the first is left out where a spectrum says too little for it.
         """
         rule = choice.supports or self.supports[0]
-        inputs = in_step(spectra, self.device.anchors) if rule == "envelope" else spectra
-        together: SupportCombination = "algebraic" if rule == "envelope" else rule
+        if rule == "envelope":
+            spectra, rule = _in_step(spectra, self.device.anchors), "algebraic"
         found: Analyses = {}
         missing: dict[str, None] = {}
         for (combination, rigid), rules in self.rules.items():
-            whole = replace(rules, supports=together)
             try:
-                answer = spectrum_analysis(self.device, inputs, whole)
-            except NotRigidError as error:
-                if rigid == first_method(self.rules):
-                    raise self._named(error) from error
-                missing[NO_RIGID_PART.format(rigid)] = None
+                answer = spectrum_analysis(self.device, spectra, replace(rules, supports=rule))
             except ImpactfemError as error:
-                raise self._named(error) from error
-            else:
-                found[replace(choice, combination=combination, rigid=rigid)] = answer
-        return {
-            one: replace(answer, notes=(*answer.notes, *missing)) for one, answer in found.items()
-        }
-
-    def _named(self, error: ImpactfemError) -> ImpactfemError:
-        named = f"device {self.device.name}: "
-        return ImpactfemError(named + str(error).removeprefix(named))
+                if isinstance(error, NotRigidError) and rigid != first_method(self.rules):
+                    missing[NO_RIGID_PART.format(rigid)] = None
+                    continue
+                named = f"device {self.device.name}: "
+                raise ImpactfemError(named + str(error).removeprefix(named)) from error
+            found[replace(choice, combination=combination, rigid=rigid)] = answer
+        return {one: _with_notes(answer, *missing) for one, answer in found.items()}
 
 
-def plan_of(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis) -> SpectrumPlan:
-    """The analyses that a case asks for.
-
-    Args:
-        device: The device.
-        setup: It in the case.
-        analysis: The section of the case.
-
-    Raises:
-        ImpactfemError: Given spectra of several dampings share no frequencies.
-    """
-    return SpectrumPlan(
-        device=device,
-        rules=rules_of(analysis, setup.maximum_frequency),
-        rotations=analysis.rotations,
-        broadening=analysis.broadening,
-        supports=analysis.supports,
-        given=given_spectra(setup.spectra or ()),
-    )
+def _with_notes(response: SpectrumResponse, *notes: str) -> SpectrumResponse:
+    return replace(response, notes=response.notes + notes)
 
 
-def in_step(spectra: Sequence[AnchorSpectrum], anchors: int) -> tuple[AnchorSpectrum, ...]:
-    """The same spectra at all anchors: for each component, the envelope over the anchors.
-
-    Args:
-        spectra: Of the components of the anchors that move.
-        anchors: Number of the anchors.
-    """
+def _in_step(spectra: Sequence[AnchorSpectrum], anchors: int) -> list[AnchorSpectrum]:
+    """The same spectra at all anchors: for each component, the envelope over the anchors."""
     shift = {(s.component, s.anchor): s.displacement for s in spectra}
-    found = []
-    for component in dict.fromkeys(s.component for s in spectra):
-        family = [replace(s, anchor=1) for s in spectra if s.component == component]
-        widest = AnchorSpectrum.envelope(family)
-        found += [
-            replace(widest, anchor=k, displacement=shift.get((component, k), 0.0))
-            for k in range(1, anchors + 1)
-        ]
-    return tuple(found)
+    return [
+        replace(widest, anchor=k, displacement=shift.get((widest.component, k), 0.0))
+        for widest in envelopes([[replace(s, anchor=1) for s in spectra]])
+        for k in range(1, anchors + 1)
+    ]
 
 
 def envelopes(families: Sequence[Sequence[AnchorSpectrum]]) -> tuple[AnchorSpectrum, ...]:
@@ -171,10 +188,7 @@ def envelopes(families: Sequence[Sequence[AnchorSpectrum]]) -> tuple[AnchorSpect
         families: Spectra of the components that move, of several points or dampings; a component
             may be missing in some of them.
     """
-    return tuple(AnchorSpectrum.envelope(group) for group in _groups(families))
-
-
-def _groups(families: Sequence[Sequence[AnchorSpectrum]]) -> Iterator[list[AnchorSpectrum]]:
-    every = [one for family in families for one in family]
-    for place in dict.fromkeys((one.anchor, one.component) for one in every):
-        yield [one for one in every if (one.anchor, one.component) == place]
+    groups: dict[tuple[int, str], list[AnchorSpectrum]] = {}
+    for one in (spectrum for family in families for spectrum in family):
+        groups.setdefault((one.anchor, one.component), []).append(one)
+    return tuple(AnchorSpectrum.envelope(group) for group in groups.values())

@@ -23,15 +23,14 @@ from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import of_run
 from impactfem.system.log import Steps
-from impactfem.system.parallel import communicator, on_root
+from impactfem.system.parallel import on_root
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import mesh_of_run
-    from impactfem.stages.device.compute import run_devices
-    from impactfem.stages.device.full_run import remove_full_checkpoints
-    from impactfem.stages.device.prepared import prepare
+    from impactfem.stages.device.compute import prepare, run_devices
+    from impactfem.stages.device.full_order import remove_full_checkpoints
     from impactfem.stages.device.store import write_devices
     from impactfem.stages.reduce.compute import reduced_on_root
 
@@ -50,16 +49,8 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             )
         )
         reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
-    study = run_devices(
-        case,
-        prepared,
-        folder,
-        communicator(),
-        steps.step,
-        model=None if reduced is None else reduced.complete,
-        key=key,
-        within=steps.within,
-    )
+    model = None if reduced is None else reduced.complete
+    study = run_devices(case, prepared, folder, steps, model=model, key=key)
 
     def write() -> list[Path]:
         if study is None:
@@ -105,7 +96,7 @@ DEVICE = Stage(
         "damping_cases",
     ),
     files=lambda case: transient_files(case.transient) if case.transient is not None else (),
-    computed_by=("compute", "store", "prepared"),
+    computed_by=("compute", "store"),
     drawn_by=("figures", "tables"),
     stores={"device": "device.nc"},
     compute=_compute,

@@ -14,26 +14,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.device.anchor_force import own_weight
+from impactfem.device.anchor_force import own_weight, ring_tension
 from impactfem.device.modes import device_modes
 from impactfem.stages.device.analysis import DeviceResult
-from impactfem.stages.device.damping_study import DampedStudy, DeviceStudy
+from impactfem.stages.device.compute import DampedStudy, DeviceStudy
 from impactfem.stages.device.drawing import drawing_values
-from impactfem.stages.device.scalars import (
-    WORDS,
-    Pull,
-    anchor_radius,
-    device_scalars,
-    headline,
-    pull_of,
-    tension_by_spectrum,
-)
-from impactfem.stages.device.spectrum_choice import SpectrumChoice
+from impactfem.stages.device.scalars import device_scalars
+from impactfem.stages.device.spectrum_plan import SpectrumChoice, headline_of
 from impactfem.stages.stores import Output, dataset
 from impactfem.sticks.element import COMPONENTS
 from impactfem.system.files import write_netcdf
+from impactfem.system.scalar import with_scalars
 
 Array = NDArray[np.float64]
+
+WORDS = tuple(f"{word} {axis}" for word in ("force", "moment") for axis in "xyz")
+"""Quantities of a response spectrum analysis, of the components x to rz."""
 
 _LOAD = "case impact device"
 OUTPUTS = {
@@ -97,16 +93,31 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
     Raises:
         ImpactfemError: The file cannot be written.
     """
-    cases, prepared, supports = study.cases, study.prepared, study.supports
-    choices, best, modes = _choices(study), headline(study), _modes(study)
+    case, cases, prepared, supports = study.case, study.cases, study.prepared, study.supports
+    plates, plans = prepared.base_plates, [prepared.plans[one.device] for one in supports]
+    setups = [case.devices[one.device] for one in supports]
+    every = [
+        (result.support.name, choice, analysis)
+        for one in cases
+        for result in (*one.results[1], *one.results[0])
+        for choice, analysis in result.by_spectrum.items()
+    ]
+    choices = list(dict.fromkeys(choice for _, choice, _ in every))
+    best = headline_of(plans[0].rules)
     turned = replace(best, rotations=True)
-    ordinates = mode_ordinates(
-        cases, turned if turned in choices else best, modes["mode_frequency"].shape[1]
+    modes = _modes(study)
+    force = _each(cases, lambda one: one.detailed.force)
+    by_spectrum = _each(cases, lambda one: [[one.value(c, w) for w in WORDS] for c in choices])
+    weight = np.array(
+        [own_weight(plan.device)[one.rows] for plan, one in zip(plans, supports, strict=True)]
+    )
+    radius = np.array(
+        [setup.anchors[one.number - 1].radius for setup, one in zip(setups, supports, strict=True)]
     )
     values = {
-        "case": [case.name for case in cases],
+        "case": [one.name for one in cases],
         "impact": ["without", "with"],
-        "device": [support.name for support in supports],
+        "device": [one.name for one in supports],
         "component": COMPONENTS,
         "axis": ["x", "y", "z"],
         "xyz": ["x", "y", "z"],
@@ -114,40 +125,46 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         "choice": [choice.label for choice in choices],
         "mode": np.arange(1, modes["mode_frequency"].shape[1] + 1),
         "time": prepared.loads.time_step * np.arange(len(prepared.loads.ground)),
-        "frequency": study.case.spectra.frequency_values,
+        "frequency": case.spectra.frequency_values,
         # Nothing is read off them that single precision would spoil, and they are most of the file.
-        "force": _each(study, lambda r: r.detailed.force).astype(np.float32),
-        "anchor_acceleration": _each(study, lambda r: r.anchor).astype(np.float32),
-        "largest_force": _each(study, lambda r: r.detailed.largest),
-        "imbalance": _each(study, lambda r: r.detailed.imbalance),
-        "psa": _each(study, lambda r: r.shown),
-        "spectrum_force": _each(study, lambda r: [[r.value(c, w) for w in WORDS] for c in choices]),
-        "mode_psa": ordinates,
-        **modes,
-        **_anchors(study),
-        **_pulls(study, choices),
-        "mass_coefficient": [case.damping.alpha for case in cases],
-        "stiffness_coefficient": [case.damping.beta for case in cases],
-        "epsilon": [np.nan if case.epsilon is None else case.epsilon for case in cases],
-        "epsilon_calibrated": [int(case.calibrated) for case in cases],
-        "impact_force": [case.loads.force.max(initial=0.0) for case in cases],
-        **drawing_values(
-            [study.case.devices[support.device] for support in supports],
-            [prepared.devices[support.device] for support in supports],
+        "force": force.astype(np.float32),
+        "anchor_acceleration": _each(cases, lambda one: one.anchor).astype(np.float32),
+        "largest_force": _each(cases, lambda one: one.detailed.largest),
+        "imbalance": _each(cases, lambda one: one.detailed.imbalance),
+        "psa": _each(cases, lambda one: one.shown),
+        "spectrum_force": by_spectrum,
+        "mode_psa": mode_ordinates(
+            cases, turned if turned in choices else best, modes["mode_frequency"].shape[1]
         ),
-        "note": _notes(study),
+        **modes,
+        "anchor_position": [plate.point for plate in plates],
+        "anchor_floor": [plate.floor for plate in plates],
+        "anchor_nodes": [1 + len(plate.followers) for plate in plates],
+        "anchor_radius": radius,
+        "weight_force": weight,
+        **pulls(force, by_spectrum, weight, radius),
+        "mass_coefficient": [one.damping.alpha for one in cases],
+        "stiffness_coefficient": [one.damping.beta for one in cases],
+        "epsilon": [np.nan if one.epsilon is None else one.epsilon for one in cases],
+        "epsilon_calibrated": [int(one.calibrated) for one in cases],
+        "impact_force": [one.loads.force.max(initial=0.0) for one in cases],
+        **drawing_values(setups, [plan.device for plan in plans]),
+        # What the response spectrum analyses assumed, each once.
+        "note": list(
+            dict.fromkeys(f"{name}: {note}" for name, _, one in every for note in one.notes)
+        ),
     }
     attributes = {
-        "title": study.case.title,
+        "title": case.title,
         "inputs": key,
-        "case_hash": study.case.content_hash(),
-        "building": study.case.structure.building if study.case.structure else "",
+        "case_hash": case.content_hash(),
+        "building": case.structure.building if case.structure else "",
         "shown_direction": "xyz"[study.direction],
         "solver": "reduced" if study.full_error is None else "full",
         "headline": best.label,
     }
-    scalars = device_scalars(study)
-    write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
+    store = dataset(OUTPUTS, values, attributes=attributes)
+    write_netcdf(path, with_scalars(store, device_scalars(study, store)))
 
 
 def mode_ordinates(cases: Sequence[DampedStudy], choice: SpectrumChoice, modes: int) -> Array:
@@ -163,55 +180,49 @@ def mode_ordinates(cases: Sequence[DampedStudy], choice: SpectrumChoice, modes: 
         at the dampings of the modes. Nan where a component of the anchor does not move or is no
         input; 0 where it moves, but not the mode. Of each of several anchors, its own.
     """
-    return np.array(
-        [
-            [[_ordinates(one, choice, modes) for one in load] for load in (c.no_impact, c.impact)]
-            for c in cases
-        ]
-    )
+
+    def ordinates(result: DeviceResult) -> Array:
+        found = np.full((len(COMPONENTS), modes), np.nan)
+        response, first = result.by_spectrum[choice], result.support.rows.start
+        for one, column in zip(response.inputs, response.columns, strict=True):
+            if first <= column < first + len(COMPONENTS):
+                found[column - first, : one.ordinate.size] = one.ordinate
+        return found
+
+    return _each(cases, ordinates)
 
 
-def _ordinates(result: DeviceResult, choice: SpectrumChoice, modes: int) -> Array:
-    found = np.full((len(COMPONENTS), modes), np.nan)
-    response = result.by_spectrum[choice]
-    first = result.support.rows.start
-    for one, column in zip(response.inputs, response.columns, strict=True):
-        if first <= column < first + len(COMPONENTS):
-            found[column - first, : one.ordinate.size] = one.ordinate
-    return found
+def pulls(force: Array, by_spectrum: Array, weight: Array, radius: Array) -> dict[str, Array]:
+    """Net uplift and tension (:func:`impactfem.device.anchor_force.ring_tension`).
+
+    Args:
+        force: On the floor over time, shape (n_cases, 2, n_devices, 6, n_t) [N, N m].
+        by_spectrum: Largest ones, shape (n_cases, 2, n_devices, n_choices, 6) [N, N m].
+        weight: Forces by the weight alone, shape (n_devices, 6) [N, N m].
+        radius: Of the circles of the anchors, shape (n_devices,) [m].
+
+    Returns:
+        By name; nan where no weight is known, or an analysis was not done.
+    """
+    whole, r = force + weight[..., None], radius[:, None]
+    tension = ring_tension(np.moveaxis(whole, -2, 0), r).max(axis=-1)
+    # Of a response spectrum analysis all largest values are at one instant: what has no sign adds
+    # to the moments that the weight has itself.
+    most = by_spectrum + np.abs(weight)[:, None]
+    most[..., 2] += 2.0 * weight[:, None, 2]
+    known = weight[:, 2] < 0.0
+    return {
+        "net_uplift": np.where(known, whole[..., 2, :].max(axis=-1), np.nan),
+        "net_tension": np.where(known, tension, np.nan),
+        "spectrum_tension": np.where(
+            known[:, None], ring_tension(np.moveaxis(most, -1, 0), r), np.nan
+        ),
+    }
 
 
-def _notes(study: DeviceStudy) -> list[str]:
-    """What the response spectrum analyses assumed, each once."""
-    notes = (
-        f"{result.name}: {note}"
-        for one in study.cases
-        for result in (*one.no_impact, *one.impact)
-        for analysis in result.by_spectrum.values()
-        for note in analysis.notes
-    )
-    return list(dict.fromkeys(notes))
-
-
-def _choices(study: DeviceStudy) -> list[SpectrumChoice]:
-    """The analyses that were done of any device, in their order."""
-    done = (
-        choice
-        for case in study.cases
-        for one in (*case.impact, *case.no_impact)
-        for choice in one.by_spectrum
-    )
-    return list(dict.fromkeys(done))
-
-
-def _each(study: DeviceStudy, of: Callable[[DeviceResult], Any]) -> Array:
+def _each(cases: Sequence[DampedStudy], of: Callable[[DeviceResult], Any]) -> Array:
     """A value of each device, shape (n_cases, 2, n_devices, ...)."""
-    return np.array(
-        [
-            [[np.asarray(of(one)) for one in load] for load in (case.no_impact, case.impact)]
-            for case in study.cases
-        ]
-    )
+    return np.array([[[of(result) for result in load] for load in one.results] for one in cases])
 
 
 def _modes(study: DeviceStudy) -> dict[str, Array]:
@@ -219,51 +230,10 @@ def _modes(study: DeviceStudy) -> dict[str, Array]:
     plans = [study.prepared.plans[support.device] for support in study.supports]
     found = [device_modes(plan.device).below(plan.maximum_frequency) for plan in plans]
     shape = (len(found), max(modes.frequency.size for modes in found))
-    frequency, damping = np.full(shape, np.nan), np.full(shape, np.nan)
+    frequency, damping = np.full((2, *shape), np.nan)
     mass = np.full((shape[0], len(COMPONENTS), shape[1]), np.nan)
     for k, (modes, support) in enumerate(zip(found, study.supports, strict=True)):
         count = modes.frequency.size
         frequency[k, :count], damping[k, :count] = modes.frequency, modes.damping
         mass[k, :, :count] = modes.effective_mass[support.rows]
     return {"mode_frequency": frequency, "mode_damping": damping, "effective_mass": mass}
-
-
-def _anchors(study: DeviceStudy) -> dict[str, Any]:
-    plates, plans = study.prepared.base_plates, study.prepared.plans
-    return {
-        "anchor_position": [plate.point for plate in plates],
-        "anchor_floor": [plate.floor for plate in plates],
-        "anchor_nodes": [1 + len(plate.followers) for plate in plates],
-        "anchor_radius": [anchor_radius(study, support) for support in study.supports],
-        "weight_force": [own_weight(plans[s.device].device)[s.rows] for s in study.supports],
-    }
-
-
-def _pulls(study: DeviceStudy, choices: list[SpectrumChoice]) -> dict[str, Array]:
-    """Net uplift and tension; nan where no weight is known."""
-    loads = [(case.no_impact, case.impact) for case in study.cases]
-
-    def each(of: Callable[[Pull], float]) -> Array:
-        pulls = [
-            [[pull_of(study, k, one) for k, one in enumerate(load)] for load in both]
-            for both in loads
-        ]
-        return np.array(
-            [[[of(p) if p.weight > 0.0 else np.nan for p in load] for load in c] for c in pulls]
-        )
-
-    tension = [
-        [
-            [
-                [tension_by_spectrum(study, k, one, choice) for choice in choices]
-                for k, one in enumerate(load)
-            ]
-            for load in both
-        ]
-        for both in loads
-    ]
-    return {
-        "net_uplift": each(lambda pull: pull.uplift),
-        "net_tension": each(lambda pull: pull.tension),
-        "spectrum_tension": np.array(tension),
-    }

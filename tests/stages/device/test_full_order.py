@@ -1,26 +1,35 @@
-"""Devices in full order: the shipped frame against SciPy, ranks, and interruptions."""
+"""Devices in full order: matrices, the shipped frame against SciPy, ranks, and interruptions."""
 
 from __future__ import annotations
 
 import pickle
 import sys
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from mpi4py import MPI
+from numpy.typing import NDArray
 
-from impactfem.device.mounted import MountedHistory
+from impactfem.building.model import assemble_building
+from impactfem.device.modes import device_modes
+from impactfem.device.mounted import MountedDevice, MountedHistory
 from impactfem.reduction.loads import EdgeForce, Loads
-from impactfem.stages.device.full_run import full_checkpoints, remove_full_checkpoints
+from impactfem.stages.device.full_order import (
+    FullSystem,
+    full_checkpoints,
+    full_system,
+    remove_full_checkpoints,
+)
 
-from .conftest import FACTOR, STEP, shaken_and_hit
+from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
 from .full_on_ranks import histories
 
 SCRIPT = Path(__file__).with_name("full_on_ranks.py")
+Array = NDArray[np.float64]
 Found = tuple[tuple[MountedHistory, ...], tuple[MountedHistory, ...]]
 
 
@@ -132,3 +141,70 @@ def test_ranks(
     for one, other in zip((*many[0], *many[1]), (*alone[0], *alone[1]), strict=True):
         difference = np.abs(one.force - other.force).max() / np.abs(other.force).max()
         assert 0.0 < difference < 1e-8
+
+
+@dataclass
+class Made:
+    system: FullSystem
+    ground: Array
+
+
+@pytest.fixture(scope="module")
+def made(frame: Any, device: Any, base_plate: Any) -> Iterator[Made]:
+    case, parts = frame
+    loads = Loads(
+        time_step=1e-3,
+        ground=np.zeros((2, 3)),
+        directions=(0, 1, 2),
+        edges=(EdgeForce("floor 2", 2, (0.0, -1.0, 0.0)),),
+        force=np.zeros((2, 1)),
+        impulse_error=0.0,
+    )
+    with full_system(
+        assemble_building(MPI.COMM_SELF, parts),
+        parts.mesh,
+        FACTOR,
+        [base_plate],
+        [MountedDevice(device.name, device)],
+        loads,
+        eccentricity=0.0,
+        damping=case.building("F").damping.rayleigh,
+    ) as system:
+        yield Made(system, assemble_building(MPI.COMM_SELF, parts).ground)
+
+
+def test_rows(made: Made, device: Any) -> None:
+    """The device's modes come last."""
+    system = made.system
+    n, modes = system.M.getSize()[0], device_modes(device).frequency.size
+    assert list(system.rows[6:]) == list(range(n - modes, n))
+    assert system.patterns.shape == (n, 4) and len(system.attached.M) == 6 + modes
+
+
+@pytest.mark.parametrize("component", [0, 1, 2])
+def test_ground_moves_the_device_too(made: Made, device: Any, component: int) -> None:
+    """Its mass with the building's, rigidly: by the rows of translations along the ground."""
+    system = made.system
+    along = np.zeros(len(system.patterns))
+    along[component : len(along) - len(system.rows) + 6 : 6] = 1.0
+    building = -(system.patterns[:, component] @ along)
+    # Followers hand their load on to the master, so that sums over all rows do not change.
+    assert building - made.ground[component::6, component].sum() == pytest.approx(800.0, rel=1e-9)
+    assert system.patterns[:, 3] @ along == pytest.approx(-1.0 if component == 1 else 0.0)
+
+
+def test_matrices(made: Made, device: Any, frame: Any) -> None:
+    """Symmetric; what is damped beside Rayleigh's damping is the device alone."""
+    system = made.system
+    K, M, C = (scipy_matrix(one) for one in (system.K, system.M, system.C))
+    for matrix in (K, M, C):
+        assert abs(matrix - matrix.T).max() < 1e-10 * abs(matrix).max()
+    other = np.setdiff1d(np.arange(K.shape[0]), system.rows)
+    assert abs(C[other]).max() == 0.0 and abs(C[:, other]).max() == 0.0
+    modes = device_modes(device)
+    last = slice(-modes.frequency.size, None)
+    assert M[last, last].toarray() == pytest.approx(np.eye(modes.frequency.size), abs=1e-12)
+    assert K[last, last].diagonal() == pytest.approx(modes.omega**2)
+    law = frame[0].building("F").damping.rayleigh
+    total = C[last, last].diagonal() + law.modal(modes.omega**2)
+    assert total == pytest.approx(2.0 * modes.damping * modes.omega)

@@ -1,4 +1,6 @@
-"""The building with its devices in it, in full order: all unknowns and no basis.
+"""The building with its devices in it, in full order: all unknowns and no basis, step by step.
+
+This is what the reduced model is held against.
 
 The devices act on the building by their anchors' motions a = S u_m, carried rigidly by the masters
 of their base plates, and by their modes ζ. With y = (a, ζ) = W (u, ζ), W = blkdiag(S, 1), and the
@@ -13,8 +15,9 @@ and the ground acts on the devices by −Wᵀ M_d (R, 0) g̈. The rows of ζ com
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,13 +30,19 @@ from impactfem.building.links import BasePlate, carried, linked
 from impactfem.building.mesh import DOFS, BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.coupling.links import Attached, side_by_side
-from impactfem.device.mounted import MountedDevice
+from impactfem.device.mounted import MountedDevice, MountedHistory, mounted_histories
+from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints, resumable_march
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.factorisation import Held
+from impactfem.dynamics.history import QUANTITIES
+from impactfem.dynamics.newmark import Newmark
 from impactfem.reduction.loads import Loads
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+FullHistories = tuple[tuple[MountedHistory, ...], tuple[MountedHistory, ...]]
+"""The devices without impacts, and with them."""
+RUNS = ("no_impact", "impact")
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,3 +181,80 @@ class _Room:
         csr = rows.indptr.astype(PETSc.IntType), rows.indices.astype(PETSc.IntType), rows.data
         size = ((count, None), (self.local, None))
         return PETSc.Mat().createAIJ(size, csr=csr, comm=self.comm)
+
+
+def full_checkpoints(folder: Path) -> tuple[Path, ...]:
+    """Folders of the checkpoints of both runs, without and with impacts, in a run's folder."""
+    return tuple(folder / f"device_checkpoints_{name}" for name in RUNS)
+
+
+def remove_full_checkpoints(folder: Path) -> None:
+    """Remove the checkpoints of both runs. Not collective."""
+    for place in full_checkpoints(folder):
+        remove_checkpoints(place)
+
+
+def full_histories(
+    system: FullSystem,
+    loads: Loads,
+    damping: Rayleigh,
+    substeps: int,
+    folder: Path,
+    *,
+    key: str,
+    every: int,
+    progress: Callable[[float], None] = lambda part: None,
+) -> FullHistories:
+    """March the building with its devices without and with the impacts. Collective.
+
+    By the average acceleration rule, as the reduced model, with loads that are straight between
+    their samples. A run that was interrupted goes on from its last checkpoint.
+
+    Args:
+        system: Building and devices.
+        loads: The loads.
+        damping: α [1/s] and β [s] of the building.
+        substeps: Steps in one of the loads.
+        folder: The run's folder, for the checkpoints.
+        key: Hash of what the runs depend on.
+        every: Most steps between two checkpoints.
+        progress: Called with the part of the work that is done.
+
+    Returns:
+        The devices at the samples of the loads, without impacts and with them.
+
+    Raises:
+        SolutionError: A response is not finite, the energies do not balance, or action and
+            reaction at a base differ.
+        ImpactfemError: A checkpoint cannot be written.
+    """
+    without = np.zeros_like(loads.force) if loads.external is None else loads.external
+    dt = loads.time_step / substeps
+    comm = system.M.getComm().tompi4py()
+    # Loads are straight between their samples.
+    samples = np.arange(len(loads.ground), dtype=np.float64)
+    steps = np.arange((len(samples) - 1) * substeps + 1, dtype=np.float64) / substeps
+    found = []
+    with Newmark(system.K, system.M, dt, system.patterns, damping=damping, C=system.C) as newmark:
+        for number, place in enumerate(full_checkpoints(folder)):
+            load = loads if number else replace(loads, force=without)
+
+            def after(part: float, done: int = number) -> None:
+                progress((done + part) / len(RUNS))
+
+            history = resumable_march(
+                newmark,
+                np.column_stack([np.interp(steps, samples, p) for p in load.amplitudes.T]),
+                system.rows,
+                QUANTITIES,
+                Checkpoints(comm, place, f"{key}, {dt} s"),
+                every,
+                stage="device",
+                progress=after,
+            )
+            # Equation 1 of `device.mounted` for the forces at the anchors, once y is known.
+            one, ground = system.attached, load.ground
+            y, v, a = (system.W @ history.motion[name][::substeps].T for name in QUANTITIES)
+            F = one.push @ ground.T - (one.M @ a + one.C @ v + one.K @ y)
+            found.append(mounted_histories(system.devices, one, y, v, a, F, history.energy, ground))
+    return found[0], found[1]
