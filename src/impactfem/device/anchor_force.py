@@ -114,9 +114,7 @@ def anchor_forces(device: Device) -> Quantities:
 def own_motions(device: Device, prefix: str = "base") -> Quantities:
     """Own coordinates relative to the anchors: how far the springs of the anchors give way.
 
-    Args:
-        device: The device.
-        prefix: Only the motions whose names begin with it; "" takes all.
+    Only the motions whose names begin with the prefix; "" takes all.
 
     Raises:
         ImpactfemError: There is no such motion.
@@ -135,13 +133,9 @@ def own_motions(device: Device, prefix: str = "base") -> Quantities:
 
 
 def own_accelerations(device: Device, motions: Sequence[str] | None = None) -> Quantities:
-    """Absolute accelerations q̈ = ẍ + r ä of own coordinates.
+    """Absolute accelerations q̈ = ẍ + r ä of own coordinates, by name; of all when None.
 
     As in `anchor_forces`, c = -φ φᵀ K and d = r - φ Γᵀ.
-
-    Args:
-        device: The device.
-        motions: Names of the motions; all when None.
 
     Raises:
         ImpactfemError: There is no such motion.

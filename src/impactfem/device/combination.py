@@ -121,9 +121,6 @@ def combine_modes(
         rule: The rule.
         duration: t_d of the double sum [s].
 
-    Returns:
-        R, shape (...).
-
     Raises:
         ImpactfemError: The rule is unknown, or lacks a value.
     """
@@ -155,12 +152,9 @@ def combine_inputs(responses: Array, rule: InputRule) -> Array:
     """Combine responses to inputs that have their largest values at different times.
 
     Args:
-        responses: Not negative, shape (n_i, ...), one for each input.
+        responses: Not negative, shape (n_i, ...), one for each input; combined over the first axis.
         rule: "srss"; "abs"; "100-40-40": the largest with 40 % of each other one, whichever is
             which (ASCE 4-98, section 3.2.7).
-
-    Returns:
-        Shape (...).
 
     Raises:
         ImpactfemError: The rule is unknown.
@@ -236,16 +230,9 @@ class LindleyYow:
     def fraction(
         self, spectrum: AnchorSpectrum, frequency: Array, damping: Array, ordinates: Array
     ) -> Array:
-        """α of modes.
+        """α of modes under a spectrum, shape (m,) [-].
 
-        Args:
-            spectrum: The spectrum that drives them.
-            frequency: Shape (m,) [Hz].
-            damping: Shape (m,) [-].
-            ordinates: Pseudo-accelerations S of the modes, shape (m,).
-
-        Returns:
-            Shape (m,) [-].
+        Frequencies [Hz], dampings [-] and pseudo-accelerations S of the modes have shape (m,).
         """
         peak = np.array([spectrum.frequency[np.argmax(spectrum.curve(float(x)))] for x in damping])
         ratio = np.divide(

@@ -45,12 +45,7 @@ NAMED = 0.1
 
 
 def refuse_mechanism(name: str, K: Array, motions: Sequence[str]) -> None:
-    """Refuse a stiffness that is not positive definite.
-
-    Args:
-        name: Name of the device.
-        K: Symmetric stiffness, shape (n, n).
-        motions: Names of its rows.
+    """Refuse a stiffness (n, n) of named motions that is not positive definite.
 
     Raises:
         ImpactfemError: A motion has no stiffness, or several together have none; they are named.

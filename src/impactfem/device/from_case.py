@@ -25,9 +25,6 @@ from impactfem.system.log import LOGGER
 def device_of(setup: DeviceSetup) -> Device:
     """The device that a case file describes.
 
-    Args:
-        setup: The device of the case.
-
     Raises:
         ImpactfemError: Its stiffness leaves a motion free, or its mass is indefinite.
         ValueError: It has no modes, no matrices and no body on springs: it was made without
@@ -68,9 +65,7 @@ def device_of(setup: DeviceSetup) -> Device:
 def rules_of(analysis: DeviceAnalysis, maximum_frequency: float) -> dict[ModeRule, Rules]:
     """The rules of the analysis, by the combination of modes and the method of their rigid part.
 
-    Args:
-        analysis: The section of the case.
-        maximum_frequency: Of the modes of the device in use [Hz].
+    Modes above the maximum frequency [Hz] are not in use.
     """
     part = analysis.rigid
     methods: tuple[RigidMethod, ...] = ("none",) if part is None else part.method
@@ -100,12 +95,6 @@ def first_method(rules: Iterable[ModeRule]) -> RigidMethod:
 
 def checked_devices(case: Case) -> list[Device]:
     """Build the devices of a case and see that their modes can be used as it asks.
-
-    Args:
-        case: The case.
-
-    Returns:
-        The devices, none for a case without.
 
     Raises:
         InputError: With the faults of all of them.

@@ -43,10 +43,9 @@ class BaseSprings:
 
     @classmethod
     def of_directions(cls, **stiffness: float) -> BaseSprings:
-        """Springs that do not couple, one a direction.
+        """Springs that do not couple, one a direction: x, y, z [N/m], rx, ry, rz [N m/rad].
 
-        Args:
-            stiffness: By component x, y, z [N/m], rx, ry, rz [N m/rad]. Infinity blocks the motion.
+        Infinity blocks the motion.
 
         Raises:
             ImpactfemError: A component is missing or unknown, or its stiffness is not a number.
@@ -102,12 +101,7 @@ class RigidBody:
 
     @classmethod
     def at_height(cls, mass: float, height: float, *inertia: float) -> RigidBody:
-        """A body above its anchor.
-
-        Args:
-            mass: m [kg].
-            height: Of the mass centre [m].
-            inertia: J_x, J_y, J_z about the mass centre [kg m2].
+        """A body with its mass centre [m] above its anchor, and J_x, J_y, J_z about it [kg m2].
 
         Raises:
             ImpactfemError: As above, or there are not three inertias.
@@ -117,14 +111,7 @@ class RigidBody:
         return cls(mass, np.array([0.0, 0.0, height]), np.diag(np.asarray(inertia, dtype=float)))
 
     def about(self, point: Array) -> Array:
-        """Mass about a point that moves with the body.
-
-        Args:
-            point: From the anchor, shape (3,) [m].
-
-        Returns:
-            Shape (6, 6), in the order of COMPONENTS [kg, kg m, kg m2].
-        """
+        """Mass (6, 6) about a point that moves with the body, from the anchor [m]."""
         T = rigid_link(self.centre - point)
         own = np.zeros((6, 6))
         own[:3, :3] = self.mass * np.eye(3)
@@ -136,11 +123,6 @@ def solid_cylinder(mass: float, radius: float, length: float) -> tuple[float, fl
     """Moments of inertia of a solid upright cylinder about its middle.
 
     J_x = J_y = m (3 R² + l²) / 12, J_z = m R² / 2.
-
-    Args:
-        mass: m [kg].
-        radius: R [m].
-        length: l [m].
     """
     across = mass * (3.0 * radius**2 + length**2) / 12.0
     return across, across, 0.5 * mass * radius**2
@@ -208,11 +190,10 @@ class Beam:
         return (0, 1, 3, 4, *(c for c, stiffness in along if math.isfinite(stiffness)))
 
     def matrices(self) -> tuple[Array, Array]:
-        """Mass and stiffness of all nodes.
+        """Mass and stiffness of all nodes, shape (6 (elements + 1), 6 (elements + 1)) each.
 
-        Returns:
-            M and K, shape (6 (elements + 1), 6 (elements + 1)) each, a node's six components one
-            after the other. Rows without stiffness belong to what does not deform.
+        A node's six components come one after the other. Rows without stiffness belong to what does
+        not deform.
         """
         n = 6 * (self.elements + 1)
         M, K = np.zeros((n, n)), np.zeros((n, n))

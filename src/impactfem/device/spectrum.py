@@ -176,11 +176,7 @@ class AnchorSpectrum:
         return replace(self, frequency=listed, psa=psa)
 
     def at(self, frequency: Array, damping: Array) -> tuple[Array, tuple[str, ...]]:
-        """Pseudo-acceleration of oscillators.
-
-        Args:
-            frequency: Shape (m,) [Hz].
-            damping: Shape (m,) [-].
+        """Pseudo-acceleration of oscillators by frequency [Hz] and damping [-], shape (m,) each.
 
         Returns:
             Shape (m,) [m/s2, rad/s2], and what was assumed, in words.
@@ -253,14 +249,9 @@ END = 0.8
 
 
 def refuse_open_ends(device: Device, modes: DeviceModes, spectra: Sequence[AnchorSpectrum]) -> None:
-    """Refuse given spectra that end before they are flat, below a mode that they move.
+    """Refuse given spectra that end before they are flat, below a used mode that they move.
 
     Nothing but its end says whether such a spectrum has come down to its zero-period acceleration.
-
-    Args:
-        device: The device.
-        modes: Those of its modes that are used.
-        spectra: The given spectra.
 
     Raises:
         ImpactfemError: One ends in the amplified range.
@@ -284,9 +275,6 @@ def given_spectra(given: Sequence[GivenSpectrum]) -> tuple[AnchorSpectrum, ...]:
     """Put the dampings of each support and direction together.
 
     The zero-period acceleration is the largest of the ordinates at the last common frequency.
-
-    Args:
-        given: The spectra of the case.
 
     Raises:
         ImpactfemError: The dampings of a direction share no range of frequencies.

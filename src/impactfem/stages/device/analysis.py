@@ -130,11 +130,7 @@ class Analyst:
     substeps: int
 
     def analyse(self, loads: Loads, damping: Rayleigh) -> list[DeviceResult]:
-        """All devices at all their anchors under one load.
-
-        Args:
-            loads: The loads.
-            damping: α [1/s] and β [s] of the building.
+        """All devices at all their anchors under loads, with a damping of the building.
 
         Raises:
             ImpactfemError: A spectrum does not reach a mode of a device.
@@ -231,10 +227,7 @@ class Analyst:
         ]
 
     def over_dampings(self, cases: Sequence[Sequence[DeviceResult]]) -> list[list[DeviceResult]]:
-        """Results of all damping cases with the analyses of the envelope of their spectra.
-
-        Args:
-            cases: Results of `analyse` under the same kind of load, one damping after the other.
+        """Results by damping with the analyses of the envelope of the spectra of all dampings.
 
         Raises:
             ImpactfemError: A spectrum does not reach a mode of a device.
@@ -267,18 +260,12 @@ def _at(history: MountedHistory, support: Support) -> MountedHistory:
 
 
 def _largest_apart(device: Device, points: Array, displacement: Array) -> Array:
-    """Largest displacements of anchors against where the first one carries them.
+    """Largest displacements of anchors against where the first one carries them, shape (6 p,).
 
     A motion of the first anchor carries the others along as a rigid body, by its translations, and
-    by those rotations that the stiffness between the anchors leaves free.
-
-    Args:
-        device: The device.
-        points: Its anchors, shape (p, 3) [m].
-        displacement: Of the anchors, shape (6 p, n_t) [m, rad].
-
-    Returns:
-        Shape (6 p,) [m, rad]; zero for a device with one anchor or nothing between its anchors.
+    by those rotations that the stiffness between the anchors leaves free. From points, shape (p, 3)
+    [m], and displacements, shape (6 p, n_t) [m, rad]; zero for a device with one anchor or nothing
+    between its anchors.
     """
     K_a = device.anchor_stiffness
     if device.anchors == 1 or K_a is None or not np.any(K_a):

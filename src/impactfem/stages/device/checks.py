@@ -28,11 +28,7 @@ NODES = 3
 
 
 def device_checks(folder: Path) -> list[Check]:
-    """The checks of the stage.
-
-    Args:
-        folder: The run's folder, with `device.nc`.
-    """
+    """The checks of the stage, from `device.nc` of a run's folder."""
     with open_store(folder / "device.nc") as opened:
         store = loaded(opened)
         lines = [line for name in names_of(store, "device") for line in _of_device(store, name)]

@@ -187,13 +187,7 @@ class DeviceStudy:
 
 
 def analyst_of(case: Case, prepared: Prepared, model: CompleteModel) -> Analyst:
-    """What analyses the devices under any load, as the case asks.
-
-    Args:
-        case: The case.
-        prepared: What `prepare` gave.
-        model: The reduced model.
-    """
+    """What analyses the devices under any load on a reduced model, as the case asks."""
     return Analyst(
         model=model,
         plans=prepared.plans,
@@ -213,7 +207,7 @@ def run_devices(
     model: CompleteModel | None,
     key: str,
 ) -> DeviceStudy | None:
-    """Run the stage. Collective.
+    """Run the stage; its results on rank 0. Collective.
 
     Args:
         case: The case, with the targets of its sticks and the numbers of its contact laws.
@@ -222,9 +216,6 @@ def run_devices(
         steps: The steps of the stage.
         model: The reduced building on rank 0.
         key: Hash of what the stage depends on.
-
-    Returns:
-        The results on rank 0, None on the others.
 
     Raises:
         ImpactfemError: A spectrum does not reach a mode of a device.
@@ -374,13 +365,8 @@ def damped_case(
 ) -> Case:
     """The case with another damping of all buildings, and another restitution.
 
-    The contact stiffness stays (paper, section 5.3).
-
-    Args:
-        case: The case.
-        damping: The damping case.
-        epsilon: Restitution of its Kelvin-Voigt laws; they keep theirs when None.
-        laws: Names of those that it is for; all of them when empty.
+    The contact stiffness stays (paper, section 5.3). The restitution is that of the Kelvin-Voigt
+    laws with these names, or of all where none is named; they keep theirs when it is None.
     """
     buildings = tuple(b.model_copy(update={"damping": damping}) for b in case.buildings)
     update: dict[str, object] = {"buildings": buildings}

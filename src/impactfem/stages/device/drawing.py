@@ -31,14 +31,9 @@ TOUCH = 1e-9
 
 
 def drawing_values(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> dict[str, Array]:
-    """Variables of `device.nc` that figures of the devices need; nan for a device from modes.
+    """Variables of `device.nc` that figures of the devices need, by name.
 
-    Args:
-        setups: The devices of the case.
-        devices: They as matrices, in the same order.
-
-    Returns:
-        Values by name. A rigid spring has an infinite stiffness.
+    Nan for a device from modes; a rigid spring has an infinite stiffness.
     """
     rows = [_parts(setup) for setup in setups]
     values = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in rows[0]}
@@ -80,12 +75,7 @@ def _parts(setup: DeviceSetup) -> dict[str, Any]:
 def mode_shapes(setup: DeviceSetup, device: Device) -> Array:
     """Modes of a device on springs over its height, equation (1).
 
-    Args:
-        setup: The device of the case.
-        device: It as matrices.
-
-    Returns:
-        Shape (n_modes, n_levels, 6) [1/√kg]: translations and rotations relative to the anchor.
+    Translations and rotations relative to the anchor, shape (n_modes, n_levels, 6) [1/√kg].
     """
     shape = device_modes(device).below(setup.maximum_frequency).shape
     heights, elements = _levels(setup), 0 if setup.beam is None else setup.beam.elements

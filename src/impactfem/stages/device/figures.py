@@ -56,15 +56,10 @@ RANGE = (0.5, 500.0)
 
 
 def device_figures(folder: Path) -> list[Path]:
-    """Draw figures 23 to 30 and the demand by damping into `figures/`.
+    """Draw figures 23 to 30 and the demand by damping into `figures/`; gives the files.
 
     Figures 23 to 27, 29 and 30 of further devices than the first have their names in the files.
-
-    Args:
-        folder: The run's folder, with `device.nc` and, for the position, `building.nc`.
-
-    Returns:
-        The files; what the stores have no data for is left out.
+    What the stores have no data for is left out, such as the position without `building.nc`.
 
     Raises:
         ImpactfemError: A file cannot be written, or OpenGL is missing.

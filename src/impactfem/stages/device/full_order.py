@@ -100,7 +100,7 @@ def full_system(
 
     Raises:
         ImpactfemError: A device cannot be mounted.
-        SolutionError: BasePlates overlap.
+        SolutionError: Base plates overlap.
     """
     attached = side_by_side([one.mount for one in devices])
     model, T = linked(building, [one.link for one in base_plates], mesh.nodes)
@@ -131,13 +131,7 @@ def full_system(
 
 
 class _Room:
-    """The rows of a building with those of the devices' modes behind them, on the last rank.
-
-    Args:
-        A: A matrix of the building.
-        modes: Number of modes.
-        rows: Global rows that the devices' matrices act on, shape (N,).
-    """
+    """The rows of a building with those of the devices' modes behind them, on the last rank."""
 
     def __init__(self, A: PETSc.Mat, modes: int, rows: Index) -> None:
         self.comm = A.getComm()
@@ -219,9 +213,6 @@ def full_histories(
         key: Hash of what the runs depend on.
         every: Most steps between two checkpoints.
         progress: Called with the part of the work that is done.
-
-    Returns:
-        The devices at the samples of the loads, without impacts and with them.
 
     Raises:
         SolutionError: A response is not finite, the energies do not balance, or action and

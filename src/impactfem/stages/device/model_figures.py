@@ -107,11 +107,7 @@ def _drawing(store: xr.Dataset, device: str) -> Drawing:
 
 
 def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
-    """Figure 25: the modes that move along the shown direction.
-
-    Raises:
-        ValueError: The device is made of modes and has no shapes.
-    """
+    """Figure 25: the modes that move along the shown direction."""
     drawn = _drawing(store, device)
     axis = drawn.axis
     modes = shown_modes(store, device, axis)
@@ -142,11 +138,7 @@ def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
 
 
 def elements_figure(path: Path, store: xr.Dataset, device: str) -> None:
-    """Figure 24: the elements of the device to scale, in the colours of the paper's.
-
-    Raises:
-        ValueError: The device is made of modes and has no springs.
-    """
+    """Figure 24: the elements of the device to scale, in the colours of the paper's."""
     drawn = _drawing(store, device)
     _, floor, nodes = anchor_of(store, device)
     caption = (
@@ -185,9 +177,6 @@ def model_figure(path: Path, store: xr.Dataset, device: str) -> None:
     """Figure 26: the mechanical model of the device, with its values and modes.
 
     Mass, beam, spring along and spring about; lengths mean nothing.
-
-    Raises:
-        ValueError: The device is made of modes and has no springs.
     """
     drawn = _drawing(store, device)
     axis, about = drawn.axis, drawn.about

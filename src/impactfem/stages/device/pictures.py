@@ -50,12 +50,7 @@ LIFT = 0.01
 
 
 class Floor:
-    """A floor of `building.nc` in plan.
-
-    Args:
-        building: The open store.
-        number: Number of the floor.
-    """
+    """A floor of `building.nc`, by its number, in plan."""
 
     def __init__(self, building: xr.Dataset, number: int) -> None:
         self._building = building
@@ -188,11 +183,7 @@ def _lines(panel: Axes, lines: Array, colour: str, width: float, label: str) -> 
 def device_pictures(folder: Path) -> list[Path]:
     """Draw each device in the building into `figures/`, in a process of their own.
 
-    Args:
-        folder: The run's folder, with `device.nc`.
-
-    Returns:
-        The files; none without `building.nc`.
+    None is drawn without `building.nc`.
 
     Raises:
         ImpactfemError: A file cannot be written, or the process that draws crashed, as it does

@@ -18,11 +18,9 @@ COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
 
 
 def device_scalars(study: DeviceStudy, store: xr.Dataset) -> list[Scalar]:
-    """All scalars of the stage; names of further anchors than the first hold their name.
+    """All scalars of the stage, from its results and its store.
 
-    Args:
-        study: The stage's results.
-        store: The same by name.
+    Names of further anchors than the first hold their name.
     """
     scalars = [
         Scalar("device.basis_vectors", float(len(study.model.eigenvalue)), "-"),

@@ -58,11 +58,7 @@ class SpectrumChoice:
 
 
 def headline_of(rules: Iterable[ModeRule]) -> SpectrumChoice:
-    """The analysis that stands for all: translations, spectra as computed, the first rigid method.
-
-    Args:
-        rules: Of the analyses, in their order.
-    """
+    """The analysis that stands for all: translations, computed spectra, the first rigid method."""
     known = list(rules)
     combinations = [combination for combination, _ in known]
     best = next((one for one in PREFERRED if one in combinations), combinations[0])
@@ -103,11 +99,7 @@ class SpectrumPlan:
         return next(iter(self.rules.values())).maximum_frequency
 
     def analyses(self, spectra: Sequence[AnchorSpectrum], source: Source) -> Analyses:
-        """All analyses with the spectra of one source.
-
-        Args:
-            spectra: Of the components of all anchors that move.
-            source: Where they come from.
+        """All analyses with the spectra of one source: of all components of all anchors that move.
 
         Raises:
             ImpactfemError: A spectrum does not reach a mode.
@@ -184,9 +176,7 @@ def _in_step(spectra: Sequence[AnchorSpectrum], anchors: int) -> list[AnchorSpec
 def envelopes(families: Sequence[Sequence[AnchorSpectrum]]) -> tuple[AnchorSpectrum, ...]:
     """The envelope of several spectra, component by component and anchor by anchor.
 
-    Args:
-        families: Spectra of the components that move, of several points or dampings; a component
-            may be missing in some of them.
+    A component may be missing in some of the families of spectra.
     """
     groups: dict[tuple[int, str], list[AnchorSpectrum]] = {}
     for one in (spectrum for family in families for spectrum in family):

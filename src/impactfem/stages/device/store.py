@@ -83,12 +83,7 @@ OUTPUTS = {
 
 
 def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
-    """Write `device.nc`.
-
-    Args:
-        path: The file.
-        study: The stage's results.
-        key: Hash of the stage's inputs.
+    """Write the results of the stage into `device.nc`, with the hash of its inputs.
 
     Raises:
         ImpactfemError: The file cannot be written.
@@ -168,17 +163,11 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
 
 
 def mode_ordinates(cases: Sequence[DampedStudy], choice: SpectrumChoice, modes: int) -> Array:
-    """The variable `mode_psa` of `device.nc`.
+    """The variable `mode_psa` of `device.nc`: of the anchor without the device.
 
-    Args:
-        cases: The devices by damping.
-        choice: Which analysis; one with rotations has inputs about the axes, too.
-        modes: Length of the dimension `mode`; values beyond a device's modes are nan.
-
-    Returns:
-        Shape (n_cases, 2, n_devices, 6, n_modes) [m/s2, rad/s2]: of the anchor without the device,
-        at the dampings of the modes. Nan where a component of the anchor does not move or is no
-        input; 0 where it moves, but not the mode. Of each of several anchors, its own.
+    At the dampings of the modes, shape (n_cases, 2, n_devices, 6, n_modes) [m/s2, rad/s2]. Nan
+    beyond a device's modes, and where a component of the anchor does not move or is no input of
+    this analysis; 0 where it moves, but not the mode. Of each of several anchors, its own.
     """
 
     def ordinates(result: DeviceResult) -> Array:

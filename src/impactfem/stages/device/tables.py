@@ -42,14 +42,9 @@ PRINTED = "printed"
 
 
 def device_tables(folder: Path, published: Published) -> list[Path]:
-    """Write the tables of the stage into `tables/` and into the log.
+    """Write the tables of the stage into `tables/` and into the log; gives the files.
 
-    Args:
-        folder: The run's folder, with `device.nc`.
-        published: Published values in SI by the name of the result.
-
-    Returns:
-        The files.
+    Published values are in SI by the name of the result.
 
     Raises:
         ImpactfemError: A file cannot be written.
