@@ -131,6 +131,13 @@ def check_rule(time_step: float, theta: float) -> None:
         raise SolutionError(f"θ = {theta}: it must be from 0.5 to 1")
 
 
+def state_of(given: Array | None, n: int, what: str) -> Array:
+    """A copy of a state at the start, zero when None; refuses any shape but (n,)."""
+    if given is not None and np.shape(given) != (n,):
+        raise SolutionError(f"a state of shape {np.shape(given)} for {what}")
+    return np.zeros(n) if given is None else np.array(given, dtype=np.float64)
+
+
 def body_before_walls(eigenvalue: Array, contact: Array, damping: Damping = UNDAMPED) -> Assembly:
     """A body and its links to rigid walls.
 
@@ -210,12 +217,9 @@ class ModalMotion:
         Raises:
             SolutionError: One has another shape.
         """
-        r, rows = len(self.assembly), self.assembly.attached.rows
-        for given in (displacement, velocity):
-            if given is not None and np.shape(given) != (r,):
-                raise SolutionError(f"a state of shape {np.shape(given)} for {r} modes")
-        self.displacement = np.zeros(r) if displacement is None else np.array(displacement, float)
-        self.velocity = np.zeros(r) if velocity is None else np.array(velocity, float)
+        rows, what = self.assembly.attached.rows, f"{len(self.assembly)} modes"
+        self.displacement = state_of(displacement, len(self.assembly), what)
+        self.velocity = state_of(velocity, len(self.assembly), what)
         self._y[: len(rows)] = rows @ self.displacement
         self._y_velocity[: len(rows)] = rows @ self.velocity
         return self._seen @ self.displacement, self._seen @ self.velocity

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -173,100 +172,68 @@ def calibrate(
             has a weight; or a building has fewer modes than a target requests.
         SolutionError: No start led to a result.
     """
-    low, high = bounds.height_min.sum(), bounds.height_max.sum()
+    low, high = bounds.height_min, bounds.height_max
     slack = 1e-8 * bounds.height  # the sums are of rounded numbers
-    if not low - slack <= bounds.height <= high + slack:
+    if not low.sum() - slack <= bounds.height <= high.sum() + slack:
         raise ImpactfemError(
-            f"storey heights between {low:.4g} m and {high:.4g} m in all cannot add up to "
-            f"calibration.height = {bounds.height:.4g} m"
+            f"storey heights between {low.sum():.4g} m and {high.sum():.4g} m in all cannot add up "
+            f"to calibration.height = {bounds.height:.4g} m"
         )
     if not any(t.frequency_weight > 0.0 for t in targets):
         raise ImpactfemError("the calibration needs a frequency_weight above 0 in its targets")
-    fit = _Fit(make, targets, bounds, direction)
+    f_target = np.array([t.frequency for t in targets])
+    w_f = np.array([t.frequency_weight for t in targets])
+    m_target = np.array([t.effective_mass or 1.0 for t in targets])
+    w_m = np.array([t.mass_weight if t.effective_mass is not None else 0.0 for t in targets])
+    free, depth = high > low, bounds.rigid_depth
+
+    # x holds the free storey heights [m] and the part of the rigid depth that is below the mass
+    # centres [-].
+    def parameters(x: Array, factor: float) -> Parameters:
+        heights = low.copy()
+        heights[free] = x[:-1]
+        below = float(np.clip(x[-1], 0.0, 1.0)) * depth
+        return Parameters(factor, heights, below, depth - below)
+
+    def evaluate(x: Array) -> tuple[Array, Array, float]:
+        """Frequencies and effective masses with the best factor, and this factor."""
+        unit = assess(make, targets, parameters(x, 1.0), direction=direction)
+        ratio = w_f * unit.frequency / f_target
+        root = float(np.clip(w_f @ ratio / (ratio @ ratio), *np.sqrt(bounds.factor)))
+        return root * unit.frequency, unit.effective_mass, root**2
+
+    def cost(x: Array) -> float:
+        frequency, mass, _ = evaluate(x)
+        errors = np.append(w_f * (frequency / f_target - 1), w_m * (mass / m_target - 1))
+        return 0.5 * float(errors @ errors)
+
+    def excess(x: Array) -> float:
+        """What the storey heights are more than the total height [m]."""
+        return float(np.sum(x[:-1]) - (bounds.height - low[~free].sum()))
+
+    # Nothing to keep where no height is free.
+    slope = np.append(np.ones(int(free.sum())), 0.0)
+    kept = [{"type": "eq", "fun": excess, "jac": lambda x: slope}] if free.any() else []
+    limits = [*zip(low[free], high[free], strict=True), (0.0, 1.0)]
+    # The first start, moved into the bounds, and others drawn inside them.
+    split = start.below / depth if depth > 0.0 else 0.5
+    candidates = [np.append(np.clip(start.heights, low, high)[free], split)]
+    rng, span = np.random.default_rng(seed), np.array(limits)
+    candidates += [rng.uniform(span[:, 0], span[:, 1]) for _ in range(starts - 1)]
     best: scipy.optimize.OptimizeResult | None = None
-    for x0 in fit.candidates(start, starts, np.random.default_rng(seed)):
+    for x0 in candidates:
         result = scipy.optimize.minimize(
-            fit.cost,
+            cost,
             x0,
             method="SLSQP",
-            bounds=fit.limits,
-            constraints=fit.constraints,
+            bounds=limits,
+            constraints=kept,
             options={"ftol": 1e-10, "maxiter": 200},
         )
-        kept = not fit.constraints or abs(fit.excess(result.x)) < 1e-6
-        if kept and np.isfinite(result.fun) and (best is None or result.fun < best.fun):
+        met = not kept or abs(excess(result.x)) < 1e-6
+        if met and np.isfinite(result.fun) and (best is None or result.fun < best.fun):
             best = result
     if best is None:
         raise SolutionError(f"the calibration of the sticks found no result from {starts} starts")
-    frequency, mass, factor = fit.evaluate(best.x)
-    return Calibration(fit.parameters(best.x, factor), tuple(targets), frequency, mass)
-
-
-class _Fit:
-    """The least squares of `calibrate`; x holds the free storey heights [m] and the split [-].
-
-    The split is the part of the rigid depth that is below the mass centre.
-    """
-
-    def __init__(
-        self,
-        make: Callable[[str, Parameters], Stick],
-        targets: Sequence[Target],
-        bounds: Bounds,
-        direction: str,
-    ) -> None:
-        self.make, self.targets, self.bounds, self.direction = make, targets, bounds, direction
-        self.f_target = np.array([t.frequency for t in targets])
-        self.w_f = np.array([t.frequency_weight for t in targets])
-        self.m_target = np.array([t.effective_mass or 1.0 for t in targets])
-        self.w_m = np.array(
-            [t.mass_weight if t.effective_mass is not None else 0.0 for t in targets]
-        )
-        self.free = bounds.height_max > bounds.height_min
-
-    def parameters(self, x: Array, factor: float = 1.0) -> Parameters:
-        heights = self.bounds.height_min.copy()
-        heights[self.free] = x[:-1]
-        below = float(np.clip(x[-1], 0.0, 1.0)) * self.bounds.rigid_depth
-        return Parameters(factor, heights, below, self.bounds.rigid_depth - below)
-
-    def evaluate(self, x: Array) -> tuple[Array, Array, float]:
-        """Frequencies [Hz] and effective masses [kg] with the best factor, and this factor [-]."""
-        unit = assess(self.make, self.targets, self.parameters(x), direction=self.direction)
-        ratio = self.w_f * unit.frequency / self.f_target
-        root = float(np.clip(self.w_f @ ratio / (ratio @ ratio), *np.sqrt(self.bounds.factor)))
-        return root * unit.frequency, unit.effective_mass, root**2
-
-    def cost(self, x: Array) -> float:
-        frequency, mass, _ = self.evaluate(x)
-        errors = np.concatenate(
-            [self.w_f * (frequency / self.f_target - 1), self.w_m * (mass / self.m_target - 1)]
-        )
-        return 0.5 * float(errors @ errors)
-
-    @property
-    def limits(self) -> list[tuple[float, float]]:
-        """Least and largest value of each component of x."""
-        low, high = self.bounds.height_min[self.free], self.bounds.height_max[self.free]
-        return [*zip(low, high, strict=True), (0.0, 1.0)]
-
-    def excess(self, x: Array) -> float:
-        """What the storey heights are more than the total height [m]."""
-        rest = self.bounds.height - float(self.bounds.height_min[~self.free].sum())
-        return float(np.sum(x[:-1]) - rest)
-
-    @property
-    def constraints(self) -> list[dict[str, Any]]:
-        """The total height, kept; nothing where no height is free."""
-        if not self.free.any():
-            return []
-        slope = np.append(np.ones(int(self.free.sum())), 0.0)
-        return [{"type": "eq", "fun": self.excess, "jac": lambda x: slope}]
-
-    def candidates(self, start: Parameters, starts: int, rng: np.random.Generator) -> list[Array]:
-        """The first start, moved into the bounds, and others drawn inside them."""
-        depth, low, high = self.bounds.rigid_depth, self.bounds.height_min, self.bounds.height_max
-        split = start.below / depth if depth > 0.0 else 0.5
-        first = np.append(np.clip(start.heights, low, high)[self.free], split)
-        span = np.array(self.limits)
-        return [first] + [rng.uniform(span[:, 0], span[:, 1]) for _ in range(starts - 1)]
+    frequency, mass, factor = evaluate(best.x)
+    return Calibration(parameters(best.x, factor), tuple(targets), frequency, mass)

@@ -20,7 +20,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from impactfem.coupling.unilateral import check_rule
+from impactfem.coupling.unilateral import check_rule, state_of
 from impactfem.dynamics.columns import combined, inner, product, wrapped
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.dynamics.factorisation import BLOCK, Factorisation, Held
@@ -85,14 +85,8 @@ class FullMotion(Held):
         matrix = combined(self._stiffness, K, self._mass, M)
         self._factor = Factorisation(matrix, name="the matrix of the time step")
         matrix.destroy()
-        self.displacement: Array = np.zeros(n)
-        self.velocity: Array = np.zeros(n)
-        self._momentum: Array = np.zeros(n)
-        self._restoring: Array = np.zeros(n)
-        self._force: Array = np.zeros(n)
-        self._r: Array = np.zeros(n)
-        self._mean: Array = np.zeros(n)
-        self._M_mean: Array = np.zeros(n)
+        self.displacement, self.velocity, self._momentum, self._restoring = np.zeros((4, n))
+        self._force, self._r, self._mean, self._M_mean = np.zeros((4, n))
         self._vectors = [wrapped(M, array) for array in (self._r, self._mean, self._M_mean)]
 
     def destroy(self) -> None:
@@ -123,11 +117,8 @@ class FullMotion(Held):
             SolutionError: One has another shape.
         """
         n = len(self.displacement)
-        for given in (displacement, velocity):
-            if given is not None and np.shape(given) != (n,):
-                raise SolutionError(f"a state of shape {np.shape(given)} for {n} rows of this rank")
-        self.displacement = np.zeros(n) if displacement is None else np.array(displacement, float)
-        self.velocity = np.zeros(n) if velocity is None else np.array(velocity, float)
+        self.displacement = state_of(displacement, n, f"{n} rows of this rank")
+        self.velocity = state_of(velocity, n, f"{n} rows of this rank")
         self._momentum = product(self._M, self.velocity[:, None])[:, 0]
         self._restoring = product(self._K, self.displacement[:, None])[:, 0]
         return self._look(self.displacement), self._look(self.velocity)
@@ -170,9 +161,8 @@ class FullMotion(Held):
         """Kinetic and elastic energy [J]."""
         u, v = self.displacement[:, None], self.velocity[:, None]
         kinetic = inner(self._M, v, self._momentum[:, None])
-        return 0.5 * float(kinetic[0, 0]), 0.5 * float(
-            inner(self._K, u, self._restoring[:, None])[0, 0]
-        )
+        elastic = inner(self._K, u, self._restoring[:, None])
+        return 0.5 * float(kinetic[0, 0]), 0.5 * float(elastic[0, 0])
 
     def _solve(self) -> Array:
         right, mean, _ = self._vectors

@@ -218,7 +218,8 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
             _draw_stick(panel, building, 2.0 * position)
             panel.text(2.0 * position, building.top + 0.8, name, ha="center")
         pairs = _faced(forces, drawn)
-        heights = np.unique([0.5 * (left[1] + right[1]) for left, right, _ in pairs])
+        # Rounded: pairs side by side at one height need no room above each other.
+        heights = np.unique(np.round([0.5 * (left[1] + right[1]) for left, right, _ in pairs], 6))
         room = float(np.diff(heights).min(initial=MOST_ROOM))
         for left, right, number in pairs:
             _draw_pair(panel, left, right, f"{number}", room)
