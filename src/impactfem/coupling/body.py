@@ -34,46 +34,30 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Port:
-    """A named place of a body where forces act.
+    """A named place of a body where forces act."""
 
-    Args:
-        shapes: Φ, its motion by the coordinates, shape (components, r).
-        rigid: R, its motion by a rigid motion of the base, shape (components, 6).
-        components: Names of the components.
-    """
-
-    shapes: Array
-    rigid: Array
-    components: tuple[str, ...] = COMPONENTS[:3]
+    shapes: Array  # Φ, its motion by the coordinates, shape (components, r)
+    rigid: Array  # R, its motion by a rigid motion of the base, shape (components, 6)
+    components: tuple[str, ...] = COMPONENTS[:3]  # names of the components
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
     """Equation (1).
 
-    Args:
-        name: Unique name.
-        eigenvalue: λ, shape (r,) [1/s2].
-        damping: Gives d of λ.
-        participation: P for translations and rotations of the base, shape (r, 6).
-        rigid_mass: M_b, shape (6, 6) [kg, kg m, kg m2].
-        ports: The ports by name.
-        mass: μ, ones or zeros, shape (r,); ones when None.
-        free_base: Whether the base moves by (2); it is clamped to the ground otherwise.
-
     Raises:
         ImpactfemError: Shapes do not fit, a value is not finite, or the rigid mass of a free base
             is not positive definite; the message names the body.
     """
 
-    name: str
-    eigenvalue: Array
-    damping: Damping
-    participation: Array
-    rigid_mass: Array
-    ports: Mapping[str, Port] = field(default_factory=dict)
-    mass: Array | None = None
-    free_base: bool = False
+    name: str  # unique name
+    eigenvalue: Array  # λ, shape (r,) [1/s2]
+    damping: Damping  # gives d of λ
+    participation: Array  # P for translations and rotations of the base, shape (r, 6)
+    rigid_mass: Array  # M_b, shape (6, 6) [kg, kg m, kg m2]
+    ports: Mapping[str, Port] = field(default_factory=dict)  # the ports by name
+    mass: Array | None = None  # μ, ones or zeros, shape (r,); ones when None
+    free_base: bool = False  # whether the base moves by (2); it is clamped to the ground otherwise
 
     def __post_init__(self) -> None:
         r = len(self.eigenvalue)

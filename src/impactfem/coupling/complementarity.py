@@ -37,17 +37,11 @@ LIMIT = 50
 
 @dataclass(frozen=True, eq=False)
 class Complementary:
-    """A solution.
+    """A solution."""
 
-    Args:
-        p: p ≥ 0, shape (m,).
-        w: W p + q, shape (m,); zero where p is not.
-        active: Where p is not zero, shape (m,); starts the next, similar problem.
-    """
-
-    p: Array
-    w: Array
-    active: Mask
+    p: Array  # p ≥ 0, shape (m,)
+    w: Array  # W p + q, shape (m,); zero where p is not
+    active: Mask  # where p is not zero, shape (m,); starts the next, similar problem
 
 
 class Complementarity:

@@ -104,26 +104,17 @@ N_PARAMETERS = 4
 
 @dataclass(frozen=True)
 class Law:
-    """A contact law for one pair, ready for the loop.
+    """A contact law for one pair, ready for the loop."""
 
-    Args:
-        name: What it is, in the words of the case file.
-        code: Which compiled law; above JANKOWSKI, the address of a user-defined one.
-        parameters: Its parameters, shape (N_PARAMETERS,): the stiffness K [N/m or N/m^1.5], then
-            those of the law's function.
-        asked: The restitution asked [-].
-        epsilon: The restitution that two free masses get from it [-].
-        xi: Its damping ratio [-]; nan for a law that has none.
-        mass: Effective mass of the two points [kg].
-    """
-
-    name: str
-    code: int
+    name: str  # what it is, in the words of the case file
+    code: int  # which compiled law; above JANKOWSKI, the address of a user-defined one
+    # Its parameters, shape (N_PARAMETERS,): the stiffness K [N/m or N/m^1.5], then those of the
+    # law's function.
     parameters: Array
-    asked: float
-    epsilon: float
-    xi: float
-    mass: float
+    asked: float  # the restitution asked [-]
+    epsilon: float  # the restitution that two free masses get from it [-]
+    xi: float  # its damping ratio [-]; nan for a law that has none
+    mass: float  # effective mass of the two points [kg]
 
     @property
     def stiffness(self) -> float:

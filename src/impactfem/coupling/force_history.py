@@ -50,24 +50,18 @@ class PairEnds:
     """What the pairs of a force history are between, as far as its file says so.
 
     Each is None where the file does not have it.
-
-    Args:
-        building_a: Names of the first buildings.
-        building_b: Names of the second ones; empty for a rigid wall.
-        floor_a: Numbers of the floors on the first buildings, or of those above the storeys.
-        floor_b: The same on the second ones; without meaning for a rigid wall.
-        relative_height_a: Heights in the storeys, 0 to 1, nan on the floors themselves; shape (m,).
-        relative_height_b: The same on the second buildings.
-        normal: Unit vectors from a to b, shape (m, 3).
     """
 
-    building_a: tuple[str, ...] | None = None
-    building_b: tuple[str, ...] | None = None
+    building_a: tuple[str, ...] | None = None  # names of the first buildings
+    building_b: tuple[str, ...] | None = None  # names of the second ones; empty for a rigid wall
+    # Numbers of the floors on the first buildings, or of those above the storeys.
     floor_a: tuple[int, ...] | None = None
+    # The same on the second ones; without meaning for a rigid wall.
     floor_b: tuple[int, ...] | None = None
+    # Heights in the storeys, 0 to 1, nan on the floors themselves; shape (m,).
     relative_height_a: Array | None = None
-    relative_height_b: Array | None = None
-    normal: Array | None = None
+    relative_height_b: Array | None = None  # the same on the second buildings
+    normal: Array | None = None  # unit vectors from a to b, shape (m, 3)
 
     def of(self, columns: Sequence[int]) -> PairEnds:
         """Those of some of the pairs, by their indices."""
@@ -124,22 +118,14 @@ REQUIRED = {"time": "s", "force": "N"}
 
 @dataclass(frozen=True)
 class ForceHistory:
-    """Impact forces over time.
+    """Impact forces over time."""
 
-    Args:
-        time: Times, uniform, shape (n_t,) [s].
-        pairs: Unique names of the pairs.
-        force: Forces, positive in compression, shape (n_t, m) [N].
-        case_hash: Hash of the case that made them; empty where unknown.
-        inputs: Hash of what the stage that made them depends on; empty where unknown.
-        ends: What the pairs are between, as far as the file says so.
-    """
-
-    time: Array
-    pairs: tuple[str, ...]
-    force: Array
-    case_hash: str = ""
-    inputs: str = ""
+    time: Array  # times, uniform, shape (n_t,) [s]
+    pairs: tuple[str, ...]  # unique names of the pairs
+    force: Array  # forces, positive in compression, shape (n_t, m) [N]
+    case_hash: str = ""  # hash of the case that made them; empty where unknown
+    inputs: str = ""  # hash of what the stage that made them depends on; empty where unknown
+    # What the pairs are between, as far as the file says so.
     ends: PairEnds = field(default_factory=PairEnds)
 
     @classmethod

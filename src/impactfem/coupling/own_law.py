@@ -27,15 +27,10 @@ _LIKE = 1e-3
 
 @dataclass(frozen=True)
 class OwnLaw(Law):
-    """A user-defined contact law for one pair; `own_law` makes it.
+    """A user-defined contact law for one pair; `own_law` makes it."""
 
-    Args:
-        unit: Unit of its first parameter, the stiffness.
-        compiled: Its compiled function, whose address is the code of the law.
-    """
-
-    unit: str
-    compiled: Any
+    unit: str  # unit of its first parameter, the stiffness
+    compiled: Any  # its compiled function, whose address is the code of the law
 
     @property
     def linear(self) -> bool:

@@ -35,20 +35,13 @@ UNSTABLE = (
 
 @dataclass(frozen=True)
 class End:
-    """One end of a pair: a point tied to a master of a stick.
+    """One end of a pair: a point tied to a master of a stick."""
 
-    Args:
-        building: Name of the stick.
-        master: Index of the master.
-        offset: From the master to the point [m].
-        floor: Number of the floor, or of the floor above for a point inside a storey.
-        relative_height: Height in the storey's flexible part, 0 to 1; None for a point of a floor.
-    """
-
-    building: str
-    master: int
-    offset: tuple[float, float, float]
-    floor: int
+    building: str  # name of the stick
+    master: int  # index of the master
+    offset: tuple[float, float, float]  # from the master to the point [m]
+    floor: int  # number of the floor, or of the floor above for a point inside a storey
+    # Height in the storey's flexible part, 0 to 1; None for a point of a floor.
     relative_height: float | None = None
 
     @classmethod
@@ -70,17 +63,11 @@ class End:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """An external force on a point, in addition to the ground motion.
+    """An external force on a point, in addition to the ground motion."""
 
-    Args:
-        at: The point.
-        direction: Unit vector along which a positive force acts, shape (3,).
-        force: Its history at the times of the response, shape (n_t,) [N].
-    """
-
-    at: End
-    direction: Array
-    force: Array
+    at: End  # the point
+    direction: Array  # unit vector along which a positive force acts, shape (3,)
+    force: Array  # its history at the times of the response, shape (n_t,) [N]
 
 
 @dataclass(frozen=True)
@@ -89,37 +76,23 @@ class Pair:
 
     The gap function is δ = g + n · (u_b - u_a), negative in contact; the force F on the points is
     -F n on a and +F n on b.
-
-    Args:
-        name: Unique name.
-        a: The first end.
-        b: The second end; None for a rigid wall that moves with the ground.
-        normal: Unit vector n from a to b, shape (3,).
-        gap: Gap g at rest [m].
-        law: The contact law.
-        area: Bearing area [m2]; None where unknown.
     """
 
-    name: str
-    a: End
-    b: End | None
-    normal: Array
-    gap: float
-    law: Law
-    area: float | None = None
+    name: str  # unique name
+    a: End  # the first end
+    b: End | None  # the second end; None for a rigid wall that moves with the ground
+    normal: Array  # unit vector n from a to b, shape (3,)
+    gap: float  # gap g at rest [m]
+    law: Law  # the contact law
+    area: float | None = None  # bearing area [m2]; None where unknown
 
 
 @dataclass(frozen=True)
 class System:
-    """Sticks side by side and the pairs between them; matrices are block diagonal.
+    """Sticks side by side and the pairs between them; matrices are block diagonal."""
 
-    Args:
-        sticks: The buildings.
-        pairs: The pairs of points that may touch.
-    """
-
-    sticks: tuple[Stick, ...]
-    pairs: tuple[Pair, ...]
+    sticks: tuple[Stick, ...]  # the buildings
+    pairs: tuple[Pair, ...]  # the pairs of points that may touch
 
     @cached_property
     def offsets(self) -> dict[str, int]:
@@ -247,27 +220,16 @@ class System:
 
 @dataclass(frozen=True)
 class Response:
-    """What `simulate` computed, relative to the ground.
-
-    Args:
-        system: The system.
-        time_step: Time step [s].
-        u: Displacements, shape (n_t, n) [m, rad].
-        v: Velocities, shape (n_t, n).
-        force: Contact forces, positive in compression, shape (n_t, m) [N].
-        ground: Ground acceleration along x, y, z, shape (n_t, 3) [m/s2].
-        energy: The energies.
-        loads: External forces in addition to it.
-    """
+    """What `simulate` computed, relative to the ground."""
 
     system: System
-    time_step: float
-    u: Array
-    v: Array
-    force: Array
-    ground: Array
-    energy: Energy
-    loads: tuple[Load, ...] = ()
+    time_step: float  # time step [s]
+    u: Array  # displacements, shape (n_t, n) [m, rad]
+    v: Array  # velocities, shape (n_t, n)
+    force: Array  # contact forces, positive in compression, shape (n_t, m) [N]
+    ground: Array  # ground acceleration along x, y, z, shape (n_t, 3) [m/s2]
+    energy: Energy  # the energies
+    loads: tuple[Load, ...] = ()  # external forces in addition to it
 
     @cached_property
     def time(self) -> Array:

@@ -48,30 +48,21 @@ REPORT = 50
 
 @dataclass(frozen=True, eq=False)
 class ContactHistory:
-    """The response between unilateral constraints, the same on all ranks.
+    """The response between unilateral constraints, the same on all ranks."""
 
-    Args:
-        time: Shape (n_t,) [s].
-        impulse: P of each constraint in the step that ends at the time, shape (n_t, m) [N s for
-            columns of G without a unit]; the first row is zero. P / h is the mean force of the
-            step, and G P / h that on the structure.
-        gap: γ − Gᵀ u, shape (n_t, m) [m for such columns].
-        displacement: Lᵀ u of the probes, shape (n_t, n_probes).
-        velocity: Lᵀ v of the probes, shape (n_t, n_probes).
-        residual: How far velocities and impulses after the step are from complementary: the
-            largest of min(w, P) over the constraints that take part, each made comparable by the
-            diagonal of the Delassus operator, over the largest speed of a constraint so far,
-            shape (n_t,) [-].
-        energy: The energies.
-    """
-
-    time: Array
+    time: Array  # shape (n_t,) [s]
+    # P of each constraint in the step that ends at the time, shape (n_t, m) [N s for columns of G
+    # without a unit]; the first row is zero. P / h is the mean force of the step, and G P / h that
+    # on the structure.
     impulse: Array
-    gap: Array
-    displacement: Array
-    velocity: Array
+    gap: Array  # γ − Gᵀ u, shape (n_t, m) [m for such columns]
+    displacement: Array  # Lᵀ u of the probes, shape (n_t, n_probes)
+    velocity: Array  # Lᵀ v of the probes, shape (n_t, n_probes)
+    # How far velocities and impulses after the step are from complementary: the largest of min(w,
+    # P) over the constraints that take part, each made comparable by the diagonal of the Delassus
+    # operator, over the largest speed of a constraint so far, shape (n_t,) [-].
     residual: Array
-    energy: Energy
+    energy: Energy  # the energies
 
     @property
     def force(self) -> Array:

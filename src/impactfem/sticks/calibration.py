@@ -19,76 +19,45 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Target:
-    """What one mode of one building should be.
+    """What one mode of one building should be."""
 
-    Args:
-        building: Name of the building.
-        mode: Number of the mode in its family, from 1, in natural order.
-        frequency: Natural frequency [Hz].
-        effective_mass: Effective modal mass [kg]; None where it is not a target.
-        frequency_weight: Weight of the relative error of the frequency [-].
-        mass_weight: Weight of the relative error of the effective mass [-].
-    """
-
-    building: str
-    mode: int
-    frequency: float
-    effective_mass: float | None
-    frequency_weight: float = 1.0
-    mass_weight: float = 1.0
+    building: str  # name of the building
+    mode: int  # number of the mode in its family, from 1, in natural order
+    frequency: float  # natural frequency [Hz]
+    effective_mass: float | None  # effective modal mass [kg]; None where it is not a target
+    frequency_weight: float = 1.0  # weight of the relative error of the frequency [-]
+    mass_weight: float = 1.0  # weight of the relative error of the effective mass [-]
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """What the calibration may change, and how far.
+    """What the calibration may change, and how far."""
 
-    Args:
-        factor: Least and largest storey stiffness factor [-].
-        height_min: Least height of each storey, shape (n_storeys,) [m].
-        height_max: Largest height of each storey, shape (n_storeys,) [m].
-        height: Height of the top mass centre above the base, kept [m].
-        rigid_depth: Rigid depth of a floor, lower plus upper part, kept [m].
-    """
-
-    factor: tuple[float, float]
-    height_min: Array
-    height_max: Array
-    height: float
-    rigid_depth: float
+    factor: tuple[float, float]  # least and largest storey stiffness factor [-]
+    height_min: Array  # least height of each storey, shape (n_storeys,) [m]
+    height_max: Array  # largest height of each storey, shape (n_storeys,) [m]
+    height: float  # height of the top mass centre above the base, kept [m]
+    rigid_depth: float  # rigid depth of a floor, lower plus upper part, kept [m]
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """The calibrated values, shared by all buildings of the targets.
+    """The calibrated values, shared by all buildings of the targets."""
 
-    Args:
-        factor: Storey stiffness factor [-].
-        heights: Storey heights, mass centre to mass centre, shape (n_storeys,) [m].
-        below: Rigid depth below the mass centre [m].
-        above: Rigid depth above it [m].
-    """
-
-    factor: float
-    heights: Array
-    below: float
-    above: float
+    factor: float  # storey stiffness factor [-]
+    heights: Array  # storey heights, mass centre to mass centre, shape (n_storeys,) [m]
+    below: float  # rigid depth below the mass centre [m]
+    above: float  # rigid depth above it [m]
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """The result of a calibration.
+    """The result of a calibration."""
 
-    Args:
-        parameters: The calibrated values.
-        targets: The targets.
-        frequency: The frequency of each target's mode [Hz].
-        effective_mass: Its effective mass [kg].
-    """
-
-    parameters: Parameters
+    parameters: Parameters  # the calibrated values
     targets: tuple[Target, ...]
-    frequency: Array
-    effective_mass: Array
+    frequency: Array  # the frequency of each target's mode [Hz]
+    effective_mass: Array  # its effective mass [kg]
 
     @property
     def frequency_error(self) -> Array:

@@ -20,22 +20,14 @@ FAMILIES = {"x": (0, 4), "y": (1, 3), "z": (2,), "rz": (5,)}
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes in ascending frequency, normalised so that φᵀ M φ = 1.
+    """Modes in ascending frequency, normalised so that φᵀ M φ = 1."""
 
-    Args:
-        frequency: Natural frequencies, shape (n_modes,) [Hz].
-        shape: Mode shapes, shape (n, n_modes).
-        participation: Factors Γ = φᵀ M r for the six rigid-body motions about the base,
-            shape (6, n_modes).
-        family: Name of the family (a key of FAMILIES) of each mode.
-        total: Mass and inertia of each direction, rᵀ M r, shape (6,) [kg, kg m2].
-    """
-
-    frequency: Array
-    shape: Array
+    frequency: Array  # natural frequencies, shape (n_modes,) [Hz]
+    shape: Array  # mode shapes, shape (n, n_modes)
+    # Factors Γ = φᵀ M r for the six rigid-body motions about the base, shape (6, n_modes).
     participation: Array
-    family: tuple[str, ...]
-    total: Array
+    family: tuple[str, ...]  # name of the family (a key of FAMILIES) of each mode
+    total: Array  # mass and inertia of each direction, rᵀ M r, shape (6,) [kg, kg m2]
 
     @property
     def effective_mass(self) -> Array:

@@ -20,46 +20,28 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Floor:
-    """A floor as a rigid body, and the storey below it.
+    """A floor as a rigid body, and the storey below it."""
 
-    Args:
-        number: The floor's number, unique in its building.
-        mass: Mass M [kg].
-        inertia: Moments of inertia (J_x, J_y, J_z) about the mass centre [kg m2].
-        height: From the mass centre below (or the base) to this mass centre [m].
-        section: Section of the storey below the floor, stiffness factors included.
-        damping: Rayleigh coefficients of the storey (β) and of the floor's mass (α).
-        below: From the mass centre down to the lower edge of the rigid zone [m].
-        above: From the mass centre up to its upper edge [m].
-    """
-
-    number: int
-    mass: float
+    number: int  # the floor's number, unique in its building
+    mass: float  # mass M [kg]
+    # Moments of inertia (J_x, J_y, J_z) about the mass centre [kg m2].
     inertia: tuple[float, float, float]
-    height: float
-    section: Section
-    damping: Rayleigh
-    below: float = 0.0
-    above: float = 0.0
+    height: float  # from the mass centre below (or the base) to this mass centre [m]
+    section: Section  # section of the storey below the floor, stiffness factors included
+    damping: Rayleigh  # Rayleigh coefficients of the storey (β) and of the floor's mass (α)
+    below: float = 0.0  # from the mass centre down to the lower edge of the rigid zone [m]
+    above: float = 0.0  # from the mass centre up to its upper edge [m]
 
 
 @dataclass(frozen=True)
 class StoreyElement:
-    """One beam element: its master nodes, its links to them, and its stiffness.
+    """One beam element: its master nodes, its links to them, and its stiffness."""
 
-    Args:
-        storey: Index of the storey, from 0 at the base.
-        dofs: Degrees of freedom of the two masters, shape (12,); -1 where clamped.
-        T: From the masters' components to the element's ends, shape (12, 12).
-        k: Stiffness between the element's ends, shape (12, 12).
-        beta: Stiffness-proportional damping coefficient [s].
-    """
-
-    storey: int
-    dofs: NDArray[np.int64]
-    T: Array
-    k: Array
-    beta: float
+    storey: int  # index of the storey, from 0 at the base
+    dofs: NDArray[np.int64]  # degrees of freedom of the two masters, shape (12,); -1 where clamped
+    T: Array  # from the masters' components to the element's ends, shape (12, 12)
+    k: Array  # stiffness between the element's ends, shape (12, 12)
+    beta: float  # stiffness-proportional damping coefficient [s]
 
 
 @dataclass(frozen=True)
@@ -68,29 +50,18 @@ class Stick:
 
     Masters are the floors' mass centres, bottom to top, then the points that contact adds inside
     storeys. Each has the components (ux, uy, uz, rx, ry, rz), so n = 6 n_masters.
-
-    Args:
-        name: The building's name.
-        floors: The floors, bottom to top.
-        axis: Plan position (x, y) of the stick [m].
-        base: Elevation of the clamped base [m].
-        positions: Position of each master, shape (n_masters, 3) [m].
-        M: Mass matrix, shape (n, n) [kg, kg m2].
-        C: Damping matrix, shape (n, n) [N s/m, N m s].
-        K: Stiffness matrix, shape (n, n) [N/m, N m].
-        elements: The beam elements, for the forces in the storeys.
-        storey_points: Master of each (storey number, relative height) added for contact.
     """
 
-    name: str
-    floors: tuple[Floor, ...]
-    axis: tuple[float, float]
-    base: float
-    positions: Array
-    M: Array
-    C: Array
-    K: Array
-    elements: tuple[StoreyElement, ...]
+    name: str  # the building's name
+    floors: tuple[Floor, ...]  # the floors, bottom to top
+    axis: tuple[float, float]  # plan position (x, y) of the stick [m]
+    base: float  # elevation of the clamped base [m]
+    positions: Array  # position of each master, shape (n_masters, 3) [m]
+    M: Array  # mass matrix, shape (n, n) [kg, kg m2]
+    C: Array  # damping matrix, shape (n, n) [N s/m, N m s]
+    K: Array  # stiffness matrix, shape (n, n) [N/m, N m]
+    elements: tuple[StoreyElement, ...]  # the beam elements, for the forces in the storeys
+    # Master of each (storey number, relative height) added for contact.
     storey_points: Mapping[tuple[int, float], int] = field(default_factory=dict)
 
     @property

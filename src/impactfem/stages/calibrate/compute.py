@@ -44,24 +44,16 @@ Step = Callable[[str], AbstractContextManager[None]]
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What a run needs in addition to the matrices.
+    """What a run needs in addition to the matrices."""
 
-    Args:
-        parts: The building.
-        mass: Masses of the floors that may hit, shape (n_floors,) [kg].
-        experiment: The experiment.
-        dampings: The building's own damping, then by name that of each damping case with a
-            calibrated restitution.
-        position: Place of each contact constraint along its edge, shape (m,) [m].
-        length: Length of edge that it stands for, shape (m,) [m].
-    """
-
-    parts: BuildingParts
-    mass: Array
+    parts: BuildingParts  # the building
+    mass: Array  # masses of the floors that may hit, shape (n_floors,) [kg]
     experiment: WallExperiment
+    # The building's own damping, then by name that of each damping case with a calibrated
+    # restitution.
     dampings: dict[str, Rayleigh]
-    position: Array
-    length: Array
+    position: Array  # place of each contact constraint along its edge, shape (m,) [m]
+    length: Array  # length of edge that it stands for, shape (m,) [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,42 +66,25 @@ class BuildingRun:
 
 @dataclass(frozen=True, eq=False)
 class DampedRun:
-    """The experiment with one damping of the building.
-
-    Args:
-        name: Its name.
-        damping: The damping.
-        run: What the 3D model did.
-        impacts: Impacts of its floors that may hit, bottom to top.
-        penalty: ε, ξ_c and K_Ceq from the top one of them.
-    """
+    """The experiment with one damping of the building."""
 
     name: str
     damping: Rayleigh
-    run: BuildingRun
-    impacts: tuple[FloorImpacts, ...]
-    penalty: PenaltyParameters
+    run: BuildingRun  # what the 3D model did
+    impacts: tuple[FloorImpacts, ...]  # impacts of its floors that may hit, bottom to top
+    penalty: PenaltyParameters  # ε, ξ_c and K_Ceq from the top one of them
 
 
 @dataclass(frozen=True, eq=False)
 class CalibrationStudy:
-    """What the stage computed.
-
-    Args:
-        case: The case.
-        prepared: What it was given.
-        model: The reduced 3D model.
-        cases: The experiment by damping; that of the building's own first.
-        stick: Histories of the stick with the penalty parameters of the first one.
-        comparison: Stick and 3D model at the top one of the floors that may hit.
-    """
+    """What the stage computed."""
 
     case: Case
-    prepared: Prepared
-    model: WallModel
-    cases: tuple[DampedRun, ...]
-    stick: WallHistory
-    comparison: WallComparison
+    prepared: Prepared  # what it was given
+    model: WallModel  # the reduced 3D model
+    cases: tuple[DampedRun, ...]  # the experiment by damping; that of the building's own first
+    stick: WallHistory  # histories of the stick with the penalty parameters of the first one
+    comparison: WallComparison  # stick and 3D model at the top one of the floors that may hit
 
 
 def prepare(case: Case, mesh_file: Path) -> Prepared:

@@ -31,34 +31,23 @@ class WallExperiment:
     and the building, at rest, is free. The wall is a plane at the gap g from the undeformed
     building, n the unit vector towards it: a point with displacement u touches where n · u = g.
 
-    Args:
-        floors: Numbers of the floors that may hit the wall, each once.
-        displaced_floor: Number of the floor that is displaced.
-        displacement: Its displacement along n, negative away from the wall; under a load that of
-            its mass centre [m].
-        gap: Gap g at rest [m].
-        duration: Length of the window in time [s].
-        time_step: Time step [s].
-        side: Side of the building on which the wall stands: "x-", "x+", "y-" or "y+".
-        pull: How the floor is drawn aside.
-        theta: θ of the time stepping of the 3D model, from ½ to 1.
-        separation: Shortest time without force between two impacts [s].
-
     Raises:
         ImpactfemError: A value makes no experiment: the wall stands inside the displaced building,
             for instance.
     """
 
-    floors: tuple[int, ...]
-    displaced_floor: int
+    floors: tuple[int, ...]  # numbers of the floors that may hit the wall, each once
+    displaced_floor: int  # number of the floor that is displaced
+    # Its displacement along n, negative away from the wall; under a load that of its mass centre
+    # [m].
     displacement: float
-    gap: float
-    duration: float
-    time_step: float
-    side: Side = "y+"
-    pull: Pull = "whole_floor"
-    theta: float = 0.5
-    separation: float = SEPARATION
+    gap: float  # gap g at rest [m]
+    duration: float  # length of the window in time [s]
+    time_step: float  # time step [s]
+    side: Side = "y+"  # side of the building on which the wall stands: "x-", "x+", "y-" or "y+"
+    pull: Pull = "whole_floor"  # how the floor is drawn aside
+    theta: float = 0.5  # θ of the time stepping of the 3D model, from ½ to 1
+    separation: float = SEPARATION  # shortest time without force between two impacts [s]
 
     def __post_init__(self) -> None:
         if not self.floors or len(set(self.floors)) < len(self.floors):
@@ -130,28 +119,19 @@ class WallHistory:
     floor away from the wall when it is positive. An impulse P over the step that ends at a time
     stands there as the force P / Δt.
 
-    Args:
-        floors: Numbers of the floors.
-        mass: Their masses, shape (n_floors,) [kg].
-        gap: Gap at rest [m].
-        time_step: Time step Δt [s].
-        displacement: Of the mass centres, shape (n_t, n_floors) [m].
-        velocity: Of the mass centres, shape (n_t, n_floors) [m/s].
-        force: Resultants of the contact forces on the floors, shape (n_t, n_floors) [N].
-        opening: Distance of the wall from the nearest point of each floor, negative where it
-            penetrates, shape (n_t, n_floors) [m]; None when it is not known.
-
     Raises:
         ImpactfemError: Shapes do not fit, or a value is not finite.
     """
 
-    floors: tuple[int, ...]
-    mass: Array
-    gap: float
-    time_step: float
-    displacement: Array
-    velocity: Array
-    force: Array
+    floors: tuple[int, ...]  # numbers of the floors
+    mass: Array  # their masses, shape (n_floors,) [kg]
+    gap: float  # gap at rest [m]
+    time_step: float  # time step Δt [s]
+    displacement: Array  # of the mass centres, shape (n_t, n_floors) [m]
+    velocity: Array  # of the mass centres, shape (n_t, n_floors) [m/s]
+    force: Array  # resultants of the contact forces on the floors, shape (n_t, n_floors) [N]
+    # Distance of the wall from the nearest point of each floor, negative where it penetrates, shape
+    # (n_t, n_floors) [m]; None when it is not known.
     opening: Array | None = None
 
     def __post_init__(self) -> None:

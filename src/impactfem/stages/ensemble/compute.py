@@ -32,34 +32,23 @@ AXES = ("directions", "frequency", "damping")
 
 @dataclass(frozen=True)
 class Member:
-    """One member of an ensemble.
+    """One member of an ensemble."""
 
-    Args:
-        name: Its seed or record, for messages and files.
-        case: The case with its motions.
-    """
-
-    name: str
-    case: Case
+    name: str  # its seed or record, for messages and files
+    case: Case  # the case with its motions
 
 
 @dataclass(frozen=True, eq=False)
 class EnsembleResult:
-    """What the members gave, without those that failed.
+    """What the members gave, without those that failed."""
 
-    Args:
-        scalars: Scalars by member and name; nan where a member has none.
-        units: Units of the scalars by name.
-        failed: Name and reason of those that failed.
-        spectra: Floor spectra of the first building with contact, "psa", and without, "psa_free",
-            shape (n_m, n_dampings, n_stations, n_directions, n_frequencies) [m/s2]; peak floor
-            accelerations, "pfa" and "pfa_free", shape (n_m, n_stations, n_directions) [m/s2];
-            their "directions", "frequency" [Hz] and "damping".
-    """
-
-    scalars: pd.DataFrame
-    units: dict[str, str]
-    failed: dict[str, str]
+    scalars: pd.DataFrame  # scalars by member and name; nan where a member has none
+    units: dict[str, str]  # units of the scalars by name
+    failed: dict[str, str]  # name and reason of those that failed
+    # Floor spectra of the first building with contact, "psa", and without, "psa_free", shape (n_m,
+    # n_dampings, n_stations, n_directions, n_frequencies) [m/s2]; peak floor accelerations, "pfa"
+    # and "pfa_free", shape (n_m, n_stations, n_directions) [m/s2]; their "directions", "frequency"
+    # [Hz] and "damping".
     spectra: dict[str, Any]
 
 

@@ -36,57 +36,34 @@ STEPS = {"motions": 1.0, "sticks": 3.0, "pounding": 2.0, "spectra": 4.0}
 
 @dataclass(frozen=True)
 class FloorSpectra:
-    """Spectra of all floors in the directions in which they move.
+    """Spectra of all floors in the directions in which they move."""
 
-    Args:
-        directions: "x", "y", "z": those in which a floor moves.
-        psa: Pseudo-acceleration, shape (n_dampings, n_stations, n_directions, n_frequencies)
-            [m/s2].
-        sd: Relative displacement, same shape [m].
-        pfa: Peak floor acceleration, shape (n_stations, n_directions) [m/s2].
-        spectra: As computed, with frequencies, dampings and the sampling bound.
-    """
-
-    directions: tuple[str, ...]
+    directions: tuple[str, ...]  # "x", "y", "z": those in which a floor moves
+    # Pseudo-acceleration, shape (n_dampings, n_stations, n_directions, n_frequencies) [m/s2].
     psa: Array
-    sd: Array
-    pfa: Array
-    spectra: ResponseSpectra
+    sd: Array  # relative displacement, same shape [m]
+    pfa: Array  # peak floor acceleration, shape (n_stations, n_directions) [m/s2]
+    spectra: ResponseSpectra  # as computed, with frequencies, dampings and the sampling bound
 
 
 @dataclass(frozen=True)
 class StickStudy:
-    """Everything that the stage computed; stations are the floors of all buildings in order.
-
-    Args:
-        case: The case.
-        motions: The ground motions.
-        calibration: The calibration; None when the case has none.
-        system: Sticks and pairs.
-        modes: Modes of each building, in the order of the sticks.
-        response: The run with contact.
-        free: The run without contact.
-        impacts: All impacts in order of time.
-        checks: What each impact asks of the buildings.
-        separations: Required separation of each pair.
-        facing: Closest approach of floors that face each other and are in no pair.
-        floors: Floor spectra with contact.
-        floors_free: Floor spectra without contact.
-    """
+    """Everything that the stage computed; stations are the floors of all buildings in order."""
 
     case: Case
-    motions: tuple[GroundMotion, ...]
-    calibration: Calibration | None
-    system: System
-    modes: tuple[Modes, ...]
-    response: Response
-    free: Response
-    impacts: tuple[Impact, ...]
-    checks: tuple[ImpactCheck, ...]
-    separations: tuple[Separation, ...]
+    motions: tuple[GroundMotion, ...]  # the ground motions
+    calibration: Calibration | None  # the calibration; None when the case has none
+    system: System  # sticks and pairs
+    modes: tuple[Modes, ...]  # modes of each building, in the order of the sticks
+    response: Response  # the run with contact
+    free: Response  # the run without contact
+    impacts: tuple[Impact, ...]  # all impacts in order of time
+    checks: tuple[ImpactCheck, ...]  # what each impact asks of the buildings
+    separations: tuple[Separation, ...]  # required separation of each pair
+    # Closest approach of floors that face each other and are in no pair.
     facing: tuple[Approach, ...]
-    floors: FloorSpectra
-    floors_free: FloorSpectra
+    floors: FloorSpectra  # floor spectra with contact
+    floors_free: FloorSpectra  # floor spectra without contact
 
     @property
     def main_impact(self) -> Impact | None:
