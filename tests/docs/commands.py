@@ -4,6 +4,7 @@ import importlib.util
 import re
 import shlex
 from collections.abc import Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from .pages import ROOT
 
 PUNCTUATION = ";|&()<>"
 FOLDERS = ("scripts", "geometry", "docs", "notebooks")
+NAMES = {**BENCHMARKS, **FULL}
 PROGRAM: Any = typer.main.get_command(app)
 
 
@@ -28,8 +30,10 @@ def faults(text: str, *, whole: bool = True) -> Iterator[str]:
         whole: Whether they are to be run as they stand: arguments that are missing count.
     """
     for line in text.replace("\\\n", " ").splitlines():
+        lexer = shlex.shlex(line, posix=True, punctuation_chars=PUNCTUATION)
+        lexer.whitespace_split = True
         try:
-            words = _words(line)
+            words = list(lexer)
         except ValueError as error:
             yield f"{line.strip()}: {error}"
             continue
@@ -41,22 +45,9 @@ def faults(text: str, *, whole: bool = True) -> Iterator[str]:
             if module and importlib.util.find_spec(word) is None:
                 yield f"there is no module {word}"
             elif Path(word).name == "impactfem" and not module:
-                yield from _of_program(_until_end(words[i + 1 :]), whole)
-
-
-def _words(line: str) -> list[str]:
-    lexer = shlex.shlex(line, posix=True, punctuation_chars=PUNCTUATION)
-    lexer.whitespace_split = True
-    return list(lexer)
-
-
-def _until_end(words: list[str]) -> list[str]:
-    found = []
-    for word in words:
-        if word and set(word) <= set(PUNCTUATION):
-            break
-        found.append(word)
-    return found
+                yield from _of_program(
+                    list(takewhile(lambda w: not set(w) <= set(PUNCTUATION), words[i + 1 :])), whole
+                )
 
 
 def _of_program(words: list[str], whole: bool) -> Iterator[str]:
@@ -100,14 +91,8 @@ def _split(command: Any, words: list[str], only_first: bool = False) -> tuple[li
             wrong.append(f"impactfem {command.name}: no option {option}")
         elif known[option] is not None and not known[option].is_flag:
             value = value or (ahead.pop(0) if ahead else "")
-            wrong += _value_faults(option, value)
+            if option == "--stage" and value.islower() and value not in stage_names():
+                wrong.append(f"--stage {value}: no such stage")
+            if option == "--only" and value.islower() and not any(value in n for n in NAMES):
+                wrong.append(f"--only {value}: no benchmark has this in its name")
     return wrong, rest
-
-
-def _value_faults(option: str, value: str) -> list[str]:
-    if option == "--stage" and value.islower() and value not in stage_names():
-        return [f"--stage {value}: no such stage"]
-    names = {**BENCHMARKS, **FULL}
-    if option == "--only" and value.islower() and not any(value in name for name in names):
-        return [f"--only {value}: no benchmark has this in its name"]
-    return []

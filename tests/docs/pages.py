@@ -1,7 +1,6 @@
 """The pages of the documentation as data: links, headings, blocks of code."""
 
 import re
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -114,8 +113,3 @@ def broken(page: Path) -> list[str]:
         if anchor and anchor not in known[file]:
             faults.append(f"{page.name}, line {line}: {file.name} has no heading #{anchor}")
     return faults
-
-
-def parsed_toml(block: Block) -> dict[str, object]:
-    """The content of a block of TOML."""
-    return tomllib.loads(block.text)

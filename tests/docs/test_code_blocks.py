@@ -4,6 +4,7 @@ import ast
 import copy
 import importlib
 import subprocess
+import tomllib
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from docs._ext.case_reference import json_schema
 
 from .commands import faults
-from .pages import PAGES, ROOT, Block, blocks, language_of, parsed_toml, spans
+from .pages import PAGES, ROOT, Block, blocks, language_of, spans
 
 BLOCKS = [block for page in PAGES for block in blocks(page)]
 SHELL = [block for block in BLOCKS if block.language in ("sh", "bash", "shell", "console")]
@@ -127,7 +128,7 @@ def test_wrong_imports_are_found():
 
 @pytest.mark.parametrize("block", TABLES, ids=place)
 def test_toml_is_part_of_a_case(block):
-    jsonschema.validate(parsed_toml(block), fragments())
+    jsonschema.validate(tomllib.loads(block.text), fragments())
 
 
 @pytest.mark.parametrize(
@@ -142,7 +143,7 @@ def test_toml_is_part_of_a_case(block):
     ],
 )
 def test_keys_that_do_not_exist_are_found(text, valid):
-    content = parsed_toml(Block(ROOT, 1, "toml", text))
+    content = tomllib.loads(text)
     assert jsonschema.Draft202012Validator(fragments()).is_valid(content) is valid
 
 

@@ -11,7 +11,7 @@ import pytest
 from frame_case import floors_meet, neighbour
 from impactfem.coupling.force_history import ForceHistory, write_forces_csv
 from impactfem.motion import Accelerogram, write_csv
-from impactfem.verify import motion as record_files
+from impactfem.verify.motion import at2_text, cosmos_text, csmip_text, esm_text, knet_text
 
 TESTS = Path(__file__).parents[1]
 GEOMETRY = TESTS.parent / "geometry"
@@ -124,11 +124,11 @@ def _records(folder: Path) -> None:
     for path in (folder / "record.csv", folder / "many" / "1.csv", folder / "many" / "2.csv"):
         write_csv(Accelerogram(0.01, a, "record", "made"), path)
     for name, text in {
-        "record.at2": record_files.at2_text(a / 9.80665, 0.01),
-        "record.esm": record_files.esm_text(100.0 * a, 0.01),
-        "record.v2c": record_files.cosmos_text([("360", "HNN", 100.0 * a)], 0.01),
-        "record.v2": record_files.csmip_text([("360", 100.0 * a)], 0.01),
-        "record.NS": record_files.knet_text([round(1e5 * x) for x in a], 100),
+        "record.at2": at2_text(a / 9.80665, 0.01),
+        "record.esm": esm_text(100.0 * a, 0.01),
+        "record.v2c": cosmos_text([("360", "HNN", 100.0 * a)], 0.01),
+        "record.v2": csmip_text([("360", 100.0 * a)], 0.01),
+        "record.NS": knet_text([round(1e5 * x) for x in a], 100),
     }.items():
         (folder / name).write_text(text, encoding="utf-8")
     text = (folder / "pair.toml").read_text(encoding="utf-8")

@@ -42,77 +42,20 @@ class _ThisPython(KernelSpecManager):  # type: ignore[misc]
         )
 
 
-def read_notebook(path: Path) -> NotebookNode:
-    """A notebook from its text."""
-    return jupytext.read(path, fmt="py:percent")
-
-
 def with_parameters(notebook: NotebookNode, parameters: Mapping[str, Any]) -> NotebookNode:
-    """Other values behind the cell that is tagged `parameters`.
-
-    Raises:
-        ValueError: The notebook has no such cell, or the cell does not set one of them.
-    """
+    """Other values behind the cell that is tagged `parameters` and sets all of them."""
     tagged = [
         k for k, cell in enumerate(notebook.cells) if "parameters" in cell.metadata.get("tags", [])
     ]
     if len(tagged) != 1:
         raise ValueError(f"expected one cell that is tagged 'parameters', found {len(tagged)}")
-    cell = notebook.cells[tagged[0]]
-    known = {
-        target.id
-        for statement in ast.parse(cell.source).body
-        if isinstance(statement, ast.Assign)
-        for target in statement.targets
-        if isinstance(target, ast.Name)
-    }
-    unknown = sorted(set(parameters) - known)
+    statements = ast.parse(notebook.cells[tagged[0]].source).body
+    targets = [t for one in statements if isinstance(one, ast.Assign) for t in one.targets]
+    unknown = sorted(set(parameters) - {t.id for t in targets if isinstance(t, ast.Name)})
     if unknown:
         raise ValueError(f"{', '.join(unknown)}: no parameter of the notebook")
     lines = [f"{name} = {value!r}" for name, value in parameters.items()]
     notebook.cells.insert(tagged[0] + 1, new_code_cell("\n".join(lines)))
-    return notebook
-
-
-def run_notebook(
-    path: Path,
-    workplace: Path,
-    parameters: Mapping[str, Any],
-    limit: int = TIME_LIMIT,
-    program: tuple[str, ...] = STRICT,
-) -> NotebookNode:
-    """Run a notebook.
-
-    Args:
-        path: Its text.
-        workplace: The working folder of its kernel.
-        parameters: Values for its parameters.
-        limit: Time that a cell may take [s].
-        program: What Python runs as the kernel.
-
-    Raises:
-        CellExecutionError: A cell raised.
-        CellTimeoutError: A cell took longer.
-    """
-    notebook = with_parameters(read_notebook(path), parameters)
-    with TemporaryDirectory(prefix="kernel") as own:
-        # Through sockets in a folder of its own, whose name is short enough for them: nobody else
-        # can reach the kernel, and nothing is written to the home of the user.
-        known = _ThisPython()
-        known.program = program
-        manager = AsyncKernelManager(
-            kernel_spec_manager=known,
-            transport="ipc",
-            ip=f"{own}/socket",
-            connection_file=f"{own}/connection.json",
-        )
-        client = NotebookClient(
-            notebook,
-            km=manager,
-            timeout=limit,
-            resources={"metadata": {"path": str(workplace)}},
-        )
-        client.execute(env={**os.environ, **ENVIRONMENT, "IPYTHONDIR": own}, cleanup_kc=True)
     return notebook
 
 
@@ -134,6 +77,21 @@ def execute() -> Callable[..., NotebookNode]:
         **parameters: Any,
     ) -> NotebookNode:
         path = name if isinstance(name, Path) else NOTEBOOKS / f"{name}.py"
-        return run_notebook(path, workplace, parameters, limit, PLAIN if plain else STRICT)
+        notebook = with_parameters(jupytext.read(path, fmt="py:percent"), parameters)
+        with TemporaryDirectory(prefix="kernel") as own:
+            # Through sockets in a folder of its own, whose name is short enough for them: nobody
+            # else can reach the kernel, and nothing is written to the home of the user.
+            known = _ThisPython()
+            known.program = PLAIN if plain else STRICT
+            manager = AsyncKernelManager(
+                kernel_spec_manager=known,
+                transport="ipc",
+                ip=f"{own}/socket",
+                connection_file=f"{own}/connection.json",
+            )
+            place = {"metadata": {"path": str(workplace)}}
+            client = NotebookClient(notebook, km=manager, timeout=limit, resources=place)
+            client.execute(env={**os.environ, **ENVIRONMENT, "IPYTHONDIR": own}, cleanup_kc=True)
+        return notebook
 
     return execute

@@ -180,28 +180,38 @@ def test_all_are_tested_and_no_output_is_kept(notebooks: Path) -> None:
     assert "*.ipynb" in ignored
 
 
-def test_a_cell_that_raises(execute: Execute, tmp_path: Path) -> None:
+PLOT = "plt.plot([1, 2])\nplt.xlabel('time [s]')\nplt.show()\n"
+
+
+@pytest.mark.parametrize(
+    ("cell", "options", "error", "message"),
+    [
+        (
+            'raise ValueError(f"a cell that fails with {folder}")\n',
+            *({"plain": True, "folder": "y"}, CellExecutionError, "a cell that fails with y"),
+        ),
+        (
+            f"import matplotlib.pyplot as plt\n{PLOT}",
+            *({}, CellExecutionError, "an axis of a figure is labelled '', without a"),
+        ),
+        (
+            "while True:\n    pass\n",
+            *({"plain": True, "limit": 1}, CellTimeoutError, "executed, after 1 seconds"),
+        ),
+    ],
+)
+def test_a_cell_that_fails(
+    execute: Execute,
+    tmp_path: Path,
+    cell: str,
+    options: dict[str, Any],
+    error: type[Exception],
+    message: str,
+) -> None:
     notebook = tmp_path / "fails.py"
-    notebook.write_text(f'{NOT_RUN}raise ValueError(f"a cell that fails with {{folder}}")\n')
-    with pytest.raises(CellExecutionError, match="a cell that fails with y"):
-        execute(notebook, tmp_path, plain=True, folder="y")
-
-
-def test_an_axis_without_a_unit(execute: Execute, tmp_path: Path) -> None:
-    notebook = tmp_path / "unlabelled.py"
-    plot = "plt.plot([1, 2])\nplt.xlabel('time [s]')\nplt.show()\n"
-    notebook.write_text(f"{NOT_RUN}import matplotlib.pyplot as plt\n{plot}")
-    with pytest.raises(CellExecutionError, match="an axis of a figure is labelled '', without a"):
-        execute(notebook, tmp_path)
-
-
-def test_a_cell_that_does_not_end(execute: Execute, tmp_path: Path) -> None:
-    notebook = tmp_path / "endless.py"
-    notebook.write_text(f"{NOT_RUN}while True:\n    pass\n")
-    with pytest.raises(
-        CellTimeoutError, match="timed out while it was being executed, after 1 seconds"
-    ):
-        execute(notebook, tmp_path, limit=1, plain=True)
+    notebook.write_text(NOT_RUN + cell)
+    with pytest.raises(error, match=message):
+        execute(notebook, tmp_path, **options)
 
 
 def test_parameters_that_are_none(execute: Execute, tmp_path: Path) -> None:

@@ -45,10 +45,23 @@ def nafems_13t(rows: Rows) -> None:
     1.817 mm, all of the series 3.460 mm and 1.774 mm. So both pressures act here: the uniform one,
     and the part of it in the shape of the first mode, 16 q/π² sin(πx/a) sin(πy/a).
     """
-    moving = _plate()
+    # A quarter of the plate, its corner at a support and the centre at x = y = a/2.
+    half = 0.5 * LENGTH
+    nodes, triangles = rectangle(half, half, CELLS, CELLS, 0.15)
+    model = shell_model(nodes, Shells(triangles, THICKNESS, STEEL))
+    x, y = nodes[:, 0], nodes[:, 1]
+    model = model.hold(x >= 0.0, UX, UY, RZ).hold(x == 0.0, UZ, RX).hold(y == 0.0, UZ, RY)
+    model = model.hold(x == half, RY).hold(y == half, RX)
+    shape = np.sin(np.pi * x / LENGTH) * np.sin(np.pi * y / LENGTH)
+    pressure = PRESSURE * np.column_stack([16.0 / np.pi**2 * shape, np.ones(len(nodes))])
+    pressed = pressures(model, pressure, STEEL.rho * THICKNESS)
+    centre = model.rows((x == half) & (y == half), UZ)
+    moving = MovingModel(model, pressed, centre)
     time = STEP * np.arange(round(END / STEP) + 1, dtype=np.float64)
-    each, of_modes = np.ones(len(time)), {"one": [1.0, 0.0], "all": [0.0, 1.0]}
-    loads = {modes: np.outer(each, pressures) for modes, pressures in of_modes.items()}
+    loads = {
+        modes: np.tile(parts, (len(time), 1))
+        for modes, parts in (("one", [1.0, 0.0]), ("all", [0.0, 1.0]))
+    }
     full = {modes: moving.full(load, STEP, RAYLEIGH) for modes, load in loads.items()}
     found = {"full": {m: one.motion["displacement"][:, 0] for m, one in full.items()}}
     basis = moving.reduced(SHIFT, VECTORS)
@@ -107,21 +120,6 @@ def series(time: Array | float, count: int = 60) -> Array:
         fast * np.exp(np.multiply.outer(t, slow)) - slow * np.exp(np.multiply.outer(t, fast))
     ) / (slow - fast)
     return np.asarray(g.real @ static)
-
-
-def _plate() -> MovingModel:
-    """A quarter of the plate, its corner at a support and the centre at x = y = a/2."""
-    half = 0.5 * LENGTH
-    nodes, triangles = rectangle(half, half, CELLS, CELLS, 0.15)
-    model = shell_model(nodes, Shells(triangles, THICKNESS, STEEL))
-    x, y = nodes[:, 0], nodes[:, 1]
-    model = model.hold(x >= 0.0, UX, UY, RZ).hold(x == 0.0, UZ, RX).hold(y == 0.0, UZ, RY)
-    model = model.hold(x == half, RY).hold(y == half, RX)
-    shape = np.sin(np.pi * x / LENGTH) * np.sin(np.pi * y / LENGTH)
-    pressure = PRESSURE * np.column_stack([16.0 / np.pi**2 * shape, np.ones(len(nodes))])
-    loads = pressures(model, pressure, STEEL.rho * THICKNESS)
-    centre = model.rows((x == half) & (y == half), UZ)
-    return MovingModel(model, loads, centre)
 
 
 @benchmark("shell strip in time")
