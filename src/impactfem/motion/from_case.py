@@ -55,7 +55,37 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
         InputError: A record or the table of a spectrum is not usable.
         SolutionError: A synthesis found no motion.
     """
-    return tuple(_ground_motion(motion, accept) for motion in motions)
+    made, frequency = [], logarithmic_frequencies(*SPECTRUM_RANGE)
+    for motion in motions:
+        target, misfit, accepted, damping = None, None, None, RECORD_DAMPING
+        if isinstance(motion, SyntheticMotion):
+            damping = motion.damping
+            design = design_spectrum(motion.spectrum, damping)
+            synthetic = synthesise(
+                design,
+                duration=motion.duration,
+                time_step=motion.time_step,
+                strong_phase=motion.strong_phase,
+                seed=motion.seed,
+                pga=motion.pga,
+                iterations=motion.iterations,
+                matched=_matched(design, motion),
+            )
+            accelerogram, misfit = synthetic.accelerogram, synthetic.misfit
+            target = design.pseudo_acceleration(frequency)
+            if accept:
+                highest = min(50.0, 0.5 / accelerogram.time_step)
+                accepted = acceptance(accelerogram, design, maximum=highest)
+        elif isinstance(motion, RecordMotion):
+            accelerogram = treated_record(motion)
+        else:
+            n_t = max(2, round(motion.duration / motion.time_step) + 1)
+            accelerogram = Accelerogram(motion.time_step, np.zeros(n_t), "rest", "ground at rest")
+        h, a = accelerogram.time_step, accelerogram.acceleration
+        spectrum = response_spectra(a, h, frequency, [damping])
+        fields = motion.direction, accelerogram, measures(accelerogram), spectrum
+        made.append(GroundMotion(*fields, target, misfit, accepted))
+    return tuple(made)
 
 
 def checked_durations(motions: Sequence[Motion]) -> list[float]:
@@ -104,38 +134,6 @@ def treated_record(motion: RecordMotion) -> Accelerogram:
         return record if motion.scale == 1.0 else record.scaled(motion.scale)
     except ImpactfemError as error:
         raise InputError([Fault(motion.file, "", None, str(error))]) from error
-
-
-def _ground_motion(motion: Motion, accept: bool) -> GroundMotion:
-    target, misfit, accepted, damping = None, None, None, RECORD_DAMPING
-    frequency = logarithmic_frequencies(*SPECTRUM_RANGE)
-    if isinstance(motion, SyntheticMotion):
-        damping = motion.damping
-        design = design_spectrum(motion.spectrum, damping)
-        made = synthesise(
-            design,
-            duration=motion.duration,
-            time_step=motion.time_step,
-            strong_phase=motion.strong_phase,
-            seed=motion.seed,
-            pga=motion.pga,
-            iterations=motion.iterations,
-            matched=_matched(design, motion),
-        )
-        accelerogram, misfit = made.accelerogram, made.misfit
-        target = design.pseudo_acceleration(frequency)
-        if accept:
-            highest = min(50.0, 0.5 / accelerogram.time_step)
-            accepted = acceptance(accelerogram, design, maximum=highest)
-    elif isinstance(motion, RecordMotion):
-        accelerogram = treated_record(motion)
-    else:
-        n_t = max(2, round(motion.duration / motion.time_step) + 1)
-        accelerogram = Accelerogram(motion.time_step, np.zeros(n_t), "rest", "ground at rest")
-    h, a = accelerogram.time_step, accelerogram.acceleration
-    spectrum = response_spectra(a, h, frequency, [damping])
-    found = measures(accelerogram)
-    return GroundMotion(motion.direction, accelerogram, found, spectrum, target, misfit, accepted)
 
 
 def _matched(

@@ -39,57 +39,52 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
 
     The component is the number ("1") or orientation ("90 Deg") of a channel.
     """
-    channels: list[Channel] = []
-    i = 0
-    while i < len(file.lines):
-        if not file.lines[i].strip():
-            i += 1
+    lines, channels, start = file.lines, list[Channel](), 0
+    while start < len(lines):
+        if not lines[start].strip():
+            start += 1
             continue
-        channel, i = _channel(file, i)
-        channels.append(channel)
+        if not _HEAD.match(lines[start]):
+            file.fail(start + 1, lines[start].strip(), f"expected {file.expected}")
+        begin = start + HEADER_LINES
+        match = _DATA.match(lines[begin]) if begin < len(lines) else None
+        if match is None or not match[2].lower().startswith("acc"):
+            line, text = (begin + 1, lines[begin].strip()) if begin < len(lines) else (None, None)
+            file.fail(line, text, f"the header ends otherwise; {file.expected}")
+        step, factor = number(match[3]), ACCELERATION_UNITS.get(plain_unit(match[4]))
+        if step is None or step <= 0.0:
+            file.note(begin + 1, match[3], "expected a time step in seconds")
+        if factor is None:
+            file.note(begin + 1, match[4], "expected a unit of acceleration, cm/sec2")
+        # Velocities, or the end of the channel, stop the accelerations.
+        behind = range(begin + 1, len(lines))
+        stop = end = next((i for i in behind if _STOP.match(lines[i])), len(lines))
+        while end < len(lines) and not (_END.match(lines[end]) or _HEAD.match(lines[end])):
+            end += 1
+        if end == len(lines) or not _END.match(lines[end]):
+            expected = (
+                f"the channel that begins on line {start + 1} does not end; expected '/& ...'"
+            )
+            file.note(end + 1 if end < len(lines) else None, None, expected)
+        if file.faults or step is None or factor is None:
+            raise file.error()
+        named = next((m for m in map(_CHANNEL.search, (lines[start], lines[start + 7])) if m), None)
+        channels.append(
+            Channel(
+                number=named[1] if named else "1",
+                orientation=named[2] if named else "",
+                code="",
+                title=" ".join(f"{lines[start + 6]} {lines[start + 8]}".split()),
+                announced=begin + 1,
+                count=int(match[1]),
+                time_step=step,
+                factor=factor,
+                width=int(match[5]),
+                stop=stop + 1,
+            )
+        )
+        start = end + 1
     return read_channel(file, channels, component)
-
-
-def _channel(file: RecordFile, start: int) -> tuple[Channel, int]:
-    """Find a channel; gives the line behind its end."""
-    lines = file.lines
-    if not _HEAD.match(lines[start]):
-        file.fail(start + 1, lines[start].strip(), f"expected {file.expected}")
-    begin = start + HEADER_LINES
-    match = _DATA.match(lines[begin]) if begin < len(lines) else None
-    if match is None or not match[2].lower().startswith("acc"):
-        line, text = (begin + 1, lines[begin].strip()) if begin < len(lines) else (None, None)
-        file.fail(line, text, f"the header ends otherwise; {file.expected}")
-    step = number(match[3])
-    factor = ACCELERATION_UNITS.get(plain_unit(match[4]))
-    if step is None or step <= 0.0:
-        file.note(begin + 1, match[3], "expected a time step in seconds")
-    if factor is None:
-        file.note(begin + 1, match[4], "expected a unit of acceleration, cm/sec2")
-    stop = end = next(
-        (i for i in range(begin + 1, len(lines)) if _STOP.match(lines[i])), len(lines)
-    )
-    while end < len(lines) and not (_END.match(lines[end]) or _HEAD.match(lines[end])):
-        end += 1
-    if end == len(lines) or not _END.match(lines[end]):
-        expected = f"the channel that begins on line {start + 1} does not end; expected '/& ...'"
-        file.note(end + 1 if end < len(lines) else None, None, expected)
-    if file.faults or step is None or factor is None:
-        raise file.error()
-    named = next((m for m in map(_CHANNEL.search, (lines[start], lines[start + 7])) if m), None)
-    channel = Channel(
-        number=named[1] if named else "1",
-        orientation=named[2] if named else "",
-        code="",
-        title=" ".join(f"{lines[start + 6]} {lines[start + 8]}".split()),
-        announced=begin + 1,
-        count=int(match[1]),
-        time_step=step,
-        factor=factor,
-        width=int(match[5]),
-        stop=stop + 1,
-    )
-    return channel, end + 1
 
 
 FORMAT = Format(
