@@ -24,11 +24,7 @@ RIGID, PENALTY = 0.05, 0.5
 
 
 def wall_checks(folder: Path) -> list[Check]:
-    """The checks of the stage.
-
-    Args:
-        folder: The run's folder, with `calibrate.nc`.
-    """
+    """The checks of the stage, from `calibrate.nc` in the folder of the run."""
     with open_store(folder / "calibrate.nc") as store:
         lines = [*_course(store), *_limits(store)]
     return [(met, f"calibrate: {text}") for met, text in lines]

@@ -84,16 +84,10 @@ class WallExperiment:
         return round(self.duration / self.time_step) + 1
 
     def check_start(self, displacement: Array) -> None:
-        """See that the wall stands outside the displaced building.
+        """Refuse a wall that stands inside the displaced building.
 
-        What draws one floor aside displaces the others, too, and those above it more.
-
-        Args:
-            displacement: Displacements along n of the points that may hit, the largest of each
-                floor, in the order of `floors`, shape (n_floors,) [m].
-
-        Raises:
-            ImpactfemError: A floor starts behind the wall.
+        What draws one floor aside displaces the others, too, and those above it more. Of each floor
+        of `floors` the largest displacement along n of its points counts, shape (n_floors,) [m].
         """
         worst = int(np.argmax(displacement))
         if displacement[worst] > self.gap:

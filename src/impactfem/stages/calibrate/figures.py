@@ -38,17 +38,7 @@ MARKERS = "osD^vP*X"
 
 
 def wall_figures(folder: Path) -> list[Path]:
-    """Draw figures 6 and 7, the line load, the energies and, of several dampings, what they do.
-
-    Args:
-        folder: The run's folder, with `calibrate.nc`.
-
-    Returns:
-        The files in `figures/`.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
-    """
+    """Draw figures 6 and 7, line load, energies and what several dampings do; the files."""
     target = folder / "figures"
     target.mkdir(exist_ok=True)
     with open_store(folder / "calibrate.nc") as store:

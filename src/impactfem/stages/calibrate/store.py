@@ -54,16 +54,7 @@ OUTPUTS = {
 
 
 def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
-    """Write `calibrate.nc`.
-
-    Args:
-        path: The file.
-        study: The stage's results.
-        key: Hash of the stage's inputs.
-
-    Raises:
-        ImpactfemError: The file cannot be written.
-    """
+    """Write `calibrate.nc`; the key is the hash of the inputs of the stage."""
     prepared, cases, structure = study.prepared, study.cases, study.case.structure
     experiment, contact = prepared.experiment, cases[0].run.contact
     impacts = [case.impacts[-1].first_complete() for case in cases]

@@ -31,18 +31,7 @@ PRINTED = "printed"
 
 
 def wall_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
-    """Write the tables of the stage into `tables/` and into the log.
-
-    Args:
-        folder: The run's folder, with `calibrate.nc`.
-        published: Published values in SI by the name of the result.
-
-    Returns:
-        The files.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
-    """
+    """Write the tables of `calibrate.nc`, with published values by the name of the result."""
     with open_store(folder / "calibrate.nc") as store:
         # Figures 6 and 7 and table 5 of the paper: the stage's scalars, published ones first.
         shown = sorted(scalars_of(store), key=lambda scalar: scalar.name not in published)

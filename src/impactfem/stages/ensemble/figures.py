@@ -20,15 +20,7 @@ FACING = "pounding.facing_distance_min"
 
 
 def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]:
-    """Write the table and figures of an ensemble.
-
-    Args:
-        folder: The run's folder, with `ensemble.nc`.
-        published: Published values in SI by the name of the scalar.
-
-    Returns:
-        The files.
-    """
+    """Write table and figures of `ensemble.nc`; published values by the name of the scalar."""
     with open_store(folder / "ensemble.nc") as store:
         for part in ("tables", "figures"):
             (folder / part).mkdir(exist_ok=True)

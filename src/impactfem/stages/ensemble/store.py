@@ -61,14 +61,7 @@ OUTPUTS = {
 
 
 def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> None:
-    """Write `ensemble.nc`: every scalar and floor spectrum of every motion, and percentiles.
-
-    Args:
-        path: The file.
-        case: The case.
-        result: The ensemble.
-        key: Hash of the stage's inputs.
-    """
+    """Write `ensemble.nc`: every scalar and floor spectrum of every motion, and percentiles."""
     building = case.buildings[0]
     floors = [floor.floor for floor in building.floors]
     values: dict[str, Any] = {

@@ -30,12 +30,7 @@ STRENGTH = 1.0
 def facing_checks(folder: Path, case: Case) -> list[Check]:
     """Whether floors in no pair stay apart, and of which ones that is not known.
 
-    Args:
-        folder: The run's folder, with `pounding.nc`.
-        case: The case.
-
-    Returns:
-        The checks; none where all floors that face each other are in pairs.
+    None where all floors that face each other are in pairs.
     """
     checks: list[Check] = [(None, line) for line in unknown_lines(facing_floors(case))]
     with open_store(folder / "pounding.nc") as store:
@@ -95,10 +90,10 @@ def distance_check(
 def stick_checks(
     folder: Path, points_per_impact: int, tolerances: Mapping[str, float]
 ) -> list[Check]:
-    """The checks of the stage.
+    """The checks of `pounding.nc`.
 
     Args:
-        folder: The run's folder, with `pounding.nc`.
+        folder: The folder of the run.
         points_per_impact: Least number of steps asked of an impact.
         tolerances: Largest relative difference from a published value that counts as reproduced,
             by the name of the result; empty for a case without a reference.

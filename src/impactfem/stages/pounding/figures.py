@@ -13,13 +13,9 @@ from impactfem.stages.stores import open_store
 
 
 def stick_figures(folder: Path) -> list[Path]:
-    """Draw figures 2, 3, 5, 8, 9 and 10 into `figures/`.
+    """Draw figures 2, 3, 5, 8, 9 and 10 into `figures/`; the files.
 
-    Args:
-        folder: The run's folder, with `motion.nc`, `pounding.nc` and `forces.nc`.
-
-    Returns:
-        The files; figures about impacts are left out when nothing can touch.
+    Those about impacts are left out when nothing can touch.
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)

@@ -128,13 +128,7 @@ MOTION_OUTPUTS = {
 
 
 def write_motion(path: Path, study: StickStudy, key: str) -> None:
-    """Write `motion.nc`.
-
-    Args:
-        path: The file.
-        study: The stage's results.
-        key: Hash of the stage's inputs.
-    """
+    """Write `motion.nc`; the key is the hash of the inputs of the stage."""
     motions = study.motions
     records, spectra = [m.accelerogram for m in motions], [m.spectrum for m in motions]
     values = {
@@ -162,7 +156,7 @@ def _rows(values: Sequence[Array]) -> Array:
 
 
 def write_sticks(path: Path, study: StickStudy, key: str) -> None:
-    """Write `pounding.nc`; arguments as `write_motion`."""
+    """Write `pounding.nc`; the key is the hash of the inputs of the stage."""
     with_contact, free = study.floors, study.floors_free
     values = {
         **_histories(study),

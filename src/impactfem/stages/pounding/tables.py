@@ -93,14 +93,7 @@ COLUMNS = {
 
 
 def stick_tables(folder: Path) -> list[Path]:
-    """Write the tables of the stage into `tables/` and into the log.
-
-    Args:
-        folder: The run's folder, with `pounding.nc`.
-
-    Returns:
-        The files.
-    """
+    """Write the tables of `pounding.nc` into `tables/` and into the log; returns the files."""
     with open_store(folder / "pounding.nc") as store:
         modes, dt = _modes(store), time_step(store)
         content = store.assign(
