@@ -9,8 +9,8 @@ from impactfem.building.geometry import (
     Column,
     Geometry,
     MeshSize,
+    StoreySection,
     Wall,
-    storey_section,
     storey_sections,
 )
 from impactfem.building.mesh import Part
@@ -18,31 +18,19 @@ from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import Case, load_case
 
 
-def test_every_part_has_its_section(small_geometry):
-    sections = small_geometry.part_sections()
-    assert sections[Part("floor", 2)] == ShellSection(0.25)
-    assert sections[Part("floor", 2, "acroterion")] == ShellSection(0.2)
-    assert Part("floor", 1, "acroterion") not in sections
-    assert sections[Part("storey", 1, "inner")] == ShellSection(0.2)
-    assert Part("storey", 2, "inner") not in sections
-    assert sections[Part("beam", 2, "long")] == BeamSection.beam(0.3, 0.5, -0.375)
-    assert sections[Part("column", 1, "middle")] == BeamSection.column(0.4, 0.6)
-
-
-def test_the_generator_makes_these_parts_and_no_others(small_geometry, small_mesh):
-    parts = {*small_mesh.shell_parts, *small_mesh.beam_parts}
-    assert parts == set(small_geometry.part_sections())
-
-
-def test_sections_in_the_mesh_s_order(small_geometry, small_mesh):
-    sections = small_geometry.sections(small_mesh.shell_parts, small_mesh.beam_parts)
+def test_every_part_has_its_section(small_geometry, small_mesh):
     known = small_geometry.part_sections()
-    assert list(sections.shells) == [known[part] for part in small_mesh.shell_parts]
-    assert list(sections.beams) == [known[part] for part in small_mesh.beam_parts]
-
-
-def test_one_size_for_all():
-    assert MeshSize.uniform(0.9) == MeshSize(floor=0.9, storey=0.9, beam=0.9, column=0.9)
+    assert known[Part("floor", 2)] == ShellSection(0.25)
+    assert known[Part("floor", 2, "acroterion")] == ShellSection(0.2)
+    assert known[Part("storey", 1, "inner")] == ShellSection(0.2)
+    assert known[Part("beam", 2, "long")] == BeamSection.beam(0.3, 0.5, -0.375)
+    assert known[Part("column", 1, "middle")] == BeamSection.column(0.4, 0.6)
+    # The generator makes these parts and no others, and has their sections in the mesh's order.
+    shells, beams = small_mesh.shell_parts, small_mesh.beam_parts
+    assert {*shells, *beams} == set(known)
+    sections = small_geometry.sections(shells, beams)
+    assert list(sections.shells) == [known[part] for part in shells]
+    assert list(sections.beams) == [known[part] for part in beams]
 
 
 A, B, T = 10.0, 6.0, 0.4  # of the box: along x, along y, thickness [m]
@@ -66,9 +54,13 @@ def box() -> Geometry:
     )
 
 
+def first_storey(box: Geometry, **changes) -> StoreySection:
+    return storey_sections(replace(box, **changes))[1]
+
+
 def test_box(box: Geometry) -> None:
-    section = storey_section(box, 1)
-    assert section is not None
+    sections = storey_sections(box)
+    section = sections[1]
     areas = (section.A, section.A_vy, section.A_vz)
     assert areas == pytest.approx((2.0 * (A + B) * T, 2.0 * B * T, 2.0 * A * T))
     # Two walls along x at B/2 from the middle, two walls along y of height B.
@@ -78,15 +70,11 @@ def test_box(box: Geometry) -> None:
     assert section.I_y == pytest.approx(
         2.0 * B * T * (A / 2) ** 2 + (2.0 * B * T**3 + 2 * T * A**3) / 12
     )
-    assert storey_section(box, 2) == replace(section, cut=1.75)
-    assert storey_section(box, 3) is None
-    assert list(storey_sections(box)) == [1, 2]
+    assert sections == {1: section, 2: replace(section, cut=1.75)}
 
 
 def test_a_channel_about_its_own_centroid(box: Geometry) -> None:
-    channel = replace(box, walls=tuple(wall for wall in box.walls if wall.name != "north"))
-    section = storey_section(channel, 1)
-    assert section is not None
+    section = first_storey(box, walls=tuple(w for w in box.walls if w.name != "north"))
     area = (A + 2.0 * B) * T
     y_c = 2.0 * B * T * (B / 2.0) / area
     about_south = (A * T**3) / 12.0 + 2.0 * T * B**3 / 3.0
@@ -96,16 +84,13 @@ def test_a_channel_about_its_own_centroid(box: Geometry) -> None:
 def test_columns(box: Geometry) -> None:
     column = Column("one", (1,), (A / 4.0, B / 2.0), 0.8, 1.2)
     both = (column, replace(column, name="two", place=(3.0 * A / 4.0, B / 2.0)))
-    plain = storey_section(box, 1)
-    section = storey_section(replace(box, columns=both), 1)
-    assert plain is not None
-    assert section is not None
+    plain, section = first_storey(box), first_storey(box, columns=both)
     for area in ("A", "A_vy", "A_vz"):
         assert getattr(section, area) - getattr(plain, area) == pytest.approx(2 * 0.96)
     assert section.I_x - plain.I_x == pytest.approx(2 * 0.8 * 1.2**3 / 12.0)
     own = 2 * 1.2 * 0.8**3 / 12.0
     assert section.I_y - plain.I_y == pytest.approx(own + 2 * 0.96 * (A / 4.0) ** 2)
-    assert storey_section(replace(box, columns=both), 2) == storey_section(box, 2)
+    assert storey_sections(replace(box, columns=both))[2] == storey_sections(box)[2]
 
 
 def test_the_cut_goes_where_the_bays_leave_least(box: Geometry) -> None:
@@ -115,9 +100,7 @@ def test_the_cut_goes_where_the_bays_leave_least(box: Geometry) -> None:
         Bay("wide", "west", 1, 3.0, 2.3, 2.0, 0.5),  # above both
         Bay("other", "west", 2, 3.0, 0.5, 5.0, 1.0),
     )
-    plain, section = storey_section(box, 1), storey_section(replace(box, bays=bays), 1)
-    assert plain is not None
-    assert section is not None
+    plain, section = first_storey(box), first_storey(box, bays=bays)
     assert section.cut == pytest.approx(1.6)  # between 1.2 m and 2.0 m
     areas = (section.A, section.A_vy, section.A_vz)
     assert areas == pytest.approx((plain.A - 2.5 * T, plain.A_vy - 2.5 * T, plain.A_vz))
@@ -125,17 +108,9 @@ def test_the_cut_goes_where_the_bays_leave_least(box: Geometry) -> None:
 
 
 def test_rectangles_that_touch_are_one_opening(box: Geometry) -> None:
-    one = storey_section(replace(box, bays=(Bay("1", "north", 1, 5.0, 0.0, 4.0, 3.0),)), 1)
-    two = storey_section(
-        replace(
-            box,
-            bays=(
-                Bay("1", "north", 1, 4.0, 0.0, 2.0, 3.0),
-                Bay("1", "north", 1, 6.0, 0.0, 2.0, 3.0),
-            ),
-        ),
-        1,
-    )
+    one = first_storey(box, bays=(Bay("1", "north", 1, 5.0, 0.0, 4.0, 3.0),))
+    halves = tuple(Bay("1", "north", 1, centre, 0.0, 2.0, 3.0) for centre in (4.0, 6.0))
+    two = first_storey(box, bays=halves)
     assert one == two
 
 
@@ -143,17 +118,14 @@ def test_the_same_when_turned_and_moved(box: Geometry) -> None:
     """A wall askew: the areas are shared by direction, and x and y may change places."""
     askew = Wall("askew", (1,), (1.0, 1.0), (4.0, 5.0), 0.3)
     bay = Bay("gap", "askew", 1, 2.0, 0.0, 1.0, 3.0)
-    first = storey_section(replace(box, walls=(*box.walls, askew), bays=(bay,)), 1)
+    first = first_storey(box, walls=(*box.walls, askew), bays=(bay,))
     swapped = tuple(
         replace(wall, start=wall.start[::-1], end=wall.end[::-1]) for wall in (*box.walls, askew)
     )
-    second = storey_section(replace(box, walls=swapped, bays=(bay,)), 1)
-    assert first is not None
-    assert second is not None
+    second = first_storey(box, walls=swapped, bays=(bay,))
     assert (first.A_vy, first.I_x) == pytest.approx((second.A_vz, second.I_y))
     assert (first.A_vz, first.I_y) == pytest.approx((second.A_vy, second.I_x))
-    plain = storey_section(box, 1)
-    assert plain is not None
+    plain = first_storey(box)
     assert first.A_vy - plain.A_vy == pytest.approx(4.0 * 0.3 * 0.8**2)  # 3-4-5
     assert first.A_vz - plain.A_vz == pytest.approx(4.0 * 0.3 * 0.6**2)
 

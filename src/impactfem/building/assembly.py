@@ -31,17 +31,11 @@ _OPPOSITE = np.array([4, 5, 3])
 
 @dataclass(frozen=True)
 class LocalCells:
-    """A rank's cells of one kind.
+    """A rank's cells of one kind."""
 
-    Args:
-        space: P2 space with six components on them.
-        cells: For each cell of the space's mesh its index in what was given, shape (n_cells,).
-        nodes: For each node of the space its global number, shape (n_nodes,).
-    """
-
-    space: Any
-    cells: Ints
-    nodes: Ints
+    space: Any  #: P2 space with six components on them.
+    cells: Ints  #: For each cell of the space's mesh its index in what was given, shape (n_cells,).
+    nodes: Ints  #: For each node of the space its global number, shape (n_nodes,).
 
     @property
     def mesh(self) -> Any:
@@ -121,17 +115,11 @@ def bisect(points: Array, weights: Array, parts: int) -> Ints:
 
 @dataclass(frozen=True)
 class Numbering:
-    """Order of all nodes in the global matrices, the same on all ranks.
+    """Order of all nodes in the global matrices, the same on all ranks."""
 
-    Args:
-        comm: Communicator of the matrices.
-        place: Place of each node among the blocks of rows, shape (n_nodes,).
-        owned: Nodes of this rank's rows in their order, shape (n_owned,).
-    """
-
-    comm: Any
-    place: Ints
-    owned: Ints
+    comm: Any  #: Communicator of the matrices.
+    place: Ints  #: Place of each node among the blocks of rows, shape (n_nodes,).
+    owned: Ints  #: Nodes of this rank's rows in their order, shape (n_owned,).
 
 
 def number_nodes(comm: Any, n_nodes: int, cells: list[Ints], parts: list[Ints]) -> Numbering:
@@ -161,19 +149,12 @@ def number_nodes(comm: Any, n_nodes: int, cells: list[Ints], parts: list[Ints]) 
 
 @dataclass(frozen=True)
 class Share:
-    """A rank's share of a building.
+    """A rank's share of a building."""
 
-    Args:
-        kinds: All cells by kind, the same on all ranks.
-        cells_here: Of each kind the cells of this rank, by number.
-        numbering: Order of the rows.
-        base: Nodes that are clamped.
-    """
-
-    kinds: list[Kind]
-    cells_here: list[Ints]
-    numbering: Numbering
-    base: Ints
+    kinds: list[Kind]  #: All cells by kind, the same on all ranks.
+    cells_here: list[Ints]  #: Of each kind the cells of this rank, by number.
+    numbering: Numbering  #: Order of the rows.
+    base: Ints  #: Nodes that are clamped.
 
     @property
     def free(self) -> NDArray[np.bool_]:

@@ -25,15 +25,10 @@ IN_EDGE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class NodalLoad:
-    """Parallel forces on nodes with the resultant 1 N.
+    """Parallel forces on nodes with the resultant 1 N."""
 
-    Args:
-        nodes: The nodes, shape (n,).
-        forces: Force on each of them for the unit resultant, shape (n,) [N/N].
-    """
-
-    nodes: Ints
-    forces: Array
+    nodes: Ints  #: The nodes, shape (n,).
+    forces: Array  #: Force on each of them for the unit resultant, shape (n,) [N/N].
 
     def vector(self, model: BuildingModel, direction: tuple[float, float, float]) -> Array:
         """The load at this rank's rows, shape (n_local,).
@@ -112,19 +107,14 @@ class ContactEdge:
     a weighted mean over the sides next to the vertex. Its force P_i is the resultant of the line
     load P_i N_i / w_i; the resultant of the edge is Σ P_i. On quadratic sides nodal forces would
     alternate between vertices and middles; these do not.
-
-    Args:
-        floor: Number of the floor.
-        position: Distance of each vertex from the first end of the edge, ascending, shape (m,) [m].
-        weight: w_i, shape (m,) [m].
-        nodes: Nodes of the edge, ascending, shape (n,).
-        means: Share of each node in each constraint, shape (n, m), sparse; columns add up to 1.
     """
 
-    floor: int
+    floor: int  #: Number of the floor.
+    #: Distance of each vertex from the first end of the edge, ascending, shape (m,) [m].
     position: Array
-    weight: Array
-    nodes: Ints
+    weight: Array  #: w_i, shape (m,) [m].
+    nodes: Ints  #: Nodes of the edge, ascending, shape (n,).
+    #: Share of each node in each constraint, shape (n, m), sparse; columns add up to 1.
     means: scipy.sparse.csr_matrix
 
     def columns(self, model: BuildingModel, normal: Array) -> scipy.sparse.csr_matrix:
@@ -197,20 +187,14 @@ class FloorBar:
     the walls and columns next to the floor moves with it, too: what stands in the edges themselves
     is a mass at an end of the bar, the rest is spread along it. Eccentricity of the beams, upstands
     and the bending of slab and walls are not in the bar.
-
-    Args:
-        length: L [m].
-        stiffness: EA' [N].
-        slab_mass: Of slab, beams and what is added on the slab [kg].
-        standing_mass: Of what stands on the floor and below it by the lever rule, outside of the
-            bar's ends [kg].
-        end_mass: Of what stands in the edges at the lower and the upper end [kg].
     """
 
-    length: float
-    stiffness: float
-    slab_mass: float
+    length: float  #: L [m].
+    stiffness: float  #: EA' [N].
+    slab_mass: float  #: Of slab, beams and what is added on the slab [kg].
+    #: Of what stands on the floor and below it by the lever rule, outside of the bar's ends [kg].
     standing_mass: float
+    #: Of what stands in the edges at the lower and the upper end [kg].
     end_mass: tuple[float, float]
 
     @property

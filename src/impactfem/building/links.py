@@ -27,15 +27,10 @@ INSIDE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class RigidLink:
-    """Nodes that move as one rigid body with a master: u = u_m + θ_m × (x − x_m), θ = θ_m.
+    """Nodes that move as one rigid body with a master: u = u_m + θ_m × (x − x_m), θ = θ_m."""
 
-    Args:
-        master: The node whose motion they follow.
-        followers: The nodes that follow, shape (n,).
-    """
-
-    master: int
-    followers: Ints
+    master: int  #: The node whose motion they follow.
+    followers: Ints  #: The nodes that follow, shape (n,).
 
 
 def linked(
@@ -231,23 +226,14 @@ class Displacements:
 
 @dataclass(frozen=True, eq=False)
 class BasePlate:
-    """A rigid plate between nodes of a slab, with the anchor of a device in it.
+    """A rigid plate between nodes of a slab, with the anchor of a device in it."""
 
-    Args:
-        name: Name of the device.
-        floor: Number of the floor.
-        point: The anchor, shape (3,) [m].
-        master: The node nearest to it.
-        followers: The other nodes within the radius, shape (n,).
-        offset: From the master to the anchor, shape (3,) [m].
-    """
-
-    name: str
-    floor: int
-    point: Array
-    master: int
-    followers: Ints
-    offset: Array
+    name: str  #: Name of the device.
+    floor: int  #: Number of the floor.
+    point: Array  #: The anchor, shape (3,) [m].
+    master: int  #: The node nearest to it.
+    followers: Ints  #: The other nodes within the radius, shape (n,).
+    offset: Array  #: From the master to the anchor, shape (3,) [m].
 
     @property
     def link(self) -> RigidLink:
@@ -333,10 +319,6 @@ def _on_slab(corners: Array, at: Array) -> bool:
 
 def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
     """Find the nodes of every anchor of every device, as above.
-
-    Args:
-        case: The case.
-        mesh: The mesh.
 
     Raises:
         InputError: Anchors are on no node of a floor, or two tie the same nodes; all of them.

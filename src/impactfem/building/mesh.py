@@ -29,17 +29,11 @@ SCHEME = (
 
 @dataclass(frozen=True, order=True)
 class Part:
-    """A set of shells or beams of one section: the physical group ``floor_8_acroterion``.
+    """A set of shells or beams of one section: the physical group ``floor_8_acroterion``."""
 
-    Args:
-        family: ``floor`` (slabs), ``storey`` (walls), ``beam`` or ``column``.
-        level: Number k of the floor, or of the storey below it; from 1 upwards.
-        name: What stands behind the number; empty when nothing does.
-    """
-
-    family: str
-    level: int
-    name: str = ""
+    family: str  #: ``floor`` (slabs), ``storey`` (walls), ``beam`` or ``column``.
+    level: int  #: Number k of the floor, or of the storey below it; from 1 upwards.
+    name: str = ""  #: What stands behind the number; empty when nothing does.
 
     @property
     def group(self) -> str:
@@ -60,15 +54,10 @@ class Part:
 
 @dataclass(frozen=True, order=True)
 class Mark:
-    """A set of nodes that carries no stiffness: ``edge_8``, ``centre_8`` or ``base``.
+    """A set of nodes that carries no stiffness: ``edge_8``, ``centre_8`` or ``base``."""
 
-    Args:
-        kind: ``edge``, ``centre`` or ``base``.
-        level: Number of the floor; 0 for the base.
-    """
-
-    kind: str
-    level: int = 0
+    kind: str  #: ``edge``, ``centre`` or ``base``.
+    level: int = 0  #: Number of the floor; 0 for the base.
 
     @property
     def group(self) -> str:
@@ -98,33 +87,22 @@ class BuildingMesh:
 
     Facets are plane and edges straight. The nodes are those that shells and beams use, numbered
     from 0 in the order of gmsh's tags.
-
-    Args:
-        nodes: Coordinates, shape (n, 3) [m].
-        triangles: Nodes of each triangle, shape (m, 6): vertices 0 1 2, then the middles of the
-            sides 01, 12 and 20.
-        triangle_part: Index into `shell_parts` of each triangle, shape (m,).
-        lines: Nodes of each line, shape (l, 3): the ends, then the middle.
-        line_part: Index into `beam_parts` of each line, shape (l,).
-        shell_parts: Slabs and walls, sorted.
-        beam_parts: Beams and columns, sorted.
-        edges: Lines (ends, middle) of the edge that faces the other building, shape (k, 3), by
-            floor.
-        centres: Node at the mass centre, by floor.
-        base: Nodes that are clamped, ascending, shape (b,).
-        dropped: Coordinates of nodes of the file that no shell or beam uses, shape (d, 3) [m].
     """
 
-    nodes: Array
+    nodes: Array  #: Coordinates, shape (n, 3) [m].
+    #: Nodes of each triangle, shape (m, 6): vertices 0 1 2, then the middles of the sides 01, 12
+    #: and 20.
     triangles: Ints
-    triangle_part: NDArray[np.int32]
-    lines: Ints
-    line_part: NDArray[np.int32]
-    shell_parts: tuple[Part, ...]
-    beam_parts: tuple[Part, ...]
+    triangle_part: NDArray[np.int32]  #: Index into `shell_parts` of each triangle, shape (m,).
+    lines: Ints  #: Nodes of each line, shape (l, 3): the ends, then the middle.
+    line_part: NDArray[np.int32]  #: Index into `beam_parts` of each line, shape (l,).
+    shell_parts: tuple[Part, ...]  #: Slabs and walls, sorted.
+    beam_parts: tuple[Part, ...]  #: Beams and columns, sorted.
+    #: Lines (ends, middle) of the edge that faces the other building, shape (k, 3), by floor.
     edges: dict[int, Ints]
-    centres: dict[int, int]
-    base: Ints
+    centres: dict[int, int]  #: Node at the mass centre, by floor.
+    base: Ints  #: Nodes that are clamped, ascending, shape (b,).
+    #: Coordinates of nodes of the file that no shell or beam uses, shape (d, 3) [m].
     dropped: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property

@@ -37,24 +37,15 @@ POOR = 0.2
 
 @dataclass(frozen=True)
 class LevelReport:
-    """All parts of a family at a level.
+    """All parts of a family at a level."""
 
-    Args:
-        group: What the names of their groups begin with (``beam_3``).
-        elements: Number of triangles or lines.
-        nodes: Number of their nodes, shared ones included.
-        size: Mean length of the elements' sides [m].
-        quality_min: Least radius ratio of the triangles; None for lines.
-        quality_mean: Their mean.
-        size_over_thickness: Largest side of the triangles over the thickness; None for lines.
-    """
-
-    group: str
-    elements: int
-    nodes: int
-    size: float
-    quality_min: float | None = None
-    quality_mean: float | None = None
+    group: str  #: What the names of their groups begin with (``beam_3``).
+    elements: int  #: Number of triangles or lines.
+    nodes: int  #: Number of their nodes, shared ones included.
+    size: float  #: Mean length of the elements' sides [m].
+    quality_min: float | None = None  #: Least radius ratio of the triangles; None for lines.
+    quality_mean: float | None = None  #: Their mean.
+    #: Largest side of the triangles over the thickness; None for lines.
     size_over_thickness: float | None = None
 
     def __str__(self) -> str:
@@ -67,39 +58,24 @@ class LevelReport:
 
 @dataclass(frozen=True)
 class MeshReport:
-    """A mesh in numbers; as text, in lines.
+    """A mesh in numbers; as text, in lines."""
 
-    Args:
-        levels: Slabs, walls, beams and columns by level.
-        shells: Number of triangles.
-        beams: Number of lines.
-        nodes: Number of nodes.
-        free_dofs: Degrees of freedom that are not clamped.
-        quality_min: Least radius ratio of the triangles, 1 for an equilateral one.
-        quality_mean: Their mean.
-        worst: Where the least one is.
-        size_over_thickness: Largest side over thickness.
-        free_edges: Length of the sides that belong to one triangle and are not clamped, by family
-            and level (``floor_1``, ``storey_1``) [m]: the rims of slabs, walls and bays. A wall
-            that should stand on a slab and does not shows here.
-        duplicates: Number of pairs of nodes in one place.
-        dropped: Number of nodes of the file that no shell or beam uses.
-        warnings: What is worth a look, in words.
-    """
-
-    levels: tuple[LevelReport, ...]
-    shells: int
-    beams: int
-    nodes: int
-    free_dofs: int
-    quality_min: float
-    quality_mean: float
-    worst: str
-    size_over_thickness: float
+    levels: tuple[LevelReport, ...]  #: Slabs, walls, beams and columns by level.
+    shells: int  #: Number of triangles.
+    beams: int  #: Number of lines.
+    nodes: int  #: Number of nodes.
+    free_dofs: int  #: Degrees of freedom that are not clamped.
+    quality_min: float  #: Least radius ratio of the triangles, 1 for an equilateral one.
+    quality_mean: float  #: Their mean.
+    worst: str  #: Where the least one is.
+    size_over_thickness: float  #: Largest side over thickness.
+    #: Length of the sides that belong to one triangle and are not clamped, by family and level
+    #: (``floor_1``, ``storey_1``) [m]: the rims of slabs, walls and bays. A wall that should stand
+    #: on a slab and does not shows here.
     free_edges: dict[str, float]
-    duplicates: int
-    dropped: int
-    warnings: tuple[str, ...]
+    duplicates: int  #: Number of pairs of nodes in one place.
+    dropped: int  #: Number of nodes of the file that no shell or beam uses.
+    warnings: tuple[str, ...]  #: What is worth a look, in words.
 
     @property
     def elements(self) -> int:

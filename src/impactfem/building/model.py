@@ -35,29 +35,19 @@ class BuildingModel:
     """Matrices of the free degrees of freedom; clamped nodes are not among them.
 
     A node has six, (ux, uy, uz, rx, ry, rz). The pattern of the mass is part of the stiffness's.
-
-    Args:
-        comm: Communicator.
-        nodes: Free nodes of this rank's rows in their order, shape (n_local / 6,).
-        coordinates: Their coordinates, shape (n_local / 6, 3) [m].
-        fixed: Stiffness of slabs and beams, PETSc AIJ.
-        storeys: Stiffness of walls and columns at the storey factor 1, PETSc AIJ.
-        mass: Mass matrix M, PETSc AIJ.
-        ground: M r of the free rows for unit rigid-body motions of everything, base included,
-            about the origin; the load of a ground acceleration a is −(M r) a; shape (n_local, 6).
-        total: rᵀ M r with the base, shape (6, 6) [kg, kg m, kg m2].
-        n_nodes: Number of nodes, clamped ones included.
     """
 
-    comm: Any
-    nodes: Ints
-    coordinates: Array
-    fixed: Any
-    storeys: Any
-    mass: Any
+    comm: Any  #: Communicator.
+    nodes: Ints  #: Free nodes of this rank's rows in their order, shape (n_local / 6,).
+    coordinates: Array  #: Their coordinates, shape (n_local / 6, 3) [m].
+    fixed: Any  #: Stiffness of slabs and beams, PETSc AIJ.
+    storeys: Any  #: Stiffness of walls and columns at the storey factor 1, PETSc AIJ.
+    mass: Any  #: Mass matrix M, PETSc AIJ.
+    #: M r of the free rows for unit rigid-body motions of everything, base included, about the
+    #: origin; the load of a ground acceleration a is −(M r) a; shape (n_local, 6).
     ground: Array
-    total: Array
-    n_nodes: int
+    total: Array  #: rᵀ M r with the base, shape (6, 6) [kg, kg m, kg m2].
+    n_nodes: int  #: Number of nodes, clamped ones included.
 
     @property
     def n_free(self) -> int:

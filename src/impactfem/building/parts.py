@@ -19,15 +19,10 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class PartDamping:
-    """Coefficients of the parts of a mesh; None where a part has the damping of the building.
+    """Coefficients of the parts of a mesh; None where a part has the damping of the building."""
 
-    Args:
-        shells: Of each of the mesh's `shell_parts`, in their order.
-        beams: Of each of the mesh's `beam_parts`, in their order.
-    """
-
-    shells: tuple[Rayleigh | None, ...]
-    beams: tuple[Rayleigh | None, ...]
+    shells: tuple[Rayleigh | None, ...]  #: Of each of the mesh's `shell_parts`, in their order.
+    beams: tuple[Rayleigh | None, ...]  #: Of each of the mesh's `beam_parts`, in their order.
 
     @property
     def distinct(self) -> list[Rayleigh]:
@@ -37,42 +32,25 @@ class PartDamping:
 
 @dataclass(frozen=True, eq=False)
 class ShellCells:
-    """Shells of one kind: slabs or walls of one material.
+    """Shells of one kind: slabs or walls of one material."""
 
-    Args:
-        storey: Whether the storey factor acts on them.
-        material: Their material.
-        cells: Nodes of the triangles, shape (m, 6).
-        thickness: Of each triangle, shape (m,) [m].
-        added_mass: On each triangle, shape (m,) [kg/m2].
-        part: Index into the mesh's `shell_parts` of each triangle, shape (m,).
-    """
-
-    storey: bool
-    material: Material
-    cells: Ints
-    thickness: Array
-    added_mass: Array
-    part: Ints
+    storey: bool  #: Whether the storey factor acts on them.
+    material: Material  #: Their material.
+    cells: Ints  #: Nodes of the triangles, shape (m, 6).
+    thickness: Array  #: Of each triangle, shape (m,) [m].
+    added_mass: Array  #: On each triangle, shape (m,) [kg/m2].
+    part: Ints  #: Index into the mesh's `shell_parts` of each triangle, shape (m,).
 
 
 @dataclass(frozen=True, eq=False)
 class BeamCells:
-    """Beams of one kind: beams or columns of one material.
+    """Beams of one kind: beams or columns of one material."""
 
-    Args:
-        storey: Whether the storey factor acts on them.
-        material: Their material.
-        cells: Nodes of the lines, shape (m, 3).
-        sections: Sections of the mesh's `beam_parts`, in their order.
-        part: Index into them of each line, shape (m,).
-    """
-
-    storey: bool
-    material: Material
-    cells: Ints
-    sections: tuple[BeamSection, ...]
-    part: Ints
+    storey: bool  #: Whether the storey factor acts on them.
+    material: Material  #: Their material.
+    cells: Ints  #: Nodes of the lines, shape (m, 3).
+    sections: tuple[BeamSection, ...]  #: Sections of the mesh's `beam_parts`, in their order.
+    part: Ints  #: Index into them of each line, shape (m,).
 
 
 Kind = ShellCells | BeamCells
@@ -80,23 +58,15 @@ Kind = ShellCells | BeamCells
 
 @dataclass(frozen=True, eq=False)
 class BuildingParts:
-    """A building ready for assembly.
+    """A building ready for assembly."""
 
-    Args:
-        mesh: Its mesh.
-        sections: Sections of the mesh's parts, in their order.
-        materials: Materials of the mesh's parts, in their order.
-        added_mass: Mass on the area of each triangle that is not the shells' own, shape (m,)
-            [kg/m2].
-        drilling: Factor of the drilling stiffness μ t.
-        dampings: Dampings of its parts; None where all have that of the building.
-    """
-
-    mesh: BuildingMesh
-    sections: Sections
-    materials: Materials
+    mesh: BuildingMesh  #: Its mesh.
+    sections: Sections  #: Sections of the mesh's parts, in their order.
+    materials: Materials  #: Materials of the mesh's parts, in their order.
+    #: Mass on the area of each triangle that is not the shells' own, shape (m,) [kg/m2].
     added_mass: Array
-    drilling: float = 1.0
+    drilling: float = 1.0  #: Factor of the drilling stiffness μ t.
+    #: Dampings of its parts; None where all have that of the building.
     dampings: PartDamping | None = None
 
     def thickness(self) -> Array:
@@ -154,18 +124,12 @@ class FloorMasses:
     A floor has its slab and beams, and of each wall and column the share by the lever rule: at
     the height z between floors k − 1 and k, the part (z − z_{k−1}) / (z_k − z_{k−1}) goes to
     floor k and the rest to floor k − 1. So half of a storey without bays goes to each.
-
-    Args:
-        parts: Mass of the parts by floor, shape (n_floors,) [kg].
-        added: Mass added on the slab of each floor, shape (n_floors,) [kg].
-        base: Mass that belongs to the base and does not move [kg].
-        on_triangles: Added mass on each triangle, shape (m,) [kg/m2].
     """
 
-    parts: Array
-    added: Array
-    base: float
-    on_triangles: Array
+    parts: Array  #: Mass of the parts by floor, shape (n_floors,) [kg].
+    added: Array  #: Mass added on the slab of each floor, shape (n_floors,) [kg].
+    base: float  #: Mass that belongs to the base and does not move [kg].
+    on_triangles: Array  #: Added mass on each triangle, shape (m,) [kg/m2].
 
     @property
     def floors(self) -> Array:

@@ -55,18 +55,13 @@ def read_mesh(path: Path) -> BuildingMesh:
 
 @dataclass(frozen=True, eq=False)
 class Groups:
-    """A mesh file by the names of its physical groups.
+    """A mesh file by the names of its physical groups."""
 
-    Args:
-        points: Coordinates, shape (n, 3) [m].
-        cells: Points of the cells of each group, those of its highest dimension, shape
-            (m, points a cell): 1 for points, 2 or 3 for lines, 3 or 6 for triangles.
-        nodes: All points of each group, ascending.
-    """
-
-    points: Array
+    points: Array  #: Coordinates, shape (n, 3) [m].
+    #: Points of the cells of each group, those of its highest dimension, shape (m, points a cell):
+    #: 1 for points, 2 or 3 for lines, 3 or 6 for triangles.
     cells: dict[str, Ints]
-    nodes: dict[str, Ints]
+    nodes: dict[str, Ints]  #: All points of each group, ascending.
 
 
 def read_groups(path: Path | str) -> Groups:
@@ -123,33 +118,23 @@ def gmsh_session() -> Iterator[Any]:
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """The cells of one type on one entity.
+    """The cells of one type on one entity."""
 
-    Args:
-        dimension: 0 to 3.
-        kind: gmsh's name of the cells' type, as ``Triangle 6``.
-        nodes: Indices of the cells' nodes in the mesh's coordinates, shape (cells, nodes a cell).
-        groups: Names of the physical groups of the entity; ``number 7`` for one without a name.
-    """
-
-    dimension: int
-    kind: str
+    dimension: int  #: 0 to 3.
+    kind: str  #: gmsh's name of the cells' type, as ``Triangle 6``.
+    #: Indices of the cells' nodes in the mesh's coordinates, shape (cells, nodes a cell).
     nodes: Ints
+    #: Names of the physical groups of the entity; ``number 7`` for one without a name.
     groups: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class RawMesh:
-    """All nodes and cells of a file.
+    """All nodes and cells of a file."""
 
-    Args:
-        nodes: Coordinates in ascending order of gmsh's tags, shape (n, 3).
-        blocks: The cells.
-        groups: Name and dimension of each physical group, also of those without cells.
-    """
-
-    nodes: Array
-    blocks: tuple[Block, ...]
+    nodes: Array  #: Coordinates in ascending order of gmsh's tags, shape (n, 3).
+    blocks: tuple[Block, ...]  #: The cells.
+    #: Name and dimension of each physical group, also of those without cells.
     groups: tuple[tuple[str, int], ...]
 
 

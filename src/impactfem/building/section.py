@@ -19,17 +19,11 @@ _TERMS = 40  # of the series of J: the rest is below 1e-11 of it
 
 @dataclass(frozen=True)
 class Material:
-    """An isotropic, linear elastic material.
+    """An isotropic, linear elastic material."""
 
-    Args:
-        E: Young's modulus [Pa].
-        nu: Poisson's ratio ν.
-        rho: Density ρ [kg/m3].
-    """
-
-    E: float
-    nu: float
-    rho: float
+    E: float  #: Young's modulus [Pa].
+    nu: float  #: Poisson's ratio ν.
+    rho: float  #: Density ρ [kg/m3].
 
     @property
     def G(self) -> float:
@@ -39,12 +33,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Materials:
-    """The materials of a mesh's parts.
-
-    Args:
-        shells: Material of each of the mesh's `shell_parts`, in their order.
-        beams: Material of each of the mesh's `beam_parts`, in their order.
-    """
+    """The materials of a mesh's `shell_parts` and `beam_parts`, in their order."""
 
     shells: tuple[Material, ...]
     beams: tuple[Material, ...]
@@ -52,38 +41,23 @@ class Materials:
 
 @dataclass(frozen=True)
 class ShellSection:
-    """Section of a shell.
+    """Section of a shell."""
 
-    Args:
-        thickness: t [m].
-    """
-
-    thickness: float
+    thickness: float  #: t [m].
 
 
 @dataclass(frozen=True)
 class BeamSection:
-    """Section of a beam in its frame (t, n1, n2), with s1 and s2 along n1 and n2.
+    """Section of a beam in its frame (t, n1, n2), with s1 and s2 along n1 and n2."""
 
-    Args:
-        A: Area [m2].
-        I1: ∫ s2² dA, for bending that moves along n2 [m4].
-        I2: ∫ s1² dA, for bending that moves along n1 [m4].
-        J: Torsion constant [m4].
-        k1: Shear factor along n1.
-        k2: Shear factor along n2.
-        reference: Vector r that n2 is made of; not along the beam.
-        offset: From the node line to the axis of the section, in global components [m].
-    """
-
-    A: float
-    I1: float
-    I2: float
-    J: float
-    k1: float = SHEAR
-    k2: float = SHEAR
-    reference: Vector = E_Z
-    offset: Vector = (0.0, 0.0, 0.0)
+    A: float  #: Area [m2].
+    I1: float  #: ∫ s2² dA, for bending that moves along n2 [m4].
+    I2: float  #: ∫ s1² dA, for bending that moves along n1 [m4].
+    J: float  #: Torsion constant [m4].
+    k1: float = SHEAR  #: Shear factor along n1.
+    k2: float = SHEAR  #: Shear factor along n2.
+    reference: Vector = E_Z  #: Vector r that n2 is made of; not along the beam.
+    offset: Vector = (0.0, 0.0, 0.0)  #: From the node line to the axis, global components [m].
 
     @classmethod
     def rectangle(
@@ -94,21 +68,19 @@ class BeamSection:
         reference: Vector = E_Z,
         offset: Vector = (0.0, 0.0, 0.0),
     ) -> BeamSection:
-        """A solid rectangle, the depth h along n2 and the width b along n1.
+        """A solid rectangle, the depth h along n2 and the width b along n1 [m].
 
-        A = b h, I1 = b h³/12, I2 = h b³/12; J by `torsion_constant`.
-
-        Args:
-            width: b, along n1 [m].
-            depth: h, along n2 [m].
-            reference: As in the class.
-            offset: As in the class [m].
+        A = b h, I1 = b h³/12, I2 = h b³/12; J by the series of Saint-Venant, with a the shorter
+        side and b the longer one (Timoshenko and Goodier, Theory of Elasticity, section 109):
+        J = a³ b/3 (1 - 192 a/(π⁵ b) Σ tanh(n π b/(2 a))/n⁵), over odd n.
         """
+        a, b = sorted((width, depth))
+        series = sum(math.tanh(n * math.pi * b / (2.0 * a)) / n**5 for n in range(1, 2 * _TERMS, 2))
         return cls(
             A=width * depth,
             I1=width * depth**3 / 12.0,
             I2=depth * width**3 / 12.0,
-            J=torsion_constant(width, depth),
+            J=a**3 * b / 3.0 * (1.0 - 192.0 * a / (math.pi**5 * b) * series),
             reference=reference,
             offset=offset,
         )
@@ -126,22 +98,14 @@ class BeamSection:
 
     @classmethod
     def column(cls, width_x: float, width_y: float) -> BeamSection:
-        """A rectangular column: n1 = e_x and n2 = e_y, as its tangent is e_z.
-
-        Args:
-            width_x: Side along x [m].
-            width_y: Side along y [m].
-        """
+        """A rectangular column, sides along x and y [m]: n1 = e_x and n2 = e_y, as t is e_z."""
         return cls.rectangle(width_x, width_y, reference=E_Y)
 
     def frame(self, tangents: ArrayLike) -> tuple[Array, Array]:
         """Directions n1 and n2 of the section: n2 = r - (r·t) t over its norm, n1 = n2 × t.
 
         Args:
-            tangents: Unit tangents t, shape (..., 3).
-
-        Returns:
-            n1 and n2, each of the shape of the tangents.
+            tangents: Unit tangents t, shape (..., 3), which is that of n1 and n2.
 
         Raises:
             ValueError: A tangent is along the reference r, within about 0.1°.
@@ -158,24 +122,7 @@ class BeamSection:
 
 @dataclass(frozen=True)
 class Sections:
-    """The sections of a mesh's parts.
-
-    Args:
-        shells: Section of each of the mesh's `shell_parts`, in their order.
-        beams: Section of each of the mesh's `beam_parts`, in their order.
-    """
+    """The sections of a mesh's `shell_parts` and `beam_parts`, in their order."""
 
     shells: tuple[ShellSection, ...]
     beams: tuple[BeamSection, ...]
-
-
-def torsion_constant(a: float, b: float) -> float:
-    """Torsion constant J of a solid rectangle with the sides a and b [m], in [m4].
-
-    With b the longer side, the series of Saint-Venant (Timoshenko and Goodier, Theory of
-    Elasticity, section 109):
-    J = a³ b/3 (1 - 192 a/(π⁵ b) Σ tanh(n π b/(2 a))/n⁵), over odd n.
-    """
-    a, b = sorted((a, b))
-    total = sum(math.tanh(n * math.pi * b / (2.0 * a)) / n**5 for n in range(1, 2 * _TERMS, 2))
-    return a**3 * b / 3.0 * (1.0 - 192.0 * a / (math.pi**5 * b) * total)

@@ -33,19 +33,12 @@ _NODES = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.5], [0.0, 0.5], [
 
 @dataclass(frozen=True, eq=False)
 class SectionForces:
-    """Section forces at n places, of one displacement or (leading axes) of several.
+    """Section forces at n places, of one displacement or (leading axes) of several."""
 
-    Args:
-        axes: Unit vectors 1, 2 and 3 (the normal) of each place, shape (n, 3, 3).
-        membrane: N11, N22, N12, shape (..., n, 3) [N/m].
-        moment: M11, M22, M12, shape (..., n, 3) [N m/m].
-        shear: Q1, Q2, shape (..., n, 2) [N/m].
-    """
-
-    axes: Array
-    membrane: Array
-    moment: Array
-    shear: Array
+    axes: Array  #: Unit vectors 1, 2 and 3 (the normal) of each place, shape (n, 3, 3).
+    membrane: Array  #: N11, N22, N12, shape (..., n, 3) [N/m].
+    moment: Array  #: M11, M22, M12, shape (..., n, 3) [N m/m].
+    shear: Array  #: Q1, Q2, shape (..., n, 2) [N/m].
 
     @classmethod
     def of(cls, axes: Array, values: Array) -> SectionForces:
@@ -55,19 +48,14 @@ class SectionForces:
 
 @dataclass(frozen=True, eq=False)
 class SectionForceField:
-    """Section forces on triangles, quadratic on each and not continuous between them.
+    """Section forces on triangles, quadratic on each and not continuous between them."""
 
-    Args:
-        mesh: The mesh.
-        triangles: Their numbers in it, shape (k,).
-        axes: Unit vectors 1, 2 and 3 (the normal) of each (see `facet_axes`), shape (k, 3, 3).
-        values: N11, N22, N12, M11, M22, M12, Q1, Q2 at the six nodes of each triangle, in the
-            mesh's order, shape (..., k, 6, 8) [N/m, N m/m, N/m].
-    """
-
-    mesh: BuildingMesh
-    triangles: Index
+    mesh: BuildingMesh  #: The mesh.
+    triangles: Index  #: Their numbers in it, shape (k,).
+    #: Unit vectors 1, 2 and 3 (the normal) of each (see `facet_axes`), shape (k, 3, 3).
     axes: Array
+    #: N11, N22, N12, M11, M22, M12, Q1, Q2 at the six nodes of each triangle, in the mesh's order,
+    #: shape (..., k, 6, 8) [N/m, N m/m, N/m].
     values: Array
 
     def centres(self) -> SectionForces:

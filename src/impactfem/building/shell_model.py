@@ -40,64 +40,44 @@ UX, UY, UZ, RX, RY, RZ = range(6)
 
 @dataclass(frozen=True, eq=False)
 class Shells:
-    """Triangles of one thickness and material.
+    """Triangles of one thickness and material."""
 
-    Args:
-        cells: Points of each triangle, shape (m, 3): its vertices; or (m, 6): with the middles of
-            the sides 01, 12 and 20.
-        thickness: t [m].
-        material: Their material.
-        added_mass: Mass on the area that does not stiffen [kg/m2].
-    """
-
+    #: Points of each triangle, shape (m, 3): its vertices; or (m, 6): with the middles of the sides
+    #: 01, 12 and 20.
     cells: Ints
-    thickness: float
-    material: Material
-    added_mass: float = 0.0
+    thickness: float  #: t [m].
+    material: Material  #: Their material.
+    added_mass: float = 0.0  #: Mass on the area that does not stiffen [kg/m2].
     corners: ClassVar[int] = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Beams:
-    """Straight lines of one section and material.
+    """Straight lines of one section and material."""
 
-    Args:
-        cells: Points of each line, shape (m, 2): its ends; or (m, 3): with the middle.
-        section: Their section.
-        material: Their material.
-    """
-
-    cells: Ints
-    section: BeamSection
-    material: Material
+    cells: Ints  #: Points of each line, shape (m, 2): its ends; or (m, 3): with the middle.
+    section: BeamSection  #: Their section.
+    material: Material  #: Their material.
     corners: ClassVar[int] = 2
 
 
 @dataclass(frozen=True, eq=False)
 class ShellModel:
-    """Matrices of all nodes of a mesh, in their order, six rows for each; and what is held.
+    """Matrices of all nodes of a mesh, in their order, six rows for each; and what is held."""
 
-    Args:
-        nodes: Coordinates, shape (n, 3) [m]: the points given, then the middles of sides that were
-            added.
-        K: Stiffness of all nodes, SciPy CSR, shape (6 n, 6 n).
-        M: Mass of all nodes, SciPy CSR, shape (6 n, 6 n).
-        held: Whether a component of a node does not move, shape (n, 6).
-        triangles: Nodes of the triangles, in the order of the parts, shape (m, 6).
-        part: Number of the part of each triangle, counted over all parts, shape (m,).
-        lines: Nodes of the beams, shape (l, 3).
-        parts: What was assembled; None of matrices from elsewhere.
-        used: Nodes that cells use, those of the mesh of `parts` in its order.
-    """
-
+    #: Coordinates, shape (n, 3) [m]: the points given, then the middles of sides that were added.
     nodes: Array
-    K: Any
-    M: Any
-    held: NDArray[np.bool_]
+    K: Any  #: Stiffness of all nodes, SciPy CSR, shape (6 n, 6 n).
+    M: Any  #: Mass of all nodes, SciPy CSR, shape (6 n, 6 n).
+    held: NDArray[np.bool_]  #: Whether a component of a node does not move, shape (n, 6).
+    #: Nodes of the triangles, in the order of the parts, shape (m, 6).
     triangles: Ints = field(default_factory=lambda: np.zeros((0, 6), dtype=np.int64))
+    #: Number of the part of each triangle, counted over all parts, shape (m,).
     part: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    #: Nodes of the beams, shape (l, 3).
     lines: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
-    parts: BuildingParts | None = None
+    parts: BuildingParts | None = None  #: What was assembled; None of matrices from elsewhere.
+    #: Nodes that cells use, those of the mesh of `parts` in its order.
     used: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property

@@ -27,13 +27,9 @@ class Damping(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ModalDamping:
-    """Damping that is known in modal coordinates, such as that of parts.
+    """Damping that is known in modal coordinates, such as that of parts."""
 
-    Args:
-        matrix: φᵀ C φ, shape (r, r) [1/s].
-    """
-
-    matrix: Array
+    matrix: Array  #: φᵀ C φ, shape (r, r) [1/s].
 
     def modal(self, eigenvalue: Array) -> Array:
         """The diagonal, shape (r,), where no modes are coupled; else the matrix [1/s]."""
@@ -47,16 +43,12 @@ class ModalDamping:
 class Rayleigh:
     """Coefficients of C = α M + β K.
 
-    Args:
-        alpha: Mass coefficient α, not negative [1/s].
-        beta: Stiffness coefficient β, not negative [s].
-
     Raises:
         ImpactfemError: A coefficient is negative or not finite.
     """
 
-    alpha: float = 0.0
-    beta: float = 0.0
+    alpha: float = 0.0  #: Mass coefficient α, not negative [1/s].
+    beta: float = 0.0  #: Stiffness coefficient β, not negative [s].
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(c) and c >= 0.0 for c in (self.alpha, self.beta)):

@@ -21,21 +21,15 @@ class Energy:
             = Δt v_θᵀ f_θ + Δδᵀ F_θ,    Δu = Δt v_θ.
 
     The average acceleration rule is the one with θ = ½.
-
-    Args:
-        kinetic: ½ vᵀ M v.
-        elastic: ½ uᵀ K u.
-        damped: What the damping has taken since step 0.
-        input: Work of the loads since step 0.
-        contact: Work of the links on the bodies; negative when they take energy.
-        numerical: What the rule has taken, zero for θ = ½.
     """
 
-    kinetic: Array
-    elastic: Array
-    damped: Array
-    input: Array
+    kinetic: Array  #: ½ vᵀ M v.
+    elastic: Array  #: ½ uᵀ K u.
+    damped: Array  #: What the damping has taken since step 0.
+    input: Array  #: Work of the loads since step 0.
+    #: Work of the links on the bodies; negative when they take energy.
     contact: Array = field(default_factory=lambda: np.zeros(0))
+    #: What the rule has taken, zero for θ = ½.
     numerical: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:

@@ -18,27 +18,16 @@ QUANTITIES = ("displacement", "velocity", "acceleration")
 
 @dataclass
 class State:
-    """A response at one time, on this rank: all that is needed to go on, bitwise on one rank.
+    """A response at one time, on this rank: all that is needed to go on, bitwise on one rank."""
 
-    Args:
-        step: Number of the time, 0 at the start.
-        displacement: u, shape (n_local,) [m, rad].
-        velocity: v, shape (n_local,).
-        acceleration: a, shape (n_local,).
-        momentum: M v, shape (n_local,).
-        restoring: K u, shape (n_local,).
-        damped: Energy that the damping has taken, of all ranks [J].
-        input: Work of the loads, of all ranks [J].
-    """
-
-    step: int
-    displacement: Array
-    velocity: Array
-    acceleration: Array
-    momentum: Array
-    restoring: Array
-    damped: float = 0.0
-    input: float = 0.0
+    step: int  #: Number of the time, 0 at the start.
+    displacement: Array  #: u, shape (n_local,) [m, rad].
+    velocity: Array  #: v, shape (n_local,).
+    acceleration: Array  #: a, shape (n_local,).
+    momentum: Array  #: M v, shape (n_local,).
+    restoring: Array  #: K u, shape (n_local,).
+    damped: float = 0.0  #: Energy that the damping has taken, of all ranks [J].
+    input: float = 0.0  #: Work of the loads, of all ranks [J].
 
     def copy(self) -> State:
         """A state of its own, which does not move when this one does."""
@@ -54,17 +43,12 @@ class State:
 
 @dataclass(frozen=True)
 class History:
-    """What was recorded, the same on all ranks.
+    """What was recorded, the same on all ranks."""
 
-    Args:
-        time: The times, shape (n_t,) [s].
-        motion: By quantity (of QUANTITIES), the motion of the probes, shape (n_t, n_probes).
-        energy: The energies.
-    """
-
-    time: Array
+    time: Array  #: The times, shape (n_t,) [s].
+    #: By quantity (of QUANTITIES), the motion of the probes, shape (n_t, n_probes).
     motion: dict[str, Array]
-    energy: Energy
+    energy: Energy  #: The energies.
 
 
 class Recorder:

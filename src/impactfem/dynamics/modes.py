@@ -35,16 +35,12 @@ class Modes:
 
     The largest entry of a shape is positive (the first one on ties). Modes of equal frequency are
     any basis of their space.
-
-    Args:
-        frequency: Natural frequencies, shape (k,) [Hz].
-        shapes: Rows of this rank of the mode shapes, shape (n_local, k).
-        residual: ‖φ - ω² K⁻¹ M φ‖_M of each mode, shape (k,) [-]. Some eigenvalue of the matrices
-            is within this fraction of ω².
     """
 
-    frequency: Array
-    shapes: Array
+    frequency: Array  #: Natural frequencies, shape (k,) [Hz].
+    shapes: Array  #: Rows of this rank of the mode shapes, shape (n_local, k).
+    #: ‖φ - ω² K⁻¹ M φ‖_M of each mode, shape (k,) [-]. Some eigenvalue of the matrices is within
+    #: this fraction of ω².
     residual: Array
 
 

@@ -35,6 +35,8 @@ CHUNK = 100
 class Newmark(Held):
     """A linear system, its step and its loads. A context manager that frees the memory.
 
+    All methods are collective.
+
     Args:
         K: Stiffness, symmetric, positive definite (AIJ).
         M: Mass, symmetric, positive definite (AIJ), on part of the pattern of K. It is
@@ -47,8 +49,6 @@ class Newmark(Held):
 
     Raises:
         SolutionError: The step is not positive.
-
-    All methods are collective.
     """
 
     def __init__(

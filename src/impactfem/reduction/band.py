@@ -53,15 +53,10 @@ SAFETY = {LARGER: larger_models.SAFETY, SMALLER: error_band.SAFETY}
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """Half widths of the error band.
+    """Half widths of the error band."""
 
-    Args:
-        psa: Of each pseudo-acceleration, shape (n_dampings, 3 n_nodes, n_frequencies) [m/s2].
-        acceleration: Of the acceleration at any time, and so of its peak, shape (n_nodes, 3)
-            [m/s2].
-    """
-
-    psa: Array
+    psa: Array  #: Of each pseudo-acceleration, shape (n_dampings, 3 n_nodes, n_frequencies) [m/s2].
+    #: Of the acceleration at any time, and so of its peak, shape (n_nodes, 3) [m/s2].
     acceleration: Array
 
 

@@ -23,25 +23,16 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class CoveredPoints:
-    """Points of the mesh.
+    """Points of the mesh."""
 
-    Args:
-        names: Of the probes.
-        nodes: Their nodes.
-        of_anchor: Of each anchor of the devices, numbers of the points that it covers.
-    """
-
-    names: tuple[str, ...]
-    nodes: tuple[int, ...]
+    names: tuple[str, ...]  #: Of the probes.
+    nodes: tuple[int, ...]  #: Their nodes.
+    #: Of each anchor of the devices, numbers of the points that it covers.
     of_anchor: tuple[tuple[int, ...], ...]
 
 
 def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
     """Find the points that the devices of a case ask for.
-
-    Args:
-        case: The case.
-        mesh: The mesh of the building.
 
     Raises:
         InputError: The mesh has none of the probes that a name or a pattern stands for, or a probe

@@ -18,17 +18,11 @@ NEGLIGIBLE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Effectivity:
-    """Band over error, of all spectra and thirds of an octave with an error to speak of.
+    """Band over error, of all spectra and thirds of an octave with an error to speak of."""
 
-    Args:
-        ratio: Band over error, shape (n,).
-        spectrum: Number of the spectrum of each, shape (n,).
-        frequency: Middle of the third of an octave of each, shape (n,) [Hz].
-    """
-
-    ratio: Array
-    spectrum: NDArray[np.int64]
-    frequency: Array
+    ratio: Array  #: Band over error, shape (n,).
+    spectrum: NDArray[np.int64]  #: Number of the spectrum of each, shape (n,).
+    frequency: Array  #: Middle of the third of an octave of each, shape (n,) [Hz].
 
     @property
     def good(self) -> float:

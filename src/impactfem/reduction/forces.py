@@ -36,21 +36,13 @@ LOAD = "load"
 
 @dataclass(frozen=True, eq=False)
 class PairEnd:
-    """One end of a pair.
+    """One end of a pair."""
 
-    Args:
-        building: Its building; empty for a rigid wall.
-        floor: Number of the floor, or of the one above for a point inside a storey.
-        relative_height: Height in the storey, 0 to 1; None for a point of a floor.
-        outward: Unit vector towards the other end, shape (3,).
-        offset: From the stick's axis to it [m]; None where it is not known.
-    """
-
-    building: str
-    floor: int
-    relative_height: float | None
-    outward: Array
-    offset: Vector | None = None
+    building: str  #: Its building; empty for a rigid wall.
+    floor: int  #: Number of the floor, or of the one above for a point inside a storey.
+    relative_height: float | None  #: Height in the storey, 0 to 1; None for a point of a floor.
+    outward: Array  #: Unit vector towards the other end, shape (3,).
+    offset: Vector | None = None  #: From the stick's axis to it [m]; None where it is not known.
 
     @property
     def place(self) -> str:

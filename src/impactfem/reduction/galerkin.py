@@ -17,17 +17,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class GalerkinModes:
-    """Modes of Vᵀ K V with Vᵀ M V = I: φᵀ M φ = 1, φᵀ K φ = λ.
+    """Modes of Vᵀ K V with Vᵀ M V = I: φᵀ M φ = 1, φᵀ K φ = λ."""
 
-    Args:
-        eigenvalue: λ, ascending, shape (r,) [1/s2].
-        coordinates: Of the modes in the vectors, shape (number of vectors, r).
-        vectors: The vectors V.
-    """
-
-    eigenvalue: Array
-    coordinates: Array
-    vectors: Orthonormal
+    eigenvalue: Array  #: λ, ascending, shape (r,) [1/s2].
+    coordinates: Array  #: Of the modes in the vectors, shape (number of vectors, r).
+    vectors: Orthonormal  #: The vectors V.
 
     def rows(self, L: Any) -> Array:
         """Φᵀ L, shape (r, k), the same on all ranks. Collective.
@@ -41,11 +35,7 @@ class GalerkinModes:
 
 
 def galerkin_modes(basis: KrylovBasis) -> GalerkinModes:
-    """The modes on all vectors of a basis, those included that were appended to it. Collective.
-
-    Args:
-        basis: The basis.
-    """
+    """The modes on all vectors of a basis, those included that were appended to it. Collective."""
     vectors = basis.vectors
     n = vectors.count
     stiffness = np.zeros((n, n))

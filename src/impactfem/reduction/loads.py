@@ -61,16 +61,11 @@ def project(time: Array, values: Array, time_step: float, n_steps: int) -> Array
 
 @dataclass(frozen=True)
 class EdgeForce:
-    """The force on the edge of a floor.
+    """The force on the edge of a floor."""
 
-    Args:
-        name: Its name, "floor 8".
-        floor: Number of the floor.
-        direction: Unit vector along which a positive amplitude acts on the building.
-    """
-
-    name: str
-    floor: int
+    name: str  #: Its name, "floor 8".
+    floor: int  #: Number of the floor.
+    #: Unit vector along which a positive amplitude acts on the building.
     direction: tuple[float, float, float]
 
 
@@ -81,27 +76,18 @@ class Loads:
     The ground motion comes first: displacements are relative to the ground, which moves with the
     acceleration a, so that its load is −M r a.
 
-    Args:
-        time_step: Δt [s].
-        ground: Ground acceleration, shape (n_steps + 1, 3) [m/s2].
-        directions: Components (0, 1, 2) in which the ground moves.
-        edges: The forces on edges; only those that are not zero.
-        force: Their amplitudes, shape (n_steps + 1, n_edges) [N].
-        impulse_error: Largest difference of an impulse before and after resampling, over the
-            largest impulse.
-        external: Part of `force` that is no contact force, of the loads of the case, same shape;
-            None without.
-
     Raises:
         ValueError: Two forces have the same name.
     """
 
-    time_step: float
-    ground: Array
-    directions: tuple[int, ...]
-    edges: tuple[EdgeForce, ...]
-    force: Array
+    time_step: float  #: Δt [s].
+    ground: Array  #: Ground acceleration, shape (n_steps + 1, 3) [m/s2].
+    directions: tuple[int, ...]  #: Components (0, 1, 2) in which the ground moves.
+    edges: tuple[EdgeForce, ...]  #: The forces on edges; only those that are not zero.
+    force: Array  #: Their amplitudes, shape (n_steps + 1, n_edges) [N].
+    #: Largest difference of an impulse before and after resampling, over the largest impulse.
     impulse_error: float
+    #: Part of `force` that is no contact force, of the loads of the case, same shape; None without.
     external: Array | None = None
 
     def __post_init__(self) -> None:

@@ -28,17 +28,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ModalHistory:
-    """Modal coordinates at the samples of the load.
+    """Modal coordinates at the samples of the load."""
 
-    Args:
-        displacement: z, shape (r, n_steps + 1).
-        velocity: ż, same shape.
-        acceleration: z̈, same shape.
-    """
-
-    displacement: Array
-    velocity: Array
-    acceleration: Array
+    displacement: Array  #: z, shape (r, n_steps + 1).
+    velocity: Array  #: ż, same shape.
+    acceleration: Array  #: z̈, same shape.
 
 
 def modal_response(

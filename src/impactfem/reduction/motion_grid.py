@@ -15,19 +15,13 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class MotionGrid:
-    """Triangles and lines with their own numbering of nodes.
+    """Triangles and lines with their own numbering of nodes."""
 
-    Args:
-        nodes: Their nodes in the mesh, ascending, shape (n,).
-        points: Coordinates, shape (n, 3) [m].
-        triangles: Indices of `nodes`, shape (m, 3), or (m, 6) with the mid nodes 01, 12 and 20.
-        lines: The same, shape (l, 2), or (l, 3) with the mid node last.
-    """
-
-    nodes: Index
-    points: Array
+    nodes: Index  #: Their nodes in the mesh, ascending, shape (n,).
+    points: Array  #: Coordinates, shape (n, 3) [m].
+    #: Indices of `nodes`, shape (m, 3), or (m, 6) with the mid nodes 01, 12 and 20.
     triangles: Index
-    lines: Index
+    lines: Index  #: The same, shape (l, 2), or (l, 3) with the mid node last.
 
     @property
     def cells(self) -> int:

@@ -23,21 +23,14 @@ LINE_POINTS = 9
 
 @dataclass(frozen=True)
 class Probe:
-    """A node whose motion is recorded.
+    """A node whose motion is recorded."""
 
-    Args:
-        name: Its name.
-        node: The node.
-        distance: From where it was requested to the node [m].
-        kind: "centre" of a floor, middle of its impact "edge", on the "line" across it, or "point".
-        floor: Number of that floor; 0 for a point.
-    """
-
-    name: str
-    node: int
-    distance: float = 0.0
+    name: str  #: Its name.
+    node: int  #: The node.
+    distance: float = 0.0  #: From where it was requested to the node [m].
+    #: "centre" of a floor, middle of its impact "edge", on the "line" across it, or "point".
     kind: str = "point"
-    floor: int = 0
+    floor: int = 0  #: Number of that floor; 0 for a point.
 
 
 def case_probes(

@@ -39,20 +39,14 @@ TOUCHED = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class FloorPull:
-    """What displaces a floor, at this rank's rows.
+    """What displaces a floor, at this rank's rows."""
 
-    Args:
-        kind: How the floor is drawn aside.
-        normal: n, unit vector towards the wall along x or y, shape (3,).
-        slab: Rows of the displacements along n of the slab's nodes; with rigid links also the
-            rotations of masters that turn followers of the slab along n; shape (n_local,).
-        load: Load with the resultant 1 N along n; zero where the whole floor is held, shape
-            (n_local,).
-    """
-
-    kind: Pull
-    normal: Array
+    kind: Pull  #: How the floor is drawn aside.
+    normal: Array  #: n, unit vector towards the wall along x or y, shape (3,).
+    #: Rows of the displacements along n of the slab's nodes; with rigid links also the rotations of
+    #: masters that turn followers of the slab along n; shape (n_local,).
     slab: Flags
+    #: Load with the resultant 1 N along n; zero where the whole floor is held, shape (n_local,).
     load: Array
 
     @property

@@ -29,21 +29,13 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class ReducedModel:
-    """Modal equations of a Krylov space.
+    """Modal equations of a Krylov space."""
 
-    Args:
-        eigenvalue: λ, ascending, shape (r,) [1/s2].
-        load: b, shape (r, n_patterns).
-        coordinates: Y, shape (size of the basis, r).
-        shift: σ0 [1/s2].
-        tail: S Y, shape (n_tail, r) [s2].
-    """
-
-    eigenvalue: Array
-    load: Array
-    coordinates: Array
-    shift: float
-    tail: Array
+    eigenvalue: Array  #: λ, ascending, shape (r,) [1/s2].
+    load: Array  #: b, shape (r, n_patterns).
+    coordinates: Array  #: Y, shape (size of the basis, r).
+    shift: float  #: σ0 [1/s2].
+    tail: Array  #: S Y, shape (n_tail, r) [s2].
 
     @property
     def frequency(self) -> Array:
@@ -166,10 +158,10 @@ class Residual:
     They are |σ − σ0| |1 + iωβ| √(wᴴ Qᵀ (K + σ0 M) Q w) with w = S Y z: this norm costs no solve.
     Making one is collective.
 
+    `gram` is Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail).
+
     Args:
         basis: The basis as it stands.
-
-    `gram` is Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail).
     """
 
     def __init__(self, basis: KrylovBasis) -> None:

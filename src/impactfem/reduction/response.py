@@ -22,17 +22,11 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class NodeResponse:
-    """Histories at nodes.
+    """Histories at nodes."""
 
-    Args:
-        time_step: Δt [s].
-        displacement: Relative to the ground, shape (n_t, n_nodes, 3) [m].
-        acceleration: Absolute, same shape [m/s2].
-    """
-
-    time_step: float
-    displacement: Array
-    acceleration: Array
+    time_step: float  #: Δt [s].
+    displacement: Array  #: Relative to the ground, shape (n_t, n_nodes, 3) [m].
+    acceleration: Array  #: Absolute, same shape [m/s2].
 
 
 def modal_histories(

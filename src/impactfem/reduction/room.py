@@ -23,15 +23,10 @@ with a matrix."""
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """An array in memory, or in a file.
+    """An array in memory, or in a file."""
 
-    Args:
-        array: Shape (rows, columns), Fortran order.
-        pages: The file's, None in memory.
-    """
-
-    array: Array
-    pages: mmap.mmap | None
+    array: Array  #: Shape (rows, columns), Fortran order.
+    pages: mmap.mmap | None  #: The file's, None in memory.
 
     def fetch(self) -> Array:
         """The array; that of a file is read as a whole, and not page by page when it is used."""

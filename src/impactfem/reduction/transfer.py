@@ -22,19 +22,12 @@ COUNT = 600
 
 @dataclass(frozen=True, eq=False)
 class Transfer:
-    """Transfer functions of the reduced model.
+    """Transfer functions of the reduced model."""
 
-    Args:
-        frequency: Shape (n_f,) [Hz].
-        loads: Names of the loads; the floors' edges only.
-        value: Acceleration over force, shape (n_f, n_loads, n_nodes, 3) [1/kg].
-        bound: Rigorous bound on the modulus of its error, same shape; infinite where it is not
-            known.
-    """
-
-    frequency: Array
-    loads: tuple[str, ...]
-    value: Complex
+    frequency: Array  #: Shape (n_f,) [Hz].
+    loads: tuple[str, ...]  #: Names of the loads; the floors' edges only.
+    value: Complex  #: Acceleration over force, shape (n_f, n_loads, n_nodes, 3) [1/kg].
+    #: Rigorous bound on the modulus of its error, same shape; infinite where it is not known.
     bound: Array
 
 

@@ -25,39 +25,25 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Wall:
-    """A rigid wall, and what is drawn aside before it hits.
+    """A rigid wall, and what is drawn aside before it hits."""
 
-    Args:
-        floors: Floors that may hit the wall.
-        displaced_floor: The floor that is displaced.
-        pull: How it is drawn aside.
-    """
-
-    floors: tuple[int, ...]
-    displaced_floor: int
-    pull: Pull
+    floors: tuple[int, ...]  #: Floors that may hit the wall.
+    displaced_floor: int  #: The floor that is displaced.
+    pull: Pull  #: How it is drawn aside.
 
 
 @dataclass(frozen=True, eq=False)
 class WallPatterns:
-    """What a wall experiment needs of a building's matrices, as columns at this rank's rows.
+    """What a wall experiment needs of a building's matrices, as columns at this rank's rows."""
 
-    Args:
-        floors: Floors that may hit the wall.
-        normal: Unit vector towards the wall, shape (3,).
-        floor_of: Index into `floors` of each constraint, shape (m,).
-        contact: G: Gᵀ u is the displacement towards the wall of each constraint, shape
-            (n_local, m), sparse.
-        pull: What displaces the floor.
-        seen: Rows of n · u at the mass centre of each floor, then of the displaced one, shape
-            (n_local, n_floors + 1), sparse.
-    """
-
-    floors: tuple[int, ...]
-    normal: Array
-    floor_of: Index
+    floors: tuple[int, ...]  #: Floors that may hit the wall.
+    normal: Array  #: Unit vector towards the wall, shape (3,).
+    floor_of: Index  #: Index into `floors` of each constraint, shape (m,).
+    #: G: Gᵀ u is the displacement towards the wall of each constraint, shape (n_local, m), sparse.
     contact: scipy.sparse.csr_matrix
-    pull: FloorPull
+    pull: FloorPull  #: What displaces the floor.
+    #: Rows of n · u at the mass centre of each floor, then of the displaced one, shape (n_local,
+    #: n_floors + 1), sparse.
     seen: scipy.sparse.csr_matrix
 
     def held(self, K: Any) -> tuple[Array, Array]:
@@ -136,27 +122,18 @@ def wall_patterns(model: BuildingModel, mesh: BuildingMesh, wall: Wall) -> WallP
 
 @dataclass(frozen=True, eq=False)
 class WallModel:
-    """Modal equations of a building and its wall, for any damping, gap and displacement.
+    """Modal equations of a building and its wall, for any damping, gap and displacement."""
 
-    Args:
-        eigenvalue: λ, shape (r,) [1/s2].
-        contact: Γ = Φᵀ G, shape (r, m).
-        push: Φᵀ f of the forces that hold the floor at 1 m, shape (r,).
-        seen: Φᵀ L of the mass centres, then of the displaced floor's, shape (r, n_floors + 1).
-        floors: Floors that may hit, shape (n_floors,).
-        floor_of: Index into `floors` of each constraint, shape (m,).
-        difference: Estimated error of the basis under even loads on the edges.
-        uneven: Largest departure of the displaced floor's slab from its displacement along n, over
-            it, before the release.
-    """
-
-    eigenvalue: Array
-    contact: Array
-    push: Array
+    eigenvalue: Array  #: λ, shape (r,) [1/s2].
+    contact: Array  #: Γ = Φᵀ G, shape (r, m).
+    push: Array  #: Φᵀ f of the forces that hold the floor at 1 m, shape (r,).
+    #: Φᵀ L of the mass centres, then of the displaced floor's, shape (r, n_floors + 1).
     seen: Array
-    floors: Index
-    floor_of: Index
-    difference: float
+    floors: Index  #: Floors that may hit, shape (n_floors,).
+    floor_of: Index  #: Index into `floors` of each constraint, shape (m,).
+    difference: float  #: Estimated error of the basis under even loads on the edges.
+    #: Largest departure of the displaced floor's slab from its displacement along n, over it,
+    #: before the release.
     uneven: float
 
     def start(self, displacement: float) -> Array:

@@ -48,35 +48,22 @@ FARTHEST = 100.0
 
 @dataclass(frozen=True, eq=False)
 class BuildingStudy:
-    """What the stage computed; on rank 0 it has the shapes at all nodes.
+    """What the stage computed; on rank 0 it has the shapes at all nodes."""
 
-    Args:
-        structure: The structure of the case.
-        parts: Mesh, sections and material.
-        masses: Masses of the floors.
-        report: Report of the mesh.
-        factor: Storey stiffness factor.
-        n_free: Number of free degrees of freedom.
-        frequency: Of the modes, shape (n_modes,) [Hz].
-        shapes: Displacements of all nodes in each mode with φᵀ M φ = 1, shape
-            (n_modes, n_nodes, 3); without nodes on other ranks than 0.
-        participation: Γ = φᵀ M r for the six rigid-body motions about the base's middle, shape
-            (n_modes, 6).
-        total: rᵀ M r of the same motions, shape (6,) [kg, kg m2].
-        residual: Relative residual of each mode, shape (n_modes,).
-    """
-
-    structure: Structure
-    parts: BuildingParts
-    masses: FloorMasses
-    report: MeshReport
-    factor: float
-    n_free: int
-    frequency: Array
+    structure: Structure  #: The structure of the case.
+    parts: BuildingParts  #: Mesh, sections and material.
+    masses: FloorMasses  #: Masses of the floors.
+    report: MeshReport  #: Report of the mesh.
+    factor: float  #: Storey stiffness factor.
+    n_free: int  #: Number of free degrees of freedom.
+    frequency: Array  #: Of the modes, shape (n_modes,) [Hz].
+    #: Displacements of all nodes in each mode with φᵀ M φ = 1, shape (n_modes, n_nodes, 3); without
+    #: nodes on other ranks than 0.
     shapes: NDArray[np.float32]
+    #: Γ = φᵀ M r for the six rigid-body motions about the base's middle, shape (n_modes, 6).
     participation: Array
-    total: Array
-    residual: Array
+    total: Array  #: rᵀ M r of the same motions, shape (6,) [kg, kg m2].
+    residual: Array  #: Relative residual of each mode, shape (n_modes,).
 
     @property
     def effective_mass(self) -> Array:
@@ -203,17 +190,11 @@ def _log_memory(comm: Any, what: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class FittedBuilding:
-    """A fitted factor, with the modes of the building that has it.
+    """A fitted factor, with the modes of the building that has it."""
 
-    Args:
-        factor: The factor on the stiffness of walls and columns.
-        modes: Modes with it.
-        rounds: Number of modal analyses it took.
-    """
-
-    factor: float
-    modes: Modes
-    rounds: int
+    factor: float  #: The factor on the stiffness of walls and columns.
+    modes: Modes  #: Modes with it.
+    rounds: int  #: Number of modal analyses it took.
 
 
 def fit_storey_factor(

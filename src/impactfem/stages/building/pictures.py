@@ -50,21 +50,14 @@ MODE_VIEW = (-1.0, -0.55, 0.35)
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """What of a building lies in a vertical plane that bounds it.
+    """What of a building lies in a vertical plane that bounds it."""
 
-    Args:
-        axis: The direction across the plane, "x" or "y".
-        at: Where it is along it [m].
-        walls: Corners of the walls' elements, along the plane and upwards, shape (n, 3, 2) [m].
-        lines: Ends of beams and columns, shape (m, 2, 2) [m].
-        opened: Area between the walls, over their height and length [m2].
-    """
-
-    axis: str
-    at: float
+    axis: str  #: The direction across the plane, "x" or "y".
+    at: float  #: Where it is along it [m].
+    #: Corners of the walls' elements, along the plane and upwards, shape (n, 3, 2) [m].
     walls: Array
-    lines: Array
-    opened: float
+    lines: Array  #: Ends of beams and columns, shape (m, 2, 2) [m].
+    opened: float  #: Area between the walls, over their height and length [m2].
 
 
 def open_side(store: xr.Dataset) -> Side | None:

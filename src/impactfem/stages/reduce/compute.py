@@ -51,17 +51,11 @@ COMPLETE = 0.005
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What a run needs in addition to the matrices.
+    """What a run needs in addition to the matrices."""
 
-    Args:
-        parts: The building.
-        storey_factor: Factor on walls and columns.
-        plan: What it is reduced for.
-    """
-
-    parts: BuildingParts
-    storey_factor: float
-    plan: ReductionPlan
+    parts: BuildingParts  #: The building.
+    storey_factor: float  #: Factor on walls and columns.
+    plan: ReductionPlan  #: What it is reduced for.
 
 
 def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
@@ -177,11 +171,7 @@ def _floors(case: Case, transient: Transient, mesh: BuildingMesh) -> tuple[int, 
 
 
 def _check_pull(case: Case, mesh: BuildingMesh, asked: WallImpactSetup) -> None:
-    """See that the displaced floor can be held at a displacement as a whole.
-
-    Raises:
-        InputError: A node of its slab is clamped.
-    """
+    """See that the displaced floor can be held at a displacement as a whole."""
     slab = np.unique(mesh.triangles[mesh.slab(asked.displaced_floor)])
     clamped = np.isin(slab, mesh.base)
     if asked.pull == "whole_floor" and clamped.any():
@@ -248,10 +238,6 @@ def run_reduce(
 
 def reduced_of_run(folder: Path, model_key: str) -> ReducedBuilding:
     """The reduced building of a run. Not collective.
-
-    Args:
-        folder: The run's folder.
-        model_key: As of `run_reduce`.
 
     Raises:
         ImpactfemError: The folder has none that was made from this case.
