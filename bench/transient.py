@@ -22,12 +22,11 @@ from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions
 from impactfem.reduction import enrichment, galerkin, krylov, orthonormal
-from impactfem.reduction.band import response_band
-from impactfem.reduction.motion_grid import recorded_nodes
 from impactfem.reduction.orthonormal import Orthonormal
+from impactfem.reduction.probes import recorded_nodes
 from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
 from impactfem.reduction.reduced_building import reduce_building
-from impactfem.reduction.response import modal_histories, node_response, node_spectra
+from impactfem.reduction.response import modal_histories, node_response, node_spectra, response_band
 from impactfem.spectra import response_spectra
 from impactfem.stages.reduce.compute import accuracies, prepare
 from impactfem.stages.transient.maps import floor_maps

@@ -5,19 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impactfem.building.from_case import (
-    geometry_of,
-    materials_of,
-    part_damping,
-    part_faults,
-    read_parts,
-    sections_of,
-)
+from impactfem.building.from_case import geometry_of, part_faults, read_parts, sections_of
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Beam, Column, MeshSize, Wall
 from impactfem.building.mesh import areas
 from impactfem.building.mesh_report import mesh_report
-from impactfem.building.parts import BuildingParts, PartDamping
+from impactfem.building.parts import BuildingParts
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import Case, load_case
@@ -27,6 +20,7 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import InputError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
+FRAME = GEOMETRY / "frame.msh"
 PAIR = GEOMETRY / "npp_pair.toml"
 SHELLS = (
     ShellGroup(groups="floor_*", thickness=0.25),
@@ -202,19 +196,6 @@ def with_materials(structure, *entries):
     return structure.model_copy(update={"materials": own})
 
 
-def test_materials_by_patterns(structure, frame):
-    found = materials_of(with_materials(structure(), ("storey_*", "column_2_*")), frame)
-    every = (*frame.shell_parts, *frame.beam_parts)
-    by_name = dict(zip([part.group for part in every], (*found.shells, *found.beams), strict=True))
-    soft = {group for group, material in by_name.items() if material.E == 3e9}
-    assert soft == {
-        "storey_1_west", "storey_2_west", "column_2_north_east", "column_2_south_east"
-    }  # fmt: skip
-    assert {m.rho for g, m in by_name.items() if g in soft} == {1800.0}
-    assert by_name["floor_1"].E == 33e9
-    assert len(set(materials_of(structure(), frame).shells)) == 1
-
-
 LIGHT = {"mass_coefficient": 0.2, "stiffness_coefficient": 1e-3}
 HEAVY = {"mass_coefficient": 2.0, "stiffness_coefficient": 3e-3}
 
@@ -227,33 +208,28 @@ def case_of(*entries: dict[str, Any]) -> Case:
     return case.model_copy(update={"structure": structure})
 
 
-def found(case: Case, parts: BuildingParts) -> PartDamping | None:
+def by_name(parts: BuildingParts, values: Any) -> dict[str, Any]:
+    groups = [part.group for part in (*parts.mesh.shell_parts, *parts.mesh.beam_parts)]
+    return dict(zip(groups, (*values.shells, *values.beams), strict=True))
+
+
+def test_materials_and_dampings_by_patterns() -> None:
+    case = case_of({"parts": ("column_1_*", "floor_2*"), **LIGHT}, {"parts": ("beam_*",), **HEAVY})
     assert case.structure is not None
-    return part_damping(case.structure, parts.mesh)
-
-
-def test_parts_by_patterns(house: BuildingParts) -> None:
-    case = case_of({"parts": ("column_?", "floor_2*"), **LIGHT}, {"parts": ("beam_1",), **HEAVY})
-    dampings = found(case, house)
-    assert dampings is not None
+    soft = with_materials(case.structure, ("storey_*", "column_2_*"))
+    parts, _, _ = read_parts(case.model_copy(update={"structure": soft}), FRAME)
+    materials, dampings = by_name(parts, parts.materials), by_name(parts, parts.dampings)
+    for group, material in materials.items():
+        other = group.startswith(("storey", "column_2"))
+        assert (material.E, material.rho) == ((3e9, 1800.0) if other else (33e9, 2500.0)), group
     light, heavy = Rayleigh(0.2, 1e-3), Rayleigh(2.0, 3e-3)
-    by_name = dict(
-        zip(
-            [part.group for part in (*house.mesh.shell_parts, *house.mesh.beam_parts)],
-            (*dampings.shells, *dampings.beams),
-            strict=True,
-        )
-    )
-    assert by_name == {
-        **dict.fromkeys(("column_1", "column_2", "floor_2", "floor_2_acroterion"), light),
-        "beam_1": heavy,
-        **dict.fromkeys(("floor_1", *(f"storey_{k}_{w}" for k in (1, 2) for w in WALLS))),
-    }
-    assert dampings.distinct == [light, heavy]
-    assert found(case_of(), house) is None
-
-
-WALLS = ("inner", "south")
+    expected = {"column_1": light, "floor_2": light, "beam": heavy}
+    for group, damping in dampings.items():
+        own = [d for start, d in expected.items() if group.startswith(start)]
+        assert damping == (own[0] if own else None), group
+    assert parts.dampings is not None and parts.dampings.distinct == [light, heavy]
+    plain, _, _ = read_parts(case_of(), FRAME)
+    assert plain.dampings is None and len(set(plain.materials.shells)) == 1
 
 
 def test_patterns_that_do_not_fit(house: BuildingParts) -> None:
@@ -277,8 +253,6 @@ def test_patterns_that_do_not_fit(house: BuildingParts) -> None:
     assert faults["buildings.F.structure.damping[1].parts", "floor_2"] == also
 
 
-def test_read_with_the_mesh() -> None:
-    parts, _, _ = read_parts(case_of({"parts": ("storey_*",), **LIGHT}), GEOMETRY / "frame.msh")
-    assert parts.dampings is not None and parts.dampings.distinct == [Rayleigh(0.2, 1e-3)]
+def test_a_pattern_of_no_part_is_refused_with_the_mesh() -> None:
     with pytest.raises(InputError, match="expected a pattern of the parts of the mesh: floor_1"):
-        read_parts(case_of({"parts": ("walls",), **LIGHT}), GEOMETRY / "frame.msh")
+        read_parts(case_of({"parts": ("walls",), **LIGHT}), FRAME)

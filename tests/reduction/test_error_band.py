@@ -4,9 +4,14 @@ import scipy.linalg
 
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import (
-    SAFETY,
+    LARGER_SAFETY,
+    LARGER_SHARES,
+    NESTED_SAFETY,
     by_third_octave,
+    effectivity,
+    larger_models,
     nested_models,
+    together,
     transfer_band,
     transfer_bound,
 )
@@ -76,13 +81,13 @@ def test_the_band_covers_the_error(membrane, basis, damping, sizes):
         # The difference to the smallest of them, without what is known of the convergence.
         coarse = reduced_model(made, len(models[-1].coordinates)).transfer(rows, OMEGA, damping)
         apart = np.abs(models[0].transfer(rows, OMEGA, damping) - coarse)
-        plain.append((SAFETY * by_third_octave(OMEGA, apart) / true)[matters])
+        plain.append((NESTED_SAFETY * by_third_octave(OMEGA, apart) / true)[matters])
     ratio, other = np.concatenate(ratios), np.concatenate(plain)
     assert ratio.size > 10_000
     assert np.mean((ratio >= 1.0) & (ratio <= 10.0)) > 0.85
     assert np.mean(ratio < 1.0) < 0.07
     # It takes the safety factor, and the plain difference is not as good.
-    assert np.mean(ratio < SAFETY) > 0.3
+    assert np.mean(ratio < NESTED_SAFETY) > 0.3
     assert np.mean((other >= 1.0) & (other <= 10.0)) < 0.75
 
 
@@ -131,3 +136,84 @@ def test_the_bound_without_damping(basis):
     assert np.all(transfer_bound(reduced, np.ones(2), norms, omega, Rayleigh(0.0, 0.0)) == np.inf)
     some = transfer_bound(reduced, np.ones(2), norms, omega, Rayleigh(0.1, 0.0))
     assert np.all(some[0] == np.inf) and np.all(np.isfinite(some[1]))
+
+
+def test_sizes_of_larger_models(basis):
+    """The shares of 30 vectors, in whole block steps of three; the model itself stays."""
+    made = basis(10)
+    used = reduced_model(made)
+    larger = larger_models(made, made.size)
+    assert LARGER_SHARES == (1.1, 1.15, 1.2)
+    assert [len(model.coordinates) for model in larger] == [33, 36]  # 34.5 takes 36, too
+    again = reduced_model(made, made.sizes[9])
+    assert np.allclose(again.eigenvalue, used.eigenvalue, rtol=1e-12)
+    # From 60 vectors 66, 69 and 72 are asked for.
+    made = basis(20)
+    assert [len(m.coordinates) for m in larger_models(made, made.size)] == [66, 69, 72]
+
+
+def test_space_that_holds_all(basis):
+    """It cannot grow: the larger models are the model, and its error is nothing."""
+    made = basis(80)
+    used, rows = reduced_model(made), made.rows(np.arange(4))
+    response = used.transfer(rows, OMEGA, HEAVY)
+    for model in larger_models(made, made.size):
+        assert np.array_equal(model.transfer(rows, OMEGA, HEAVY), response)
+
+
+@pytest.mark.parametrize("steps", [8, 12, 16])
+def test_larger_models_tell_the_error(membrane, basis, steps):
+    """Of transfer functions, against direct solutions: held by the factor, and seldom without."""
+    made = basis(steps)
+    used = reduced_model(made)
+    larger = larger_models(made, made.size)
+    rows = made.rows(np.arange(168))
+    response = used.transfer(rows, OMEGA, HEAVY)
+    model = membrane()
+    truth = model.transfer(OMEGA, HEAVY, model.loads)
+    error = by_third_octave(OMEGA, np.abs(response - truth))
+    apart = by_third_octave(
+        OMEGA,
+        np.max([np.abs(response - m.transfer(rows, OMEGA, HEAVY)) for m in larger], axis=0),
+    )
+    matters = error > 1e-4 * by_third_octave(OMEGA, np.abs(truth))
+    assert matters.sum() > 1000
+    ratio = LARGER_SAFETY * apart[matters] / error[matters]
+    assert np.mean(ratio >= 1.0) > 0.95
+    assert np.mean((ratio >= 1.0) & (ratio <= 10.0)) > 0.95
+    assert np.mean(ratio >= LARGER_SAFETY) < 0.8
+
+
+# Three in each third of an octave: around 125, 157.5 and 198.4 Hz.
+FREQUENCY = 125.0 * 2.0 ** (np.array([-0.4, 0.0, 0.4, 0.6, 1.0, 1.4, 1.6, 2.0, 2.4]) / 3.0)
+
+
+def test_maxima_within_thirds_of_octaves():
+    """The error of a third and the band of it need not be at the same frequency."""
+    truth = np.full((2, 9), 10.0)
+    computed, band = truth.copy(), np.zeros((2, 9))
+    computed[0, 0], band[0, 2] = 10.5, 1.0
+    computed[0, 4], band[0, 5] = 9.0, 0.5
+    computed[1, 8], band[1, 6] = 10.1, 1.2
+    found = effectivity(band, computed, truth, FREQUENCY)
+    order = np.argsort(found.frequency)
+    assert found.frequency[order] == pytest.approx([125.0, 157.49, 198.43], rel=1e-4)
+    assert found.spectrum[order].tolist() == [0, 0, 1]
+    assert found.ratio[order] == pytest.approx([2.0, 0.5, 12.0])
+    assert found.good == pytest.approx(1 / 3) and found.held == pytest.approx(2 / 3)
+    assert found.misses == [(0, pytest.approx(157.49, rel=1e-4), pytest.approx(0.5))]
+    both = together([found, found])
+    assert both.good == found.good and len(both.ratio) == 6 and len(both.misses) == 2
+
+
+def test_errors_that_are_nothing():
+    """Up to a ten-thousandth of the largest of the spectrum in the same third."""
+    truth = np.ones((1, 9))
+    truth[0, 1] = 100.0
+    computed = truth.copy()
+    computed[0, 0] += 0.9e-2
+    computed[0, 4] += 0.9e-4
+    none = effectivity(np.zeros((1, 9)), computed, truth, FREQUENCY)
+    assert none.ratio.size == 0 and none.good == none.held == 1.0 and none.misses == []
+    computed[0, 4] += 0.2e-4
+    assert effectivity(np.zeros((1, 9)), computed, truth, FREQUENCY).held == 0.0

@@ -1,8 +1,10 @@
-"""Where the response of the frame is looked at."""
+"""Nodes of the frame whose motion is wanted."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +13,13 @@ import pytest
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case.transient import Probe as CaseProbe
 from impactfem.case.transient import Transient
-from impactfem.reduction.probes import case_probes, checked_probes, nearest_node, standard_probes
-from impactfem.system.errors import InputError, SolutionError
+from impactfem.reduction.probes import (
+    checked_probes,
+    covered_points,
+    motion_grid,
+    standard_probes,
+)
+from impactfem.system.errors import InputError
 
 if TYPE_CHECKING:
     from ..stages.transient.conftest import Frame
@@ -23,15 +30,26 @@ def mesh(frame: Frame) -> BuildingMesh:
     return frame.parts.mesh
 
 
-def asked(mesh: BuildingMesh, **keys: Any) -> list[tuple[str, list[float], float]]:
+def case_of(*probes: CaseProbe, envelopes: tuple[tuple[str, ...], ...] = ()) -> Any:
+    """A case with these probes, and anchors of a device that ask for some."""
+    anchors = [SimpleNamespace(envelope=names) for names in envelopes]
+    return SimpleNamespace(
+        path=Path("case.toml"),
+        wave_floor=None,
+        transient=SimpleNamespace(probes=probes),
+        devices=[SimpleNamespace(anchors=anchors)],
+    )
+
+
+def requested(mesh: BuildingMesh, **keys: Any) -> list[tuple[str, list[float], float]]:
     """Name, place and distance of the probes of one table."""
     probe = CaseProbe.model_validate({"name": "mine", **keys})
-    found = case_probes(mesh, [probe])[len(standard_probes(mesh)) :]
+    found = checked_probes(case_of(probe), mesh)[len(standard_probes(mesh)) :]
     return [(p.name, mesh.nodes[p.node].round(9).tolist(), round(p.distance, 9)) for p in found]
 
 
 def test_those_that_are_always_there(mesh: BuildingMesh) -> None:
-    found = {p.name: mesh.nodes[p.node].round(9).tolist() for p in case_probes(mesh, [])}
+    found = {p.name: mesh.nodes[p.node].round(9).tolist() for p in standard_probes(mesh)}
     line = {f"line_{k + 1}": [3.0, 4.0 - 0.5 * k, 6.0] for k in range(9)}
     # Along y lie nodes every 4/6 m and 4/12 m; the line's points are taken to the nearest one.
     for name, point in line.items():
@@ -66,14 +84,14 @@ def test_line_begins_at_the_impact_edge_on_any_side(mesh: BuildingMesh, side: st
 
 
 def test_points(mesh: BuildingMesh) -> None:
-    assert asked(mesh, point=["0 m", "4 m", "6 m"]) == [("mine", [0, 4, 6], 0)]
-    ((name, place, distance),) = asked(mesh, point=["0 m", "4 m", "6.3 m"])
+    assert requested(mesh, point=["0 m", "4 m", "6 m"]) == [("mine", [0, 4, 6], 0)]
+    ((name, place, distance),) = requested(mesh, point=["0 m", "4 m", "6.3 m"])
     assert (name, place, distance) == ("mine", [0, 4, 6], 0.3)
 
 
 def test_points_on_a_line(mesh: BuildingMesh) -> None:
     ends = {"from": ["0 m", "0 m", "3 m"], "to": ["600 cm", "0 m", "3 m"], "count": 3}
-    assert asked(mesh, **ends) == [
+    assert requested(mesh, **ends) == [
         ("mine_1", [0, 0, 3], 0),
         ("mine_2", [3, 0, 3], 0),
         ("mine_3", [6, 0, 3], 0),
@@ -90,7 +108,7 @@ def test_points_on_a_line(mesh: BuildingMesh) -> None:
     ],
 )
 def test_groups(mesh: BuildingMesh, group: str, where: dict[int, float]) -> None:
-    found = asked(mesh, group=group)
+    found = requested(mesh, group=group)
     there = np.all([np.isclose(mesh.nodes[:, k], x) for k, x in where.items()], axis=0)
     assert [name for name, _, _ in found] == [f"mine_{k + 1}" for k in range(there.sum())]
     assert sorted(place for _, place, _ in found) == sorted(mesh.nodes[there].round(9).tolist())
@@ -98,16 +116,16 @@ def test_groups(mesh: BuildingMesh, group: str, where: dict[int, float]) -> None
 
 def test_group_with_clamped_nodes(mesh: BuildingMesh) -> None:
     """Of a wall that stands on the base only the free nodes; of the base none."""
-    found = asked(mesh, group="storey_1_west")
+    found = requested(mesh, group="storey_1_west")
     assert min(place[2] for _, place, _ in found) > 0.0
-    with pytest.raises(SolutionError, match="the probe's group base has no free nodes"):
-        asked(mesh, group="base")
+    with pytest.raises(InputError, match="the probe's group base has no free nodes"):
+        requested(mesh, group="base")
 
 
 @pytest.mark.parametrize("group", ["floor_9", "edge_3", "centre_3", "storey_1_east", "beam_1"])
 def test_unknown_group(mesh: BuildingMesh, group: str) -> None:
-    with pytest.raises(SolutionError, match=f"group {group} has no free nodes in this mesh"):
-        asked(mesh, group=group)
+    with pytest.raises(InputError, match=f"group {group} has no free nodes in this mesh"):
+        requested(mesh, group=group)
 
 
 def test_point_outside_the_building(mesh: BuildingMesh) -> None:
@@ -115,10 +133,10 @@ def test_point_outside_the_building(mesh: BuildingMesh) -> None:
         r"the probe mine at \(8\.500, 4\.000, 6\.000\) m is outside the building: the nearest "
         r"node, at \(6\.000, 4\.000, 6\.000\) m, is 2\.5 m away"
     )
-    with pytest.raises(SolutionError, match=message):
-        asked(mesh, point=["8.5 m", "4 m", "6 m"])
+    with pytest.raises(InputError, match=message):
+        requested(mesh, point=["8.5 m", "4 m", "6 m"])
     # A point within a metre is told by its distance, not refused.
-    assert asked(mesh, point=["6.9 m", "4 m", "6 m"])[0][2] == 0.9
+    assert requested(mesh, point=["6.9 m", "4 m", "6 m"])[0][2] == 0.9
 
 
 def test_every_probe_of_a_case_that_is_outside(frame: Frame) -> None:
@@ -150,15 +168,52 @@ def test_every_probe_of_a_case_that_is_outside(frame: Frame) -> None:
 def test_half_of_large_elements_counts(mesh: BuildingMesh) -> None:
     """On a coarse mesh a point inside an element may be farther than a metre from all nodes."""
     coarse = replace(mesh, nodes=4.0 * mesh.nodes)
-    assert asked(coarse, point=["24 m", "16 m", "25.3 m"])[0][2] == 1.3
-    with pytest.raises(SolutionError, match=r"is 1\.5 m away"):
-        asked(coarse, point=["24 m", "16 m", "25.5 m"])
+    assert requested(coarse, point=["24 m", "16 m", "25.3 m"])[0][2] == 1.3
+    with pytest.raises(InputError, match=r"is 1\.5 m away"):
+        requested(coarse, point=["24 m", "16 m", "25.5 m"])
 
 
 def test_nearest_node_of_all(mesh: BuildingMesh) -> None:
-    rng = np.random.default_rng(5)
-    for point in rng.uniform([0, 0, 0], [6, 4, 6], (20, 3)):
-        probe = nearest_node(mesh, "one", point, 10.0)
+    for point in np.random.default_rng(5).uniform([0, 0, 0], [6, 4, 6], (20, 3)).round(6):
+        ((_, place, distance),) = requested(mesh, point=[f"{x} m" for x in point])
         distances = np.linalg.norm(mesh.nodes - point, axis=1)
-        assert probe.distance == pytest.approx(distances.min())
-        assert distances[probe.node] == distances.min()
+        assert distance == pytest.approx(distances.min(), abs=1e-8)
+        assert place == pytest.approx(mesh.nodes[np.argmin(distances)], abs=1e-8)
+
+
+CORNER = CaseProbe(name="corner", point=(6.0, 4.0, 6.0))
+RIM = CaseProbe(name="rim", group="edge_2")
+
+
+def test_names_and_patterns_by_anchor(mesh: BuildingMesh) -> None:
+    envelopes = ("corner", "centre_*"), (), ("centre_2", "rim_1")
+    found = covered_points(case_of(CORNER, RIM, envelopes=envelopes), mesh)
+    assert set(found.names) == {"centre_1", "centre_2", "corner", "rim_1"}
+    names = [[found.names[k] for k in points] for points in found.of_anchor]
+    assert names[0] == ["centre_1", "centre_2", "corner"] and names[1] == []
+    assert set(names[2]) == {"centre_2", "rim_1"}
+    node = found.nodes[found.names.index("corner")]
+    assert mesh.nodes[node] == pytest.approx([6.0, 4.0, 6.0])
+    none = covered_points(case_of(CORNER, RIM, envelopes=((), ())), mesh)
+    assert (none.nodes, none.of_anchor) == ((), ((), ()))
+    # How many nodes a group has only the mesh knows.
+    other = case_of(CORNER, RIM, envelopes=(("corner", "rim_999"),))
+    with pytest.raises(InputError, match=r"envelope = 'rim_999': expected a probe that is in the"):
+        covered_points(other, mesh)
+
+
+@pytest.mark.parametrize(("which", "corners", "ends"), [("vertices", 3, 2), ("all", 6, 3)])
+def test_cells_are_those_of_the_mesh(
+    mesh: BuildingMesh, which: str, corners: int, ends: int
+) -> None:
+    grid = motion_grid(mesh, which)
+    assert (grid.triangles.shape[1], grid.lines.shape[1]) == (corners, ends)
+    assert np.array_equal(grid.nodes[grid.triangles], mesh.triangles[:, :corners])
+    assert np.array_equal(grid.nodes[grid.lines], mesh.lines[:, :ends])
+    assert np.array_equal(grid.points, mesh.nodes[grid.nodes])
+    assert grid.cells == mesh.elements
+    # Mid nodes are in the middle of what is drawn straight without them.
+    assert (len(grid.nodes) == len(mesh.nodes)) == (which == "all")
+    # Every node belongs to a cell.
+    used = np.unique(np.concatenate([grid.triangles.ravel(), grid.lines.ravel()]))
+    assert np.array_equal(used, np.arange(len(grid.nodes)))

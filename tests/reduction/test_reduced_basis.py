@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import SAFETY
-from impactfem.reduction.motion_grid import recorded_nodes
+from impactfem.reduction.probes import recorded_nodes
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.system.errors import SolutionError

@@ -1,15 +1,33 @@
-"""The reduced model of the frame against the full one, in time."""
+"""The response of the reduced frame at nodes: histories, spectra, transfer functions and band."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
 
-from impactfem.reduction.response import modal_histories, node_response, node_spectra
+from impactfem.building.floor import edge_load
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.reduction.error_band import NESTED_SAFETY, Effectivity, effectivity
+from impactfem.reduction.response import (
+    LARGER,
+    SAFETY,
+    SMALLER,
+    Band,
+    NodeResponse,
+    modal_histories,
+    node_response,
+    node_spectra,
+    response_band,
+    spectrum_difference,
+    transfer_functions,
+)
 from impactfem.spectra import response_spectra
 
 from ..stages.transient.conftest import HIGHEST, TOLERANCE
@@ -22,13 +40,17 @@ if TYPE_CHECKING:
 
     from ..stages.transient.conftest import Array, Frame
 
+    FullRuns = dict[str, tuple[Rayleigh, FullRun]]
+
+LOOSE = 0.2
+
 
 @pytest.mark.parametrize("name", ["the case's", "light"])
 def test_spectra_are_those_of_the_full_model(
     frame: Frame,
     loads: Loads,
     basis: ReducedBasis,
-    full_runs: dict[str, tuple[tuple[float, float], FullRun]],
+    full_runs: FullRuns,
     spectra: Spectra,
     name: str,
 ) -> None:
@@ -49,7 +71,7 @@ def test_histories_are_those_of_the_full_model(
     frame: Frame,
     loads: Loads,
     basis: ReducedBasis,
-    full_runs: dict[str, tuple[tuple[float, float], FullRun]],
+    full_runs: FullRuns,
 ) -> None:
     damping, full = full_runs["light"]
     history = modal_histories(basis, loads, damping, scheme="newmark")
@@ -156,3 +178,180 @@ def test_records_of_the_spectra(frame: Frame, loads: Loads, basis: ReducedBasis)
     )
     assert found.psa[1, 5] == pytest.approx(one.psa[0, 0], rel=1e-12)
     assert found.zpa[5] == np.abs(response.acceleration[:, 1, 2]).max()
+
+
+def test_against_a_direct_solution(
+    frame: Frame, loads: Loads, basis: ReducedBasis, csc: Callable[[Any], csc_matrix]
+) -> None:
+    """(K + iωC − ω²M) x = f solved by SciPy, acceleration −ω² x over the force 1 N."""
+    alpha, beta = frame.light.alpha, frame.light.beta
+    found = transfer_functions(basis, frame.nodes, frame.light, HIGHEST)
+    assert found.loads == ("floor 2", "floor 1")  # the ground is no force
+    assert found.value.shape == (len(found.frequency), 2, len(frame.nodes), 3)
+    assert found.frequency[[0, -1]] == pytest.approx([0.5, HIGHEST])
+    K, M = csc(frame.K), csc(frame.model.mass)
+    rows = (frame.model.rows(frame.nodes)[:, None] + np.arange(3)).ravel()
+    forces = frame.patterns(loads)[:, 1:].astype(complex)
+    for k in (50, 313, 450, 599):
+        w = 2.0 * np.pi * found.frequency[k]
+        dynamic = K * (1.0 + 1j * w * beta) + M * (1j * w * alpha - w**2)
+        truth = (-(w**2) * splu(dynamic.tocsc()).solve(forces)[rows]).T.reshape(2, -1, 3)
+        apart = np.abs(found.value[k] - truth).max(axis=(1, 2))
+        assert np.all(apart < TOLERANCE * np.abs(truth).max(axis=(1, 2)))
+        # The phase counts: its conjugate is another response.
+        other = np.abs(found.value[k].conj() - truth).max(axis=(1, 2))
+        assert np.all(other > TOLERANCE * np.abs(truth).max(axis=(1, 2)))
+
+
+def test_resonance(frame: Frame, basis: ReducedBasis) -> None:
+    """Almost without damping forces along y are largest at the first mode along y, the second."""
+    found = transfer_functions(basis, frame.nodes, Rayleigh(beta=1e-6), HIGHEST)
+    size = np.abs(found.value[:, 0]).max(axis=(1, 2))
+    low = found.frequency < 1.5 * basis.model.frequency[1]
+    peak = found.frequency[low][np.argmax(size[low])]
+    assert peak == pytest.approx(basis.model.frequency[1], rel=0.006)
+
+
+def test_reciprocity(frame: Frame, loads: Loads) -> None:
+    """Force on one edge, acceleration at the other as the force weighs it: either way the same."""
+    edges = [edge_load(frame.parts.mesh, floor, 0.3) for floor in (2, 1)]
+    every = np.unique(np.concatenate([edge.nodes for edge in edges]))
+    basis = frame.basis(loads, nodes=np.union1d(every, frame.nodes))
+    found = transfer_functions(basis, every, frame.light, HIGHEST)
+    at = [np.searchsorted(every, edge.nodes) for edge in edges]
+    weighed = [
+        -found.value[:, :, nodes, 1] @ edge.forces for nodes, edge in zip(at, edges, strict=True)
+    ]
+    there, back = weighed[1][:, 0], weighed[0][:, 1]
+    assert np.abs(there - back).max() < NESTED_SAFETY * basis.difference * np.abs(there).max()
+    # The responses to the two forces themselves differ.
+    assert np.abs(weighed[0][:, 0] - weighed[1][:, 1]).max() > 0.1 * np.abs(there).max()
+
+
+def test_without_forces(frame: Frame, loads: Loads) -> None:
+    ground = replace(loads, edges=(), force=loads.force[:, :0])
+    found = transfer_functions(frame.basis(ground, tolerance=0.1), frame.nodes, frame.damping, 50.0)
+    assert found.loads == () and found.value.shape == (600, 0, len(frame.nodes), 3)
+
+
+def test_bound_holds(frame: Frame, loads: Loads, basis: ReducedBasis) -> None:
+    """The rigorous bound against a direct solution, at frequencies where it is sharp and not."""
+    exact = frame.basis(loads, tolerance=1e-6)
+    nodes = frame.nodes
+    coarse = frame.basis(loads, tolerance=0.1)
+    ours, truth = (transfer_functions(b, nodes, frame.light, HIGHEST) for b in (coarse, exact))
+    error = np.abs(ours.value - truth.value)
+    rounding = 1e-9 * np.abs(truth.value).max()
+    assert (error - ours.bound).max() < rounding
+    assert error.max() > 0.0 and np.isfinite(ours.bound).all()
+    # A better basis has a smaller one, wherever it is more than rounding, as at low frequencies;
+    # of other nodes nothing is known.
+    better = transfer_functions(basis, nodes, frame.light, HIGHEST).bound
+    known = ours.bound > rounding
+    assert known.any() and np.all(better[known] < ours.bound[known])
+    other = np.setdiff1d(coarse.nodes, nodes)[:1]
+    assert np.isinf(coarse.bound(other, np.array([10.0]), frame.light)).all()
+
+
+def test_largest_difference_around_a_frequency() -> None:
+    frequency = 2.0 ** (np.arange(25) / 12.0)  # twelve an octave: two to either side in a third
+    used = np.ones((2, 25))
+    other = used.copy()
+    other[0, 10], other[0, 20], other[1, 0] = 1.3, 0.6, 2.0
+    found = spectrum_difference(used, [other], frequency, 1.0 / 3.0)
+    expected = np.zeros((2, 25))
+    expected[0, 8:13], expected[0, 18:23], expected[1, :3] = 0.3, 0.4, 1.0
+    assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_worst_of_several_models_counts() -> None:
+    frequency = np.array([1.0, 10.0])
+    used, others = np.zeros((1, 2)), [np.array([[1.0, 0.0]]), np.array([[0.5, -3.0]])]
+    assert spectrum_difference(used, others, frequency, 1.0 / 3.0).tolist() == [[1.0, 3.0]]
+
+
+class Compared:
+    """A basis against the full model, both by Newmark at the same step."""
+
+    def __init__(
+        self, frame: Frame, loads: Loads, full_run: Any, spectra: Spectra, tolerance: float
+    ) -> None:
+        damping, full = full_run
+        basis = frame.basis(loads, tolerance=tolerance, larger=True)
+        self.case = basis, loads, damping, frame.nodes
+        self.shown = spectra
+        self.frequency = np.array(spectra.frequency_values)
+        history = modal_histories(basis, loads, damping, scheme="newmark")
+        self.response: NodeResponse = node_response(basis, history, loads, frame.nodes)
+        self.psa: Array = node_spectra(self.response, spectra).psa
+        self.truth: Array = node_spectra(full.response, spectra).psa
+        self.apart: Array = np.abs(self.response.acceleration - full.response.acceleration)
+
+    def band(self, kind: str = LARGER) -> Band:
+        return response_band(
+            *self.case, self.response, self.psa, self.shown, kind=kind, scheme="newmark"
+        )
+
+    def effectivity(self, kind: str = LARGER, factor: float = 1.0) -> Effectivity:
+        """Of the band, with the spectra multiplied by a factor."""
+        band = self.band(kind).psa[0]
+        return effectivity(band, factor * self.psa[0], self.truth[0], self.frequency)
+
+
+@pytest.mark.parametrize("tolerance", [LOOSE, TOLERANCE])
+@pytest.mark.parametrize("name", ["the case's", "light"])
+def test_band_is_the_error_to_within_a_factor(
+    frame: Frame,
+    loads: Loads,
+    full_runs: FullRuns,
+    spectra: Spectra,
+    name: str,
+    tolerance: float,
+) -> None:
+    """Between 1 and 10 times at 95 % of all thirds of octaves; the safety factor is needed.
+
+    So on accelerations, at any time.
+    """
+    _, full = full_runs[name]
+    compared = Compared(frame, loads, full_runs[name], spectra, tolerance)
+    found = compared.effectivity()
+    assert found.good >= 0.95, found.misses
+    largest = compared.apart.max(axis=0)
+    told = largest > 1e-4 * np.abs(full.response.acceleration).max(axis=0)
+    ratio = compared.band().acceleration[told] / largest[told]
+    assert np.all((ratio >= 1.0) & (ratio <= 10.0))
+    if name == "light":
+        assert len(found.ratio) > 50
+        # Smaller models tell their own error; without a safety factor much would be missed.
+        assert compared.effectivity(SMALLER).good < 0.8
+        assert np.mean(found.ratio < SAFETY[LARGER]) > 0.1
+        # A band around wrong spectra does not hold what they lack.
+        assert compared.effectivity(factor=1.05).held < 0.3
+
+
+def test_band_grows_where_vectors_are_missing(
+    frame: Frame,
+    loads: Loads,
+    full_runs: FullRuns,
+    spectra: Spectra,
+) -> None:
+    fine, coarse = (
+        Compared(frame, loads, full_runs["light"], spectra, tolerance)
+        for tolerance in (TOLERANCE, LOOSE)
+    )
+    assert np.median(coarse.band().psa / fine.band().psa) > 3.0
+    assert coarse.effectivity().held >= 0.95
+
+
+def test_basis_without_larger_models(
+    frame: Frame, loads: Loads, basis: ReducedBasis, spectra: Spectra
+) -> None:
+    response = node_response(basis, modal_histories(basis, loads, frame.light), loads, frame.nodes)
+    psa = node_spectra(response, spectra).psa
+    case = basis, loads, frame.light, frame.nodes, response, psa, spectra
+    with pytest.raises(ValueError, match="a basis without larger models"):
+        response_band(*case)
+    assert response_band(*case, kind=SMALLER).psa.shape == psa.shape
+    alone = replace(basis, models=basis.models[:1])
+    with pytest.raises(ValueError, match="a basis without smaller models"):
+        response_band(alone, *case[1:], kind=SMALLER)

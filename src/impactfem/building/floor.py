@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.building.mesh import DOFS, BuildingMesh, area_shares, areas, line_lengths
+from impactfem.building.mesh import BuildingMesh, area_shares, areas, line_lengths
 from impactfem.building.parts import BuildingParts, lever_rule
 
 if TYPE_CHECKING:
@@ -30,19 +31,9 @@ class NodalLoad:
     nodes: Ints  #: The nodes, shape (n,).
     forces: Array  #: Force on each of them for the unit resultant, shape (n,) [N/N].
 
-    def vector(self, model: BuildingModel, direction: tuple[float, float, float]) -> Array:
-        """The load at this rank's rows, shape (n_local,).
-
-        Args:
-            model: The building.
-            direction: Direction of the resultant, a unit vector.
-        """
-        load = np.zeros(DOFS * len(model.nodes))
-        rows = model.rows(self.nodes)
-        here = rows >= 0
-        for axis, part in enumerate(direction):
-            load[rows[here] + axis] = part * self.forces[here]
-        return load
+    def vector(self, model: BuildingModel, direction: Sequence[float] | Array) -> Array:
+        """The load at this rank's rows, shape (n_local,); the resultant is along a unit vector."""
+        return np.asarray(model.along(self.nodes, direction) @ self.forces)
 
 
 def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> NodalLoad:
@@ -80,9 +71,7 @@ def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> Noda
 def floor_load(mesh: BuildingMesh, floor: int) -> NodalLoad:
     """Consistent nodal forces of an even load with the resultant 1 N over the slab of a floor.
 
-    Args:
-        mesh: The mesh.
-        floor: Number of the floor; what stands upright on its slab takes no load.
+    What stands upright on the slab takes no load.
 
     Raises:
         KeyError: The floor has no slab.
@@ -118,28 +107,12 @@ class ContactEdge:
     means: scipy.sparse.csr_matrix
 
     def columns(self, model: BuildingModel, normal: Array) -> scipy.sparse.csr_matrix:
-        """G at this rank's rows, with g = Gᵀ u, shape (n_local, m).
-
-        Args:
-            model: The building.
-            normal: Unit vector towards the wall, shape (3,).
-        """
-        rows = model.rows(self.nodes)
-        here = np.flatnonzero(rows >= 0)
-        shape = (DOFS * len(model.nodes), len(self.nodes))
-        spread = scipy.sparse.csr_matrix(shape)
-        for axis in range(3):
-            entries = (np.full(len(here), normal[axis]), (rows[here] + axis, here))
-            spread = spread + scipy.sparse.csr_matrix(entries, shape=shape)
-        return scipy.sparse.csr_matrix(spread @ self.means)
+        """G at this rank's rows, with g = Gᵀ u, shape (n_local, m); `normal` points to the wall."""
+        return scipy.sparse.csr_matrix(model.along(self.nodes, normal) @ self.means)
 
 
 def contact_edge(mesh: BuildingMesh, floor: int) -> ContactEdge:
     """Contact along the edge of a floor.
-
-    Args:
-        mesh: The mesh.
-        floor: Number of the floor.
 
     Raises:
         KeyError: The floor has no edge.
@@ -209,12 +182,7 @@ class FloorBar:
 
 
 def floor_bar(parts: BuildingParts, floor: int, axis: int) -> FloorBar:
-    """The bar of a floor.
-
-    Args:
-        parts: The building.
-        floor: Number of the floor.
-        axis: 0 for a bar along x, 1 for one along y.
+    """The bar of a floor, along x (axis 0) or y (axis 1).
 
     Raises:
         KeyError: The floor has no slab.

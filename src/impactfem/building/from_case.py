@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -18,8 +18,15 @@ from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.case import Case
 from impactfem.case.buildings import Building
-from impactfem.case.structure import FileMesh, GeneratedMesh, Structure
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.case.damping import PartDamping as DampingEntry
+from impactfem.case.structure import (
+    BeamGroup,
+    FileMesh,
+    GeneratedMesh,
+    PartMaterial,
+    ShellGroup,
+    Structure,
+)
 from impactfem.system.errors import Fault, InputError, SolutionError
 
 HEIGHT = 0.1
@@ -29,16 +36,15 @@ A level may be that of the mass centre or of the middle of the slab.
 """
 
 
+OfParts = TypeVar("OfParts", PartMaterial, DampingEntry)
+Group = TypeVar("Group", ShellGroup, BeamGroup)
+
+
 def geometry_of(case: Case) -> Geometry:
-    """The geometry that the generator builds for the structure of a case.
-
-    The floors are at the elevations of the building's floor table.
-
-    Args:
-        case: A case with a structure whose mesh is generated.
+    """The geometry that the generator builds, with floors at the elevations of the floor table.
 
     Raises:
-        ValueError: It has none.
+        ValueError: The case has no structure with a generated mesh.
     """
     structure = case.structure
     if structure is None or not isinstance(structure.mesh, GeneratedMesh):
@@ -48,11 +54,7 @@ def geometry_of(case: Case) -> Geometry:
 
 
 def sections_of(structure: Structure, mesh: BuildingMesh) -> Sections:
-    """The sections of the parts of a structure's mesh.
-
-    Args:
-        structure: The structure.
-        mesh: Its mesh, generated or read from the user's file.
+    """The sections of the parts of a structure's mesh, generated or read from the user's file.
 
     Raises:
         InputError: A group of the user's mesh matches no entry of the case file, or two; an entry
@@ -74,64 +76,26 @@ def part_faults(structure: Structure, parts: Sequence[Part], path: Path) -> Iter
         path: The case file, for messages.
     """
     names = ", ".join(part.group for part in parts)
-    entries: Sequence[_OfParts]
-    for key, entries in (("materials", structure.materials), ("damping", structure.damping)):
-        for index, entry in enumerate(entries):
-            for k, pattern in enumerate(entry.parts):
+    # By their patterns alone, entries of both kinds are checked in one way.
+    patterns = {
+        f"{structure.key}.materials": [entry.parts for entry in structure.materials],
+        f"{structure.key}.damping": [entry.parts for entry in structure.damping],
+    }
+    for key, entries in patterns.items():
+        for index, of_entry in enumerate(entries):
+            for k, pattern in enumerate(of_entry):
                 if not any(fnmatchcase(part.group, pattern) for part in parts):
-                    key_path = f"{structure.key}.{key}[{index}].parts[{k}]"
                     expected = f"expected a pattern of the parts of the mesh: {names}"
-                    yield Fault(path, key_path, pattern, expected)
+                    yield Fault(path, f"{key}[{index}].parts[{k}]", pattern, expected)
         for part in parts:
-            matching = [index for index, entry in enumerate(entries) if _matches(part, entry)]
-            if len(matching) > 1:
-                key_path = f"{structure.key}.{key}[{matching[1]}].parts"
-                other = f"{structure.key}.{key}[{matching[0]}]"
-                expected = f"also matched by {other}; expected one entry for {part.group}"
-                yield Fault(path, key_path, part.group, expected)
-
-
-def materials_of(structure: Structure, mesh: BuildingMesh) -> Materials:
-    """The materials of the parts of a structure's mesh.
-
-    Args:
-        structure: The structure, whose patterns match its parts.
-        mesh: Its mesh.
-    """
-
-    def of(part: Part) -> Material:
-        entry = _entry_of(part, structure.materials)
-        material = structure.material if entry is None else entry.material
-        if material.density is None:
-            raise ValueError("the materials of a structure have a density")
-        return Material(material.young_modulus, material.poisson_ratio, material.density)
-
-    return Materials(tuple(map(of, mesh.shell_parts)), tuple(map(of, mesh.beam_parts)))
-
-
-def part_damping(structure: Structure, mesh: BuildingMesh) -> PartDamping | None:
-    """The damping of the parts of a structure's mesh; None without damping by part.
-
-    Args:
-        structure: The structure, whose patterns match its parts.
-        mesh: Its mesh.
-    """
-    if not structure.damping:
-        return None
-
-    def of(part: Part) -> Rayleigh | None:
-        entry = _entry_of(part, structure.damping)
-        return None if entry is None else entry.rayleigh
-
-    return PartDamping(tuple(map(of, mesh.shell_parts)), tuple(map(of, mesh.beam_parts)))
+            first, *others = [k for k, e in enumerate(entries) if _matches(part, e)] or [0]
+            if others:
+                expected = f"also matched by {key}[{first}]; expected one entry for {part.group}"
+                yield Fault(path, f"{key}[{others[0]}].parts", part.group, expected)
 
 
 def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, MeshReport]:
-    """Mesh, sections and masses of the structure of a case. Not collective.
-
-    Args:
-        case: The case; it has a structure.
-        path: The mesh file.
+    """Mesh, sections and masses of the structure of a case, from its mesh file. Not collective.
 
     Raises:
         InputError: The mesh is not usable, or does not go with the case. Of a generated mesh, whose
@@ -161,15 +125,26 @@ def _read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mes
         floors = ", ".join(map(str, mesh.floors))
         expected = f"the floors 1 to {len(building.floors)} of building {building.name}"
         raise InputError([Fault(path, "centre_<k>", f"floors {floors}", expected)])
-    every = (*mesh.shell_parts, *mesh.beam_parts)
+    both = mesh.shell_parts, mesh.beam_parts
     faults = [
         *_height_faults(mesh, building, path),
-        *part_faults(structure, every, case.path),
+        *part_faults(structure, [part for parts in both for part in parts], case.path),
     ]
     if faults:
         raise InputError(faults)
     sections = sections_of(structure, mesh)
-    materials = materials_of(structure, mesh)
+    materials = Materials(
+        *(
+            tuple(_material(structure, own) for own in _entries(parts, structure.materials))
+            for parts in both
+        )
+    )
+    dampings = PartDamping(
+        *(
+            tuple(own if own is None else own.rayleigh for own in entries)
+            for entries in (_entries(parts, structure.damping) for parts in both)
+        )
+    )
     required = np.array([f.mass for f in building.floors]) if structure.floor_masses else None
     try:
         masses = floor_masses(mesh, sections, materials, required)
@@ -183,7 +158,7 @@ def _read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mes
         materials=materials,
         added_mass=masses.on_triangles,
         drilling=structure.drilling,
-        dampings=part_damping(structure, mesh),
+        dampings=dampings if structure.damping else None,
     )
     return parts, masses, mesh_report(mesh, sections)
 
@@ -211,23 +186,20 @@ def _height_faults(mesh: BuildingMesh, building: Building, path: Path) -> Iterat
         below = (level, level)
 
 
-class _OfParts(Protocol):
-    """An entry of the case file for some parts, by patterns of the names of their groups."""
-
-    @property
-    def parts(self) -> tuple[str, ...]: ...
+def _matches(part: Part, patterns: Sequence[str]) -> bool:
+    return any(fnmatchcase(part.group, pattern) for pattern in patterns)
 
 
-Entry = TypeVar("Entry", bound=_OfParts)
+def _entries(parts: Sequence[Part], entries: Sequence[OfParts]) -> list[OfParts | None]:
+    """The first entry with a pattern that matches each part; None without one."""
+    return [next((e for e in entries if _matches(part, e.parts)), None) for part in parts]
 
 
-def _entry_of(part: Part, entries: Sequence[Entry]) -> Entry | None:
-    """The first entry with a pattern that matches the part's group; None without one."""
-    return next((entry for entry in entries if _matches(part, entry)), None)
-
-
-def _matches(part: Part, entry: _OfParts) -> bool:
-    return any(fnmatchcase(part.group, pattern) for pattern in entry.parts)
+def _material(structure: Structure, entry: PartMaterial | None) -> Material:
+    material = structure.material if entry is None else entry.material
+    if material.density is None:
+        raise ValueError("the materials of a structure have a density")
+    return Material(material.young_modulus, material.poisson_ratio, material.density)
 
 
 def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
@@ -268,51 +240,47 @@ def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
     )
 
 
-class _OfGroups(Protocol):
-    @property
-    def groups(self) -> str: ...
-
-
-Group = TypeVar("Group", bound=_OfGroups)
-
-
 def _file_sections(file_mesh: FileMesh, mesh: BuildingMesh) -> Sections:
     faults: list[Fault] = []
     shells = _matched(file_mesh, "shells", file_mesh.shells, mesh.shell_parts, faults)
     beams = _matched(file_mesh, "beams", file_mesh.beams, mesh.beam_parts, faults)
     if faults:
         raise InputError(faults)
-    chosen = list(zip(mesh.beam_parts, beams, strict=True))
-    sections = tuple(
-        BeamSection.column(entry.width, entry.depth)
-        if part.family == "column"
-        else BeamSection.beam(entry.width, entry.depth, entry.offset)
-        for part, entry in chosen
-    )
-    faults = [
-        Fault(file_mesh.file, part.group, entry.offset, "an offset; expected none for columns")
-        for part, entry in chosen
-        if part.family == "column" and entry.offset != 0.0
-    ]
-    faults += _direction_faults(file_mesh, mesh, sections)
+    ends = mesh.nodes[mesh.lines[:, :2]]
+    sections = []
+    for number, (part, entry) in enumerate(zip(mesh.beam_parts, beams, strict=True)):
+        if part.family == "column":
+            section = BeamSection.column(entry.width, entry.depth)
+            upright = "a column along y; expected a group beam_<k>"
+            if entry.offset != 0.0:
+                expected = "an offset; expected none for columns"
+                faults.append(Fault(file_mesh.file, part.group, entry.offset, expected))
+        else:
+            section = BeamSection.beam(entry.width, entry.depth, entry.offset)
+            upright = "a vertical beam; expected a group column_<k>"
+        sections.append(section)
+        # A beam along the direction that its section is turned by has no frame.
+        own = ends[mesh.line_part == number]
+        without = section.along_reference(own[:, 1] - own[:, 0])
+        if without.any():
+            where = place(own[np.argmax(without)].mean(axis=0))
+            faults.append(Fault(file_mesh.file, part.group, None, f"at {where}: {upright}"))
     if faults:
         raise InputError(faults)
-    return Sections(tuple(ShellSection(entry.thickness) for entry in shells), sections)
+    return Sections(tuple(ShellSection(entry.thickness) for entry in shells), tuple(sections))
 
 
 def _matched(
     file_mesh: FileMesh,
     key: str,
-    entries: tuple[Group, ...],
-    parts: tuple[Part, ...],
+    entries: Sequence[Group],
+    parts: Sequence[Part],
     faults: list[Fault],
 ) -> list[Group]:
     """The entry of each part; complete without a fault."""
     chosen = []
-    unused = {entry.groups for entry in entries}
     for part in parts:
         matching = [entry for entry in entries if fnmatchcase(part.group, entry.groups)]
-        unused -= {entry.groups for entry in matching}
         if len(matching) == 1:
             chosen.append(matching[0])
             continue
@@ -321,30 +289,9 @@ def _matched(
         expected = f"{expected} of structure.mesh.{key} in the case"
         faults.append(Fault(file_mesh.file, part.group, None, expected))
     groups = ", ".join(part.group for part in parts) or "none"
-    for pattern in sorted(unused):
-        where = f"structure.mesh.{key} with the pattern '{pattern}'"
-        expected = f"no group for {where}; the mesh has {groups}"
-        faults.append(Fault(file_mesh.file, "", None, expected))
+    for pattern in sorted(entry.groups for entry in entries):
+        if not any(fnmatchcase(part.group, pattern) for part in parts):
+            where = f"structure.mesh.{key} with the pattern '{pattern}'"
+            expected = f"no group for {where}; the mesh has {groups}"
+            faults.append(Fault(file_mesh.file, "", None, expected))
     return chosen
-
-
-def _direction_faults(
-    file_mesh: FileMesh, mesh: BuildingMesh, sections: tuple[BeamSection, ...]
-) -> Iterable[Fault]:
-    """Beams that stand along the direction that their section is turned by."""
-    ends = mesh.nodes[mesh.lines[:, :2]]
-    along = ends[:, 1] - ends[:, 0]
-    tangents = along / np.linalg.norm(along, axis=1)[:, None]
-    for i, (part, section) in enumerate(zip(mesh.beam_parts, sections, strict=True)):
-        for line in np.flatnonzero(mesh.line_part == i):
-            try:
-                section.frame(tangents[line])
-            except ValueError:
-                where = place(ends[line].mean(axis=0))
-                expected = (
-                    "a vertical beam; expected a group column_<k>"
-                    if part.family == "beam"
-                    else "a column along y; expected a group beam_<k>"
-                )
-                yield Fault(file_mesh.file, part.group, None, f"at {where}: {expected}")
-                break

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -181,16 +182,11 @@ def _groups(
 
 def _set_sizes(gmsh: Any, geometry: Geometry, groups: Groups) -> None:
     """One constant field a family, on its entities and their boundaries; the least one counts."""
-    sizes = geometry.size
     mesh = gmsh.model.mesh
     fields = []
-    largest = max(sizes.floor, sizes.storey, sizes.beam, sizes.column)
-    for family, size in (
-        ("floor", sizes.floor),
-        ("storey", sizes.storey),
-        ("beam", sizes.beam),
-        ("column", sizes.column),
-    ):
+    sizes = asdict(geometry.size)
+    largest = max(sizes.values())
+    for family, size in sizes.items():
         tags_of: dict[int, set[int]] = {1: set(), 2: set()}
         for name, by_dimension in groups.items():
             if isinstance(name, Part) and name.family == family:

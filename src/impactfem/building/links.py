@@ -53,41 +53,35 @@ def linked(
     master_of = _masters(model, links)
     following = master_of[model.nodes] >= 0
     remaining = model.nodes[~following]
-    # First row of each remaining node in the smaller matrices.
-    first = np.full(model.n_nodes, -1, dtype=np.int64)
+    # Place of each remaining node among the blocks of rows of the smaller matrices.
+    place = np.full(model.n_nodes, -1, dtype=np.int64)
     every = np.concatenate(model.comm.allgather(remaining))
-    first[every] = DOFS * np.arange(len(every))
-    T = PETSc.Mat().create(model.comm)
-    rows, columns = DOFS * len(model.nodes), DOFS * len(remaining)
-    T.setSizes(((rows, None), (columns, None)), bsize=DOFS)
-    T.setType("aij")
-    T.setPreallocationNNZ(DOFS)
-    start = T.getOwnershipRange()[0]
-    # T: the identity at remaining nodes, the rigid motion of its master at each follower.
-    for i, node in enumerate(model.nodes):
-        row = np.arange(start + DOFS * i, start + DOFS * (i + 1), dtype=PETSc.IntType)
-        master = master_of[node]
-        if master < 0:
-            for k in range(DOFS):
-                T.setValue(int(row[k]), int(first[node] + k), 1.0)
-        else:
-            motion = rigid_body(coordinates[node : node + 1], coordinates[master])
-            column = np.arange(first[master], first[master] + DOFS, dtype=PETSc.IntType)
-            T.setValues(row, column, motion)
-    T.assemble()
-    ground = carried(T, model.ground)
-    return (
-        replace(
-            model,
-            nodes=remaining,
-            coordinates=coordinates[remaining],
-            fixed=_reduced(model.fixed, T),
-            storeys=_reduced(model.storeys, T),
-            mass=_reduced(model.mass, T),
-            ground=ground,
-        ),
-        T,
+    place[every] = np.arange(len(every))
+    # T: each node moves as its master, a remaining one as itself.
+    leader = np.where(following, master_of[model.nodes], model.nodes)
+    arm = coordinates[model.nodes] - coordinates[leader]
+    n = len(leader)
+    blocks = rigid_body(arm, np.zeros(3)).reshape(n, DOFS, DOFS), place[leader], np.arange(n + 1)
+    shape = DOFS * n, DOFS * len(every)
+    local = scipy.sparse.bsr_matrix(blocks, shape=shape).tocsr()
+    local.eliminate_zeros()
+    T = PETSc.Mat().createAIJ(
+        ((DOFS * n, None), (DOFS * len(remaining), None)),
+        bsize=DOFS,
+        csr=(local.indptr, local.indices, local.data),
+        comm=model.comm,
     )
+    T.assemble()
+    smaller = replace(
+        model,
+        nodes=remaining,
+        coordinates=coordinates[remaining],
+        fixed=_reduced(model.fixed, T),
+        storeys=_reduced(model.storeys, T),
+        mass=_reduced(model.mass, T),
+        ground=carried(T, model.ground),
+    )
+    return smaller, T
 
 
 def _reduced(A: Any, T: Any) -> Any:
@@ -248,22 +242,13 @@ class BasePlate:
     @property
     def carried(self) -> Array:
         """S of the anchor's motion by the master's: u + θ × offset and θ, shape (6, 6)."""
-        x, y, z = self.offset
-        S = np.eye(6)
-        S[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
-        return S
+        return rigid_body(self.offset[None], np.zeros(3))
 
 
 def find_base_plate(
     mesh: BuildingMesh, name: str, point: tuple[float, float, float], radius: float
 ) -> BasePlate:
-    """Find the nodes that a device is anchored to.
-
-    Args:
-        mesh: The mesh.
-        name: Name of the device.
-        point: Its anchor [m].
-        radius: Of the base plate [m].
+    """Find the nodes within a radius [m] of the anchor of a device, a point on a floor [m].
 
     Raises:
         SolutionError: The anchor is on no floor, over a hole of it or beside its slab; or no node
@@ -318,7 +303,7 @@ def _on_slab(corners: Array, at: Array) -> bool:
 
 
 def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
-    """Find the nodes of every anchor of every device, as above.
+    """Find the nodes of every anchor of every device of a case.
 
     Raises:
         InputError: Anchors are on no node of a floor, or two tie the same nodes; all of them.
@@ -335,23 +320,17 @@ def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
             except SolutionError as error:
                 faults.append(Fault(case.path, f"{key}.point", anchor.point, str(error)))
                 continue
-            shared = _shared(base_plate, base_plates)
-            if shared is not None:
-                faults.append(Fault(case.path, f"{key}.radius", anchor.radius, shared))
+            for other in base_plates:
+                if np.intersect1d(base_plate.nodes, other.nodes).size:
+                    apart = float(np.linalg.norm(base_plate.point - other.point))
+                    expected = (
+                        f"the anchors of {other.name} and {name} are {apart:.3g} m apart and tie "
+                        f"the same nodes of floor {base_plate.floor}; expected smaller radii, or "
+                        "anchors further apart"
+                    )
+                    faults.append(Fault(case.path, f"{key}.radius", anchor.radius, expected))
+                    break
             base_plates.append(base_plate)
     if faults:
         raise InputError(faults)
     return tuple(base_plates)
-
-
-def _shared(plate: BasePlate, base_plates: Sequence[BasePlate]) -> str | None:
-    """What is wrong with a base plate that ties a node of another one, which cannot follow both."""
-    for other in base_plates:
-        if np.intersect1d(plate.nodes, other.nodes).size:
-            apart = float(np.linalg.norm(plate.point - other.point))
-            return (
-                f"the anchors of {other.name} and {plate.name} are {apart:.3g} m apart and tie the "
-                f"same nodes of floor {plate.floor}; expected smaller radii, or anchors further "
-                "apart"
-            )
-    return None

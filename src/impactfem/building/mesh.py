@@ -137,15 +137,7 @@ class BuildingMesh:
 
 
 def outward_normal(mesh: BuildingMesh, floor: int) -> Array:
-    """The horizontal unit vector at right angles to the edge of a floor, out of the building.
-
-    Args:
-        mesh: The mesh.
-        floor: Number of the floor, which has an edge.
-
-    Returns:
-        The vector, shape (3,).
-    """
+    """The horizontal unit vector at right angles to the edge of a floor, out of the building."""
     edge = mesh.nodes[np.unique(mesh.edges[floor]), :2]
     middle = 0.5 * (edge.min(axis=0) + edge.max(axis=0))
     along = np.linalg.svd(edge - edge.mean(axis=0), full_matrices=False)[2][0]
@@ -159,11 +151,7 @@ def outward_normal(mesh: BuildingMesh, floor: int) -> Array:
 def sides(triangles: Ints) -> Ints:
     """The sides of six-node triangles: the ends, the smaller number first, then the middle.
 
-    Args:
-        triangles: Shape (m, 6).
-
-    Returns:
-        Shape (3 m, 3): all sides 01, then all 12, then all 20.
+    Of shape (3 m, 3): all sides 01, then all 12, then all 20.
     """
     ends_middle = ([0, 1, 3], [1, 2, 4], [2, 0, 5])
     every: Ints = np.concatenate([triangles[:, columns] for columns in ends_middle])
@@ -197,14 +185,8 @@ def radius_ratio(nodes: Array, triangles: Ints) -> Array:
     """Twice the radius of the inscribed circle over that of the circumscribed one.
 
     q = 8 (s - a)(s - b)(s - c)/(a b c), with the sides a, b, c and s half their sum: 1 when they
-    are equal, 0 when the triangle has collapsed. gmsh calls it gamma.
-
-    Args:
-        nodes: Coordinates, shape (n, 3).
-        triangles: Vertices in the first three columns, shape (m, >= 3).
-
-    Returns:
-        Shape (m,).
+    are equal, 0 when the triangle has collapsed. gmsh calls it gamma. The vertices are the first
+    three columns of `triangles`.
     """
     a, b, c = side_lengths(nodes, triangles).T
     s = 0.5 * (a + b + c)
@@ -235,23 +217,16 @@ def areas(nodes: Array, triangles: Ints) -> Array:
 
 
 def rigid_body(points: Array, origin: Array) -> Array:
-    """The six unit motions u = a + b × (x − x0), θ = b of points.
+    """The six unit motions u = a + b × (x − x0), θ = b of points x, shape (n, 3) [m].
 
-    Args:
-        points: Coordinates x, shape (n, 3) [m].
-        origin: x0, shape (3,) [m].
-
-    Returns:
-        One column for each of ax, ay, az, bx, by, bz; rows (ux, uy, uz, rx, ry, rz) of each point;
-        shape (6 n, 6).
+    Shape (6 n, 6): one column for each of ax, ay, az, bx, by, bz; rows (ux, uy, uz, rx, ry, rz) of
+    each point.
     """
-    arm = points - origin
-    motions = np.zeros((len(points), 6, 6))
-    motions[:, np.arange(6), np.arange(6)] = 1.0
-    for axis in range(3):
-        b = np.zeros(3)
-        b[axis] = 1.0
-        motions[:, :3, 3 + axis] = np.cross(b, arm)
+    x, y, z = (points - origin).T
+    motions = np.tile(np.eye(6), (len(points), 1, 1))
+    motions[:, [1, 2], 3] = np.column_stack([-z, y])
+    motions[:, [0, 2], 4] = np.column_stack([z, -x])
+    motions[:, [0, 1], 5] = np.column_stack([-y, x])
     return motions.reshape(-1, 6)
 
 

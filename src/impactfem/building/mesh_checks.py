@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from impactfem.building.mesh import BuildingMesh, place, radius_ratio, sides
+from impactfem.building.mesh import BuildingMesh, line_lengths, place, radius_ratio, sides
 from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
@@ -33,13 +33,9 @@ STRAIGHT = 1e-6
 def check_mesh(mesh: BuildingMesh, file: Path | str) -> None:
     """Check that a mesh is in metres, has usable cells, holds together and stands on its base.
 
-    Args:
-        mesh: The mesh.
-        file: Where it comes from, for messages.
-
     Raises:
         InputError: One fault for each kind of fault and pair of parts, with the group and the first
-            place.
+            place; it names the file.
     """
     for check in (_extent, _cells, _duplicates, _conforming, _standing):
         # The later checks need what the earlier ones have seen to.
@@ -67,25 +63,22 @@ def _extent(mesh: BuildingMesh) -> Faults:
 def _cells(mesh: BuildingMesh) -> Faults:
     """Collapsed triangles and lines, and sides that are not straight."""
     triangles, lines = mesh.triangles, mesh.lines
+    shells, beams = _shell_groups(mesh), _beam_groups(mesh)
     flat = np.flatnonzero(radius_ratio(mesh.nodes, triangles) < COLLAPSED)
-    ends = mesh.nodes[lines[:, :2]]
-    short = np.flatnonzero(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) < NEAR)
+    short = np.flatnonzero(line_lengths(mesh) < NEAR)
     for what, bad, cells, owner in (
-        ("collapsed triangles", flat, triangles, _shell_groups(mesh)),
-        ("lines without a length", short, lines, _beam_groups(mesh)),
+        ("collapsed triangles", flat, triangles, shells),
+        ("lines without a length", short, lines, beams),
     ):
         for group, some, where in _by_group(mesh, bad, cells, owner):
             yield group, f"{len(some)} {what}, the first at {where}"
     tolerance = STRAIGHT * float(np.ptp(mesh.nodes, axis=0).max())
-    for cells, owner, corners in (
-        (triangles, _shell_groups(mesh), ((0, 1, 3), (1, 2, 4), (2, 0, 5))),
-        (lines, _beam_groups(mesh), ((0, 1, 2),)),
+    for cells, owner, ends, middle in (
+        (triangles, shells, triangles[:, [[0, 1], [1, 2], [2, 0]]], triangles[:, 3:]),
+        (lines, beams, lines[:, None, :2], lines[:, 2:]),
     ):
-        away = np.zeros(len(cells))
-        for a, b, m in corners:
-            middle = 0.5 * (mesh.nodes[cells[:, a]] + mesh.nodes[cells[:, b]])
-            gap = np.linalg.norm(mesh.nodes[cells[:, m]] - middle, axis=1)
-            away = np.maximum(away, gap)
+        gaps = np.linalg.norm(mesh.nodes[middle] - mesh.nodes[ends].mean(axis=2), axis=2)
+        away = gaps.max(axis=1, initial=0.0)
         bent = np.flatnonzero(away > tolerance)
         for group, some, where in _by_group(mesh, bent, cells, owner):
             yield (
@@ -110,14 +103,12 @@ def _duplicates(mesh: BuildingMesh) -> Faults:
             f"{place(mesh.nodes[firsts[0]])}; "
             "expected shared nodes (in gmsh: fragment the parts before meshing)",
         )
-    for cells, owner, vertices in (
-        (mesh.triangles, _shell_groups(mesh), 3),
-        (mesh.lines, _beam_groups(mesh), 2),
+    for cells, corners, owner in (
+        (mesh.triangles, mesh.triangles[:, :3], _shell_groups(mesh)),
+        (mesh.lines, mesh.lines[:, :2], _beam_groups(mesh)),
     ):
-        if not len(cells):
-            continue
         _, inverse, counts = np.unique(
-            np.sort(cells[:, :vertices], axis=1), axis=0, return_inverse=True, return_counts=True
+            np.sort(corners, axis=1), axis=0, return_inverse=True, return_counts=True
         )
         repeated = np.flatnonzero(counts[inverse.ravel()] > 1)
         for group, some, where in _by_group(mesh, repeated, cells, owner):
@@ -202,16 +193,8 @@ def _by_group(
 def nodes_on_triangles(nodes: Array, triangles: Ints, near: float) -> Ints:
     """Nodes that lie on a triangle, its sides included, without being one of its six.
 
-    A node is on a triangle when it is within `near` of its plane and its projection is within
-    `near` of its inside.
-
-    Args:
-        nodes: Coordinates, shape (n, 3) [m].
-        triangles: Six-node triangles that have an area, shape (m, 6).
-        near: What counts as touching [m].
-
-    Returns:
-        Pairs (triangle, node), shape (pairs, 2), by triangle.
+    A node is on a triangle that has an area when it is within `near` [m] of its plane and its
+    projection is within `near` of its inside. Pairs (triangle, node), shape (pairs, 2).
     """
     vertices = nodes[triangles[:, :3]]
     centre = vertices.mean(axis=1)
@@ -231,16 +214,7 @@ def nodes_on_triangles(nodes: Array, triangles: Ints, near: float) -> Ints:
 
 
 def nodes_on_lines(nodes: Array, lines: Ints, near: float) -> Ints:
-    """Nodes that lie on a line without being one of its three.
-
-    Args:
-        nodes: Coordinates, shape (n, 3) [m].
-        lines: Three-node lines, shape (l, 3).
-        near: What counts as touching [m].
-
-    Returns:
-        Pairs (line, node), shape (pairs, 2), by line.
-    """
+    """Nodes within `near` [m] of a line that are none of its three: pairs (line, node)."""
     start, end = nodes[lines[:, 0]], nodes[lines[:, 1]]
     length = np.linalg.norm(end - start, axis=1)
     tangent = (end - start) / length[:, None]
@@ -259,14 +233,8 @@ def nodes_on_lines(nodes: Array, lines: Ints, near: float) -> Ints:
 def lines_through_triangles(nodes: Array, triangles: Ints, lines: Ints, near: float) -> Ints:
     """Lines, or sides of other triangles, that go through the inside of a triangle.
 
-    Args:
-        nodes: Coordinates, shape (n, 3) [m].
-        triangles: Six-node triangles that have an area, shape (m, 6).
-        lines: Three-node lines, shape (l, 3); the triangles' sides are added.
-        near: What counts as touching [m]: ends that are nearer to the plane do not go through.
-
-    Returns:
-        Pairs (triangle, middle node of the line), shape (pairs, 2).
+    Ends that are nearer than `near` [m] to its plane do not go through. Pairs (triangle, middle
+    node of the line), shape (pairs, 2).
     """
     every = np.unique(np.concatenate([sides(triangles), lines]), axis=0)
     start, end = nodes[every[:, 0]], nodes[every[:, 1]]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from impactfem.building.mesh import (
     DOFS,
+    SHELLS,
     BuildingMesh,
     line_lengths,
     place,
@@ -101,38 +103,32 @@ class MeshReport:
 
 
 def mesh_report(mesh: BuildingMesh, sections: Sections) -> MeshReport:
-    """Describe a mesh.
-
-    Args:
-        mesh: The mesh.
-        sections: Its sections, for the thicknesses.
-    """
+    """Describe a mesh; the sections give the thicknesses."""
     q = radius_ratio(mesh.nodes, mesh.triangles)
     lengths, of_lines = side_lengths(mesh.nodes, mesh.triangles), line_lengths(mesh)
     thickness = np.array([section.thickness for section in sections.shells])[mesh.triangle_part]
     slender = lengths.max(axis=1) / thickness
     levels = []
-    for family in ("floor", "storey"):
-        for k in mesh.floors:
-            cells = mesh.triangles_of(family, k)
-            if len(cells):
-                levels.append(
-                    LevelReport(
-                        group=f"{family}_{k}",
-                        elements=len(cells),
-                        nodes=len(np.unique(mesh.triangles[cells])),
-                        size=float(lengths[cells].mean()),
-                        quality_min=float(q[cells].min()),
-                        quality_mean=float(q[cells].mean()),
-                        size_over_thickness=float(slender[cells].max()),
-                    )
-                )
-    for family in ("beam", "column"):
-        for k in mesh.floors:
-            cells = mesh.lines_of(family, k)
-            if len(cells):
-                n_nodes, size = len(np.unique(mesh.lines[cells])), float(of_lines[cells].mean())
-                levels.append(LevelReport(f"{family}_{k}", len(cells), n_nodes, size))
+    for family, k in itertools.product(("floor", "storey", "beam", "column"), mesh.floors):
+        shells = family in SHELLS
+        cells = mesh.triangles_of(family, k) if shells else mesh.lines_of(family, k)
+        if not len(cells):
+            continue
+        nodes, size = (mesh.triangles, lengths) if shells else (mesh.lines, of_lines)
+        level = LevelReport(
+            group=f"{family}_{k}",
+            elements=len(cells),
+            nodes=len(np.unique(nodes[cells])),
+            size=float(size[cells].mean()),
+        )
+        if shells:
+            level = replace(
+                level,
+                quality_min=float(q[cells].min()),
+                quality_mean=float(q[cells].mean()),
+                size_over_thickness=float(slender[cells].max()),
+            )
+        levels.append(level)
     worst = int(np.argmin(q))
     return MeshReport(
         levels=tuple(levels),
@@ -154,16 +150,13 @@ def mesh_report(mesh: BuildingMesh, sections: Sections) -> MeshReport:
 def free_edges(mesh: BuildingMesh) -> dict[str, float]:
     """Length of the sides that belong to one triangle and are not clamped [m].
 
-    Returns:
-        By family and level, ``floor_1`` to ``storey_8``; 0.0 where there is none.
+    By family and level, ``floor_1`` to ``storey_8``; 0.0 where there is none.
     """
     every = sides(mesh.triangles)
     part_of_side = np.tile(mesh.triangle_part, 3)
     _, first, counts = np.unique(every[:, 2], return_index=True, return_counts=True)
     alone = first[counts == 1]
-    clamped = np.zeros(len(mesh.nodes), dtype=bool)
-    clamped[mesh.base] = True
-    alone = alone[~clamped[every[alone]].all(axis=1)]
+    alone = alone[~np.isin(every[alone], mesh.base).all(axis=1)]
     ends = mesh.nodes[every[alone, :2]]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     by_part = np.bincount(part_of_side[alone], weights=length, minlength=len(mesh.shell_parts))
@@ -182,7 +175,7 @@ def _curved(mesh: BuildingMesh, size: Array) -> Array:
     """
     vertices = mesh.nodes[mesh.triangles[:, :3]]
     normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
     # Sides that two triangles share have one middle node.
     middles = sides(mesh.triangles)[:, 2]
     triangle_of_side = np.tile(np.arange(len(mesh.triangles)), 3)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
@@ -21,7 +23,7 @@ from impactfem.building.assembly import (
 )
 from impactfem.building.beam import BeamFields, beam_mass, beam_stiffness
 from impactfem.building.mesh import DOFS, rigid_body
-from impactfem.building.parts import BeamCells, BuildingParts, Kind, PartDamping, ShellCells
+from impactfem.building.parts import BuildingParts, Kind, PartDamping, ShellCells
 from impactfem.building.shell import ShellFields, shell_mass, shell_stiffness
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
@@ -79,8 +81,7 @@ class BuildingModel:
         Args:
             origin: x0, shape (3,) [m].
         """
-        S = np.eye(6)
-        S[:3, 3:] = -np.cross(np.eye(3), origin).T
+        S = rigid_body(-np.asarray(origin)[None], np.zeros(3))
         return self.ground @ S, S.T @ self.total @ S
 
     def rigid_body(self, origin: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
@@ -100,23 +101,26 @@ class BuildingModel:
         return place[np.asarray(nodes)]
 
     def rows(self, nodes: Ints) -> Ints:
-        """First local row of each given node that is free and on this rank.
+        """First local row of each node; −1 where it is clamped or on another rank, shape (n,)."""
+        row = np.full(self.n_nodes, -1, dtype=np.int64)
+        row[self.nodes] = DOFS * np.arange(len(self.nodes))
+        return row[np.asarray(nodes, dtype=np.int64)]
+
+    def along(self, nodes: Ints, direction: Sequence[float] | Array) -> scipy.sparse.csr_matrix:
+        """What gives n · u of nodes, as columns at this rank's rows, shape (n_local, n), sparse.
 
         Args:
-            nodes: Nodes, shape (n,).
-
-        Returns:
-            Local row of the node's ux, or −1 where the node is clamped or on another rank,
-            shape (n,).
+            nodes: Nodes, shape (n,); those that are clamped or on another rank have no entries.
+            direction: n, a unit vector.
         """
-        order = np.argsort(self.nodes)
-        at = np.searchsorted(self.nodes, nodes, sorter=order)
-        rows = np.full(len(nodes), -1, dtype=np.int64)
-        inside = at < len(self.nodes)
-        local = order[at[inside]]
-        match = self.nodes[local] == np.asarray(nodes)[inside]
-        rows[np.flatnonzero(inside)[match]] = DOFS * local[match]
-        return rows
+        row = self.rows(nodes)
+        here = np.flatnonzero(row >= 0)
+        rows = (row[here, None] + np.arange(3)).ravel()
+        entries = np.tile(np.asarray(direction, dtype=np.float64), len(here))
+        shape = (DOFS * len(self.nodes), len(nodes))
+        columns = scipy.sparse.csr_matrix((entries, (rows, np.repeat(here, 3))), shape=shape)
+        columns.eliminate_zeros()
+        return columns
 
 
 def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
@@ -134,7 +138,7 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
     stiffness: dict[bool, list[Any]] = {False: [], True: []}
     masses: list[Any] = []
     for kind, cells in zip(share.kinds, share.cells_here, strict=True):
-        K, M, local_nodes = local_matrices(parts, kind, cells)
+        K, M, local_nodes = _local_matrices(parts, kind, cells)
         stiffness[kind.storey].append(global_matrix(K, local_nodes, numbering))
         masses.append(global_matrix(M, local_nodes, numbering))
     fixed, storeys = (added(stiffness[storey], numbering) for storey in (False, True))
@@ -158,13 +162,8 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
     )
 
 
-def local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any, Any, Ints]:
-    """Stiffness and mass of a rank's cells of one kind. Not collective.
-
-    Args:
-        parts: The building.
-        kind: The kind.
-        cells: Which of its cells, shape (m,).
+def _local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any, Any, Ints]:
+    """Stiffness and mass of some cells of a kind on this rank. Not collective.
 
     Returns:
         Both as PETSc AIJ on COMM_SELF, at the storey factor 1, and the nodes of their blocks of
@@ -181,7 +180,21 @@ def local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any, 
         shell = shell_fields(parts, kind, local, chosen)
         forms = shell_stiffness(local.space, shell), shell_mass(local.space, shell)
     else:
-        beam = _beam_fields(kind, local, chosen)
+        sections = [kind.sections[i] for i in kind.part[chosen]]
+        values: dict[str, list[Any]] = {
+            "area": [s.A for s in sections],
+            "second_moments": [(s.I1, s.I2) for s in sections],
+            "torsion": [s.J for s in sections],
+            "shear": [(s.k1, s.k2) for s in sections],
+            "reference": [s.reference for s in sections],
+            "offset": [s.offset for s in sections],
+        }
+        beam = BeamFields(
+            **{name: cellwise(local.mesh, np.array(value)) for name, value in values.items()},
+            young_modulus=constant(local.mesh, kind.material.E),
+            poisson_ratio=constant(local.mesh, kind.material.nu),
+            density=constant(local.mesh, kind.material.rho),
+        )
         forms = beam_stiffness(local.space, beam), beam_mass(local.space, beam)
     K, M = (assembled(compiled(form)) for form in forms)
     # Five of six entries of the mass are zero; in K they keep the blocks of a node whole.
@@ -191,14 +204,7 @@ def local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any, 
 def shell_fields(
     parts: BuildingParts, kind: ShellCells, local: LocalCells, chosen: Ints
 ) -> ShellFields:
-    """Section and material of some cells of a kind, as the forms need them.
-
-    Args:
-        parts: The building.
-        kind: The kind.
-        local: The mesh of the cells.
-        chosen: For each cell of that mesh its number among those of the kind.
-    """
+    """Section and material of cells of a kind, `chosen` by number, on their mesh."""
     return ShellFields(
         thickness=cellwise(local.mesh, kind.thickness[chosen]),
         added_mass=cellwise(local.mesh, kind.added_mass[chosen]),
@@ -206,24 +212,6 @@ def shell_fields(
         poisson_ratio=constant(local.mesh, kind.material.nu),
         density=constant(local.mesh, kind.material.rho),
         drilling=constant(local.mesh, parts.drilling),
-    )
-
-
-def _beam_fields(kind: BeamCells, local: LocalCells, chosen: Ints) -> BeamFields:
-    sections = [kind.sections[i] for i in kind.part[chosen]]
-    values: dict[str, list[Any]] = {
-        "area": [s.A for s in sections],
-        "second_moments": [(s.I1, s.I2) for s in sections],
-        "torsion": [s.J for s in sections],
-        "shear": [(s.k1, s.k2) for s in sections],
-        "reference": [s.reference for s in sections],
-        "offset": [s.offset for s in sections],
-    }
-    return BeamFields(
-        **{name: cellwise(local.mesh, np.array(value)) for name, value in values.items()},
-        young_modulus=constant(local.mesh, kind.material.E),
-        poisson_ratio=constant(local.mesh, kind.material.nu),
-        density=constant(local.mesh, kind.material.rho),
     )
 
 
@@ -240,7 +228,7 @@ def damping_matrix(
     factor φ_p on the stiffness of walls and columns (1 on that of slabs and beams),
 
         C = Σ_p (α_p M_p + β_p φ_p K_p) = α M + β K + C₊,
-        C₊ = Σ_p (α_p − α) M_p + (β_p − β) φ_p K_p                                         (1)
+        C₊ = Σ_p (α_p − α) M_p + (β_p − β) φ_p K_p
 
     over the parts with a damping. M_p holds what of the added mass of a floor lies on the slab p.
 
@@ -249,10 +237,10 @@ def damping_matrix(
         parts: The building, the same on all ranks.
         dampings: Dampings of its parts.
         storey_factor: φ, the factor on the stiffness of walls and columns.
-        whole: The damping of the building.
+        whole: α and β, the damping of the building.
 
     Returns:
-        C₊ of (1), PETSc AIJ matrix on the rows of `assemble_building`.
+        C₊, PETSc AIJ matrix on the rows of `assemble_building`.
     """
     share = shared_out(comm, parts)
     matrices = []
@@ -262,7 +250,7 @@ def damping_matrix(
         # All ranks make a matrix of each kind and damping, also those that have none of its cells.
         for damping in dampings.distinct:
             of_damping = np.array([d == damping for d in by_part], dtype=bool)
-            K, M, nodes = local_matrices(parts, kind, cells[of_damping[kind.part[cells]]])
+            K, M, nodes = _local_matrices(parts, kind, cells[of_damping[kind.part[cells]]])
             if K is not None:
                 K.scale((damping.beta - whole.beta) * factor)
                 K.axpy(damping.alpha - whole.alpha, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)

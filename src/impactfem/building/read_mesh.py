@@ -39,10 +39,8 @@ _DIMENSIONS = {"edge": (1,), "centre": (0,), "base": (0, 1)}
 def read_mesh(path: Path) -> BuildingMesh:
     """Read a mesh whose physical groups follow the scheme of docs/mesh-groups.md, and check it.
 
-    gmsh runs in a process of its own. Not collective.
-
-    Args:
-        path: A file of gmsh, format 2 or 4, text or binary, of second order.
+    gmsh, format 2 or 4, text or binary, of second order; it runs in a process of its own. Not
+    collective.
 
     Raises:
         InputError: The file is not such a mesh, a group is missing or unknown, or the mesh does
@@ -73,29 +71,21 @@ def read_groups(path: Path | str) -> Groups:
         InputError: The file is no such mesh, or a group has cells of several shapes.
     """
     raw = read_in_own_process(read_raw, Path(path), EXPECTED)
-    blocks_of: dict[str, list[Block]] = {}
-    for block in raw.blocks:
-        for group in block.groups:
-            blocks_of.setdefault(group, []).append(block)
-    highest = {
-        group: [b for b in blocks if b.dimension == max(c.dimension for c in blocks)]
-        for group, blocks in blocks_of.items()
-    }
-    faults = [
-        Fault(path, group, ", ".join(sorted(kinds)), "expected one kind of cells in a group")
-        for group, blocks in highest.items()
-        if len(kinds := {block.kind for block in blocks}) > 1
-    ]
+    faults, cells, nodes = [], {}, {}
+    for group in dict.fromkeys(group for block in raw.blocks for group in block.groups):
+        blocks = [block for block in raw.blocks if group in block.groups]
+        nodes[group] = np.unique(np.concatenate([block.nodes.ravel() for block in blocks]))
+        highest = [b for b in blocks if b.dimension == max(block.dimension for block in blocks)]
+        kinds = sorted({block.kind for block in highest})
+        if len(kinds) > 1:
+            faults.append(
+                Fault(path, group, ", ".join(kinds), "expected one kind of cells in a group")
+            )
+        else:
+            cells[group] = np.concatenate([block.nodes for block in highest])
     if faults:
         raise InputError(faults)
-    return Groups(
-        points=raw.nodes,
-        cells={name: np.concatenate([b.nodes for b in blocks]) for name, blocks in highest.items()},
-        nodes={
-            name: np.unique(np.concatenate([block.nodes.ravel() for block in blocks]))
-            for name, blocks in blocks_of.items()
-        },
-    )
+    return Groups(points=raw.nodes, cells=cells, nodes=nodes)
 
 
 @contextmanager
@@ -146,43 +136,43 @@ def read_raw(path: Path) -> RawMesh:
     """
     _check_header(path)
     try:
-        return _read(path)
+        with gmsh_session() as gmsh:
+            return _read(gmsh, path)
     except UnicodeDecodeError as error:  # gmsh gives names as they stand there
         fault = Fault(path, "", None, f"a name that is not UTF-8; expected {EXPECTED}")
         raise InputError([fault]) from error
 
 
-def _read(path: Path) -> RawMesh:
-    with gmsh_session() as gmsh:
-        gmsh.logger.start()
-        try:
-            gmsh.merge(str(path))
-        except Exception as error:  # gmsh raises nothing more special
-            raise InputError([Fault(path, "", None, f"{error}; expected {EXPECTED}")]) from error
-        errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
-        if errors:
-            raise InputError([Fault(path, "", None, f"{errors[0]}; expected {EXPECTED}")])
-        model = gmsh.model
-        tags, nodes, _ = model.mesh.getNodes()
-        order = np.argsort(tags)
-        tags, nodes = tags[order], nodes.reshape(-1, 3)[order]
-        names = {
-            (dimension, tag): model.getPhysicalName(dimension, tag) or f"number {tag}"
-            for dimension, tag in model.getPhysicalGroups()
-        }
-        blocks = []
-        for dimension, entity in model.getEntities():
-            of_entity = model.getPhysicalGroupsForEntity(dimension, entity)
-            groups = tuple(sorted({names[dimension, int(tag)] for tag in of_entity}))
-            kinds, cells, members = model.mesh.getElements(dimension, entity)
-            for kind, numbers, flat in zip(kinds, cells, members, strict=True):
-                indices = np.searchsorted(tags, flat).reshape(len(numbers), -1).astype(np.int64)
-                if len(groups) > 1:
-                    # Format 2 repeats a cell for each group that it is in.
-                    _, first = np.unique(indices, axis=0, return_index=True)
-                    indices = indices[np.sort(first)]
-                name = model.mesh.getElementProperties(kind)[0]
-                blocks.append(Block(dimension, name, indices, groups))
+def _read(gmsh: Any, path: Path) -> RawMesh:
+    gmsh.logger.start()
+    try:
+        gmsh.merge(str(path))
+    except Exception as error:  # gmsh raises nothing more special
+        raise InputError([Fault(path, "", None, f"{error}; expected {EXPECTED}")]) from error
+    errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
+    if errors:
+        raise InputError([Fault(path, "", None, f"{errors[0]}; expected {EXPECTED}")])
+    model = gmsh.model
+    tags, nodes, _ = model.mesh.getNodes()
+    order = np.argsort(tags)
+    tags, nodes = tags[order], nodes.reshape(-1, 3)[order]
+    names = {
+        (dimension, tag): model.getPhysicalName(dimension, tag) or f"number {tag}"
+        for dimension, tag in model.getPhysicalGroups()
+    }
+    blocks = []
+    for dimension, entity in model.getEntities():
+        of_entity = model.getPhysicalGroupsForEntity(dimension, entity)
+        groups = tuple(sorted({names[dimension, int(tag)] for tag in of_entity}))
+        kinds, cells, members = model.mesh.getElements(dimension, entity)
+        for kind, numbers, flat in zip(kinds, cells, members, strict=True):
+            indices = np.searchsorted(tags, flat).reshape(len(numbers), -1).astype(np.int64)
+            if len(groups) > 1:
+                # Format 2 repeats a cell for each group that it is in.
+                _, first = np.unique(indices, axis=0, return_index=True)
+                indices = indices[np.sort(first)]
+            name = model.mesh.getElementProperties(kind)[0]
+            blocks.append(Block(dimension, name, indices, groups))
     every = tuple((name, dimension) for (dimension, _), name in sorted(names.items()))
     return RawMesh(np.ascontiguousarray(nodes), tuple(blocks), every)
 
@@ -206,11 +196,7 @@ def _check_header(path: Path) -> None:
 
 
 def assemble(raw: RawMesh, file: Path) -> BuildingMesh:
-    """Make the building's mesh from the cells of a file.
-
-    Args:
-        raw: Nodes and cells.
-        file: The file, for messages.
+    """Make the building's mesh from the cells of a file, which faults name.
 
     Raises:
         InputError: A group is missing, unknown or of the wrong dimension; cells are of first

@@ -110,14 +110,23 @@ class BeamSection:
         Raises:
             ValueError: A tangent is along the reference r, within about 0.1°.
         """
+        if np.any(self.along_reference(tangents)):
+            raise ValueError(f"a beam is parallel to the reference {self.reference} of its section")
+        n2 = self._across(tangents)
+        n2 /= np.linalg.norm(n2, axis=-1, keepdims=True)
+        return np.cross(n2, np.asarray(tangents)), n2
+
+    def along_reference(self, directions: ArrayLike) -> NDArray[np.bool_]:
+        """Whether each direction, shape (..., 3), is along r within about 0.1°: it has no frame."""
+        t = np.asarray(directions, dtype=np.float64)
+        t = t / np.linalg.norm(t, axis=-1, keepdims=True)
+        return np.asarray(np.linalg.norm(self._across(t), axis=-1) < 2e-3)
+
+    def _across(self, tangents: ArrayLike) -> Array:
+        """What of the unit vector along r is across unit tangents."""
         t = np.asarray(tangents, dtype=np.float64)
         r = np.asarray(self.reference) / np.linalg.norm(self.reference)
-        across = r - (t @ r)[..., None] * t
-        norm = np.linalg.norm(across, axis=-1, keepdims=True)
-        if np.any(norm < 2e-3):
-            raise ValueError(f"a beam is parallel to the reference {self.reference} of its section")
-        n2 = across / norm
-        return np.cross(n2, t), n2
+        return np.asarray(r - (t @ r)[..., None] * t)
 
 
 @dataclass(frozen=True)

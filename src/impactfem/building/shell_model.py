@@ -103,12 +103,7 @@ class ShellModel:
         return replace(self, held=held)
 
     def add_mass(self, nodes: ArrayLike, mass: float) -> ShellModel:
-        """The model with a point mass on each of some nodes.
-
-        Args:
-            nodes: As of `rows`.
-            mass: Of each one [kg].
-        """
+        """The model with a point mass [kg] on each of some nodes, given as for `rows`."""
         diagonal = np.zeros(self.M.shape[0])
         diagonal[self.rows(nodes, UX, UY, UZ)] = mass
         return replace(self, M=(self.M + scipy.sparse.diags(diagonal)).tocsr())
@@ -116,13 +111,7 @@ class ShellModel:
     def nodal_load(
         self, nodes: ArrayLike, force: Vector, moment: Vector = (0.0, 0.0, 0.0)
     ) -> Array:
-        """A force and a moment on each of some nodes.
-
-        Args:
-            nodes: As of `rows`.
-            force: Of each one [N].
-            moment: Of each one [N m].
-        """
+        """A force [N] and a moment [N m] on each of some nodes, given as for `rows`."""
         load = np.zeros(self.held.shape)
         load[self._numbers(nodes)] = (*force, *moment)
         return load
@@ -150,10 +139,10 @@ class ShellModel:
         return load
 
     def area_load(self, pressure: Vector, part: int | None = None) -> Array:
-        """An even load on the area of triangles.
+        """An even load along x, y, z on the area of triangles [N/m2].
 
         Args:
-            pressure: Force on the area, along x, y, z [N/m2].
+            pressure: Force on the area.
             part: Number of the part that is loaded, in the order given to `shell_model`; all when
                 None.
 
@@ -168,12 +157,9 @@ class ShellModel:
         return load
 
     def ground_load(self, acceleration: Vector) -> Array:
-        """The load −M r a of a ground acceleration a, r a rigid translation.
+        """The load −M r a of a ground acceleration a [m/s2], r a rigid translation.
 
         Displacements are relative to the ground then. The own weight is (0, 0, 9.81) m/s².
-
-        Args:
-            acceleration: a [m/s2].
         """
         r = np.zeros(self.held.shape)
         r[:, :3] = acceleration
@@ -195,10 +181,7 @@ class ShellModel:
         return u.reshape(load.shape)
 
     def section_forces(self, displacement: Array) -> SectionForceField:
-        """Membrane forces, moments and transverse shears of the shells under a displacement.
-
-        Args:
-            displacement: Shape (n, 6) or (6 n,) [m, rad], as `static` gives it.
+        """Section forces of the shells under a displacement, shape (n, 6) or (6 n,) [m, rad].
 
         Raises:
             ImpactfemError: The model was made of matrices alone.
@@ -210,7 +193,7 @@ class ShellModel:
         return section_forces(self.parts, displacement.reshape(-1, 6)[self.used])
 
     def prescribed(self, values: Array, given: Ints) -> Array:
-        """Displacement without loads where some rows of it are given, shape (6 n,).
+        """Displacement without loads where the rows `given` have prescribed values, shape (6 n,).
 
         Args:
             values: Shape (6 n,), of which the given rows count [m, rad].
@@ -367,11 +350,14 @@ def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0
         base=np.zeros(0, dtype=np.int64),
     )
     along = np.diff(mesh.nodes[mesh.lines[:, :2]], axis=1)[:, 0]
-    for line, k in enumerate(mesh.line_part):
-        try:
-            beams[k].section.frame(along[line] / np.linalg.norm(along[line]))
-        except ValueError as error:
-            raise ImpactfemError(f"at {place(mesh.nodes[mesh.lines[line, 2]])}: {error}") from error
+    for k, section in enumerate(part.section for part in beams):
+        of_part = np.flatnonzero(mesh.line_part == k)
+        without = of_part[section.along_reference(along[of_part])]
+        if without.size:
+            raise ImpactfemError(
+                f"at {place(mesh.nodes[mesh.lines[without[0], 2]])}: a beam is parallel to the "
+                f"reference {section.reference} of its section"
+            )
     building = BuildingParts(
         mesh=mesh,
         sections=Sections(
@@ -403,18 +389,11 @@ def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0
 
 
 def line_load(nodes: Array, lines: Ints) -> Array:
-    """Nodal forces of an even load of resultant 1 on lines, shape (n,).
-
-    Args:
-        nodes: Coordinates, shape (n, 3) [m].
-        lines: Ends and middle of each one, shape (k, 3).
-    """
+    """Nodal forces of an even load of resultant 1 on lines (ends, middle), shape (n,)."""
     length = np.linalg.norm(nodes[lines[:, 1]] - nodes[lines[:, 0]], axis=1)
     forces = np.zeros(len(nodes))
-    for column, share in enumerate((1.0, 1.0, 4.0)):
-        np.add.at(forces, lines[:, column], share * length / 6.0)
-    forces /= forces.sum()
-    return forces
+    np.add.at(forces, lines, np.outer(length, (1.0, 1.0, 4.0)) / 6.0)
+    return np.asarray(forces / forces.sum())
 
 
 def csr(matrix: Any) -> Any:
@@ -434,29 +413,28 @@ def petsc_matrix(matrix: Any) -> Any:
 def _quadratic(points: Array, parts: list[Shells | Beams]) -> tuple[Array, list[Ints]]:
     """The nodes with the middles of all sides that have none, and the cells of each part."""
     cells = [np.asarray(part.cells, dtype=np.int64) for part in parts]
-    sides_of = {2: [[0, 1]], 3: [[0, 1], [1, 2], [2, 0]]}
+    sides_of = {2: np.array([[0, 1]]), 3: np.array([[0, 1], [1, 2], [2, 0]])}
+    # Of each part, the ends of the sides of each cell, the smaller number first.
+    ends = [np.sort(c[:, sides_of[p.corners]], axis=2) for p, c in zip(parts, cells, strict=True)]
+    first_order = [c.shape[1] == p.corners for p, c in zip(parts, cells, strict=True)]
     middles: dict[tuple[int, int], int] = {}
     # A side that a cell of second order has keeps its middle.
-    for part, some in zip(parts, cells, strict=True):
-        corners = part.corners
-        for column, side in enumerate(sides_of[corners], start=corners):
-            if some.shape[1] > corners:
-                ends = np.sort(some[:, side], axis=1).tolist()
-                middles |= {(a, b): m for (a, b), m in zip(ends, some[:, column], strict=True)}
-    nodes = [points]
-    for k, part in enumerate(parts):
-        corners = part.corners
-        if cells[k].shape[1] > corners:
-            continue
-        added = np.zeros((len(cells[k]), len(sides_of[corners])), dtype=np.int64)
-        for column, side in enumerate(sides_of[corners]):
-            for row, (a, b) in enumerate(np.sort(cells[k][:, side], axis=1).tolist()):
+    for part, c, e, linear in zip(parts, cells, ends, first_order, strict=True):
+        if not linear:
+            sides = map(tuple, e.reshape(-1, 2).tolist())
+            middles |= dict(zip(sides, c[:, part.corners :].ravel().tolist(), strict=True))
+    added: list[tuple[int, int]] = []
+    for k, e in enumerate(ends):
+        if first_order[k]:
+            numbers = []
+            for a, b in e.reshape(-1, 2).tolist():
                 if (a, b) not in middles:
-                    middles[a, b] = len(points) + len(nodes) - 1
-                    nodes.append(points[[a, b]].mean(axis=0, keepdims=True))
-                added[row, column] = middles[a, b]
-        cells[k] = np.hstack([cells[k], added])
-    return np.concatenate(nodes), cells
+                    middles[a, b] = len(points) + len(added)
+                    added.append((a, b))
+                numbers.append(middles[a, b])
+            cells[k] = np.hstack([cells[k], np.array(numbers).reshape(len(cells[k]), -1)])
+    new = points[np.array(added, dtype=np.int64).reshape(-1, 2)].mean(axis=1)
+    return np.concatenate([points, new]), cells
 
 
 def _check(points: Array, parts: Sequence[Shells | Beams]) -> None:

@@ -1,4 +1,19 @@
-"""Galerkin's reduced model on vectors of any kind."""
+"""Galerkin's model on a Krylov basis that is completed for contacts and for local loads.
+
+A structure whose points come to rest on rigid walls, and leave them, needs three kinds of vectors.
+All come from the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
+
+- those of the free structure under its loads, the Krylov basis;
+- H = (K + σ0 M)⁻¹ G, the response to each contact force at the shift: with them the points of
+  contact can take any place;
+- those of the structure that is held, Gᵀ x = 0: the chain x, P A x, (P A)² x, ... from the low
+  modes of the free one, which is what moves when the points stop. P x = x − H (Gᵀ H)⁻¹ Gᵀ x.
+
+So the space holds the response with all, none or some of the points at rest, as component modes of
+a free and a fixed interface do (Craig and Bampton, AIAA Journal 6 (1968) 1313); the model on it is
+Galerkin's. Krylov vectors of all contact forces would do, too, but take many
+times as many.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +21,77 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from impactfem.dynamics.columns import product
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.orthonormal import Orthonormal
+from impactfem.reduction.reduced import reduced_model
 
 Array = NDArray[np.float64]
+
+AT_ONCE = 16
+"""Responses that come into the basis at once: among themselves they are made orthogonal column by
+column, which for hundreds of them takes longer than all else, and memory for copies of all."""
+
+
+def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8) -> None:
+    """Complete the basis of a free structure for its contacts. Collective.
+
+    Args:
+        free: The basis of the free structure under its loads; it must not grow afterwards.
+        G: Constraints at this rank's rows, shape (n_local, m), an array or of `scipy.sparse`.
+        starts: Number of low modes of the free structure that the held one starts from.
+        steps: Length of its chain.
+    """
+    M, vectors = free.M, free.vectors
+    comm = M.getComm().tompi4py()
+    low = reduced_model(free).coordinates[:, :starts]
+    X = free.solve(product(M, vectors.combination(low)))
+    # H is kept as its coordinates in the basis, where it is now: as vectors it may be too much.
+    coordinates, flexibility = [], [np.empty((G.shape[1], 0))]
+    for part in _parts(G.shape[1]):
+        H = free.solve(G[:, part])
+        flexibility.append(np.asarray(G.T @ H))
+        coordinates.append(vectors.append(H)[0])
+    known = np.hstack(
+        [np.zeros((vectors.count, 0))]
+        + [np.pad(one, ((0, vectors.count - len(one)), (0, 0))) for one in coordinates]
+    )
+    pressed = scipy.linalg.cho_factor(comm.allreduce(np.hstack(flexibility)))
+    held = Orthonormal(M)
+    for _ in range(steps):
+        forces = scipy.linalg.cho_solve(pressed, comm.allreduce(np.asarray(G.T @ X)))
+        X -= vectors.combination(known @ forces)
+        _, MX = held.append(X)
+        if MX.shape[1] == 0:
+            break
+        X = free.solve(MX)
+    for part in _parts(held.count):
+        vectors.append(np.array(held.columns(part.start, part.stop), order="F"))
+
+
+def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
+    """Append the first vectors of loads that the structure answers to locally. Collective.
+
+    Args:
+        free: The basis of the structure under its other loads; it must not grow afterwards.
+        F: Loads at this rank's rows, shape (n_local, k), an array or of `scipy.sparse`.
+        steps: Number of vectors for each: (K + σ0 M)⁻¹ F, A (K + σ0 M)⁻¹ F, ...
+    """
+    X = free.solve(F)
+    for step in range(steps):
+        image = product(free.M, X) if step + 1 < steps else None
+        for part in _parts(X.shape[1]):
+            free.vectors.append(X[:, part])
+        if image is not None:
+            X = free.solve(image)
+
+
+def _parts(count: int) -> list[slice]:
+    """Columns that are taken at once."""
+    return [slice(first, min(first + AT_ONCE, count)) for first in range(0, count, AT_ONCE)]
 
 
 @dataclass(frozen=True, eq=False)

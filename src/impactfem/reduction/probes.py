@@ -1,8 +1,7 @@
-"""Where the response is looked at: points of the building, as nodes of its mesh."""
+"""Nodes of the mesh whose motion is wanted: probes, points that envelopes cover, floors, waves."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +10,13 @@ from scipy.spatial import cKDTree
 
 from impactfem.building.mesh import BuildingMesh, Mark, Part, parse_group, place, side_lengths
 from impactfem.case import Case
+from impactfem.case.devices import chosen
 from impactfem.case.transient import OUTSIDE
 from impactfem.case.transient import Probe as CaseProbe
 from impactfem.system.errors import Fault, InputError, SolutionError
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 LINE_POINTS = 9
 """Points of the line across a floor (figure 14 of the paper)."""
@@ -33,42 +34,19 @@ class Probe:
     floor: int = 0  #: Number of that floor; 0 for a point.
 
 
-def case_probes(
-    mesh: BuildingMesh, asked: Sequence[CaseProbe], across: int | None = None
-) -> list[Probe]:
-    """The probes that are always there, and those that the case asks for.
-
-    Args:
-        mesh: The mesh.
-        asked: Probes of the case.
-        across: Number of the floor with the line; the top floor when None.
-
-    Raises:
-        SolutionError: A probe is outside the building, or the mesh has no such group.
-    """
-    probes = standard_probes(mesh, across)
-    farthest = _farthest(mesh)
-    for one in asked:
-        probes += _asked(mesh, one, farthest)
-    return probes
-
-
 def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
     """The probes of a case: those that are always there, and its own.
-
-    Args:
-        case: A case with a section for the response in time.
-        mesh: The mesh of its building.
 
     Raises:
         InputError: One fault for each probe that is outside the building, or whose group the mesh
             has not.
     """
     probes, faults = standard_probes(mesh, case.wave_floor), []
-    farthest = _farthest(mesh)
+    # What is nearer to a node than half a side of a triangle is taken for the node.
+    farthest = max(OUTSIDE, 0.5 * float(side_lengths(mesh.nodes, mesh.triangles).mean()))
     for index, one in case.numbered_probes:
         try:
-            probes += _asked(mesh, one, farthest)
+            probes += _requested(mesh, one, farthest)
         except SolutionError as error:
             faults.append(Fault(case.path, f"transient.probes[{index}]", None, str(error)))
     if faults:
@@ -76,16 +54,21 @@ def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
     return probes
 
 
-def _farthest(mesh: BuildingMesh) -> float:
-    return max(OUTSIDE, 0.5 * float(side_lengths(mesh.nodes, mesh.triangles).mean()))
-
-
-def _asked(mesh: BuildingMesh, one: CaseProbe, farthest: float) -> list[Probe]:
+def _requested(mesh: BuildingMesh, one: CaseProbe, farthest: float) -> list[Probe]:
     """The probes of one table of the case."""
     if one.group is not None:
         nodes = _group(mesh, one.group)
         return [Probe(one.numbered(k), int(n)) for k, n in enumerate(nodes, start=1)]
-    return [nearest_node(mesh, name, np.array(p), farthest) for name, p in one.points]
+    tree, probes = cKDTree(mesh.nodes), []
+    for name, point in one.points:
+        distance, node = tree.query(point)
+        if distance > farthest:
+            raise SolutionError(
+                f"the probe {name} at {place(np.array(point))} is outside the building: the "
+                f"nearest node, at {place(mesh.nodes[node])}, is {distance:.3g} m away"
+            )
+        probes.append(Probe(name, int(node), float(distance)))
+    return probes
 
 
 def _group(mesh: BuildingMesh, group: str) -> NDArray[np.int64]:
@@ -107,36 +90,12 @@ def _group(mesh: BuildingMesh, group: str) -> NDArray[np.int64]:
     raise SolutionError(f"the probe's group {group} has no free nodes in this mesh")
 
 
-def nearest_node(mesh: BuildingMesh, name: str, point: Array, farthest: float) -> Probe:
-    """The probe nearest to a point.
-
-    Args:
-        mesh: The mesh.
-        name: Name of the probe.
-        point: Coordinates [m].
-        farthest: Largest distance that is taken for the point itself [m].
-
-    Raises:
-        SolutionError: The point is outside the building; names the nearest node.
-    """
-    distance, node = cKDTree(mesh.nodes).query(np.asarray(point))
-    if distance > farthest:
-        raise SolutionError(
-            f"the probe {name} at {place(np.asarray(point))} is outside the building: the nearest "
-            f"node, at {place(mesh.nodes[node])}, is {distance:.3g} m away"
-        )
-    return Probe(name, int(node), float(distance))
-
-
 def standard_probes(mesh: BuildingMesh, across: int | None = None) -> list[Probe]:
     """The points that are always there.
 
-    The mass centre of each floor, the middle of its impact edge, and on one floor a line from the
-    middle of the impact edge to the opposite edge, at right angles to it (figure 14).
-
-    Args:
-        mesh: The mesh.
-        across: Number of the floor with the line; the top floor when None.
+    The mass centre of each floor, the middle of its impact edge, and on one floor, the top one when
+    None, a line from the middle of the impact edge to the opposite edge, at right angles to it
+    (figure 14).
     """
     probes = [Probe(f"centre_{k}", mesh.centres[k], 0.0, "centre", k) for k in mesh.floors]
     probes += [
@@ -171,3 +130,92 @@ def _line(mesh: BuildingMesh, floor: int) -> list[Probe]:
         distance, found = tree.query(point)
         probes.append(Probe(f"line_{number}", int(nodes[found]), float(distance), "line", floor))
     return probes
+
+
+@dataclass(frozen=True)
+class CoveredPoints:
+    """Points of the mesh."""
+
+    names: tuple[str, ...]  #: Of the probes.
+    nodes: tuple[int, ...]  #: Their nodes.
+    #: Of each anchor of the devices, numbers of the points that it covers.
+    of_anchor: tuple[tuple[int, ...], ...]
+
+
+def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
+    """Find the points that the devices of a case ask for.
+
+    Raises:
+        InputError: The mesh has none of the probes that a name or a pattern stands for, or a probe
+            of the case is not in the mesh.
+    """
+    patterns = [
+        (f"devices[{index}]", anchor.envelope)
+        for index, device in case.numbered_devices
+        for anchor in device.anchors
+    ]
+    if case.transient is None or not any(wanted for _, wanted in patterns):
+        return CoveredPoints((), (), tuple(() for _ in patterns))
+    probes = {one.name: one.node for one in checked_probes(case, mesh)}
+    faults = [
+        Fault(case.path, f"{key}.envelope", pattern, "expected a probe that is in the mesh")
+        for key, wanted in patterns
+        for pattern in wanted
+        if not chosen(list(probes), [pattern])
+    ]
+    if faults:
+        raise InputError(faults)
+    names = chosen(list(probes), [p for _, wanted in patterns for p in wanted])
+    return CoveredPoints(
+        names=tuple(names),
+        nodes=tuple(probes[name] for name in names),
+        of_anchor=tuple(
+            tuple(names.index(name) for name in chosen(names, wanted)) for _, wanted in patterns
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class MotionGrid:
+    """Triangles and lines with their own numbering of nodes."""
+
+    nodes: Index  #: Their nodes in the mesh, ascending, shape (n,).
+    points: Array  #: Coordinates, shape (n, 3) [m].
+    #: Indices of `nodes`, shape (m, 3), or (m, 6) with the mid nodes 01, 12 and 20.
+    triangles: Index
+    lines: Index  #: The same, shape (l, 2), or (l, 3) with the mid node last.
+
+    @property
+    def cells(self) -> int:
+        """Number of triangles and lines."""
+        return len(self.triangles) + len(self.lines)
+
+
+def motion_grid(mesh: BuildingMesh, which: str) -> MotionGrid:
+    """Shells and beams of a mesh at their "vertices", or at "all" nodes."""
+    corners, ends = (6, 3) if which == "all" else (3, 2)
+    triangles, lines = mesh.triangles[:, :corners], mesh.lines[:, :ends]
+    nodes: Index = np.union1d(triangles, lines)
+    return MotionGrid(
+        nodes=nodes,
+        points=mesh.nodes[nodes],
+        triangles=np.searchsorted(nodes, triangles),
+        lines=np.searchsorted(nodes, lines),
+    )
+
+
+def floor_vertices(mesh: BuildingMesh) -> Index:
+    """Vertices of all floors, acroterion included, ascending."""
+    return np.asarray(np.unique(mesh.triangles[mesh.triangles_of("floor"), :3]), dtype=np.int64)
+
+
+def wave_slab(mesh: BuildingMesh, floor: int | None = None) -> tuple[Index, Index]:
+    """Triangles of a floor's slab, and all of its nodes; of the top floor when None."""
+    flat = mesh.slab(mesh.floors[-1] if floor is None else floor)
+    return flat, np.unique(mesh.triangles[flat])
+
+
+def recorded_nodes(mesh: BuildingMesh, probes: Index, floor: int | None = None) -> Index:
+    """All nodes whose motion is recorded: probes, floors, and those of the waves on a floor."""
+    every = np.concatenate([probes, floor_vertices(mesh), wave_slab(mesh, floor)[1]])
+    return np.asarray(np.unique(every), dtype=np.int64)

@@ -17,12 +17,12 @@ from impactfem.building.model import BuildingModel
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.error_band import (
     by_third_octave,
+    larger_models,
     nested_models,
     transfer_band,
     transfer_bound,
 )
 from impactfem.reduction.krylov import KrylovBasis
-from impactfem.reduction.larger_models import larger_models
 from impactfem.reduction.reduced import ReducedModel, Residual, residual_norms
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER

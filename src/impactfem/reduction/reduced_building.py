@@ -2,7 +2,7 @@
 
 The devices' base plates are tied first. Then one factorisation of K + σ0 M gives one Krylov basis
 under the union of all load patterns (`krylov`), which is completed for contacts and anchors
-(`enrichment`). Of it are kept:
+(`galerkin`). Of it are kept:
 
 - `basis`: the models of the Krylov space with their error band and bound, and its vectors at the
   nodes whose motion is wanted;
@@ -19,16 +19,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 
 from impactfem.building.floor import edge_load
 from impactfem.building.links import BasePlate, Displacements, carried, linked
-from impactfem.building.mesh import DOFS, BuildingMesh, outward_normal
+from impactfem.building.mesh import DOFS, BuildingMesh, outward_normal, rigid_body
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import LARGEST_BASIS, SHIFT
-from impactfem.reduction.covered_points import point_rows
-from impactfem.reduction.enrichment import append_contacts, append_responses
-from impactfem.reduction.galerkin import galerkin_modes
+from impactfem.reduction.galerkin import append_contacts, append_responses, galerkin_modes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced import ReducedModel
@@ -310,7 +309,7 @@ def reduce_building(
     # The factor is gone now: there may not be room for it and what follows.
     modes = galerkin_modes(basis)
     kept = Displacements(model, plan.nodes, links, mesh.nodes)
-    rows = point_rows(model, mesh, plan.points, plan.base_plates)
+    rows = _point_rows(model, mesh, plan)
     r = len(modes.eigenvalue)
     at_anchors, at_points = (modes.rows(L).T.reshape(-1, DOFS, r) for L in (anchors, rows))
     return ReducedBuilding(
@@ -349,6 +348,23 @@ def edge_loads(model: BuildingModel, mesh: BuildingMesh, eccentricity: float) ->
 
 def _carried(T: Any, loads: Mapping[int, Array]) -> dict[int, Array]:
     return {floor: carried(T, load[:, None])[:, 0] for floor, load in loads.items()}
+
+
+def _point_rows(
+    model: BuildingModel, mesh: BuildingMesh, plan: ReductionPlan
+) -> scipy.sparse.csr_matrix:
+    """The six components of the points at this rank's rows, shape (n_local, 6 n).
+
+    A point that follows a base plate moves as its master does, one of the base does not move.
+    """
+    rows = scipy.sparse.lil_matrix((DOFS * len(model.nodes), DOFS * len(plan.points)))
+    for k, node in enumerate(plan.points):
+        master = next((plate.master for plate in plan.base_plates if node in plate.nodes), node)
+        row = int(model.rows(np.array([master]))[0])
+        if row >= 0:
+            motion = rigid_body(mesh.nodes[[node]], mesh.nodes[master])
+            rows[row : row + DOFS, DOFS * k : DOFS * (k + 1)] = motion.T
+    return scipy.sparse.csr_matrix(rows)
 
 
 def _anchor(model: BuildingModel, plate: BasePlate) -> Array:

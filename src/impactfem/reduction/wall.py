@@ -1,26 +1,163 @@
-"""The 3D model of a building that hits a rigid wall with the edges of its floors."""
+"""The 3D model of a building that hits a rigid wall with the edges of its floors.
+
+It starts from rest, with one floor drawn aside. With n towards the wall and the displacement d of
+the displaced floor,
+
+- `whole_floor`: n · u = d at every node of its slab. With the rows s of these displacements and the
+  rows f of all others, K_ff u_f = −K_fs u_s; the constraint forces K_sf u_f + K_ss u_s hold it.
+- `even_load`: K u = q, q an even load in the plane of the slab, scaled so that n · u = d at the
+  mass centre. The slab arrives bowed: it yields in its plane between the walls that hold it back.
+- `mass_centre`: the same with one force at the mass centre, which also draws out the slab about it.
+
+A slab is flat: with n · u = d at all of its nodes it neither deforms along n nor turns about the
+vertical, but may tilt and yield across n. The floor of a stick is rigid, and force and turning are
+not coupled about its axis: its three states are one (see `static_state` of the stage `calibrate`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
+from petsc4py import PETSc
 
-from impactfem.building.floor import contact_edge
+from impactfem.building.floor import contact_edge, floor_load
 from impactfem.building.links import carried
 from impactfem.building.mesh import DOFS, BuildingMesh, outward_normal
 from impactfem.building.model import BuildingModel
 from impactfem.case.wall_impact import Pull
-from impactfem.dynamics.columns import product
+from impactfem.dynamics.columns import product, wrapped
+from impactfem.dynamics.factorisation import Factorisation
 from impactfem.reduction.galerkin import GalerkinModes
-from impactfem.reduction.pull import FloorPull, floor_pull
+from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Side = Literal["x-", "x+", "y-", "y+"]
+
+IN_PLANE = 1e-4
+"""How far nodes of the edges may be from one plane [m]: a hundredth of the paper's gap."""
+TOUCHED = 1e-12
+"""Square of an arm [m2] up to which a rotation is not needed to hold the followers of a plate."""
+
+
+def wall_side(mesh: BuildingMesh, floors: tuple[int, ...], file: Path | str) -> Side:
+    """The side that the edges of floors face, where one plane wall can stand. Not collective.
+
+    Raises:
+        InputError: With every fault, of the mesh's file: a floor without an edge, an edge that is
+            not straight along x or y, edges on different sides or not in one plane.
+    """
+    expected = "no lines; expected those of the slab's edge that may hit the wall"
+    faults = [
+        Fault(file, f"edge_{k}", None, expected) for k in floors if not len(mesh.edges.get(k, ()))
+    ]
+    if faults:
+        raise InputError(faults)
+    sides = {k: _side(mesh, k) for k in floors}
+    for k, (_, _, spread) in sides.items():
+        if spread > IN_PLANE:
+            expected = (
+                f"the edge is not straight along x or y, its nodes are up to {spread:.4g} m off; "
+                "expected one that lies flat against a plane wall"
+            )
+            faults.append(Fault(file, f"edge_{k}", None, expected))
+    if faults:
+        raise InputError(faults)
+    top = max(floors)
+    side, position, _ = sides[top]
+    for k, (other, own, _) in sides.items():
+        if other != side:
+            expected = f"faces {other}, edge_{top} {side}; expected all on the side of the wall"
+            faults.append(Fault(file, f"edge_{k}", None, expected))
+        elif abs(own - position) > IN_PLANE:
+            expected = (
+                f"is {abs(own - position):.4g} m {'before' if own > position else 'behind'} "
+                f"edge_{top}; expected the edges of all floors that may hit the wall in one plane"
+            )
+            faults.append(Fault(file, f"edge_{k}", None, expected))
+    if faults:
+        raise InputError(faults)
+    return side
+
+
+def _side(mesh: BuildingMesh, floor: int) -> tuple[Side, float, float]:
+    """Side of an edge, its outermost position along the normal, and how far nodes are from it."""
+    normal = outward_normal(mesh, floor)
+    axis = int(np.argmax(np.abs(normal)))
+    sign = 1.0 if normal[axis] > 0.0 else -1.0
+    along = sign * mesh.nodes[np.unique(mesh.edges[floor]), axis]
+    side: Side = ("x-", "x+", "y-", "y+")[2 * axis + (sign > 0.0)]
+    return side, float(along.max()), float(np.ptp(along))
+
+
+@dataclass(frozen=True, eq=False)
+class FloorPull:
+    """What displaces a floor, at this rank's rows."""
+
+    kind: Pull  #: How the floor is drawn aside.
+    normal: Array  #: n, unit vector towards the wall along x or y, shape (3,).
+    #: Rows of the displacements along n of the slab's nodes; with rigid links also the rotations of
+    #: masters that turn followers of the slab along n; shape (n_local,).
+    slab: Flags
+    #: Load with the resultant 1 N along n; zero where the whole floor is held, shape (n_local,).
+    load: Array
+
+    @property
+    def unit(self) -> Array:
+        """Values of the rows of the slab when it moves by 1 m along n, else 0, shape (n_local,)."""
+        of_row = np.tile(np.pad(self.normal, (0, DOFS - 3)), len(self.slab) // DOFS)
+        return np.asarray(np.where(self.slab, of_row, 0.0), dtype=np.float64)
+
+    def carried(self, T: Any) -> FloorPull:
+        """The same of the building with the rigid links of `linked`, which gave T. Collective."""
+        # The diagonal of Tᵀ S T, S the rows of the slab: Σ T_ij², positive where j moves one.
+        S = PETSc.Mat().createAIJ(
+            ((T.getLocalSize()[0], None),) * 2, nnz=1, comm=T.getComm(), bsize=DOFS
+        )
+        S.setDiagonal(wrapped(S, self.slab.astype(np.float64)))
+        S.assemble()
+        moved = S.ptap(T)
+        diagonal = moved.getDiagonal()
+        slab = np.array(diagonal.getArray() > TOUCHED)
+        for made in (S, moved, diagonal):
+            made.destroy()
+        return replace(self, slab=slab, load=carried(T, self.load[:, None])[:, 0])
+
+    def state(self, K: Any, centre: Any) -> Array:
+        """The static displacement of the building for 1 m of the floor, shape (n_local,).
+
+        It costs one factorisation. Collective.
+
+        Args:
+            K: Stiffness (AIJ), positive definite.
+            centre: Row of n · u at the floor's mass centre, shape (n_local, 1), sparse.
+
+        Raises:
+            SolutionError: The stiffness is not positive definite.
+        """
+        comm = K.getComm().tompi4py()
+        if self.kind != "whole_floor":
+            with Factorisation(K, name="the stiffness matrix") as factor:
+                u = factor.solve_block(self.load[:, None])[:, 0]
+            return np.asarray(u / comm.allreduce(float((centre.T @ u)[0])), dtype=np.float64)
+        u = self.unit
+        free = np.flatnonzero(~self.slab)
+        first = K.getOwnershipRange()[0]
+        rows = PETSc.IS().createGeneral((first + free).astype(PETSc.IntType), comm=K.getComm())
+        K_ff = K.createSubMatrix(rows, rows)
+        K_ff.setOption(PETSc.Mat.Option.SPD, True)
+        with Factorisation(K_ff, name="the stiffness matrix of all but the floor") as factor:
+            u[free] = factor.solve_block(-product(K, u[:, None])[free])[:, 0]
+        K_ff.destroy()
+        rows.destroy()
+        return u
 
 
 @dataclass(frozen=True)
@@ -65,11 +202,7 @@ class WallPatterns:
         return state, push
 
     def carried(self, T: Any) -> WallPatterns:
-        """The columns of the building with rigid links, forces on followers on their masters.
-
-        Args:
-            T: Of `impactfem.building.links.linked`.
-        """
+        """The columns of the building with rigid links, forces on followers on their masters."""
         return replace(
             self,
             contact=_carried(T, self.contact),
@@ -88,12 +221,7 @@ def _carried(T: Any, columns: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matri
 
 
 def wall_patterns(model: BuildingModel, mesh: BuildingMesh, wall: Wall) -> WallPatterns:
-    """Make the columns of an experiment.
-
-    Args:
-        model: The building.
-        mesh: Its mesh.
-        wall: The wall; the edges of the floors that may hit it lie in one plane (see `wall_side`).
+    """Make the columns of an experiment, with edges that lie in one plane (see `wall_side`).
 
     Raises:
         KeyError: A floor has no edge, no slab or no mass centre.
@@ -102,21 +230,22 @@ def wall_patterns(model: BuildingModel, mesh: BuildingMesh, wall: Wall) -> WallP
     normal = outward_normal(mesh, floors[-1])
     contacts = [contact_edge(mesh, floor).columns(model, normal) for floor in floors]
     watched = np.array([*(mesh.centres[floor] for floor in floors), mesh.centres[displaced]])
-    rows = model.rows(watched)
-    here = np.flatnonzero(rows >= 0)
-    shape = (DOFS * len(model.nodes), len(watched))
-    seen = scipy.sparse.csr_matrix(shape)
-    for axis in range(3):
-        entries = (np.full(len(here), normal[axis]), (rows[here] + axis, here))
-        seen = seen + scipy.sparse.csr_matrix(entries, shape=shape)
     counts = [columns.shape[1] for columns in contacts]
+    rows = model.rows(np.unique(mesh.triangles[mesh.slab(displaced)]))
+    slab = np.zeros(DOFS * len(model.nodes), dtype=bool)
+    slab[rows[rows >= 0] + int(np.argmax(np.abs(normal)))] = True
+    load = np.zeros(len(slab))
+    if wall.pull == "mass_centre":
+        load = model.along(watched[-1:], normal).toarray()[:, 0]
+    elif wall.pull == "even_load":
+        load = floor_load(mesh, displaced).vector(model, normal)
     return WallPatterns(
         floors=floors,
         normal=normal,
         floor_of=np.repeat(np.arange(len(floors), dtype=np.int64), counts),
         contact=scipy.sparse.csr_matrix(scipy.sparse.hstack(contacts)),
-        pull=floor_pull(model, mesh, displaced, normal, wall.pull),
-        seen=scipy.sparse.csr_matrix(seen),
+        pull=FloorPull(wall.pull, normal, slab, load),
+        seen=model.along(watched, normal),
     )
 
 

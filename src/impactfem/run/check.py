@@ -25,7 +25,6 @@ from impactfem.case.structure import GeneratedMesh
 from impactfem.coupling.force_history import ForceHistory, check_forces
 from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations
-from impactfem.reduction.side import wall_side
 from impactfem.run.estimate import DAY, Estimate, duration, elements_of, estimate, too_much
 from impactfem.run.stages import STAGES, asked_stages
 from impactfem.stages.check import log_checks
@@ -213,6 +212,8 @@ def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
     if mesh is None:
         return None
     if case.wall_impact is not None:
+        from impactfem.reduction.wall import wall_side
+
         floors, file = case.wall_impact.floors, case.path if generated else path
         found.attempt(lambda: wall_side(mesh, floors, file))
     if case.transient is not None:
@@ -225,7 +226,7 @@ def _read_mesh(case: Case, path: Path, found: Further) -> BuildingMesh | None:
         found.attempt(lambda: with_floor_forces(case, mesh, at_rest, []))
     if case.devices:
         from impactfem.building.links import find_base_plates
-        from impactfem.reduction.covered_points import covered_points
+        from impactfem.reduction.probes import covered_points
 
         found.attempt(lambda: find_base_plates(case, mesh))
         found.attempt(lambda: covered_points(case, mesh))

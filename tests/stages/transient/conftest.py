@@ -26,8 +26,7 @@ from impactfem.case import Case, Spectra, load_case
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import EdgeForce, Loads, make_loads
-from impactfem.reduction.motion_grid import recorded_nodes
-from impactfem.reduction.probes import standard_probes
+from impactfem.reduction.probes import recorded_nodes, standard_probes
 from impactfem.reduction.reduced_basis import Accuracy, ReducedBasis, build_basis
 from impactfem.stages.transient.full_run import FullRun, run_full
 from no_pictures import no_pictures

@@ -19,7 +19,7 @@ import xarray as xr
 
 from impactfem import study
 from impactfem.case import Transient
-from impactfem.reduction.motion_grid import motion_grid
+from impactfem.reduction.probes import motion_grid
 from impactfem.stages.transient import export
 from impactfem.stages.transient.export import exported_steps, write_motion
 from impactfem.system.errors import InputError, SolutionError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.mesh import Part
-from impactfem.reduction.motion_grid import floor_vertices, recorded_nodes, wave_slab
+from impactfem.reduction.probes import floor_vertices, recorded_nodes, wave_slab
 from impactfem.reduction.response import modal_histories, node_response, node_spectra
 from impactfem.stages.transient.maps import AT_ONCE, FloorMaps, floor_maps, membrane_force
 

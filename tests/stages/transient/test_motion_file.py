@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 import pytest
 
-from impactfem.reduction.motion_grid import MotionGrid
+from impactfem.reduction.probes import MotionGrid
 from impactfem.stages.transient.motion_file import motion_file
 from impactfem.system.errors import ImpactfemError
 
@@ -37,7 +37,7 @@ from pathlib import Path
 import numpy as np
 from impactfem.system.errors import (ImpactfemError)
 from impactfem.stages.transient.motion_file import (motion_file)
-from impactfem.reduction.motion_grid import (MotionGrid)
+from impactfem.reduction.probes import (MotionGrid)
 grid = MotionGrid(
     np.arange(1000), np.zeros((1000, 3)), np.array([[0, 1, 2]]), np.zeros((0, 2), dtype=np.int64)
 )
@@ -125,7 +125,7 @@ def test_long_motion_takes_no_memory(tmp_path: Path) -> None:
     code = (
         "import resource, sys, numpy as np; from pathlib import Path\n"
         "from impactfem.stages.transient.motion_file import motion_file\n"
-        "from impactfem.reduction.motion_grid import MotionGrid\n"
+        "from impactfem.reduction.probes import MotionGrid\n"
         f"n = {n}\n"
         "grid = MotionGrid(np.arange(n), np.zeros((n, 3)), np.array([[0, 1, 2]]),\n"
         "    np.zeros((0, 2), dtype=np.int64))\n"

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
-from impactfem.reduction.motion_grid import MotionGrid
+from impactfem.reduction.probes import MotionGrid
 from impactfem.stages.transient.motion_file import motion_file
 from impactfem.stages.transient.motion_index import mixed_topology, write_motion_index
 from impactfem.system.errors import ImpactfemError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction import band
+from impactfem.reduction import response
 from impactfem.verify.waves import MovingModel, ReducedMotion, frame
 
 
@@ -39,7 +39,7 @@ def test_a_response_that_is_not_linear_is_seen(monkeypatch, failed):
 
 @pytest.mark.parametrize("factor", [0.25, 20.0])
 def test_too_narrow_or_too_wide_a_band(factor, monkeypatch, failed):
-    monkeypatch.setitem(band.SAFETY, band.LARGER, factor * band.SAFETY[band.LARGER])
+    monkeypatch.setitem(response.SAFETY, response.LARGER, factor * response.SAFETY[response.LARGER])
     (quantity,) = failed(frame.error_band())
     assert quantity.startswith("share of")
 

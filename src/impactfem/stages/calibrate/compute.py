@@ -25,8 +25,7 @@ from impactfem.coupling.unilateral import (
     unilateral_response,
 )
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.side import wall_side
-from impactfem.reduction.wall import WallModel
+from impactfem.reduction.wall import WallModel, wall_side
 from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory, run_stick
 from impactfem.stages.calibrate.impact import (
     FloorImpacts,

@@ -6,6 +6,7 @@ What floors do in front of the wall is a `WallHistory`, whatever model computed 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 from impactfem.case.wall_impact import Pull
 from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.pounding import End, Pair, System, Update, simulate
-from impactfem.reduction.side import Side
 from impactfem.sticks.stick import Stick
 from impactfem.system.errors import ImpactfemError
+
+if TYPE_CHECKING:
+    from impactfem.reduction.wall import Side
 
 Array = NDArray[np.float64]
 SEPARATION = 5e-3
@@ -27,7 +30,7 @@ SEPARATION = 5e-3
 class WallExperiment:
     """A building in front of a rigid wall, without ground motion (paper, section 3.2.2).
 
-    One floor is drawn aside, see `impactfem.reduction.pull`; at t = 0 what held it is gone
+    One floor is drawn aside, see `impactfem.reduction.wall`; at t = 0 what held it is gone
     and the building, at rest, is free. The wall is a plane at the gap g from the undeformed
     building, n the unit vector towards it: a point with displacement u touches where n · u = g.
 

@@ -21,15 +21,12 @@ from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, SHIFT, TO
 from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.coupling.force_history import read_forces
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.band import LARGER
-from impactfem.reduction.covered_points import covered_points
 from impactfem.reduction.forces import check_contacts
-from impactfem.reduction.motion_grid import motion_grid, recorded_nodes
-from impactfem.reduction.probes import checked_probes
+from impactfem.reduction.probes import checked_probes, covered_points, motion_grid, recorded_nodes
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReducedBuilding, ReductionPlan, reduce_building
-from impactfem.reduction.side import wall_side
-from impactfem.reduction.wall import Wall
+from impactfem.reduction.response import LARGER
+from impactfem.reduction.wall import Wall, wall_side
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import LOGGER
 from impactfem.system.parallel import on_root

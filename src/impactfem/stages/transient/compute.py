@@ -16,12 +16,17 @@ from impactfem.building.model import assemble_building, damping_matrix
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.band import response_band
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import ModalHistory
 from impactfem.reduction.probes import Probe
 from impactfem.reduction.reduced_basis import ReducedBasis
-from impactfem.reduction.response import NodeResponse, modal_histories, node_response, node_spectra
+from impactfem.reduction.response import (
+    NodeResponse,
+    modal_histories,
+    node_response,
+    node_spectra,
+    response_band,
+)
 from impactfem.spectra import ResponseSpectra
 from impactfem.stages.transient.full_run import FullRun, run_full
 from impactfem.stages.transient.maps import FloorMaps, floor_maps

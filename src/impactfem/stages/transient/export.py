@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from impactfem.case.transient import Transient
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.motion_grid import motion_grid
+from impactfem.reduction.probes import motion_grid
 from impactfem.reduction.response import modal_histories
 from impactfem.stages.transient.compute import TransientStudy
 from impactfem.stages.transient.motion_file import POINT, motion_file

@@ -14,7 +14,7 @@ from impactfem.building.section_forces import section_forces
 from impactfem.case import Spectra
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import ModalHistory
-from impactfem.reduction.motion_grid import floor_vertices, wave_slab
+from impactfem.reduction.probes import floor_vertices, wave_slab
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.spectra import logarithmic_frequencies, response_spectra, sampling_loss
 from impactfem.system.parallel import all_blas_threads, threads

@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.reduction.motion_grid import MotionGrid
+from impactfem.reduction.probes import MotionGrid
 from impactfem.stages.transient.motion_index import FIELDS, POINTS, TOPOLOGY, mixed_topology
 from impactfem.system.files import atomic
 

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.reduction.motion_grid import MotionGrid
+from impactfem.reduction.probes import MotionGrid
 from impactfem.system.files import atomic
 
 Array = NDArray[np.float64]

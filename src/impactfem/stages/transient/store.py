@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from impactfem.reduction.band import SAFETY
-from impactfem.reduction.transfer import transfer_functions
+from impactfem.reduction.response import SAFETY, transfer_functions
 from impactfem.stages.stores import Output, dataset
 from impactfem.stages.transient.compute import TransientStudy, by_probe
 from impactfem.stages.transient.maps import FloorMaps

@@ -65,8 +65,8 @@ class MovingModel:
 
     def nested(self, shift: float, vectors: int, larger: bool = False) -> list[ReducedMotion]:
         """That model, and on request those that it is nested in, for its error band."""
+        from impactfem.reduction.error_band import larger_models
         from impactfem.reduction.krylov import KrylovBasis
-        from impactfem.reduction.larger_models import larger_models
         from impactfem.reduction.reduced import reduced_model
 
         K, M = petsc_matrix(self.K), petsc_matrix(self.M)

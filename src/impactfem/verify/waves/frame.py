@@ -19,7 +19,7 @@ from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.waves import KRYLOV, Motion, MovingModel, apart
 
 if TYPE_CHECKING:
-    from impactfem.reduction.effectivity import Effectivity
+    from impactfem.reduction.error_band import Effectivity
 
 Array = NDArray[np.float64]
 Solver = Callable[[Array], Motion]
@@ -112,8 +112,8 @@ def error_band(rows: Rows) -> None:
 
     Counted are thirds of octaves with an error above a ten-thousandth of the spectrum.
     """
-    from impactfem.reduction.band import LARGER, SAFETY, WIDTH, spectrum_difference
-    from impactfem.reduction.effectivity import LEAST, MOST, effectivity, together
+    from impactfem.reduction.error_band import LEAST, MOST, effectivity, together
+    from impactfem.reduction.response import LARGER, SAFETY, WIDTH, spectrum_difference
 
     frame = shipped_frame()
     amplitudes = _amplitudes(BAND_STEP, BAND_END, BAND_PULSE, (0.1, 0.2))

@@ -23,7 +23,7 @@ from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.waves import BALANCE
 
 if TYPE_CHECKING:
-    from impactfem.reduction.effectivity import Effectivity
+    from impactfem.reduction.error_band import Effectivity
     from impactfem.stages.transient.prepared import Prepared
 
 Array = NDArray[np.float64]
@@ -73,10 +73,14 @@ def paper_reduced_against_full(
 
     from impactfem.building.links import Displacements
     from impactfem.building.model import assemble_building
-    from impactfem.reduction.band import response_band
-    from impactfem.reduction.effectivity import LEAST, MOST, effectivity, together
+    from impactfem.reduction.error_band import LEAST, MOST, effectivity, together
     from impactfem.reduction.reduced_basis import Accuracy, build_basis
-    from impactfem.reduction.response import modal_histories, node_response, node_spectra
+    from impactfem.reduction.response import (
+        modal_histories,
+        node_response,
+        node_spectra,
+        response_band,
+    )
     from impactfem.stages.transient.full_run import run_full
     from impactfem.stages.transient.prepared import transient_of
 

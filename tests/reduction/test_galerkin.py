@@ -5,9 +5,8 @@ import pytest
 import scipy.linalg
 import scipy.sparse as sp
 
-from impactfem.reduction import enrichment
-from impactfem.reduction.enrichment import append_contacts, append_responses
-from impactfem.reduction.galerkin import galerkin_modes
+from impactfem.reduction import galerkin
+from impactfem.reduction.galerkin import append_contacts, append_responses, galerkin_modes
 from impactfem.reduction.krylov import KrylovBasis
 
 SHIFT = (2.0 * np.pi * 5.0) ** 2
@@ -19,7 +18,7 @@ def completed(membrane, petsc, monkeypatch):
 
     def make(at_once=16, contacts=True):
         model = membrane()
-        monkeypatch.setattr(enrichment, "AT_ONCE", at_once)
+        monkeypatch.setattr(galerkin, "AT_ONCE", at_once)
         basis = KrylovBasis(petsc(model.K), petsc(model.M), SHIFT)
         basis.add(model.loads[:, :1])
         basis.grow(6)

@@ -10,7 +10,7 @@ import pytest
 
 from impactfem.building.mesh import BuildingMesh, Part
 from impactfem.building.read_mesh import read_mesh
-from impactfem.reduction.side import wall_side
+from impactfem.reduction.wall import wall_side
 from impactfem.system.errors import InputError
 
 FRAME = Path(__file__).parents[2] / "geometry" / "frame.msh"
