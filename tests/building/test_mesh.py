@@ -8,7 +8,6 @@ from impactfem.building.mesh import (
     parse_group,
     radius_ratio,
     rigid_body,
-    side_lengths,
     usable_name,
 )
 
@@ -41,15 +40,6 @@ def test_another_name_is_none_of_the_scheme(group):
     assert parse_group(group) is None
 
 
-def test_only_walls_and_columns_are_scaled():
-    scaled = {family: Part(family, 1).scaled for family in ("floor", "storey", "beam", "column")}
-    assert scaled == {"floor": False, "storey": True, "beam": False, "column": True}
-
-
-def test_dimensions():
-    assert [Part(f, 1).dimension for f in ("floor", "storey", "beam", "column")] == [2, 2, 1, 1]
-
-
 def test_parts_are_sorted_by_number_not_by_text():
     assert sorted([Part("floor", 10), Part("floor", 9)])[0].level == 9
 
@@ -78,19 +68,6 @@ def test_known_triangles(points, ratio, area):
     assert areas(nodes, triangles) == pytest.approx(area, abs=1e-12)
 
 
-def test_side_lengths_in_order():
-    nodes = np.array([(0.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 4.0)])
-    np.testing.assert_allclose(side_lengths(nodes, np.array([[0, 1, 2]])), [[3.0, 5.0, 4.0]])
-
-
-def test_the_ratio_does_not_know_size_and_place():
-    nodes = np.random.default_rng(0).normal(size=(30, 3))
-    triangles = np.arange(30).reshape(10, 3)
-    turned = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
-    moved = 7.0 * nodes @ turned + 3.0
-    np.testing.assert_allclose(radius_ratio(moved, triangles), radius_ratio(nodes, triangles))
-
-
 def test_by_hand():
     """A turn by b about x0 moves x by b × (x − x0)."""
     motions = rigid_body(np.array([[3.0, 5.0, 9.0]]), np.array([1.0, 1.0, 1.0]))
@@ -111,5 +88,8 @@ def test_distances_stay():
     assert between @ (u[1] - u[0]) == pytest.approx(np.zeros(6), abs=1e-14)
 
 
-def test_of_no_point():
-    assert rigid_body(np.zeros((0, 3)), np.zeros(3)).shape == (0, 6)
+def test_families():
+    """Slabs and walls are surfaces; the storey factor acts on walls and columns."""
+    parts = [Part(family, 1) for family in ("floor", "storey", "beam", "column")]
+    assert [part.dimension for part in parts] == [2, 2, 1, 1]
+    assert [part.scaled for part in parts] == [False, True, False, True]

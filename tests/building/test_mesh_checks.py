@@ -86,10 +86,6 @@ def test_a_sound_mesh():
     check_mesh(drawing.mesh(), "own.msh")
 
 
-def test_the_generated_mesh(small_mesh):
-    check_mesh(small_mesh, "own.msh")
-
-
 def test_millimetres(small_mesh):
     large = replace(small_mesh, nodes=1e3 * small_mesh.nodes)
     faults = refused(large, rf"measures 8000 x 5000 x 6400, with a node at {PLACE}.*millimetres")

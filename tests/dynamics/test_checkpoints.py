@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from impactfem.dynamics.checkpoints import Checkpoints, joined, remove_checkpoints
+from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
 from impactfem.dynamics.energy import Energy
-from impactfem.dynamics.history import History, State
+from impactfem.dynamics.history import History, State, joined
 from impactfem.system.errors import ImpactfemError
 
 

@@ -189,15 +189,6 @@ def test_straight_line_is_itself(step: float) -> None:
     assert found[:, 0] == pytest.approx(3.0 - 40.0 * step * np.arange(n + 1), abs=1e-12)
 
 
-def test_finer_grid_with_the_same_corners_gives_the_same_function() -> None:
-    rng = np.random.default_rng(1)
-    time, values = np.linspace(0.0, 1.0, 21), rng.standard_normal((21, 3))
-    found = project(time, values, 0.01, 100)
-    grid = np.linspace(0.0, 1.0, 101)
-    expected = np.column_stack([np.interp(grid, time, column) for column in values.T])
-    assert found == pytest.approx(expected, abs=1e-12)
-
-
 def test_it_is_the_nearest_one() -> None:
     """The error is at right angles to all hats: any other function is farther away."""
     rng = np.random.default_rng(2)
@@ -225,10 +216,6 @@ def test_zero_outside_the_given_times() -> None:
     grid = 0.03 * np.arange(41)
     assert moments(grid, found, 1.2) == pytest.approx(np.array([[0.4], [0.08]]), rel=1e-12)
     assert np.abs(found[25:]).max() < 1e-3
-
-
-def test_no_forces() -> None:
-    assert project(np.array([0.0, 1.0]), np.zeros((2, 0)), 0.1, 10).shape == (11, 0)
 
 
 def test_samples_outside_an_impact_alternate_and_fall() -> None:

@@ -145,22 +145,6 @@ def test_newmark_as_of_the_full_model(membrane, petsc, damping):
         assert np.abs(shapes @ getattr(exact, name) - history).max() > 1e-2 * scale, name
 
 
-def test_newmark_follows_its_rules():
-    rng = np.random.default_rng(5)
-    model, dt = modes_alone(40.0, 9e4, 4e7, 1e12), 1e-3
-    h = modal_response(
-        model, rng.standard_normal((200, 4)), dt, Rayleigh(1.0, 1e-6), scheme="newmark"
-    )
-    z, v, a = h.displacement, h.velocity, h.acceleration
-    for motion, rate in ((z, v), (v, a)):
-        rise = 0.5 * dt * (rate[:, 1:] + rate[:, :-1])
-        scale = np.abs(motion).max(axis=1, keepdims=True)
-        assert np.max(np.abs(np.diff(motion, axis=1) - rise) / scale) < 1e-11
-    exact = modal_response(model, np.ones((200, 4)), dt, Rayleigh(1.0, 1e-6))
-    rise = 0.5 * dt * (exact.velocity[:, 1:] + exact.velocity[:, :-1])
-    assert np.max(np.abs(np.diff(exact.displacement, axis=1) - rise)[1]) > 1e-9
-
-
 def test_newmark_is_of_second_order(membrane, petsc):
     model = membrane()
     with KrylovBasis(petsc(model.K), petsc(model.M), SHIFT) as basis:

@@ -13,10 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.dynamics.energy import Energy
-from impactfem.dynamics.history import History, State
+from impactfem.dynamics.history import History, State, joined
 from impactfem.dynamics.newmark import Newmark
 from impactfem.system.files import read_archive, write_archive, write_json
 from impactfem.system.log import LOGGER
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CHUNK = 100
+"""Most steps between two reports of the progress."""
 
 
 class Checkpoints:
@@ -38,10 +44,10 @@ class Checkpoints:
         self._index = folder / "checkpoint.json"
 
     def write(self, state: State, history: History) -> None:
-        """Write a checkpoint; those before go. Collective.
+        """Write a checkpoint of a state, each rank its rows; those before go. Collective.
 
         Args:
-            state: The state; each rank has its rows.
+            state: The state.
             history: What was recorded from step 0 up to this step; that of rank 0 counts.
 
         Raises:
@@ -66,12 +72,7 @@ class Checkpoints:
         self._comm.barrier()
 
     def read(self) -> tuple[State, History] | None:
-        """The last checkpoint of this run on so many ranks. Collective.
-
-        Returns:
-            State and history, or None where there is no checkpoint that can be used; one that
-            cannot is removed.
-        """
+        """The last checkpoint of this run on so many ranks; a damaged one goes. Collective."""
         step = self._comm.bcast(self._listed() if self._comm.rank == 0 else None)
         state = self._read_state(step) if step is not None else None
         history = self._read_history(step) if step is not None and self._comm.rank == 0 else None
@@ -131,13 +132,6 @@ def remove_checkpoints(folder: Path) -> None:
         folder.rmdir()
 
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
-CHUNK = 100
-"""Most steps between two reports of the progress."""
-
-
 def resumable_march(
     system: Newmark,
     amplitudes: Array,
@@ -191,18 +185,3 @@ def resumable_march(
     if state.step < last:
         system.march(state, amplitudes, probes=rows, record=record, each_chunk=keep, chunk=chunk)
     return joined(parts)
-
-
-def joined(parts: Sequence[History]) -> History:
-    """Histories one after the other; each begins a step after the one before it ends."""
-    energies = {
-        field.name: np.concatenate([getattr(part.energy, field.name) for part in parts])
-        for field in fields(Energy)
-    }
-    return History(
-        time=np.concatenate([part.time for part in parts]),
-        motion={
-            name: np.concatenate([part.motion[name] for part in parts]) for name in parts[0].motion
-        },
-        energy=Energy(**energies),
-    )

@@ -11,14 +11,7 @@ SEED = 20071221
 
 
 def combined(k: float, K: PETSc.Mat, m: float, M: PETSc.Mat) -> PETSc.Mat:
-    """The matrix k K + m M, new, with the pattern of K. Collective.
-
-    Args:
-        k: Factor of K.
-        K: Stiffness (AIJ).
-        m: Factor of M.
-        M: Mass (AIJ), on part of the pattern of K.
-    """
+    """The matrix k K + m M (AIJ), new, the pattern of M part of that of K. Collective."""
     total = K.copy()
     total.scale(k)
     total.axpy(m, M, structure=PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
@@ -26,22 +19,12 @@ def combined(k: float, K: PETSc.Mat, m: float, M: PETSc.Mat) -> PETSc.Mat:
 
 
 def wrapped(A: PETSc.Mat, array: Array) -> PETSc.Vec:
-    """A vector over the rows of A that uses an array as its memory. Collective.
-
-    Args:
-        A: Square matrix, whose rows are distributed as those of the vector.
-        array: The rows of this rank, shape (n_local,), contiguous.
-    """
+    """A vector over the rows of A with this rank's rows, contiguous, as its memory. Collective."""
     return PETSc.Vec().createWithArray(array, size=A.getSizes()[0], comm=A.getComm())
 
 
 def product(A: PETSc.Mat, X: Array) -> Array:
-    """A X, shape (n_local, k), Fortran order. Collective.
-
-    Args:
-        A: Square matrix.
-        X: Columns, shape (n_local, k).
-    """
+    """A X of columns X, shape (n_local, k), Fortran order. Collective."""
     if X.shape[1] == 0:
         return np.zeros(X.shape, order="F")
     # All columns at once: A is read once for four of them.
@@ -56,27 +39,16 @@ def product(A: PETSc.Mat, X: Array) -> Array:
 
 
 def inner(A: PETSc.Mat, X: Array, Y: Array) -> Array:
-    """Xᵀ Y summed over all ranks of the communicator of A, shape (k, l). Collective.
-
-    Args:
-        A: Matrix whose communicator counts.
-        X: Columns, shape (n_local, k).
-        Y: Columns, shape (n_local, l).
-    """
+    """Xᵀ Y, shape (k, l), of columns, shape (n_local, ·), over all ranks of A. Collective."""
     local = np.ascontiguousarray(X.T @ Y)
     total: Array = A.getComm().tompi4py().allreduce(local)
     return total
 
 
 def random_column(A: PETSc.Mat, stream: int = 0) -> Array:
-    """Standard normal numbers, the same for each global row on any number of ranks.
+    """Standard normal numbers at this rank's rows, the same for a global row on any ranks.
 
-    Args:
-        A: Matrix whose rows count.
-        stream: Another number gives other columns.
-
-    Returns:
-        The rows of this rank, shape (n_local,).
+    Another stream gives other columns.
     """
     start, end = A.getOwnershipRange()
     every = np.random.default_rng([SEED, stream]).standard_normal(A.getSize()[0])

@@ -83,11 +83,7 @@ class Rayleigh:
         return cls(beta * omega[0] * omega[1], beta)
 
     def modal(self, eigenvalue: Array) -> Array:
-        """Modal damping φᵀ C φ = α + β λ of modes with φᵀ M φ = 1 and φᵀ K φ = λ [1/s].
-
-        Args:
-            eigenvalue: λ, of any shape [1/s2].
-        """
+        """Modal damping φᵀ C φ = α + β λ of modes with φᵀ M φ = 1 and φᵀ K φ = λ [1/s]."""
         return np.asarray(self.alpha + self.beta * eigenvalue, dtype=np.float64)
 
     def matrix(self, K: Any, M: Any) -> Any:

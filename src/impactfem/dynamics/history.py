@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from copy import deepcopy
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,14 +32,7 @@ class State:
 
     def copy(self) -> State:
         """A state of its own, which does not move when this one does."""
-        return replace(
-            self,
-            displacement=self.displacement.copy(),
-            velocity=self.velocity.copy(),
-            acceleration=self.acceleration.copy(),
-            momentum=self.momentum.copy(),
-            restoring=self.restoring.copy(),
-        )
+        return deepcopy(self)
 
 
 @dataclass(frozen=True)
@@ -90,10 +84,7 @@ class Recorder:
         self.parts: list[History] = []
 
     def put(self, state: State, energies: tuple[float, float, float, float]) -> None:
-        """Keep the motion of the probes, and kinetic, elastic, newly damped, newly put in energy.
-
-        All are those of this rank.
-        """
+        """Keep the motion of the probes, and this rank's energies as the stepper gives them."""
         row = self.buffer[self.filled]
         row[:4] = energies
         for k, name in enumerate(self.record):
@@ -127,17 +118,19 @@ class Recorder:
 
     def history(self) -> History:
         """All that was recorded."""
-        energies = [part.energy for part in self.parts]
-        return History(
-            time=np.concatenate([part.time for part in self.parts]),
-            motion={
-                name: np.concatenate([part.motion[name] for part in self.parts])
-                for name in self.record
-            },
-            energy=Energy(
-                *(
-                    np.concatenate([getattr(energy, name) for energy in energies])
-                    for name in ("kinetic", "elastic", "damped", "input")
-                )
-            ),
-        )
+        return joined(self.parts)
+
+
+def joined(parts: Sequence[History]) -> History:
+    """Histories one after the other; each begins a step after the one before it ends."""
+    energies = {
+        field.name: np.concatenate([getattr(part.energy, field.name) for part in parts])
+        for field in fields(Energy)
+    }
+    return History(
+        time=np.concatenate([part.time for part in parts]),
+        motion={
+            name: np.concatenate([part.motion[name] for part in parts]) for name in parts[0].motion
+        },
+        energy=Energy(**energies),
+    )

@@ -90,11 +90,19 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
             break
         wanted = max(wanted, values.size) + max(0, below - place)
     else:
-        raise SolutionError(_why(values, count, below))
+        if values.size < count:
+            raise SolutionError(f"only {values.size} of {count} modes could be computed")
+        frequency = math.sqrt(values[count - 1]) / (2.0 * math.pi)
+        raise SolutionError(
+            f"{values.size} modes were computed for {count}, and the Sturm count says {below} up to"
+            f" {frequency:.6g} Hz: not all could be found"
+        )
     shapes = np.asfortranarray(shapes[:, :count])
+    start, end = K.getOwnershipRange()
     for j in range(count):
         row = row_of_largest(K, np.abs(shapes[:, j]))
-        shapes[:, j] *= _sign(K, shapes[:, j], row)
+        mine = float(shapes[row - start, j]) if start <= row < end else 0.0
+        shapes[:, j] *= math.copysign(1.0, K.getComm().tompi4py().allreduce(mine))
     return Modes(
         frequency=np.sqrt(values[:count]) / (2.0 * np.pi),
         shapes=shapes,
@@ -194,19 +202,3 @@ def _number_below(K: PETSc.Mat, M: PETSc.Mat, sigma: float) -> int:
             return factor.inertia()[0]
     finally:
         shifted.destroy()
-
-
-def _sign(K: PETSc.Mat, shape: Array, row: int) -> float:
-    start, end = K.getOwnershipRange()
-    mine = float(shape[row - start]) if start <= row < end else 0.0
-    return math.copysign(1.0, K.getComm().tompi4py().allreduce(mine))
-
-
-def _why(values: Array, count: int, below: int) -> str:
-    if values.size < count:
-        return f"only {values.size} of {count} modes could be computed"
-    frequency = math.sqrt(values[min(count, values.size) - 1]) / (2.0 * math.pi)
-    return (
-        f"{values.size} modes were computed for {count}, and the Sturm count says {below} up to"
-        f" {frequency:.6g} Hz: not all could be found"
-    )

@@ -119,11 +119,7 @@ class Newmark(Held):
         return State(0, u, v, acceleration, momentum, restoring)
 
     def static(self, amplitude: Array) -> State:
-        """State at step 0 at rest in the deformed shape of the loads.
-
-        Args:
-            amplitude: Amplitudes of the loads at step 0, shape (m,).
-        """
+        """State at rest in the deformed shape of the loads with amplitudes of shape (m,)."""
         f = self._patterns @ np.asarray(amplitude, dtype=np.float64)
         with Factorisation(self._K, name="the stiffness matrix") as factor:
             u = factor.solve_block(f[:, None])[:, 0]
@@ -172,7 +168,9 @@ class Newmark(Held):
         factor = self.factorise()
         recorder = Recorder(self._M, probes, record, chunk, self.time_step)
         stepper = _Stepper(self, factor, state)
-        recorder.put(state, _stored(state))
+        kinetic = 0.5 * float(state.velocity @ state.momentum)
+        elastic = 0.5 * float(state.displacement @ state.restoring)
+        recorder.put(state, (kinetic, elastic, 0.0, 0.0))
         recorder.reduce(state)
         while state.step < last:
             end = min(last, (state.step // chunk + 1) * chunk)
@@ -202,8 +200,9 @@ class _Stepper:
         n, m = patterns.shape
         self.sum = np.zeros(m)
         self.f, self.r, self.w, self.Mw, self.Cw = (np.zeros(n) for _ in range(5))
-        self.sum_vector = PETSc.Vec().createWithArray(self.sum, comm=PETSc.COMM_SELF)
-        self.f_vector = PETSc.Vec().createWithArray(self.f, comm=PETSc.COMM_SELF)
+        self.sum_vector, self.f_vector = (
+            PETSc.Vec().createWithArray(array, comm=PETSc.COMM_SELF) for array in (self.sum, self.f)
+        )
         self.r_vector, self.w_vector, self.Mw_vector, self.Cw_vector = (
             wrapped(system._M, array) for array in (self.r, self.w, self.Mw, self.Cw)
         )
@@ -237,22 +236,9 @@ class _Stepper:
         return energies
 
     def destroy(self) -> None:
-        for item in (
-            self.F,
-            self.sum_vector,
-            self.f_vector,
-            self.r_vector,
-            self.w_vector,
-            self.Mw_vector,
-            self.Cw_vector,
-        ):
+        vectors = self.sum_vector, self.f_vector, self.r_vector, self.w_vector
+        for item in (self.F, *vectors, self.Mw_vector, self.Cw_vector):
             item.destroy()
-
-
-def _stored(state: State) -> tuple[float, float, float, float]:
-    kinetic = 0.5 * float(state.velocity @ state.momentum)
-    elastic = 0.5 * float(state.displacement @ state.restoring)
-    return kinetic, elastic, 0.0, 0.0
 
 
 @numba.njit(cache=True)

@@ -87,43 +87,54 @@ def checked_forces(
         InputError: With every fault of the forces.
         ValueError: The case has no structure.
     """
-    ends, faults, building = _ends(history, path, case, duration)
+    ends, faults = _ends(history, path, case, duration)
+    building = _three_d(case)
     mine = {j: end for j, pair in ends.items() for end in pair if end.building == building}
     edges = _struck_edges(mesh)
     for j, end in mine.items():
         faults += _end_faults(path, history.pairs[j], end, edges, case)
     if faults:
         raise InputError(faults)
-    _warn_of_other_inputs(history, path, case, inputs)
+    # The pairs of forces that were made from another case are those of this one.
+    if inputs and history.inputs:
+        other = history.inputs != inputs
+    else:
+        other = history.case_hash not in ("", case.content_hash())
+    if other:
+        LOGGER.warning("warning: %s was made from another case, or by another version", path)
     pushed = [_edge_force(end.floor, edges[end.floor].outward) for end in mine.values()]
     return history.of(list(mine)), pushed
 
 
 def history_faults(history: ForceHistory, path: Path, case: Case, duration: float) -> list[Fault]:
-    """What is wrong with impact forces whatever the mesh is: their pairs and their length.
-
-    Args: as of `checked_forces`.
-
-    Raises:
-        ValueError: The case has no structure.
-    """
+    """What is wrong with impact forces whatever the mesh is: their pairs and their length."""
     return _ends(history, path, case, duration)[1]
+
+
+def _three_d(case: Case) -> str:
+    """The building of the 3D model."""
+    if case.structure is None:
+        raise ValueError("a case without a structure has no edges that forces could act on")
+    return case.structure.building
 
 
 def _ends(
     history: ForceHistory, path: Path, case: Case, duration: float
-) -> tuple[Ends, list[Fault], str]:
-    """Both ends of the pairs, what is wrong with the history, and the building of the 3D model."""
-    if case.structure is None:
-        raise ValueError("a case without a structure has no edges that forces could act on")
-    building = case.structure.building
+) -> tuple[Ends, list[Fault]]:
+    """Both ends of the pairs, and what is wrong with the history."""
+    building = _three_d(case)
     ends: Ends = {}
     faults: list[Fault] = []
     if case.contacts:
         ends, faults = _ends_by_case(history, path, case, building)
     elif history.pairs:
         ends, faults = _ends_by_file(history, path, building)
-    return ends, faults + list(_length_faults(history, path, duration)), building
+    # The last step of forces may be cut, as whole steps make no duration.
+    step = float(history.time[-1]) / (len(history.time) - 1)
+    if history.time[-1] < duration - step:
+        expected = f"forces up to {duration:g} s, which is to be computed"
+        faults.append(Fault(path, "time", f"up to {history.time[-1]:g} s", expected))
+    return ends, faults
 
 
 def with_floor_forces(
@@ -144,8 +155,7 @@ def with_floor_forces(
         InputError: A load is not at right angles to an edge, or on a floor without one.
         ValueError: The case has no structure.
     """
-    if case.structure is None:
-        raise ValueError("a case without a structure has no edges that forces could act on")
+    three_d = _three_d(case)
     outward = {floor: outward_normal(mesh, floor) for floor in mesh.edges}
     names, columns, every = list(forces.pairs), [forces.force], list(edges)
     faults: list[Fault] = []
@@ -155,7 +165,7 @@ def with_floor_forces(
             continue
         values, direction = table.at(forces.time), np.array(loads.direction)
         for k, (building, floor) in enumerate(table.floors):
-            if building != case.structure.building:
+            if building != three_d:
                 continue
             along = float(direction @ outward[floor]) if floor in outward else 0.0
             if abs(along) < 1.0 - ALIGNED:
@@ -180,22 +190,17 @@ def with_floor_forces(
 def check_contacts(case: Case, mesh: BuildingMesh) -> None:
     """See that contacts, and floors that may be hit, have edges in the 3D building of a case.
 
-    Args:
-        case: The case, with a structure.
-        mesh: The mesh of its building.
-
     Raises:
         InputError: With every fault.
         ValueError: The case has no structure.
     """
-    if case.structure is None:
-        raise ValueError("a case without a structure has no edges that forces could act on")
+    building = _three_d(case)
     edges = _struck_edges(mesh)
     faults = [
         fault
         for contact in case.contacts
         for end in _ends_of_contact(contact)
-        if end.building == case.structure.building
+        if end.building == building
         for fault in _end_faults(case.path, contact.name, end, edges, case)
     ]
     named = () if case.transient is None else case.transient.floors or ()
@@ -314,29 +319,15 @@ def _contradictions(
             if said is not None and said[j] != wanted:
                 yield Fault(path, f"{pair}, {name}_{side}", said[j], f"{wanted}, as in the case")
         heights = getattr(history.ends, f"relative_height_{side}")
-        height = _height(heights, j)
-        if heights is not None and not _same(height, end.relative_height):
-            found = "nan" if height is None else height
+        height = math.nan if end.relative_height is None else end.relative_height
+        if heights is not None and not np.isclose(heights[j], height, 0.0, 1e-9, equal_nan=True):
+            found = "nan" if math.isnan(heights[j]) else float(heights[j])
             expected = f"expected a point of {end.place}, as in the case"
             yield Fault(path, f"{pair}, relative_height_{side}", found, expected)
     normal = history.ends.normal
     if normal is not None and np.abs(normal[j] - ends[0].outward).max() > ALIGNED:
         words = [words_of(n) for n in (ends[0].outward, normal[j])]
         yield Fault(path, f"{pair}, normal", words[1], f"{words[0]}, as in the case")
-
-
-def _same(a: float | None, b: float | None) -> bool:
-    if a is None or b is None:
-        return a is b
-    return abs(a - b) < 1e-9
-
-
-def _length_faults(history: ForceHistory, path: Path, duration: float) -> Iterator[Fault]:
-    """Forces that end too early; their last step may be cut, as whole steps make no duration."""
-    step = float(history.time[-1]) / (len(history.time) - 1)
-    if history.time[-1] < duration - step:
-        expected = f"forces up to {duration:g} s, which is to be computed"
-        yield Fault(path, "time", f"up to {history.time[-1]:g} s", expected)
 
 
 def _end_faults(
@@ -366,13 +357,3 @@ def _end_faults(
         aside = offset_fault(axis, end.offset, edge, case.transient.eccentricity)
         if aside is not None:
             yield Fault(path, f"pair {pair}, offset on {end.building}", end.offset, aside)
-
-
-def _warn_of_other_inputs(history: ForceHistory, path: Path, case: Case, inputs: str) -> None:
-    """Say so where forces were made from another case; their pairs are those of this one."""
-    if inputs and history.inputs:
-        other = history.inputs != inputs
-    else:
-        other = history.case_hash not in ("", case.content_hash())
-    if other:
-        LOGGER.warning("warning: %s was made from another case, or by another version", path)

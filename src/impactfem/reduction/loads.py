@@ -113,13 +113,7 @@ class Loads:
         return replace(self, edges=edges, force=own[:, acting], external=own[:, acting])
 
     def patterns(self, model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> Array:
-        """Patterns at this rank's rows, shape (n_local, n_patterns).
-
-        Args:
-            model: The building.
-            mesh: Its mesh.
-            eccentricity: Of the line loads, along the edges [m].
-        """
+        """Patterns at this rank's rows, (n_local, n_patterns), line loads off the middle [m]."""
         columns = [-model.ground[:, c] for c in self.directions]
         for edge in self.edges:
             load = edge_load(mesh, edge.floor, eccentricity)

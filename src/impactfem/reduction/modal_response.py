@@ -44,14 +44,14 @@ def modal_response(
     scheme: str = "exact",
     start: Array | None = None,
 ) -> ModalHistory:
-    """Integrate the modal equations.
+    """Integrate the modal equations by a scheme of STEPS: "exact" or "newmark".
 
     Args:
         model: The reduced model.
         amplitudes: Samples of the load of each pattern, shape (n_steps + 1, n_patterns).
         time_step: Δt [s].
         damping: The damping.
-        scheme: One of STEPS: "exact" or "newmark".
+        scheme: The scheme.
         start: Modal displacements at rest at the first sample, shape (r,); zero when None.
 
     Raises:

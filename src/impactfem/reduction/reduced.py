@@ -43,26 +43,11 @@ class ReducedModel:
         return np.asarray(np.sqrt(np.maximum(self.eigenvalue, 0.0)) / (2.0 * math.pi))
 
     def shapes(self, basis: Array) -> Array:
-        """Φ at some rows of the basis.
-
-        Args:
-            basis: Rows of V, shape (n, size), of this basis or of one that it is nested in.
-
-        Returns:
-            The same rows of Φ, shape (n, r).
-        """
+        """Φ, shape (n, r), at rows of V, shape (n, size), of this basis or one it is nested in."""
         return np.asarray(basis[:, : len(self.coordinates)] @ self.coordinates, dtype=np.float64)
 
     def amplitude(self, omega: Array, damping: Rayleigh) -> Complex:
-        """Modal coordinates z for the loads exp(iωt), one pattern at a time.
-
-        Args:
-            omega: ω, shape (n,) [rad/s].
-            damping: The damping.
-
-        Returns:
-            Shape (n, r, n_patterns).
-        """
+        """Modal coordinates z for the loads exp(iωt), one pattern at a time, (n, r, n_patterns)."""
         return np.asarray(self._factor(omega, damping)[:, :, None] * self.load)
 
     def transfer(self, basis: Array, omega: Array, damping: Rayleigh) -> Complex:
@@ -80,14 +65,9 @@ class ReducedModel:
         return np.stack([factor @ (shapes * b).T for b in self.load.T], axis=-1)
 
     def outside(self, omega: Array, damping: Rayleigh) -> Complex:
-        """What A x has outside the space under the loads exp(iωt): w = S Y z.
+        """What A x has outside the space under the loads exp(iωt), w = S Y z, by pattern.
 
-        Args:
-            omega: ω, shape (n,) [rad/s].
-            damping: The damping.
-
-        Returns:
-            Shape (n, n_tail, n_patterns); its norm is that of A x there in the mass.
+        Shape (n, n_tail, n_patterns); its norm is that of A x there in the mass.
         """
         return np.asarray(self.tail @ self.amplitude(omega, damping))
 
@@ -131,11 +111,7 @@ def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
 
 
 def nested_size(basis: KrylovBasis, share: float) -> int:
-    """The size of a nested model that has about a share of the vectors.
-
-    Args:
-        basis: The basis.
-        share: Wanted size over the size of the basis, below 1.
+    """The size of a nested model that has about a share, below 1, of the vectors.
 
     Raises:
         SolutionError: The basis has not taken a block step since the last loads came in.
@@ -153,15 +129,10 @@ def shift_of(omega: Array, damping: Rayleigh) -> Complex:
 
 
 class Residual:
-    """Norms of the residual of the model of all of a basis, √(rᴴ (K + σ0 M)⁻¹ r).
+    """Norms of the residual of the model of all of a basis as it stands, √(rᴴ (K + σ0 M)⁻¹ r).
 
     They are |σ − σ0| |1 + iωβ| √(wᴴ Qᵀ (K + σ0 M) Q w) with w = S Y z: this norm costs no solve.
-    Making one is collective.
-
-    `gram` is Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail).
-
-    Args:
-        basis: The basis as it stands.
+    Making one is collective. `gram` is Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail).
     """
 
     def __init__(self, basis: KrylovBasis) -> None:
@@ -169,15 +140,7 @@ class Residual:
         self._size = basis.size
 
     def norms(self, model: ReducedModel, omega: Array, damping: Rayleigh) -> Array:
-        """‖r‖ for the loads exp(iωt), one pattern at a time.
-
-        Args:
-            model: The reduced model of all of the basis.
-            omega: ω, shape (n,) [rad/s].
-            damping: The damping.
-
-        Returns:
-            Shape (n, n_patterns).
+        """‖r‖ for the loads exp(iωt), one pattern at a time, as of `residual_norms`.
 
         Raises:
             SolutionError: The model is a nested one, or of the basis before it grew.
@@ -188,11 +151,11 @@ class Residual:
 
 
 def residual_norms(gram: Array, model: ReducedModel, omega: Array, damping: Rayleigh) -> Array:
-    """Norms of the residual, as of `Residual`, from Qᵀ (K + σ0 M) Q; shape (n, n_patterns).
+    """Norms of the residual, as of `Residual`, of the model of all of a basis, (n, n_patterns).
 
     Args:
-        gram: Qᵀ (K + σ0 M) Q of the whole basis, shape (n_tail, n_tail).
-        model: The reduced model of all of the basis.
+        gram: Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail).
+        model: The model.
         omega: ω, shape (n,) [rad/s].
         damping: The damping.
     """

@@ -193,11 +193,13 @@ class Accuracy:
         damping: The damping.
         maximum_frequency: Up to which the transfer functions must be accurate [Hz].
         tolerance: Their largest relative error at the probes, as of `NestedModels.error`.
+        remedy: What to do where it is not met, in the words of the case.
     """
 
     damping: Rayleigh
     maximum_frequency: float
     tolerance: float
+    remedy: str = "allow more with transient.largest_basis, or lower transient.maximum_frequency"
 
 
 @dataclass(frozen=True, eq=False)
@@ -407,8 +409,7 @@ def _grow_until_accurate(
         if basis.size >= largest:
             raise SolutionError(
                 f"{basis.size} vectors of the reduced basis leave an error of {difference:.2%} "
-                f"at the probes, {tolerance:.2%} is required: allow more with "
-                "transient.largest_basis, or lower transient.maximum_frequency"
+                f"at the probes, {tolerance:.2%} is required: {accuracy.remedy}"
             )
         progress(min(1.0, math.log(start / difference) / math.log(max(start / tolerance, 1.01))))
         grown = basis.grow(AT_ONCE)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.stages.building.checks import building_checks
+from impactfem.stages.building.stage import building_checks
 from impactfem.system.files import write_netcdf
 
 LINES = [

@@ -67,6 +67,16 @@ def test_lightest_damping(
     assert (first.maximum_frequency, first.tolerance) == (450.0, 0.001)
 
 
+def test_what_helps_where_the_basis_is_not_accurate_enough(case: Case) -> None:
+    """Keys of a section are named only where the case has it, and where they do help."""
+    [alone] = accuracies(case)
+    assert alone.remedy == "more than 1200 need a section [transient] with a larger largest_basis"
+    transient = Transient(time_step=1e-3)
+    own, wall = accuracies(case.model_copy(update={"transient": transient}))
+    assert wall.remedy == "allow more with transient.largest_basis"
+    assert own.remedy == f"{wall.remedy}, or lower transient.maximum_frequency"
+
+
 def test_a_floor_without_an_edge(case: Case) -> None:
     transient = Transient(time_step=1e-3, floors=(1, 3))
     asked = case.model_copy(update={"transient": transient})

@@ -122,14 +122,16 @@ def _modes(model: BuildingModel, structure: Structure) -> tuple[float, Modes]:
     factor, fit = structure.storey_stiffness_factor, structure.calibration
     if fit is not None:
         direction = "xy".index(fit.direction)
-        fitted = fit_storey_factor(model, fit.frequency, direction, factor, structure.modes)
+        factor, result, rounds = fit_storey_factor(
+            model, fit.frequency, direction, factor, structure.modes
+        )
         LOGGER.info(
             "building: storey factor %.4g gives %.4g Hz (%d modal analyses)",
-            fitted.factor,
+            factor,
             fit.frequency,
-            fitted.rounds,
+            rounds,
         )
-        return fitted.factor, fitted.modes
+        return factor, result
     K = model.stiffness(factor)
     result = modes(K, model.mass, structure.modes)
     K.destroy()
@@ -188,18 +190,9 @@ def _log_memory(comm: Any, what: str) -> None:
     LOGGER.info("building: %s, peak memory %.1f GB", what, peak / 1024.0**2)
 
 
-@dataclass(frozen=True, eq=False)
-class FittedBuilding:
-    """A fitted factor, with the modes of the building that has it."""
-
-    factor: float  #: The factor on the stiffness of walls and columns.
-    modes: Modes  #: Modes with it.
-    rounds: int  #: Number of modal analyses it took.
-
-
 def fit_storey_factor(
     model: BuildingModel, frequency: float, direction: int, start: float, count: int
-) -> FittedBuilding:
+) -> tuple[float, Modes, int]:
     """Find the factor f with which the first bending mode has a frequency. Collective.
 
     A factor is found in a small space V, (Vᵀ K_fixed V + f Vᵀ K_storeys V) a = λ a: first in one
@@ -213,6 +206,9 @@ def fit_storey_factor(
         direction: 0 or 1, along x or y: the direction in which the mode moves.
         start: First value of f.
         count: Number of modes.
+
+    Returns:
+        The factor, the modes with it, and the number of modal analyses that it took.
 
     Raises:
         SolutionError: There is no such mode among them, or no factor gives the frequency, as when
@@ -233,7 +229,7 @@ def fit_storey_factor(
         reached = float(result.frequency[bending[0]])
         LOGGER.debug("storey factor %.6g: first bending mode at %.8g Hz", factor, reached)
         if abs(reached / frequency - 1.0) < TOLERANCE:
-            return FittedBuilding(factor, result, rounds)
+            return factor, result, rounds
         factor = _reduced_fit(model, result.shapes, frequency, direction, factor)
     raise SolutionError(
         f"no storey factor gives the first bending mode {frequency:g} Hz: after {MOST_ROUNDS} "

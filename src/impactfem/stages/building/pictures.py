@@ -61,18 +61,10 @@ class Side:
 
 
 def open_side(store: xr.Dataset) -> Side | None:
-    """The side with the largest area of openings; None where none has a wall.
-
-    Args:
-        store: The open `building.nc`.
-    """
+    """The side of `building.nc` with the largest area of openings; None where none has a wall."""
     nodes = np.asarray(store["node_position"].values, dtype=np.float64)
-    sides = []
-    for axis in (0, 1):
-        for at in (nodes[:, axis].min(), nodes[:, axis].max()):
-            side = _side(store, nodes, axis, float(at))
-            if side is not None:
-                sides.append(side)
+    planes = [(a, float(at(nodes[:, a]))) for a in (0, 1) for at in (np.min, np.max)]
+    sides = [side for axis, at in planes if (side := _side(store, nodes, axis, at)) is not None]
     return max(sides, key=lambda side: side.opened, default=None)
 
 
@@ -123,23 +115,18 @@ def _side(store: xr.Dataset, nodes: Array, axis: int, at: float) -> Side | None:
 
 
 def building_pictures(folder: Path) -> list[Path]:
-    """Draw the mesh and the first bending modes into `figures/`, in a process of their own.
+    """Draw the mesh and the first bending modes of `building.nc` into `figures/`.
 
-    Args:
-        folder: The run's folder, with `building.nc`.
-
-    Returns:
-        The files.
+    In a process of their own.
 
     Raises:
         ImpactfemError: A file cannot be written, or the process that draws crashed, as it does
             where OpenGL is missing (Debian's libegl1 and libgl1).
     """
-    return in_own_process(draw, folder)
+    return in_own_process(_draw, folder)
 
 
-def draw(folder: Path) -> list[Path]:
-    """Draw what `building_pictures` gives, in this process."""
+def _draw(folder: Path) -> list[Path]:
     target = folder / "figures"
     target.mkdir(exist_ok=True)
     with open_store(folder / "building.nc") as store:

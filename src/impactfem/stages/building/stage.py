@@ -7,14 +7,19 @@ from pathlib import Path
 from impactfem.case import Case
 from impactfem.case.members import Bay
 from impactfem.case.structure import GeneratedMesh, structure_files
-from impactfem.stages.building.checks import building_checks
 from impactfem.stages.building.pictures import building_pictures
 from impactfem.stages.building.tables import building_tables
+from impactfem.stages.check import Check
 from impactfem.stages.inputs import published_values
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import number_of, open_store
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
+
+MASS = 1e-9
+"""Largest relative difference of the masses of floors and base from the mass matrix."""
+RESIDUAL = 1e-6
+"""Largest residual of a mode that counts as converged."""
 
 
 def storey_factor(folder: Path) -> float:
@@ -52,6 +57,36 @@ def _draw(case: Case, folder: Path) -> list[Path]:
     mesh = None if case.structure is None else case.structure.mesh
     bays: tuple[Bay, ...] = mesh.bays if isinstance(mesh, GeneratedMesh) else ()
     return [*building_tables(folder, published_values(case), bays), *building_pictures(folder)]
+
+
+def building_checks(folder: Path) -> list[Check]:
+    """The checks of the stage in words: mesh, masses and modes."""
+    with open_store(folder / "building.nc") as store:
+        checks: list[Check] = [(False, f"mesh: {text}") for text in store["mesh_warning"].values]
+        total = store["total_mass"]
+        floors, base = float(store["floor_mass"].sum()), float(store["base_mass"])
+        off = abs((floors + base) / float(total.sel(direction="y")) - 1.0)
+        line = (
+            f"building: {floors / 1e3:.0f} t on the floors and {base / 1e3:.0f} t at the base; "
+            f"the mass matrix differs by {off:.1e}, {MASS:g} allowed"
+        )
+        checks.append((off < MASS, line))
+        worst, frequency = float(store["residual"].max()), store["frequency"].values
+        line = (
+            f"building: {frequency.size} modes from {frequency[0]:.3f} to {frequency[-1]:.3f} Hz, "
+            f"none missed by the Sturm count, largest residual {worst:.1e}, {RESIDUAL:g} allowed"
+        )
+        checks.append((worst < RESIDUAL, line))
+        direction = str(store.attrs["bending_direction"])
+        bending = store.sel(mode=store["bending_mode"].values, direction=direction)
+        share = bending["effective_mass"].values / float(total.sel(direction=direction))
+        modes = ", ".join(
+            f"{f:.3f} Hz ({100.0 * part:.1f} %)"
+            for f, part in zip(bending["frequency"].values, share, strict=True)
+        )
+        line = f"building: modes bending along {direction}, with their part of the mass: "
+        checks.append((bool(modes), line + (modes or "none")))
+        return checks
 
 
 BUILDING = Stage(

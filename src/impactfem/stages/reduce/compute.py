@@ -107,25 +107,24 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
 
 
 def accuracies(case: Case) -> tuple[Accuracy, ...]:
-    """How accurate the reduced building has to be: its own model first, then the whole space.
-
-    Args:
-        case: The case; it has a structure.
-    """
+    """How accurate the reduced building has to be: its own model first, then the whole space."""
     if case.structure is None:
         raise ValueError("the case has no structure")
     own, transient = case.building(case.structure.building).damping.rayleigh, case.transient
     if transient is None:
-        return (Accuracy(own, MAXIMUM_FREQUENCY, TOLERANCE),)
+        remedy = f"more than {LARGEST_BASIS} need a section [transient] with a larger largest_basis"
+        return (Accuracy(own, MAXIMUM_FREQUENCY, TOLERANCE, remedy),)
     top, cases = transient.maximum_frequency, [one.rayleigh for one in case.damping_cases]
     served = [own, *(cases if transient.serve_damping_cases else ())]
-    asked = [Accuracy(_lightest(served, top), top, transient.tolerance)]
+    requested = [Accuracy(_lightest(served, top), top, transient.tolerance)]
+    # The frequencies of the wall and of the devices are not those of the case.
+    remedy = "allow more with transient.largest_basis"
     if case.wall_impact is not None:
-        asked.append(Accuracy(own, MAXIMUM_FREQUENCY, COMPLETE))
+        requested.append(Accuracy(own, MAXIMUM_FREQUENCY, COMPLETE, remedy))
     if case.devices and cases:
         low = min(LIGHT_FREQUENCY, top)
-        asked.append(Accuracy(_lightest(cases, low), low, COMPLETE))
-    return tuple(asked)
+        requested.append(Accuracy(_lightest(cases, low), low, COMPLETE, remedy))
+    return tuple(requested)
 
 
 def _lightest(dampings: list[Rayleigh], frequency: float) -> Rayleigh:
@@ -133,12 +132,7 @@ def _lightest(dampings: list[Rayleigh], frequency: float) -> Rayleigh:
 
 
 def wall_probes(mesh: BuildingMesh, floors: tuple[int, ...]) -> list[int]:
-    """Nodes where the building must be accurate at a wall: mass centres, ends, middles of edges.
-
-    Args:
-        mesh: The mesh.
-        floors: Floors that may hit the wall.
-    """
+    """Mass centres, and ends and middles of the edges, of the floors that may hit a wall."""
     nodes = [mesh.centres[floor] for floor in floors]
     for floor in floors:
         edge = np.unique(mesh.edges[floor])
