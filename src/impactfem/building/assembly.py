@@ -46,10 +46,8 @@ class LocalCells:
 def local_cells(nodes: Array, cells: Ints) -> LocalCells:
     """Make the mesh and the space of a rank's cells. Not collective.
 
-    Args:
-        nodes: Coordinates of all nodes, shape (n, 3) [m].
-        cells: Global nodes of this rank's cells: shape (m, 6) triangles, vertices and mid nodes
-            of the edges 01, 12, 20; or shape (m, 3) intervals, ends and mid node; m > 0.
+    `cells` are global nodes: shape (m, 6) of triangles, vertices and mid nodes of the edges 01, 12,
+    20; or shape (m, 3) of intervals, ends and mid node; m > 0.
 
     Raises:
         SolutionError: The nodes of dolfinx's space are not where the mesh file's are.
@@ -84,13 +82,8 @@ def local_cells(nodes: Array, cells: Ints) -> LocalCells:
 def bisect(points: Array, weights: Array, parts: int) -> Ints:
     """Divide points into compact parts of about equal weight by recursive coordinate bisection.
 
-    Args:
-        points: Coordinates, shape (n, 3) [m].
-        weights: Weight of each point, shape (n,).
-        parts: Number of parts; some are empty when there are fewer points.
-
-    Returns:
-        Part of each point, 0 to parts − 1, shape (n,). The same for the same input.
+    The part of each point, 0 to parts − 1; some are empty when there are fewer points. The same for
+    the same input.
     """
     part = np.zeros(len(points), dtype=np.int64)
 
@@ -125,11 +118,7 @@ class Numbering:
 def number_nodes(comm: Any, n_nodes: int, cells: list[Ints], parts: list[Ints]) -> Numbering:
     """Give each node to the lowest rank that has a cell with it.
 
-    Args:
-        comm: Communicator.
-        n_nodes: Number of nodes.
-        cells: Nodes of all cells, one array (m, k) for each kind.
-        parts: Rank of all cells, one array (m,) for each kind.
+    Cells are one array (m, k) of nodes for each kind, parts one array (m,) of their ranks.
 
     Raises:
         SolutionError: A node belongs to no cell.
@@ -168,11 +157,7 @@ class Share:
 
 
 def shared_out(comm: Any, parts: BuildingParts) -> Share:
-    """Share out the cells of a building. Collective.
-
-    Args:
-        comm: Communicator.
-        parts: Mesh and sections, the same on all ranks.
+    """Share out the cells of a building, the same on all ranks. Collective.
 
     Raises:
         SolutionError: A node belongs to no cell.

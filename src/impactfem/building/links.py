@@ -116,12 +116,8 @@ def _masters(model: BuildingModel, links: Sequence[RigidLink]) -> Ints:
 def carried(T: Any, forces: Array) -> Array:
     """Tᵀ f: forces on all free degrees of freedom, those on followers on their masters. Collective.
 
-    Args:
-        T: Of `linked`.
-        forces: f at this rank's rows of the building without the links, shape (n_local, k).
-
-    Returns:
-        The same at its rows of the building with them, shape (n_kept, k).
+    f at this rank's rows of the building without the links, shape (n_local, k), gives the same at
+    those of the building with them.
     """
     y, x = T.createVecs()
     on_masters: Array = np.empty((y.getLocalSize(), forces.shape[1]))

@@ -183,18 +183,10 @@ def lever_rule(
     part: NDArray[np.int32],
     corners: Ints,
 ) -> tuple[Ints, Array]:
-    """The floor of each cell, and the share of its mass that belongs to it.
+    """The floor of each cell of some parts, and the share of its mass that belongs to it.
 
-    The rest of a wall or a column belongs to the floor below, or to the base.
-
-    Args:
-        mesh: The mesh.
-        parts: Parts that the cells are of.
-        part: Index into them of each cell, shape (m,).
-        corners: Vertices of the cells, shape (m, 2) or (m, 3).
-
-    Returns:
-        Numbers of floors and shares, each of shape (m,).
+    The rest of a wall or a column belongs to the floor below, or to the base. `part` is the index
+    into the parts of each cell, shape (m,); `corners` are its vertices, shape (m, 2) or (m, 3).
     """
     level = np.array([p.level for p in parts], dtype=np.int64)[part]
     standing = np.array([p.scaled for p in parts], dtype=bool)[part]

@@ -63,10 +63,7 @@ class SectionForceField:
         return SectionForces.of(self.axes, _quadratic(np.full((1, 3), 1.0 / 3.0))[0] @ self.values)
 
     def at(self, points: Array) -> SectionForces:
-        """At points on the triangles; the mean of those that share the point.
-
-        Args:
-            points: Shape (m, 3) [m].
+        """At points on the triangles, shape (m, 3) [m]; the mean of those that share the point.
 
         Raises:
             InputError: No triangle is there, or some with other axes are: choose among them when
@@ -146,19 +143,12 @@ def section_forces(
 
 
 def facet_axes(nodes: Array, triangles: Index) -> Array:
-    """Axes that an engineer would draw on slabs and walls.
+    """Axes that an engineer would draw on slabs and walls, unit vectors 1, 2, 3, shape (k, 3, 3).
 
     - Slabs (normal within 45° of the vertical): 1 and 2 lie along the global x and y as seen from
       above, the normal points upwards.
     - Walls: 1 is horizontal, towards positive x (positive y where it has no x); 2 points upwards.
       The normal is 1 × 2: that of a wall along x is −y, that of a wall along y is x.
-
-    Args:
-        nodes: Coordinates, shape (n, 3).
-        triangles: Vertices in the first three columns, shape (k, >= 3).
-
-    Returns:
-        Unit vectors 1, 2 and 3 of each, shape (k, 3, 3).
     """
     p, q, r = np.moveaxis(nodes[triangles[:, :3]], 1, 0)
     normal = np.cross(q - p, r - p)

@@ -26,15 +26,10 @@ CHUNK = 100
 
 
 class Checkpoints:
-    """The last checkpoint of a run, in a folder.
+    """The last checkpoint of a run, in a folder, with the hash `key` of what the run depends on.
 
     Each rank writes a file of its own; the list that names the step is written last of all, so that
     a kill leaves the checkpoint before, or this one.
-
-    Args:
-        comm: Communicator of the run.
-        folder: The folder; it is made when it is needed.
-        key: Hash of what the run depends on.
     """
 
     def __init__(self, comm: Any, folder: Path, key: str) -> None:
@@ -46,9 +41,7 @@ class Checkpoints:
     def write(self, state: State, history: History) -> None:
         """Write a checkpoint of a state, each rank its rows; those before go. Collective.
 
-        Args:
-            state: The state.
-            history: What was recorded from step 0 up to this step; that of rank 0 counts.
+        The history is what was recorded from step 0 up to this step; that of rank 0 counts.
 
         Raises:
             ImpactfemError: A file cannot be written.

@@ -48,12 +48,7 @@ class History:
 class Recorder:
     """Numbers of this rank, one row a time, summed over the ranks chunk by chunk.
 
-    Args:
-        A: Matrix whose rows are those of the states.
-        probes: Global rows to record.
-        record: Which of QUANTITIES.
-        chunk: Rows kept between two sums.
-        time_step: Δt [s].
+    Probes are global rows of the matrix A, `record` some of QUANTITIES.
 
     Raises:
         SolutionError: An unknown quantity, a row that does not exist.

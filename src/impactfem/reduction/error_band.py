@@ -65,11 +65,7 @@ NEGLIGIBLE = 1e-4
 def nested_models(
     basis: KrylovBasis, shares: Sequence[float] = NESTED_SHARES
 ) -> list[ReducedModel]:
-    """The model of a basis, and those nested in it that the estimate compares it with.
-
-    Args:
-        basis: The basis.
-        shares: About the sizes of the nested models, over the size of the basis.
+    """The model of a basis, and those of shares of its size that the estimate compares it with.
 
     Raises:
         SolutionError: The basis is too small.
@@ -188,13 +184,9 @@ class Effectivity:
 
 
 def effectivity(band: Array, computed: Array, truth: Array, frequency: Array) -> Effectivity:
-    """Compare a band with the error of spectra, each of shape (n_spectra, n_frequencies) [Hz].
+    """Compare the half width of a band of computed spectra with their error.
 
-    Args:
-        band: Half width of the band.
-        computed: The spectra that it is of.
-        truth: What they should be.
-        frequency: Ascending, shape (n_frequencies,) [Hz].
+    Of shape (n_spectra, n_frequencies) each; the frequencies ascend [Hz].
     """
     number = np.round(BANDS_AN_OCTAVE * np.log2(np.asarray(frequency) / 1e3))
     thirds, first = np.unique(number, return_index=True)

@@ -71,14 +71,7 @@ def modal_histories(
     scheme: str = "exact",
     model: ReducedModel | None = None,
 ) -> ModalHistory:
-    """Modal coordinates under the loads.
-
-    Args:
-        basis: The basis; it has the patterns of the loads.
-        loads: The loads.
-        damping: The damping.
-        scheme: "exact" or "newmark".
-        model: One of the models of the basis; the finest when None.
+    """Modal coordinates of a model of the basis, the finest when None, by "exact" or "newmark".
 
     Raises:
         KeyError: The basis has no pattern of one of the loads.
@@ -99,14 +92,9 @@ def node_response(
     *,
     model: ReducedModel | None = None,
 ) -> NodeResponse:
-    """Histories at nodes.
+    """Histories at nodes that the basis was made for, shape (n,).
 
-    Args:
-        basis: The basis.
-        history: Modal coordinates of its model, or of a nested one.
-        loads: The loads, for the ground's motion.
-        nodes: Nodes that the basis was made for, shape (n,).
-        model: The model that the history is of; the finest when None.
+    The history is that of the model, the finest when None; the loads give the ground's motion.
     """
     shapes = basis.of(model or basis.model, nodes)
     flat = shapes.reshape(-1, shapes.shape[2])
@@ -156,14 +144,9 @@ def transfer_functions(
     highest: float,
     loads: Collection[str] | None = None,
 ) -> Transfer:
-    """−ω² x / F at nodes, straight from the modal equations.
+    """−ω² x / F at nodes of the basis up to a frequency [Hz], straight from the modal equations.
 
-    Args:
-        basis: The reduced basis.
-        nodes: Nodes that it was made for, shape (n,).
-        damping: The damping.
-        highest: Highest frequency [Hz].
-        loads: Names of the loads; those of all floors that the basis has when None.
+    Of the named loads; of all floors that the basis has when None.
     """
     frequency = np.asarray(np.geomspace(LOWEST, highest, COUNT), dtype=np.float64)
     omega = 2.0 * math.pi * frequency
@@ -239,13 +222,9 @@ def response_band(
 def spectrum_difference(
     used: Array, others: Sequence[Array], frequency: Array, width: float
 ) -> Array:
-    """Largest difference from other models around each frequency.
+    """Largest difference of spectra from others within a width in octaves of each frequency.
 
-    Args:
-        used: Spectra by the model that is used, shape (..., n_frequencies).
-        others: Spectra by the others, same shape each.
-        frequency: Ascending, shape (n_frequencies,) [Hz].
-        width: Octaves within which the largest difference counts.
+    Spectra have the shape (..., n_frequencies), ascending [Hz].
     """
     difference = np.max([np.abs(used - other) for other in others], axis=0)
     half = 2.0 ** (0.5 * width)

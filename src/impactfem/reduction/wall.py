@@ -131,13 +131,9 @@ class FloorPull:
         return replace(self, slab=slab, load=carried(T, self.load[:, None])[:, 0])
 
     def state(self, K: Any, centre: Any) -> Array:
-        """The static displacement of the building for 1 m of the floor, shape (n_local,).
+        """The static displacement for 1 m of the floor, shape (n_local,). Collective.
 
-        It costs one factorisation. Collective.
-
-        Args:
-            K: Stiffness (AIJ), positive definite.
-            centre: Row of n · u at the floor's mass centre, shape (n_local, 1), sparse.
+        It costs one factorisation of K (AIJ); `centre` is the row of n · u at the mass centre.
 
         Raises:
             SolutionError: The stiffness is not positive definite.
@@ -186,11 +182,7 @@ class WallPatterns:
     def held(self, K: Any) -> tuple[Array, Array]:
         """The state at rest for 1 m of the displaced floor, and what holds it. Collective.
 
-        Args:
-            K: Stiffness (AIJ), positive definite.
-
-        Returns:
-            u with n · u = 1 at the floor's mass centre, and K u, each of shape (n_local,).
+        Of the stiffness K: u with n · u = 1 at the mass centre, and K u, each of shape (n_local,).
 
         Raises:
             SolutionError: The stiffness is not positive definite.

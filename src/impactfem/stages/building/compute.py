@@ -72,14 +72,9 @@ class BuildingStudy:
 
 
 def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStudy:
-    """Run the stage. Collective.
+    """Run the stage; the mesh is written into the folder. Collective.
 
-    Args:
-        case: The case; it has a structure.
-        folder: Where the mesh is written.
-        comm: Communicator of the matrices.
-        step: Called with the name of each step ("mesh", "matrices", "modes"),
-            which runs inside its context.
+    Each step ("mesh", "matrices", "modes") runs inside the context that `step` gives for its name.
 
     Raises:
         InputError: The mesh is not usable.

@@ -23,10 +23,7 @@ RESIDUAL = 1e-6
 
 
 def storey_factor(folder: Path) -> float:
-    """The storey factor that the stage was given or fitted.
-
-    Args:
-        folder: The run's folder, with `building.nc`.
+    """The storey factor that the stage was given or fitted, from `building.nc` of a run.
 
     Raises:
         ImpactfemError: The store has none.

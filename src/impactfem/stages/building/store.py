@@ -100,13 +100,7 @@ OUTPUTS = {
 
 
 def write_building(path: Path, study: BuildingStudy, title: str, key: str) -> None:
-    """Write the store.
-
-    Args:
-        path: The file.
-        study: The stage's results, on rank 0.
-        title: Title of the case.
-        key: Hash of the stage's inputs.
+    """Write the store of the results on rank 0, with the hash of the stage's inputs.
 
     Raises:
         ImpactfemError: The file cannot be written.

@@ -17,15 +17,9 @@ from impactfem.stages.stores import open_store
 def building_tables(
     folder: Path, published: Mapping[str, float], bays: Sequence[Bay] = ()
 ) -> list[Path]:
-    """Write the tables of the stage into `tables/` and into the log.
+    """Write the tables of `building.nc`, and of the bays, into `tables/` and into the log.
 
-    Args:
-        folder: The run's folder, with `building.nc`.
-        published: Published values in SI by the name of the result.
-        bays: The openings in the walls of a generated mesh.
-
-    Returns:
-        The files.
+    Published values are in SI by the name of the result.
     """
     with open_store(folder / "building.nc") as store:
         tables = [_bending(store, published), _modes(store), _floors(store, published)]

@@ -24,12 +24,8 @@ def bending_modes(
     """Indices of the bending modes along a direction, in ascending frequency.
 
     A bending mode about e_x moves most of its mass along y. Where a slab's mode of nearly the same
-    frequency shares the motion, both are returned if both move enough.
-
-    Args:
-        effective_mass: Effective masses of the modes along the direction, shape (n_modes,) [kg].
-        total: Mass of the building [kg].
-        least_share: Smallest share of the mass of a bending mode.
+    frequency shares the motion, both are returned if both move enough: at least a share of the
+    total mass [kg] by their effective masses along the direction, shape (n_modes,) [kg].
     """
     return np.flatnonzero(effective_mass >= least_share * total)
 
@@ -40,11 +36,7 @@ def from_structure(case: Case) -> bool:
 
 
 def with_structure_targets(case: Case, folder: Path) -> Case:
-    """The case with the 3D model's modes in the place of the targets of its building.
-
-    Args:
-        case: The case.
-        folder: Its folder, in a run with `building.nc` of each 3D model where the case asks for it.
+    """The case with the modes of each `building.nc` in the place of the targets of its building.
 
     Raises:
         SolutionError: The 3D model has no such bending mode.

@@ -58,11 +58,6 @@ class Prepared:
 def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
     """Read the mesh, and see what the case needs of the building. Not collective.
 
-    Args:
-        case: The case; it has a structure, and a transient part or a wall impact.
-        mesh_file: The mesh of the building.
-        storey_factor: Factor on walls and columns.
-
     Raises:
         InputError: The mesh is not usable; a probe, a contact, a device or the wall does not go
             with it.

@@ -25,15 +25,7 @@ OUTPUTS = {
 def write_reduced(
     path: Path, title: str, reduced: ReducedBuilding, accuracies: Sequence[Accuracy], key: str
 ) -> None:
-    """Write `reduce.nc`.
-
-    Args:
-        path: The file.
-        title: Title of the case.
-        reduced: The reduced building.
-        accuracies: What it was made for.
-        key: Hash of the stage's inputs.
-    """
+    """Write `reduce.nc`: sizes, and errors at the accuracies that it was made for."""
     basis, complete = reduced.basis, reduced.complete
     values = {
         "load": list(basis.loads),
