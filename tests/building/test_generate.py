@@ -8,7 +8,8 @@ import pytest
 
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Beam, Column, Geometry, MeshSize, Wall
-from impactfem.building.mesh import areas, radius_ratio, sides
+from impactfem.building.mesh import areas
+from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.read_mesh import read_mesh
 from impactfem.system.errors import ImpactfemError, InputError
 
@@ -72,27 +73,6 @@ def test_lengths_are_those_of_the_drawing(small_mesh):
     )  # fmt: skip
 
 
-def test_beams_are_sides_of_slab_triangles(small_mesh):
-    for k in (1, 2):
-        slab = {tuple(s) for s in sides(small_mesh.triangles[small_mesh.triangles_of("floor", k)])}
-        beams = small_mesh.lines[small_mesh.lines_of("beam", k)]
-        beams[:, :2].sort(axis=1)
-        assert {tuple(line) for line in beams} <= slab
-
-
-def test_columns_and_walls_share_nodes_with_the_slabs(small_mesh):
-    for k in (1, 2):
-        slab = np.unique(small_mesh.triangles[small_mesh.triangles_of("floor", k)])
-        above = small_mesh.lines[small_mesh.lines_of("column", k)][:, :2]
-        tops = above[np.isclose(small_mesh.nodes[above][:, :, 2], small_mesh.elevations[k])]
-        assert len(tops) == 2
-        assert np.isin(tops, slab).all()
-        walls = np.unique(small_mesh.triangles[small_mesh.triangles_of("storey", k)])
-        top = walls[np.isclose(small_mesh.nodes[walls, 2], small_mesh.elevations[k])]
-        assert len(top) > 20
-        assert np.isin(top, slab).all()
-
-
 def test_marks(small_mesh):
     nodes = small_mesh.nodes
     for k, z in ((1, 3.0), (2, 5.8)):
@@ -119,12 +99,6 @@ def test_impact_edge(side, axis, value, tmp_path):
     mesh = made(small_box(impact_edge=side), tmp_path)
     np.testing.assert_allclose(mesh.nodes[mesh.edges[1]][..., axis], value, atol=1e-9)
     assert mesh.elevations == pytest.approx({1: 4.0})
-
-
-def test_triangles_are_good(small_mesh):
-    q = radius_ratio(small_mesh.nodes, small_mesh.triangles)
-    assert q.mean() > 0.9
-    assert q.min() > 0.3
 
 
 def test_the_same_geometry_gives_the_same_file(small_geometry, small_file, tmp_path):
@@ -157,51 +131,50 @@ def test_target_size_by_part(tmp_path):
     assert wall > 1.5 * slab
 
 
-def test_a_column_in_a_wall_and_a_beam_on_a_wall(tmp_path):
-    geometry = small_box(
-        beams=(Beam("b", (1,), (0.0, 0.0), (0.0, 3.0), 0.2, 0.3),),
-        columns=(
-            Column("inside", (1,), (0.0, 1.0), 0.2, 0.2),
-            Column("corner", (1,), (4.0, 3.0), 0.2, 0.2),
-        ),
-    )
-    mesh = made(geometry, tmp_path)
-    walls = {tuple(side) for side in sides(mesh.triangles[mesh.triangles_of("storey")])}
-    lines = mesh.lines.copy()
-    lines[:, :2].sort(axis=1)
-    assert {tuple(line) for line in lines} <= walls
+INNER = Wall("inner", (1,), (0.0, 1.2), (2.1, 1.2), 0.2)
+RIM = Beam("b", (1,), (0.0, 0.0), (0.0, 3.0), 0.2, 0.3)
+POSTS = (
+    Column("inside", (1,), (0.0, 1.0), 0.2, 0.2),
+    Column("corner", (1,), (4.0, 3.0), 0.2, 0.2),
+)
 
 
-def test_a_wall_that_ends_on_another(tmp_path):
-    inner = Wall("inner", (1,), (0.0, 1.2), (2.1, 1.2), 0.2)
-    mesh = made(small_box(walls=(*small_box().walls, inner)), tmp_path)
+def test_what_meets_shares_its_nodes(small_mesh, tmp_path):
+    """`check_mesh` finds nodes on cells that are not theirs, and pieces that do not hang together.
+
+    A beam on the edge of a wall, columns in it and at its end, a wall that ends on another.
+    """
+    check_mesh(small_mesh, "small.msh")
+    made(small_box(beams=(RIM,), columns=POSTS), tmp_path)
+    mesh = made(small_box(walls=(*small_box().walls, INNER)), tmp_path)
+    names = [part.name for part in mesh.shell_parts]
     west, inside = (
-        np.unique(mesh.triangles[mesh.triangle_part == i]) for i in (mesh_index(mesh, "west"),
-                                                                     mesh_index(mesh, "inner"))
-    )  # fmt: skip
-    shared = mesh.nodes[np.intersect1d(west, inside)]
-    np.testing.assert_allclose(shared[:, :2], np.broadcast_to([0.0, 1.2], (len(shared), 2)))
-    assert np.ptp(shared[:, 2]) == pytest.approx(3.0)
-
-
-def mesh_index(mesh, name):
-    return [part.name for part in mesh.shell_parts].index(name)
-
-
-def test_walls_on_each_other_are_refused(tmp_path):
-    walls = (*small_box().walls, Wall("twice", (1,), (0.0, 1.0), (0.0, 2.0), 0.3))
-    with pytest.raises(InputError, match=r"storey_1_twice: lies on storey_1_west at \(0\.000, 1"):
-        generate(small_box(walls=walls), tmp_path / "no.msh", source="case.toml")
-    assert not list(tmp_path.iterdir())
-
-
-def test_beams_on_each_other_are_refused(tmp_path):
-    beams = (
-        Beam("one", (1,), (0.0, 1.0), (4.0, 1.0), 0.2, 0.3),
-        Beam("two", (1,), (2.0, 1.0), (3.0, 1.0), 0.2, 0.3),
+        np.unique(mesh.triangles[mesh.triangle_part == names.index(name)])
+        for name in ("west", "inner")
     )
-    with pytest.raises(InputError, match=r"case\.toml: beam_1_two: lies on beam_1_one at"):
-        generate(small_box(beams=beams), tmp_path / "no.msh", source="case.toml")
+    shared = mesh.nodes[np.intersect1d(west, inside)]
+    assert np.ptp(shared, axis=0) == pytest.approx([0.0, 0.0, 3.0], abs=1e-9)
+
+
+TWICE = Wall("twice", (1,), (0.0, 1.0), (0.0, 2.0), 0.3)
+ONE = Beam("one", (1,), (0.0, 1.0), (4.0, 1.0), 0.2, 0.3)
+TWO = Beam("two", (1,), (2.0, 1.0), (3.0, 1.0), 0.2, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (
+            {"walls": (*small_box().walls, TWICE)},
+            r"storey_1_twice: lies on storey_1_west at \(0\.000, 1",
+        ),
+        ({"beams": (ONE, TWO)}, "beam_1_two: lies on beam_1_one at"),
+    ],
+)
+def test_parts_on_each_other_are_refused(change, expected, tmp_path):
+    with pytest.raises(InputError, match=rf"case\.toml: {expected}"):
+        generate(small_box(**change), tmp_path / "no.msh", source="case.toml")
+    assert not list(tmp_path.iterdir())
 
 
 def test_names_and_numbers_are_refused_together(tmp_path):

@@ -139,13 +139,6 @@ def test_what_the_smaller_model_is(arm, csr):
         assert csr(one).toarray() == pytest.approx(full, rel=1e-12, abs=1e-12 * abs(full).max())
 
 
-def test_without_links(arm, csr):
-    model, X, *_ = arm
-    same, T = linked(model, [], X)
-    assert same.nodes.tolist() == model.nodes.tolist()
-    assert abs(csr(T) - np.eye(model.n_free)).max() == 0.0
-
-
 @pytest.mark.parametrize(
     ("links", "message"),
     [

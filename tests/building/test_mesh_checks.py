@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -93,17 +94,43 @@ def test_millimetres(small_mesh):
     check_mesh(replace(small_mesh, nodes=100.0 * small_mesh.nodes), "own.msh")
 
 
-def test_a_collapsed_triangle():
-    drawing = table()
-    drawing.cell(SLAB, (4, 0, 3), (5, 0, 3), (6, 0, 3))
-    (fault,) = refused(drawing.mesh(), r"1 collapsed triangles, the first at \(5\.000, 0\.000")
-    assert fault.key == "floor_1"
+ALONG = (BEAM, (0, 0, 3), (2, 0, 3))
+TWICE = rf"2 cells share all vertices.*at {PLACE}"
 
 
-def test_a_line_without_a_length():
+def column(top):
+    return [(Part("column", 1), (1.3, 0.6, 0), (1.3, 0.6, top))]
+
+
+@pytest.mark.parametrize(
+    ("cells", "expected", "group"),
+    [
+        ([(SLAB, (4, 0, 3), (5, 0, 3), (6, 0, 3))], r"1 collapsed tri.*at \(5\.000, 0", "floor_1"),
+        ([(BEAM, (4, 0, 3), (4, 0, 3))], r"1 lines without a length.*at \(4\.000, 0", "beam_1"),
+        ([ALONG, (SLAB, (2, 0, 3), (2, 1, 3), (0, 0, 3))], TWICE, "floor_1"),
+        ([ALONG, (BEAM, (2, 0, 3), (0, 0, 3))], TWICE, "beam_1"),
+        (
+            [(Part("storey", 2), (1.2, 0.4, 0), (1.5, 0.5, 0), (1.3, 0.45, 7.3))],
+            rf"2 nodes lie on floor_1, or their lines pass.*{PLACE}",
+            "storey_2",
+        ),
+        # Along sides of triangles, and twice as long.
+        (
+            [(BEAM, (0, 0, 3), (4, 2, 3))],
+            r"2 nodes lie on beam_1, .* \(1\.000, 0\.500, 3",
+            "floor_1",
+        ),
+        ([(BEAM, (0, 0, 3), (1.3, 0.4, 3))], "2 nodes lie on floor_1, .*the first at", "beam_1"),
+        (column(3.0), r"1 node lies on floor_1.*at \(1\.300, 0\.600, 3\.000\)", "column_1"),
+        (column(5.0), "1 node lies on floor_1, or its lines pass through it", "column_1"),
+    ],
+)
+def test_cells_that_are_refused(cells, expected, group):
     drawing = table()
-    drawing.cell(BEAM, (4, 0, 3), (4, 0, 3))
-    refused(drawing.mesh(), r"beam_1: 1 lines without a length, the first at \(4\.000, 0\.000")
+    for part, *points in cells:
+        drawing.cell(part, *points)
+    faults = refused(drawing.mesh(), expected)
+    assert group in {fault.key for fault in faults if re.search(expected, fault.expected)}
 
 
 @pytest.mark.parametrize("part", ["triangles", "lines"])
@@ -156,20 +183,6 @@ def test_how_near_is_one_place(gap, sound):
         refused(drawing.mesh(), "pairs of nodes in one place")
 
 
-@pytest.mark.parametrize("kind", ["triangle", "line"])
-def test_a_cell_twice(kind):
-    drawing = table()
-    drawing.cell(BEAM, (0, 0, 3), (2, 0, 3))
-    if kind == "triangle":
-        drawing.cell(SLAB, (2, 0, 3), (2, 1, 3), (0, 0, 3))
-        group = "floor_1"
-    else:
-        drawing.cell(BEAM, (2, 0, 3), (0, 0, 3))
-        group = "beam_1"
-    (fault,) = refused(drawing.mesh(), rf"2 cells share all vertices.*at {PLACE}")
-    assert fault.key == group
-
-
 def test_hanging_nodes_on_an_edge():
     """The wall has three sides where the slab has two."""
     drawing = Drawing()
@@ -184,34 +197,6 @@ def test_a_wall_under_the_middle_of_a_slab():
     drawing.rectangle(WALL, (0.7, 0.3, 0), (0.9, 0.7, 0), (0, 0, 3), (2, 2))
     faults = refused(drawing.mesh(), rf"storey_1: 5 nodes lie on floor_1, .*the first at {PLACE}")
     assert {fault.key for fault in faults} == {"floor_1", "storey_1"}
-
-
-def test_a_wall_through_a_slab_without_a_node_there():
-    drawing = table()
-    drawing.cell(Part("storey", 2), (1.2, 0.4, 0), (1.5, 0.5, 0), (1.3, 0.45, 7.3))
-    refused(drawing.mesh(), rf"storey_2: 2 nodes lie on floor_1, or their lines pass.*{PLACE}")
-
-
-def test_a_beam_on_a_slab_that_does_not_know_it():
-    drawing = table()
-    drawing.cell(BEAM, (0, 0, 3), (4, 2, 3))  # along sides of triangles, and twice as long
-    refused(drawing.mesh(), r"floor_1: 2 nodes lie on beam_1, .*the first at \(1\.000, 0\.500, 3")
-    drawing = table()
-    drawing.cell(BEAM, (0, 0, 3), (1.3, 0.4, 3))
-    refused(drawing.mesh(), r"beam_1: 2 nodes lie on floor_1, .*the first at")
-
-
-@pytest.mark.parametrize(
-    ("top", "expected"),
-    [
-        (3.0, r"column_1: 1 node lies on floor_1.*at \(1\.300, 0\.600, 3\.000\)"),
-        (5.0, r"column_1: 1 node lies on floor_1, or its lines pass through it"),
-    ],
-)
-def test_a_column_that_is_not_joined(top, expected):
-    drawing = table()
-    drawing.cell(Part("column", 1), (1.3, 0.6, 0), (1.3, 0.6, top))
-    refused(drawing.mesh(), expected)
 
 
 def test_a_wall_that_hangs_on_nothing():

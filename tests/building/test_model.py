@@ -133,8 +133,8 @@ def test_rows(model, house):
     asked = np.array([model.nodes[5], clamped, model.nodes[0], model.nodes[-1]])
     last = 6 * (len(model.nodes) - 1)
     assert model.rows(asked).tolist() == [30, -1, 0, last]
-    beyond = np.array([model.n_nodes - 1, model.n_nodes])
-    assert model.rows(beyond).tolist()[1] == -1
+    with pytest.raises(IndexError):
+        model.rows(np.array([model.n_nodes]))
     assert model.rows(np.empty(0, dtype=np.int64)).size == 0
 
 

@@ -71,15 +71,6 @@ def test_the_frame_is_right_handed_and_orthonormal(direction):
     assert n2[2] > 0.0
 
 
-def test_frames_of_many_tangents_at_once():
-    angle = np.linspace(0.0, 6.0, 7)
-    t = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
-    n1, n2 = BeamSection.beam(0.3, 0.5).frame(t)
-    assert n1.shape == n2.shape == (7, 3)
-    for i in range(7):
-        np.testing.assert_allclose(n1[i], BeamSection.beam(0.3, 0.5).frame(t[i])[0])
-
-
 def test_a_beam_along_its_reference_has_no_frame():
     with pytest.raises(ValueError, match="parallel to the reference"):
         BeamSection.beam(0.3, 0.5).frame([0.0, 0.0, 1.0])

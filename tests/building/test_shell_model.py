@@ -10,7 +10,7 @@ from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Beams, Shells, shell_model
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.factorisation import SingularMatrixError
-from impactfem.system.errors import ImpactfemError, InputError
+from impactfem.system.errors import ImpactfemError
 
 STEEL = Material(E=200e9, nu=0.3, rho=8000.0)
 T, LENGTH, WIDTH = 0.1, 2.0, 0.5
@@ -260,10 +260,3 @@ def test_a_mesh_file_by_its_groups():
     ]
     model = shell_model(groups.points, *parts).hold(groups.nodes["base"])
     assert 1.0 < model.modes(1)[0][0] < 30.0
-
-
-def test_what_is_no_mesh_is_refused(tmp_path):
-    path = tmp_path / "mesh.msh"
-    path.write_text("no mesh")
-    with pytest.raises(InputError, match="MeshFormat"):
-        read_groups(path)

@@ -172,14 +172,6 @@ def test_pairs_of_others_do_not_act(case: Case) -> None:
     assert edge.floor == 2
 
 
-def test_two_pairs_on_one_edge_are_the_same_load(case: Case) -> None:
-    first = contact(point("B1", 2), point("B2", 2))
-    second = first.model_copy(update={"name": f"{first.name}#2", "normal": (1e-5, 1.0, 0.0)})
-    both = with_contacts(case, first, second)
-    _, (one, other) = checked_forces(forces_of(both), PATH, both, slabs(8), DURATION)
-    assert one == other
-
-
 def test_no_pairs(case: Case) -> None:
     none = with_contacts(case)
     found, edges = checked_forces(forces_of(none), PATH, none, slabs(8), DURATION)
@@ -249,14 +241,6 @@ def test_every_fault_at_once(history: ForceHistory, case: Case) -> None:
     ]
 
 
-def test_a_floor_without_an_edge(history: ForceHistory, case: Case) -> None:
-    with pytest.raises(InputError) as caught:
-        checked_forces(history, PATH, case, slabs(8, edges={7, 8}), DURATION)
-    assert len(caught.value.faults) == 6
-    expected = "expected a floor whose edge (group edge_1) is in the mesh, which has 7, 8"
-    assert caught.value.faults[0].expected == expected
-
-
 def test_contacts_by_the_mesh_alone(case: Case) -> None:
     """As `check` sees them, before there are forces."""
     check_contacts(case, slabs(8))
@@ -270,20 +254,6 @@ def test_contacts_by_the_mesh_alone(case: Case) -> None:
     with pytest.raises(InputError, match=r"storey 3 of B1 .*: expected a point of a"):
         check_contacts(other, slabs(8))
     check_contacts(with_contacts(case, contact(point("B1", 2), point("B2", None, 3))), slabs(8))
-
-
-def test_a_point_inside_a_storey(case: Case) -> None:
-    other = with_contacts(
-        case,
-        contact(point("B1", None, 3), point("B2", 2)),
-        contact(point("B1", 2), point("B2", None, 3)),
-    )
-    with pytest.raises(InputError) as caught:
-        checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
-    (fault,) = caught.value.faults  # of the other building any point will do
-    assert fault.value == "storey 3 of B1 at 0.25 of its height"
-    expected = "expected a point of a floor: forces act on the edges of slabs in the 3D model"
-    assert fault.expected == expected
 
 
 @pytest.mark.parametrize(

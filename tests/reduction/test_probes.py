@@ -62,15 +62,6 @@ def test_those_that_are_always_there(mesh: BuildingMesh) -> None:
     }
 
 
-def test_line_goes_from_edge_to_edge(mesh: BuildingMesh) -> None:
-    line = {p.name: p for p in standard_probes(mesh) if p.name.startswith("line_")}
-    assert list(line) == [f"line_{k}" for k in range(1, 10)]
-    places = mesh.nodes[[p.node for p in line.values()]]
-    assert places[0].tolist() == [3, 4, 6] and places[-1].tolist() == [3, 0, 6]
-    assert np.all(np.diff(places[:, 1]) < 0.0)
-    assert line["line_5"].node == mesh.centres[2] and line["line_5"].distance < 1e-9
-
-
 @pytest.mark.parametrize("side", ["y-", "x-", "x+"])
 def test_line_begins_at_the_impact_edge_on_any_side(mesh: BuildingMesh, side: str) -> None:
     """The same frame, turned by quarters about z."""

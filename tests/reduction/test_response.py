@@ -122,27 +122,6 @@ def test_full_model_comes_to_the_exact_integration_with_order_two(
     assert again.acceleration[::8] == pytest.approx(exact.acceleration, abs=1e-7)
 
 
-def test_superposition(frame: Frame, tmp_path: Path) -> None:
-    """In full order: each load alone, added, is all of them; doubled, it is twice as much."""
-    loads = frame.loads(1e-3, 430)
-    nothing = np.zeros_like(loads.force)
-    alone = [replace(loads, force=nothing)]
-    for k in range(2):
-        force = nothing.copy()
-        force[:, k] = loads.force[:, k]
-        alone.append(replace(loads, ground=np.zeros_like(loads.ground), force=force))
-    parts = [
-        frame.full(one, frame.damping, tmp_path / str(k)).response for k, one in enumerate(alone)
-    ]
-    both = replace(loads, ground=2.0 * loads.ground, force=2.0 * loads.force)
-    whole = frame.full(both, frame.damping, tmp_path / "all").response
-    for name in ("displacement", "acceleration"):
-        added = sum(getattr(part, name) for part in parts)
-        scale = np.abs(added).max()
-        assert 2.0 * added == pytest.approx(getattr(whole, name), abs=1e-8 * scale)
-        assert np.abs(getattr(parts[0], name)).max() > 1e-3 * scale
-
-
 def test_loads_that_the_basis_does_not_have(loads: Loads, basis: ReducedBasis) -> None:
     other = replace(loads, edges=(loads.edges[0], replace(loads.edges[1], name="floor 7")))
     with pytest.raises(KeyError, match="no load floor 7"):
@@ -201,15 +180,6 @@ def test_against_a_direct_solution(
         # The phase counts: its conjugate is another response.
         other = np.abs(found.value[k].conj() - truth).max(axis=(1, 2))
         assert np.all(other > TOLERANCE * np.abs(truth).max(axis=(1, 2)))
-
-
-def test_resonance(frame: Frame, basis: ReducedBasis) -> None:
-    """Almost without damping forces along y are largest at the first mode along y, the second."""
-    found = transfer_functions(basis, frame.nodes, Rayleigh(beta=1e-6), HIGHEST)
-    size = np.abs(found.value[:, 0]).max(axis=(1, 2))
-    low = found.frequency < 1.5 * basis.model.frequency[1]
-    peak = found.frequency[low][np.argmax(size[low])]
-    assert peak == pytest.approx(basis.model.frequency[1], rel=0.006)
 
 
 def test_reciprocity(frame: Frame, loads: Loads) -> None:
