@@ -53,7 +53,7 @@ def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> Noda
     """
     lines = mesh.edges[floor]
     ends = mesh.nodes[lines[:, :2]]
-    axis = int(np.argmax(np.ptp(ends.reshape(-1, 3), axis=0)))
+    axis = mesh.edge_axis(floor)
     s = ends[:, :, axis]
     length = np.ptp(s)
     middle = 0.5 * (s.min() + s.max())
@@ -119,7 +119,7 @@ def contact_edge(mesh: BuildingMesh, floor: int) -> ContactEdge:
     """
     lines = mesh.edges[floor]
     ends = mesh.nodes[lines[:, :2]]
-    axis = int(np.argmax(np.ptp(ends.reshape(-1, 3), axis=0)))
+    axis = mesh.edge_axis(floor)
     h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     vertices = np.unique(lines[:, :2])
     vertices = vertices[np.argsort(mesh.nodes[vertices, axis])]
@@ -230,13 +230,3 @@ def floor_bar(parts: BuildingParts, floor: int, axis: int) -> FloorBar:
             share[here] = 0.0
         standing += float(share.sum())
     return FloorBar(L, EA, in_slab, standing, (float(at_ends[0]), float(at_ends[1])))
-
-
-def bar_axis(mesh: BuildingMesh, floor: int) -> int:
-    """The axis across the edge of a floor: 0 for x, 1 for y.
-
-    Raises:
-        KeyError: The floor has no edge.
-    """
-    spread: Array = np.ptp(mesh.nodes[np.unique(mesh.edges[floor]), :2], axis=0)
-    return 1 - int(np.argmax(spread))

@@ -131,6 +131,10 @@ class BuildingMesh:
         flat: Ints = chosen[size[:, 2] < FLAT * size.max(axis=1)]
         return flat
 
+    def edge_axis(self, floor: int) -> int:
+        """The axis along the edge of a floor: 0 for x, 1 for y."""
+        return int(np.argmax(np.ptp(self.nodes[np.unique(self.edges[floor]), :2], axis=0)))
+
     def lines_of(self, family: str, level: int | None = None) -> Ints:
         """Indices of the lines of a family of parts, of one level or of all."""
         return _of(self.beam_parts, self.line_part, family, level)

@@ -23,7 +23,8 @@ from impactfem.building.assembly import (
 )
 from impactfem.building.beam import BeamFields, beam_mass, beam_stiffness
 from impactfem.building.mesh import DOFS, rigid_body
-from impactfem.building.parts import BuildingParts, Kind, PartDamping, ShellCells
+from impactfem.building.parts import BuildingParts, Kind, PartDamping
+from impactfem.building.section import Material
 from impactfem.building.shell import ShellFields, shell_mass, shell_stiffness
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
@@ -176,11 +177,13 @@ def _local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any,
         return None, None, cells
     local = local_cells(parts.mesh.nodes, kind.cells[cells])
     chosen = cells[local.cells]
-    if isinstance(kind, ShellCells):
-        shell = shell_fields(parts, kind, local, chosen)
+    if kind.shells:
+        number = kind.number[chosen]
+        thickness, added_mass = parts.thickness()[number], parts.added_mass[number]
+        shell = shell_fields(local, kind.material, thickness, added_mass, parts.drilling)
         forms = shell_stiffness(local.space, shell), shell_mass(local.space, shell)
     else:
-        sections = [kind.sections[i] for i in kind.part[chosen]]
+        sections = [parts.sections.beams[i] for i in kind.part[chosen]]
         values: dict[str, list[Any]] = {
             "area": [s.A for s in sections],
             "second_moments": [(s.I1, s.I2) for s in sections],
@@ -202,16 +205,16 @@ def _local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any,
 
 
 def shell_fields(
-    parts: BuildingParts, kind: ShellCells, local: LocalCells, chosen: Ints
+    local: LocalCells, material: Material, thickness: Array, added_mass: Array, drilling: float
 ) -> ShellFields:
-    """Section and material of cells of a kind, `chosen` by number, on their mesh."""
+    """Section and material of shells on their mesh; thickness and added mass of each cell of it."""
     return ShellFields(
-        thickness=cellwise(local.mesh, kind.thickness[chosen]),
-        added_mass=cellwise(local.mesh, kind.added_mass[chosen]),
-        young_modulus=constant(local.mesh, kind.material.E),
-        poisson_ratio=constant(local.mesh, kind.material.nu),
-        density=constant(local.mesh, kind.material.rho),
-        drilling=constant(local.mesh, parts.drilling),
+        thickness=cellwise(local.mesh, thickness),
+        added_mass=cellwise(local.mesh, added_mass),
+        young_modulus=constant(local.mesh, material.E),
+        poisson_ratio=constant(local.mesh, material.nu),
+        density=constant(local.mesh, material.rho),
+        drilling=constant(local.mesh, drilling),
     )
 
 
@@ -245,7 +248,7 @@ def damping_matrix(
     share = shared_out(comm, parts)
     matrices = []
     for kind, cells in zip(share.kinds, share.cells_here, strict=True):
-        by_part = dampings.shells if isinstance(kind, ShellCells) else dampings.beams
+        by_part = dampings.shells if kind.shells else dampings.beams
         factor = storey_factor if kind.storey else 1.0
         # All ranks make a matrix of each kind and damping, also those that have none of its cells.
         for damping in dampings.distinct:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.building.mesh import BuildingMesh, Part, areas, line_lengths
-from impactfem.building.section import BeamSection, Material, Materials, Sections
+from impactfem.building.section import Material, Materials, Sections
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import SolutionError
 
@@ -31,29 +31,15 @@ class PartDamping:
 
 
 @dataclass(frozen=True, eq=False)
-class ShellCells:
-    """Shells of one kind: slabs or walls of one material."""
+class Kind:
+    """Cells of one kind: slabs, walls, beams or columns of one material."""
 
+    shells: bool  #: Whether they are triangles; else lines.
     storey: bool  #: Whether the storey factor acts on them.
     material: Material  #: Their material.
-    cells: Ints  #: Nodes of the triangles, shape (m, 6).
-    thickness: Array  #: Of each triangle, shape (m,) [m].
-    added_mass: Array  #: On each triangle, shape (m,) [kg/m2].
-    part: Ints  #: Index into the mesh's `shell_parts` of each triangle, shape (m,).
-
-
-@dataclass(frozen=True, eq=False)
-class BeamCells:
-    """Beams of one kind: beams or columns of one material."""
-
-    storey: bool  #: Whether the storey factor acts on them.
-    material: Material  #: Their material.
-    cells: Ints  #: Nodes of the lines, shape (m, 3).
-    sections: tuple[BeamSection, ...]  #: Sections of the mesh's `beam_parts`, in their order.
-    part: Ints  #: Index into them of each line, shape (m,).
-
-
-Kind = ShellCells | BeamCells
+    number: Ints  #: Of the triangles or lines of the mesh, shape (m,).
+    cells: Ints  #: Their nodes, shape (m, 6) or (m, 3).
+    part: Ints  #: Index into the mesh's `shell_parts` or `beam_parts` of each, shape (m,).
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,34 +73,21 @@ class BuildingParts:
 
     def kinds(self) -> list[Kind]:
         """The cells that are there: slabs, walls, beams and columns, of each material apart."""
-        mesh, thickness = self.mesh, self.thickness()
-        kinds: list[Kind] = []
-        for scaled, material, cells in _kinds(
-            mesh.shell_parts, self.materials.shells, mesh.triangle_part
+        mesh, kinds = self.mesh, []
+        for shells, parts, materials, cells, part in (
+            (True, mesh.shell_parts, self.materials.shells, mesh.triangles, mesh.triangle_part),
+            (False, mesh.beam_parts, self.materials.beams, mesh.lines, mesh.line_part),
         ):
-            triangles, part = mesh.triangles[cells], mesh.triangle_part[cells].astype(np.int64)
-            t, added = thickness[cells], self.added_mass[cells]
-            kinds.append(ShellCells(scaled, material, triangles, t, added, part))
-        for scaled, material, cells in _kinds(
-            mesh.beam_parts, self.materials.beams, mesh.line_part
-        ):
-            lines, part = mesh.lines[cells], mesh.line_part[cells].astype(np.int64)
-            kinds.append(BeamCells(scaled, material, lines, self.sections.beams, part))
+            own = part.astype(np.int64)
+            for storey, material in itertools.product((False, True), dict.fromkeys(materials)):
+                of_kind = [
+                    p.scaled == storey and m == material
+                    for p, m in zip(parts, materials, strict=True)
+                ]
+                number = np.flatnonzero(np.array(of_kind, dtype=bool)[own])
+                if number.size:
+                    kinds.append(Kind(shells, storey, material, number, cells[number], own[number]))
         return kinds
-
-
-def _kinds(
-    parts: tuple[Part, ...], materials: tuple[Material, ...], part: NDArray[np.int32]
-) -> Iterator[tuple[bool, Material, Ints]]:
-    """The cells of each material that the storey factor acts on, or not, where there are some."""
-    for scaled in (False, True):
-        for material in dict.fromkeys(materials):
-            chosen = [
-                p.scaled == scaled and m == material for p, m in zip(parts, materials, strict=True)
-            ]
-            cells = np.flatnonzero(np.array(chosen, dtype=bool)[part])
-            if cells.size:
-                yield scaled, material, cells
 
 
 @dataclass(frozen=True, eq=False)

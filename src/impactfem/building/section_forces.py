@@ -16,8 +16,8 @@ from impactfem._fenicsx import cell_nodes, cellwise, evaluator, function
 from impactfem.building.assembly import LocalCells, local_cells
 from impactfem.building.mesh import DOFS, BuildingMesh, place
 from impactfem.building.model import shell_fields
-from impactfem.building.parts import BuildingParts, ShellCells
-from impactfem.building.shell import section_force_vector
+from impactfem.building.parts import BuildingParts
+from impactfem.building.shell import ShellFields, section_force_vector
 from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
@@ -120,21 +120,17 @@ def section_forces(
     vectors = given.reshape(-1, len(mesh.nodes), DOFS)
     values = np.zeros((len(vectors), len(cells), 6, 8))
     part = mesh.triangle_part[chosen].astype(np.int64)
-    for material in dict.fromkeys(parts.materials.shells):
-        of_material = np.array([m == material for m in parts.materials.shells])[part]
-        some = np.flatnonzero(of_material)
+    materials = parts.materials.shells
+    for material in dict.fromkeys(materials):
+        some = np.flatnonzero(np.array([m == material for m in materials])[part])
         if not some.size:
             continue
-        kind = ShellCells(
-            storey=False,
-            material=material,
-            cells=cells[some],
-            thickness=parts.thickness()[chosen[some]],
-            added_mass=parts.added_mass[chosen[some]],
-            part=part[some],
-        )
         local = local_cells(mesh.nodes, cells[some])
-        values[:, some] = _values(parts, kind, local, axes[some], vectors)
+        number = chosen[some][local.cells]
+        fields = shell_fields(
+            local, material, parts.thickness()[number], parts.added_mass[number], parts.drilling
+        )
+        values[:, some] = _values(fields, cells[some], local, axes[some], vectors)
     scaled = np.array([one.scaled for one in mesh.shell_parts], dtype=bool)[part]
     values[:, scaled] *= storey_factor
     return SectionForceField(
@@ -170,16 +166,15 @@ def facet_axes(nodes: Array, triangles: Index) -> Array:
 
 
 def _values(
-    parts: BuildingParts, kind: ShellCells, local: LocalCells, axes: Array, vectors: Array
+    fields: ShellFields, cells: Index, local: LocalCells, axes: Array, vectors: Array
 ) -> Array:
-    """Section forces at the nodes of cells of a kind, in the mesh's order, shape (k, m, 6, 8)."""
+    """Section forces at the nodes of cells, in the mesh's order, shape (k, m, 6, 8)."""
     plane = cellwise(local.mesh, axes[local.cells, :2].reshape(-1, 6))
     w = function(local.space)
-    fields = shell_fields(parts, kind, local, local.cells)
     evaluate = evaluator(section_force_vector(w, plane, fields), local.mesh, _NODES)
     # Where the mesh has each node that dolfinx's cell has.
     numbers = local.nodes[cell_nodes(local.space)]
-    order = np.argmax(numbers[:, None, :] == kind.cells[local.cells][:, :, None], axis=2)
+    order = np.argmax(numbers[:, None, :] == cells[local.cells][:, :, None], axis=2)
     values = np.zeros((len(vectors), len(local.cells), 6, 8))
     for vector, of_vector in zip(vectors, values, strict=True):
         w.x.array[:] = vector[local.nodes].ravel()

@@ -118,8 +118,7 @@ def _line(mesh: BuildingMesh, floor: int) -> list[Probe]:
     level = np.abs(mesh.nodes[nodes, 2] - start[2]) < 1e-6 * max(1.0, abs(start[2]))
     nodes = nodes[level]
     where = mesh.nodes[nodes]
-    edge = np.ptp(mesh.nodes[np.unique(mesh.edges[floor])], axis=0)
-    across = 1 - int(np.argmax(edge[:2]))
+    across = 1 - mesh.edge_axis(floor)
     low, high = where[:, across].min(), where[:, across].max()
     far = high if abs(start[across] - low) < abs(start[across] - high) else low
     tree = cKDTree(where)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.case.loads import read_force_table
-from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, SHIFT, TOLERANCE, Transient
+from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, TOLERANCE, Transient
 from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.coupling.force_history import read_forces
 from impactfem.dynamics.damping import Rayleigh
@@ -77,27 +77,29 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
     if transient is not None:
         check_contacts(case, mesh)
         probes += [probe.node for probe in checked_probes(case, mesh)]
-    certified = nodes = np.unique(np.array(probes, dtype=np.int64))
+    certified = np.unique(np.array(probes, dtype=np.int64))
+    plan = ReductionPlan(
+        probes=certified,
+        nodes=certified,
+        accuracies=accuracies(case),
+        base_plates=plates,
+        points=covered.nodes,
+        wall=wall,
+    )
     if transient is not None:
         nodes = recorded_nodes(mesh, certified, case.wave_floor)
         if transient.export:
             nodes = np.union1d(nodes, motion_grid(mesh, transient.export_nodes).nodes)
-    plan = ReductionPlan(
-        directions=tuple(sorted({"xyz".index(m.direction) for m in case.motions}))
-        if transient is not None
-        else (),
-        floors=() if transient is None else _floors(case, transient, mesh),
-        eccentricity=0.0 if transient is None else transient.eccentricity,
-        base_plates=plates,
-        points=covered.nodes,
-        wall=wall,
-        probes=certified,
-        nodes=nodes,
-        accuracies=accuracies(case),
-        shift=SHIFT if transient is None else transient.shift,
-        largest=LARGEST_BASIS if transient is None else transient.largest_basis,
-        larger=transient is not None and transient.band == LARGER,
-    )
+        plan = replace(
+            plan,
+            nodes=nodes,
+            directions=tuple(sorted({"xyz".index(motion.direction) for motion in case.motions})),
+            floors=_floors(case, transient, mesh),
+            eccentricity=transient.eccentricity,
+            shift=transient.shift,
+            largest=transient.largest_basis,
+            larger=transient.band == LARGER,
+        )
     return Prepared(parts, storey_factor, plan)
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.floor import bar_axis, floor_bar
+from impactfem.building.floor import floor_bar
 from impactfem.stages.transient.compute import TransientStudy
 from impactfem.system.scalar import Scalar
 
@@ -119,7 +119,7 @@ def _waves(study: TransientStudy) -> list[Scalar]:
         ),
     ]
     if floor in parts.mesh.edges:
-        bar = floor_bar(parts, floor, bar_axis(parts.mesh, floor))
+        bar = floor_bar(parts, floor, 1 - parts.mesh.edge_axis(floor))
         note = f"√(EA'/m') of floor {floor} across: slab and beams, with the added mass"
         scalars += [
             Scalar("transient.loaded_wave_speed", bar.speed, "m/s", note),
