@@ -140,19 +140,20 @@ def make_loads(
         n_steps: Number of steps.
         external: Number of pairs, the last ones, that are loads of the case and no contacts.
     """
-    by_edge: dict[EdgeForce, Array] = {}
-    own: dict[EdgeForce, Array] = {}
-    contacts = len(edges) - external
-    for j, (edge, history) in enumerate(zip(edges, forces.force.T, strict=True)):
+    # Forces on one edge add, along the direction of the first of them.
+    along: list[EdgeForce] = []
+    share = np.zeros((len(edges), len(edges)))
+    for j, edge in enumerate(edges):
         x, y, z = edge.direction
-        opposite = EdgeForce(edge.name, edge.floor, (-x, -y, -z))
-        at, sign = (opposite, -1.0) if opposite in by_edge else (edge, 1.0)
-        by_edge[at] = by_edge.get(at, 0.0) + sign * history
-        own[at] = own.get(at, 0.0) + (sign * history if j >= contacts else 0.0 * history)
-    given: Array = np.zeros((len(forces.time), len(by_edge)))
-    loaded = np.zeros_like(given)
-    for j, at in enumerate(by_edge):
-        given[:, j], loaded[:, j] = by_edge[at], own[at]
+        opposite, sign = replace(edge, direction=(-x, -y, -z)), 1.0
+        if opposite in along:
+            edge, sign = opposite, -1.0
+        elif edge not in along:
+            along.append(edge)
+        share[j, along.index(edge)] = sign
+    share, contacts = share[:, : len(along)], len(edges) - external
+    given = forces.force @ share
+    loaded = forces.force[:, contacts:] @ share[contacts:]
     force = project(forces.time, given, time_step, n_steps)
     # A pattern without force, within this time, would only make the reduced basis larger.
     acting = np.any(force != 0.0, axis=0)
@@ -166,7 +167,7 @@ def make_loads(
         time_step=time_step,
         ground=interpolate_ground(motions, time_step, n_steps + 1),
         directions=tuple(sorted({component for component, _, _ in motions})),
-        edges=tuple(edge for edge, acts in zip(by_edge, acting, strict=True) if acts),
+        edges=tuple(edge for edge, acts in zip(along, acting, strict=True) if acts),
         force=force,
         impulse_error=float(np.abs(after - before).max(initial=0.0) / largest) if largest else 0.0,
         external=project(forces.time, loaded, time_step, n_steps)[:, acting] if external else None,
