@@ -234,13 +234,16 @@ def wanted(*devices):
     """What a case says of where devices stand: a name and anchors, each a point and a radius."""
     return SimpleNamespace(
         path=Path("case.toml"),
-        devices=[
-            SimpleNamespace(
-                name=name,
-                supports=anchors if len(anchors) > 1 else (),
-                anchors=[SimpleNamespace(point=p, radius=r) for p, r in anchors],
+        numbered_devices=[
+            (
+                index,
+                SimpleNamespace(
+                    name=name,
+                    supports=anchors if len(anchors) > 1 else (),
+                    anchors=[SimpleNamespace(point=p, radius=r) for p, r in anchors],
+                ),
             )
-            for name, *anchors in devices
+            for index, (name, *anchors) in enumerate(devices)
         ],
     )
 

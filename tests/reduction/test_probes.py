@@ -36,8 +36,9 @@ def case_of(*probes: CaseProbe, envelopes: tuple[tuple[str, ...], ...] = ()) -> 
     return SimpleNamespace(
         path=Path("case.toml"),
         wave_floor=None,
-        transient=SimpleNamespace(probes=probes),
-        devices=[SimpleNamespace(anchors=anchors)],
+        transient=SimpleNamespace(),
+        numbered_probes=tuple(enumerate(probes)),
+        numbered_devices=((0, SimpleNamespace(anchors=anchors)),),
     )
 
 
