@@ -24,8 +24,8 @@ from impactfem.device.mounted import MountedDevice
 from impactfem.device.spectrum import given_spectra
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import GroundMotion, ground_motions
-from impactfem.reduction.probes import CoveredPoints, covered_points
 from impactfem.reduction.loads import Loads
+from impactfem.reduction.probes import CoveredPoints, covered_points
 from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.stages.device.analysis import Analyst, DeviceResult, Support, supports_of
 from impactfem.stages.device.full_order import FullHistories, full_histories, full_system
