@@ -14,7 +14,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.error_band import SAFETY
+from impactfem.reduction.error_band import NESTED_SAFETY
 from impactfem.reduction.probes import recorded_nodes
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
@@ -77,7 +77,7 @@ def test_estimate_is_that_of_the_nested_models(frame: Frame, basis: ReducedBasis
         for y, w in zip(responses[1:], outside[1:], strict=True):
             apart = np.abs(responses[0] - y)[among].max(axis=(0, 1))
             faster = np.minimum(1.0, outside[0][among].max(axis=0) / w[among].max(axis=0))
-            worst = max(worst, SAFETY * (faster * apart / largest).max())
+            worst = max(worst, NESTED_SAFETY * (faster * apart / largest).max())
     assert worst == pytest.approx(basis.difference, rel=1e-6)
 
 
