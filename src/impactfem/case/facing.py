@@ -21,9 +21,9 @@ its level.
 from __future__ import annotations
 
 from bisect import bisect
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import combinations
 
 from impactfem.case.buildings import Building
@@ -107,21 +107,21 @@ def facing_floors(case: Case) -> FacingFloors:
         case: The case.
     """
     plans = _Plans(case)
-    pairs: list[Facing] = []
-    overlapping: list[Facing] = []
+    found = []
     unknown = []
     for a, b in combinations(plans.towers, 2):
         lacking: set[str] = set()
         for here, there in _unpaired(case.contacts, a, b):
-            found = _faced(plans, here, there)
-            if isinstance(found, Facing):
-                (pairs if found.gap >= 0.0 else overlapping).append(found)
-            elif found:
-                lacking |= found
+            facing = plans.faced(here, there, lacking)
+            found += [] if facing is None else [facing]
         if lacking:
             both = (a.building.name, b.building.name)
             unknown.append((*both, tuple(name for name in both if name in lacking)))
-    return FacingFloors(tuple(pairs), tuple(overlapping), tuple(unknown))
+    return FacingFloors(
+        tuple(one for one in found if one.gap >= 0.0),
+        tuple(one for one in found if one.gap < 0.0),
+        tuple(unknown),
+    )
 
 
 def facing_lines(found: FacingFloors, most: int = 6) -> list[str]:
@@ -131,21 +131,17 @@ def facing_lines(found: FacingFloors, most: int = 6) -> list[str]:
         found: What was found in a case.
         most: So many are named.
     """
-    by_buildings: dict[tuple[str, str], list[Facing]] = {}
-    for pair in found.near:
-        names = sorted((pair.a.building, pair.b.building))
-        by_buildings.setdefault((names[0], names[1]), []).append(pair)
-    lines = []
-    for pairs in by_buildings.values():
-        pairs.sort(key=lambda pair: pair.gap)
-        named = ", ".join(pair.words for pair in pairs[:most])
-        more = f" and {len(pairs) - most} more" if len(pairs) > most else ""
-        lines.append(
-            f"contacts: floors that face each other and are in no pair: {named}{more}; list them "
-            "in [[contacts]], or give length, width and setback of [[buildings]] where they "
-            "cannot meet"
-        )
-    return lines
+    by_buildings: dict[tuple[str, ...], list[Facing]] = defaultdict(list)
+    for pair in sorted(found.near, key=lambda pair: pair.gap):
+        by_buildings[tuple(sorted((pair.a.building, pair.b.building)))].append(pair)
+    return [
+        "contacts: floors that face each other and are in no pair: "
+        + ", ".join(pair.words for pair in pairs[:most])
+        + (f" and {len(pairs) - most} more" if len(pairs) > most else "")
+        + "; list them in [[contacts]], or give length, width and setback of [[buildings]] where "
+        "they cannot meet"
+        for pairs in by_buildings.values()
+    ]
 
 
 def unknown_lines(found: FacingFloors) -> list[str]:
@@ -162,11 +158,7 @@ def unknown_lines(found: FacingFloors) -> list[str]:
 
 
 class _Tower:
-    """A building with its levels.
-
-    Args:
-        building: The building.
-    """
+    """A building with its levels."""
 
     def __init__(self, building: Building) -> None:
         self.building = building
@@ -198,11 +190,11 @@ class _Tower:
             level: Elevation of that floor [m].
             band: From where to where its edge reaches in height [m].
         """
-        met = []
-        for index, z in enumerate(self.levels):
-            low, high = self.band(index)
-            if band[0] <= z <= band[1] or low <= level <= high:
-                met.append(index)
+        met = [
+            index
+            for index, z in enumerate(self.levels)
+            if band[0] <= z <= band[1] or self.band(index)[0] <= level <= self.band(index)[1]
+        ]
         if met:
             index = min(met, key=lambda k: abs(self.levels[k] - level))
             return _Place(self, index, None, self.levels[index])
@@ -235,47 +227,33 @@ class _Place:
         return self.tower.building
 
     @property
-    def number(self) -> int:
-        return self.building.floors[self.index].floor
-
-    @property
     def key(self) -> tuple[str, bool, int]:
-        return self.building.name, self.relative_height is not None, self.number
+        number = self.building.floors[self.index].floor
+        return self.building.name, self.relative_height is not None, number
 
-    def point(self, offset: tuple[float, float, float]) -> ContactPoint:
-        of_storey = self.relative_height is not None
+    def point(self, offset: list[float]) -> ContactPoint:
+        name, of_storey, number = self.key
         return ContactPoint(
-            building=self.building.name,
-            floor=None if of_storey else self.number,
-            storey=self.number if of_storey else None,
+            building=name,
+            floor=None if of_storey else number,
+            storey=number if of_storey else None,
             relative_height=self.relative_height,
-            offset=offset,
+            offset=(offset[0], offset[1], offset[2]),
         )
 
 
-@dataclass(frozen=True)
 class _Plans:
     """How far the edges of floors and the faces of storeys are from the axes."""
 
-    case: Case
-
-    @cached_property
-    def towers(self) -> tuple[_Tower, ...]:
-        """The buildings with their levels."""
-        return tuple(_Tower(building) for building in self.case.buildings)
-
-    @cached_property
-    def meshes(self) -> dict[str, GeneratedMesh]:
-        """The generated mesh of a building, by its name."""
-        every = {one.building: one.mesh for one in self.case.structures}
-        return {name: one for name, one in every.items() if isinstance(one, GeneratedMesh)}
-
-    @cached_property
-    def offsets(self) -> dict[tuple[str, bool, int, int, int], float]:
-        """Largest offset of contacts by building, storey or not, floor, axis and sign [m]."""
-        found: dict[tuple[str, bool, int, int, int], float] = {}
-        for contact in self.case.contacts:
-            distance = pair_distance(contact, self.case)
+    def __init__(self, case: Case) -> None:
+        self.contacts = case.contacts
+        self.towers = [_Tower(building) for building in case.buildings]
+        every = {one.building: one.mesh for one in case.structures}
+        self.meshes = {k: mesh for k, mesh in every.items() if isinstance(mesh, GeneratedMesh)}
+        # Largest offset of contacts by building, storey or not, floor, axis and sign [m].
+        self.offsets: dict[tuple[str, bool, int, int, int], float] = {}
+        for contact in case.contacts:
+            distance = pair_distance(contact, case)
             axis = max(range(3), key=lambda c: abs(contact.normal[c]))
             along = abs(contact.normal[axis]) > 1.0 - ROUNDING
             # The gap counts in a computation: offsets that contradict it are no plan.
@@ -285,10 +263,8 @@ class _Plans:
                 sign = 1 if outward * contact.normal[axis] > 0.0 else -1
                 number = end.floor if end.floor is not None else int(end.storey or 0)
                 key = (end.building, end.storey is not None, number, axis, sign)
-                distance = sign * end.offset[axis]
-                if distance > 0.0:
-                    found[key] = max(distance, found.get(key, 0.0))
-        return found
+                if sign * end.offset[axis] > 0.0:
+                    self.offsets[key] = max(sign * end.offset[axis], self.offsets.get(key, 0.0))
 
     def edge(self, place: _Place, axis: int, sign: int) -> float | None:
         """Distance of the edge of a floor, or of the face of a storey, from the axis [m]."""
@@ -297,12 +273,12 @@ class _Plans:
             return own
         building = place.building
         if place.relative_height is not None:
-            floor = _Place(place.tower, place.index, None, 0.0)
-            edge = self.edge(floor, axis, sign)
+            edge = self.edge(_Place(place.tower, place.index, None, 0.0), axis, sign)
             return None if edge is None else edge - building.setback
-        size = self._size(place, axis)
-        if size is not None:
-            return 0.5 * size
+        for holder in (building.floors[place.index], building, self.meshes.get(building.name)):
+            size: float | None = getattr(holder, ("length", "width")[axis], None)
+            if size is not None:
+                return 0.5 * size
         for side in (sign, -sign):
             for of_storey, behind in ((False, 0.0), (True, building.setback)):
                 known = [
@@ -314,17 +290,6 @@ class _Plans:
                     return max(known)
         return None
 
-    def _size(self, place: _Place, axis: int) -> float | None:
-        """Length (axis 0) or width (1) of a floor as given [m]."""
-        key = ("length", "width")[axis]
-        holders = (
-            place.building.floors[place.index],
-            place.building,
-            self.meshes.get(place.building.name),
-        )
-        given = (getattr(holder, key) for holder in holders if holder is not None)
-        return next((size for size in given if size is not None), None)
-
     def across(self, place: _Place, axis: int) -> tuple[Span, bool]:
         """From where to where a place reaches along an axis, in plan [m]; whether that is all.
 
@@ -334,116 +299,99 @@ class _Plans:
         low, high = (self.edge(place, axis, sign) for sign in (-1, 1))
         if low is not None and high is not None:
             return (middle - low, middle + high), True
-        known = [
-            end.offset[axis]
-            for contact in self.case.contacts
-            for end in (contact.a, contact.b)
-            if end.building == place.building.name
-        ]
+        ends = [end for contact in self.contacts for end in (contact.a, contact.b)]
+        known = [end.offset[axis] for end in ends if end.building == place.building.name]
         return (middle + min(known, default=0.0), middle + max(known, default=0.0)), False
 
+    def faced(self, here: _Place, there: _Place, lacking: set[str]) -> Facing | None:
+        """How a floor faces a place of another building; None where it does not.
 
-def _faced(plans: _Plans, here: _Place, there: _Place) -> Facing | set[str]:
-    """How a floor faces a place of another building.
+        Where their plans are not known well enough to tell, the names of the buildings without one
+        are added to those that are lacking.
+        """
+        unknown: set[str] = set()
+        found: list[Facing] = []
+        for axis in (0, 1):
+            (low_a, high_a), all_a = self.across(here, 1 - axis)
+            (low_b, high_b), all_b = self.across(there, 1 - axis)
+            low, high = max(low_a, low_b), min(high_a, high_b)
+            if all_a and all_b and high - low <= ROUNDING:
+                continue  # side by side along the other axis, or corner to corner
+            if self._between(here, there, axis, (min(low, high), max(low, high))):
+                return None
+            a, b = here.building.axis, there.building.axis
+            sign = 1 if b[axis] >= a[axis] else -1
+            edges = self.edge(here, axis, sign), self.edge(there, axis, -sign)
+            known = (all_a, all_b) if high < low else (edges[0] is not None, edges[1] is not None)
+            if high < low or edges[0] is None or edges[1] is None:
+                places = zip((here, there), known, strict=True)
+                unknown |= {place.building.name for place, is_known in places if not is_known}
+                continue
+            gap = sign * (b[axis] - a[axis]) - edges[0] - edges[1]
+            gap = round(gap, 9)  # what adding coordinates leaves behind the nanometre
+            gap = max(gap, 0.0) if gap > -allowed(0.0) else gap
+            ends = []
+            for place, edge, side in ((here, edges[0], sign), (there, edges[1], -sign)):
+                offset = [0.0, 0.0, 0.0]
+                offset[axis] = side * edge
+                offset[1 - axis] = 0.5 * (low + high) - place.building.axis[1 - axis]
+                if place.relative_height is None:
+                    offset[2] = here.level - place.level
+                ends.append(place.point(offset))
+            heights = (max(here.level - place.building.base, 0.0) for place in (here, there))
+            found.append(
+                Facing(
+                    a=ends[0],
+                    b=ends[1],
+                    normal=(0.0, float(sign), 0.0) if axis else (float(sign), 0.0, 0.0),
+                    gap=gap,
+                    level=here.level,
+                    half=0.5 * (high - low),
+                    reach=DRIFT * sum(heights),
+                )
+            )
+        # Plans that overlap along both axes are apart along neither.
+        outside = [one for one in found if one.gap >= 0.0]
+        if outside:
+            return min(outside, key=lambda one: one.gap)
+        if len(found) == 2:
+            return max(found, key=lambda one: one.gap)
+        lacking |= unknown
+        return None
 
-    Returns:
-        How; or the names of the buildings whose plan is not known well enough to tell, none where
-        they do not face each other.
-    """
-    lacking: set[str] = set()
-    found: list[Facing] = []
-    for axis in (0, 1):
-        (low_a, high_a), all_a = plans.across(here, 1 - axis)
-        (low_b, high_b), all_b = plans.across(there, 1 - axis)
-        low, high = max(low_a, low_b), min(high_a, high_b)
-        if all_a and all_b and high - low <= ROUNDING:
-            continue  # side by side along the other axis, or corner to corner
-        if _between(plans, here, there, axis, (min(low, high), max(low, high))):
-            return set()
-        if high < low:
-            lacking |= _names((here, all_a), (there, all_b))
-            continue
-        a, b = here.building.axis, there.building.axis
-        sign = 1 if b[axis] >= a[axis] else -1
-        edge_a, edge_b = plans.edge(here, axis, sign), plans.edge(there, axis, -sign)
-        if edge_a is None or edge_b is None:
-            lacking |= _names((here, edge_a is not None), (there, edge_b is not None))
-            continue
-        gap = sign * (b[axis] - a[axis]) - edge_a - edge_b
-        gap = round(gap, 9)  # what adding coordinates leaves behind the nanometre
-        gap = max(gap, 0.0) if gap > -allowed(0.0) else gap
-        found.append(_facing(here, there, axis, sign, (edge_a, edge_b), gap, (low, high)))
-    # Plans that overlap along both axes are apart along neither.
-    outside = [one for one in found if one.gap >= 0.0]
-    if outside:
-        return min(outside, key=lambda one: one.gap)
-    if len(found) == 2:
-        return max(found, key=lambda one: one.gap)
-    return lacking
-
-
-def _names(*known: tuple[_Place, bool]) -> set[str]:
-    return {place.building.name for place, is_known in known if not is_known}
-
-
-def _facing(
-    here: _Place,
-    there: _Place,
-    axis: int,
-    sign: int,
-    edges: tuple[float, float],
-    gap: float,
-    span: Span,
-) -> Facing:
-    middle = 0.5 * (span[0] + span[1])
-    ends = []
-    for place, edge, side in ((here, edges[0], sign), (there, edges[1], -sign)):
-        offset = [0.0, 0.0, 0.0]
-        offset[axis] = side * edge
-        offset[1 - axis] = middle - place.building.axis[1 - axis]
-        if place.relative_height is None:
-            offset[2] = here.level - place.level
-        ends.append(place.point((offset[0], offset[1], offset[2])))
-    normal = [0.0, 0.0, 0.0]
-    normal[axis] = float(sign)
-    heights = (here.level - place.building.base for place in (here, there))
-    return Facing(
-        a=ends[0],
-        b=ends[1],
-        normal=(normal[0], normal[1], normal[2]),
-        gap=gap,
-        level=here.level,
-        half=0.5 * (span[1] - span[0]),
-        reach=DRIFT * sum(max(height, 0.0) for height in heights),
-    )
-
-
-def _between(plans: _Plans, here: _Place, there: _Place, axis: int, span: Span) -> bool:
-    """Whether a third building stands between two places, at their level."""
-    first, last = sorted((here.building.axis[axis], there.building.axis[axis]))
-    for tower in plans.towers:
-        middle = tower.building.axis[axis]
-        if tower in (here.tower, there.tower) or not first < middle < last:
-            continue
-        place = tower.at(here.level, (here.level, here.level))
-        if place is not None:
-            (low, high), _ = plans.across(place, 1 - axis)
-            if low <= span[1] and high >= span[0]:
-                return True
-    return False
+    def _between(self, here: _Place, there: _Place, axis: int, span: Span) -> bool:
+        """Whether a third building stands between two places, at their level."""
+        first, last = sorted((here.building.axis[axis], there.building.axis[axis]))
+        for tower in self.towers:
+            if tower in (here.tower, there.tower) or not first < tower.building.axis[axis] < last:
+                continue
+            place = tower.at(here.level, (here.level, here.level))
+            if place is not None:
+                (low, high), _ = self.across(place, 1 - axis)
+                if low <= span[1] and high >= span[0]:
+                    return True
+        return False
 
 
 def _unpaired(contacts: Sequence[Contact], a: _Tower, b: _Tower) -> Iterator[tuple[_Place, _Place]]:
     """Floors of either building in no pair with the other one, and what is level with them."""
-    paired = _paired(contacts, a, b)
+    # Floors that a contact joins to a point of the other building at about their level.
+    paired: set[tuple[str, bool, int]] = set()
+    towers = {tower.building.name: tower for tower in (a, b)}
+    for contact in contacts:
+        ends = (contact.a, contact.b)
+        if {end.building for end in ends} == set(towers):
+            first, second = (towers[end.building].point_level(end) for end in ends)
+            if abs(first - second) <= LEVEL:
+                paired |= {
+                    (end.building, False, end.floor) for end in ends if end.floor is not None
+                }
     seen: set[tuple[int, int]] = set()
     for here, there in ((a, b), (b, a)):
         for index, level in enumerate(here.levels):
             place = _Place(here, index, None, level)
-            if place.key in paired:
-                continue
             other = there.at(level, here.band(index))
-            if other is None or other.key in paired:
+            if place.key in paired or other is None or other.key in paired:
                 continue
             if other.relative_height is None:
                 both = (index, other.index) if here is a else (other.index, index)
@@ -451,20 +399,6 @@ def _unpaired(contacts: Sequence[Contact], a: _Tower, b: _Tower) -> Iterator[tup
                     continue
                 seen.add(both)
             yield place, other
-
-
-def _paired(contacts: Sequence[Contact], a: _Tower, b: _Tower) -> set[tuple[str, bool, int]]:
-    """Keys of the floors of two buildings that a contact joins to about the same level."""
-    found: set[tuple[str, bool, int]] = set()
-    towers = {tower.building.name: tower for tower in (a, b)}
-    for contact in contacts:
-        ends = (contact.a, contact.b)
-        if {end.building for end in ends} != set(towers):
-            continue
-        first, second = (towers[end.building].point_level(end) for end in ends)
-        if abs(first - second) <= LEVEL:
-            found |= {(end.building, False, end.floor) for end in ends if end.floor is not None}
-    return found
 
 
 def levels_of(contact: Contact, case: Case) -> tuple[float, float]:

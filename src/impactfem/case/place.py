@@ -48,10 +48,7 @@ def field_at(
 ) -> tuple[type[BaseModel] | None, FieldInfo | None]:
     """The model that has the last key of a place, and the field of that key if it knows it.
 
-    Args:
-        model: The model of the whole file.
-        place: The place.
-        raw: The content of the file, whose tables say by their ``type`` which model is theirs.
+    The tables of the content of the file say by their ``type`` which model is theirs.
     """
     annotation: Any = model
     parent: type[BaseModel] | None = None
@@ -109,17 +106,15 @@ def _table_of(annotation: Any, current: Any) -> Any:
         for a in _alternatives(annotation)
         if get_origin(a) is dict or (isinstance(a, type) and issubclass(a, BaseModel))
     ]
-    if len(tables) > 1 and isinstance(current, Mapping):
-        tables = [a for a in tables if _has_type(a, current.get("type"))] or tables
+    given = current.get("type") if isinstance(current, Mapping) else None
+    for table in tables if len(tables) > 1 and isinstance(current, Mapping) else ():
+        info = getattr(table, "model_fields", {}).get("type")
+        # Without a type it is the one with a default.
+        if info is not None and (
+            not info.is_required() if given is None else given in get_args(info.annotation)
+        ):
+            return table
     return tables[0] if tables else None
-
-
-def _has_type(table: Any, given: Any) -> bool:
-    """Whether a model is the one for a type; without a type it is the one with a default."""
-    info = getattr(table, "model_fields", {}).get("type")
-    if info is None:
-        return False
-    return not info.is_required() if given is None else given in get_args(info.annotation)
 
 
 _PART = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d{1,6}\])*)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -163,21 +163,22 @@ class Reference(Section):
 
     def kind(self, name: str) -> Kind:
         """What a result of ours is beside the published value of the same name."""
-        return next((one.kind for one in self.given if _matches(one, name)), "result")
+        for one in self.given:
+            if any(fnmatch.fnmatchcase(name, pattern) for pattern in one.names):
+                return one.kind
+        return "result"
 
 
-def read_reference(
-    path: Path, faults: list[Fault], published: Collection[str] | None = None
-) -> Reference | None:
-    """Read the places of a publication; what is wrong with them is appended to ``faults``.
+PUBLISHED_FILE = TableFile("a table (CSV)", read_published, {})
+
+
+def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Reference | None:
+    """Read the places of a publication; None when there are faults.
 
     Args:
-        path: A TOML file as ``Reference`` says.
+        path: A TOML file as ``Reference`` says, which may name the published values of the case.
         faults: Every fault of the file is appended here.
-        published: Names of the published values, which the file may name; not checked when None.
-
-    Returns:
-        The places, or None when there were faults.
+        info: Of the validation of the case.
     """
     text = read_text(path, REFERENCE, LARGEST_TOML)
     if isinstance(text, Fault):
@@ -192,56 +193,42 @@ def read_reference(
     except ValidationError as error:
         faults.extend(explain(error, source, Reference))
         return None
+    reading, before = reading_of(info), len(faults)
     seen: set[tuple[str, str]] = set()
-    before = len(faults)
     for index, item in enumerate(reference.items):
         if (item.kind, item.number) in seen:
             expected = f"each {item.kind} once"
             faults.append(source.fault(("items", index, "number"), item.number, expected))
         seen.add((item.kind, item.number))
-    if published is not None:
-        faults.extend(_unknown_names(source, reference, published))
+    name = reading.value("published")
+    if name is not None:
+        with reading.leniently():
+            published = reading.table(name, PUBLISHED_FILE.what, read_published)
+        if published is not None:
+            faults.extend(_unknown_names(source, reference, list(published)))
     return reference if len(faults) == before else None
 
 
-def _matches(given: GivenValues, name: str) -> bool:
-    return any(fnmatch.fnmatchcase(name, pattern) for pattern in given.names)
-
-
-def _unknown_names(
-    source: Source, reference: Reference, published: Collection[str]
-) -> Iterator[Fault]:
+def _unknown_names(source: Source, reference: Reference, published: list[str]) -> Iterator[Fault]:
     """Names that no published value has, and values of which two kinds are said."""
     for i, item in enumerate(reference.items):
         for k, value in enumerate(item.values):
             if value.name not in published:
-                expected = nearest(value.name, list(published))
                 place = ("items", i, "values", k, "name")
-                yield source.fault(place, value.name, f"no published value; {expected}")
+                expected = f"no published value; {nearest(value.name, published)}"
+                yield source.fault(place, value.name, expected)
     known: dict[str, int] = {}
     for i, given in enumerate(reference.given):
         for k, pattern in enumerate(given.names):
             found = fnmatch.filter(published, pattern)
             if not found:
-                expected = f"no published value; {nearest(pattern, list(published))}"
+                expected = f"no published value; {nearest(pattern, published)}"
                 yield source.fault(("given", i, "names", k), pattern, expected)
             for name in found:
                 first = known.setdefault(name, i)
                 if first != i:
                     expected = f"expected {name} in one of them, it is in given[{first}] as well"
                     yield source.fault(("given", i, "names", k), pattern, expected)
-
-
-PUBLISHED_FILE = TableFile("a table (CSV)", read_published, {})
-
-
-def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Reference | None:
-    reading = reading_of(info)
-    published, name = None, reading.value("published")
-    if name is not None:
-        with reading.leniently():
-            published = reading.table(name, PUBLISHED_FILE.what, read_published)
-    return read_reference(path, faults, published)
 
 
 REFERENCE_FILE = TableFile(REFERENCE, _read_reference, None, sited=True)

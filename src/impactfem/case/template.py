@@ -9,10 +9,6 @@ from pathlib import Path
 
 from impactfem.system.errors import Fault, InputError
 
-__all__ = ["write_new_case"]
-
-_PLACEHOLDER = "@NAME@"
-
 
 def write_new_case(target: str | Path) -> list[Path]:
     """Write a commented case file and the floor table beside it.
@@ -47,24 +43,16 @@ def write_new_case(target: str | Path) -> list[Path]:
     if existing:
         expected = "this file exists already and is not overwritten; choose another name"
         raise InputError([Fault(path, "", None, expected) for path in existing])
-    _write(paths, [_text(template).replace(_PLACEHOLDER, name) for template in templates])
-    return paths
-
-
-def _text(template: str) -> str:
-    return (files("impactfem.case") / "templates" / template).read_text(encoding="utf-8")
-
-
-def _write(paths: list[Path], texts: list[str]) -> None:
-    """Write all files or none."""
     written: list[Path] = []
-    for path, text in zip(paths, texts, strict=True):
+    for template, path in zip(templates, paths, strict=True):
+        text = (files("impactfem.case") / "templates" / template).read_text(encoding="utf-8")
         try:
             with path.open("x", encoding="utf-8") as stream:
                 written.append(path)
-                stream.write(text)
+                stream.write(text.replace("@NAME@", name))
         except OSError as error:
             for half in written:
                 half.unlink(missing_ok=True)
             reason = error.strerror or str(error)
             raise InputError([Fault(path, "", None, f"cannot be written ({reason})")]) from error
+    return paths
