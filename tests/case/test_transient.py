@@ -10,7 +10,6 @@ from pydantic import ValidationError
 
 from impactfem.building.mesh import parse_group
 from impactfem.case import Probe, Transient, load_case, transient_files
-from impactfem.case.transient import step_fault
 from impactfem.system.errors import InputError
 
 from .faults import own_faults
@@ -279,11 +278,6 @@ def test_a_record_s_duration_is_not_known_yet(with_transient: With) -> None:
     record = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "record.csv"\n\n'
     path.write_text(text[:begin] + record + text[end:], encoding="utf-8")
     assert transient_of(path).duration == 1000.0
-
-
-def test_step_fault() -> None:
-    assert step_fault(0.5, 1.0) is None
-    assert step_fault(0.51, 1.0) == "expected at most half of the duration, 1 s"
 
 
 @pytest.mark.parametrize(

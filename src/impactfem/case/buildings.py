@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, ValidatorFunctionWrapHandler, field_validator
 
-from impactfem.case.base import Section, present, refuse
+from impactfem.case.base import Section, refuse, rule
 from impactfem.case.damping import Damping
 from impactfem.case.floors import FLOORS, UNKNOWN_DAMPING, Floor, Material, MaterialOf, read_floors
 from impactfem.case.leaf import Name
@@ -52,20 +53,19 @@ class Building(Section):
     structure: Structure | None = Field(default=None, exclude=True)
     """The 3D model of the building; left out, there is none."""
 
-    @field_validator("rigid_above")
-    @classmethod
-    def _flexible_storeys(cls, value: float, info: ValidationInfo) -> float:
+    @rule("rigid_above", "floors", "rigid_below", sited=True)
+    @staticmethod
+    def _flexible_storeys(
+        above: float, floors: tuple[Floor, ...], below: float, info: ValidationInfo
+    ) -> Iterator[str]:
         """Each storey keeps a flexible part between the rigid zones of its two floors."""
-        if info.context is None or not present(info, ["floors", "rigid_below"]):
-            return value
-        for index, floor in enumerate(info.data["floors"]):
-            rigid = info.data["rigid_below"] + (value if index else 0.0)
+        for index, floor in enumerate(floors if info.context is not None else ()):
+            rigid = below + (above if index else 0.0)
             if floor.storey_height <= rigid:
-                raise refuse(
+                yield (
                     f"the storey below floor {floor.floor} is {floor.storey_height:g} m high; "
                     f"expected less than that of its rigid zones together, not {rigid:g} m"
                 )
-        return value
 
     @field_validator("damping", mode="before")
     @classmethod

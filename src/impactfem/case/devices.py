@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import itertools
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -11,7 +12,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import Field, ValidationInfo, field_validator
 
 from impactfem.case import unit as units
-from impactfem.case.base import Section, each_once, present, refuse
+from impactfem.case.base import Section, once, refuse, rule, together
 from impactfem.case.damping import Damping
 from impactfem.case.device_tables import (
     MODES_FILE,
@@ -58,10 +59,7 @@ class DeviceSupport(Section):
     envelope: tuple[ProbePattern, ...] = ()
     """As for a device with one anchor."""
 
-    @field_validator("envelope")
-    @classmethod
-    def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        return each_once(value, "name or pattern")
+    _each_once = once("envelope", "name or pattern")
 
 
 def chosen(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
@@ -166,8 +164,34 @@ class DeviceBeam(Section):
 
 
 _Moment = Annotated[float, Quantity(INERTIA, at_least=0)]
-_BESIDE_MODES = "expected nothing here beside modes: the table says how the device moves"
-_BESIDE_MATRICES = "expected nothing here beside matrices: they say how the device moves"
+_WHAT_MOVES = {"modes": "the table says", "matrices": "they say"}
+
+
+def _alone(field: str, other: str) -> Any:
+    """The rule that a part of the device does not stand beside its modes or matrices."""
+
+    def wrong(value: Any, model: Any) -> Iterator[str]:
+        if value is not None and model is not None:
+            yield f"expected nothing here beside {other}: {_WHAT_MOVES[other]} how the device moves"
+
+    return rule(field, other)(wrong)
+
+
+def _one_place(field: str, what: str) -> Any:
+    """The rule that a device has one anchor, or several supports."""
+
+    def wrong(value: Any, supports: Any) -> Iterator[str]:
+        if value is None and not supports:
+            yield f"missing; expected the {what}, or supports: several anchors"
+        if value is not None and supports:
+            yield "expected nothing here beside supports: each has a point and a radius"
+
+    return rule(field, "supports")(wrong)
+
+
+def _with_a_mass(value: Any, mass: float | None) -> Iterator[str]:
+    if value is not None and mass is None:
+        yield "expected a mass beside it"
 
 
 class Cylinder(Section):
@@ -240,35 +264,23 @@ class DeviceSetup(Section):
             return self.supports
         return (DeviceSupport(point=self.point, radius=self.radius, envelope=self.envelope),)
 
-    @field_validator("supports")
-    @classmethod
-    def _apart(cls, value: tuple[DeviceSupport, ...]) -> tuple[DeviceSupport, ...]:
-        for index, one in enumerate(value):
-            if any(math.dist(one.point, other.point) < TOUCH for other in value[:index]):
-                x, y, z = one.point
-                raise refuse(
-                    f"expected supports at different points, found two at ({x:g}, {y:g}, {z:g}) m"
-                )
-        return value
+    @rule("supports")
+    @staticmethod
+    def _apart(supports: tuple[DeviceSupport, ...]) -> Iterator[str]:
+        for one, other in itertools.combinations(supports, 2):
+            if math.dist(one.point, other.point) < TOUCH:
+                x, y, z = other.point
+                yield f"expected supports at different points, found two at ({x:g}, {y:g}, {z:g}) m"
 
-    @field_validator("point", "radius")
-    @classmethod
-    def _one_place(cls, value: Any, info: ValidationInfo) -> Any:
-        if not present(info, ["supports"]):
-            return value
-        if value is None and not info.data["supports"]:
-            what = "anchor (x, y, z)" if info.field_name == "point" else "radius of the anchor"
-            raise refuse(f"missing; expected the {what}, or supports: several anchors")
-        if value is not None and info.data["supports"]:
-            raise refuse("expected nothing here beside supports: each has a point and a radius")
-        return value
+    _point = _one_place("point", "anchor (x, y, z)")
+    _radius = _one_place("radius", "radius of the anchor")
+    _each_once = once("envelope", "name or pattern")
 
-    @field_validator("envelope")
-    @classmethod
-    def _of_one_anchor(cls, value: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-        if value and info.data.get("supports"):
-            raise refuse("expected nothing here beside supports: each may have an envelope")
-        return each_once(value, "name or pattern")
+    @rule("envelope", "supports")
+    @staticmethod
+    def _envelope(envelope: tuple[str, ...], supports: Any) -> Iterator[str]:
+        if envelope and supports:
+            yield "expected nothing here beside supports: each may have an envelope"
 
     @field_validator("spectra")
     @classmethod
@@ -293,99 +305,67 @@ class DeviceSetup(Section):
             raise refuse("expected matrices for a device with several supports")
         return value
 
-    @field_validator("matrices")
-    @classmethod
-    def _one_model(cls, value: Any, info: ValidationInfo) -> Any:
-        if value is not None and info.data.get("modes") is not None:
-            raise refuse(_BESIDE_MODES)
-        several = len(info.data.get("supports", ())) > 1 and info.data.get("modes") is None
-        if value is None and several and present(info, ["modes"]):
-            raise refuse("missing; expected the matrices of a device with several supports")
-        if value is not None and info.context is not None and present(info, ["supports"]):
-            lacking = "; ".join(value.lacks(len(info.data["supports"]) or 1))
-            if lacking:
-                raise refuse(lacking)
-        return value
+    _one_model = _alone("matrices", "modes")
 
-    @field_validator("mass")
-    @classmethod
-    def _something_moves(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if value is None and _on_base(info):
-            raise refuse(
+    @rule("matrices", "modes", "supports", sited=True)
+    @staticmethod
+    def _of_the_supports(
+        matrices: DeviceMatrices | None, modes: Any, supports: Any, info: ValidationInfo
+    ) -> Iterator[str]:
+        if matrices is None and modes is None and len(supports) > 1:
+            yield "missing; expected the matrices of a device with several supports"
+        if matrices is not None and info.context is not None:
+            lacking = "; ".join(matrices.lacks(len(supports) or 1))
+            if lacking:
+                yield lacking
+
+    _mass_alone = _alone("mass", "matrices")
+
+    @rule("mass", "modes", "matrices")
+    @staticmethod
+    def _something_moves(mass: float | None, modes: Any, matrices: Any) -> Iterator[str]:
+        if mass is None and modes is None and matrices is None:
+            yield (
                 "missing; expected the mass of a body, or modes: the table of a device, or matrices"
             )
-        if value is not None and info.data.get("matrices") is not None:
-            raise refuse(_BESIDE_MATRICES)
-        return value
 
-    @field_validator("mass_height")
-    @classmethod
-    def _with_mass(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if present(info, ["mass"]) and (info.data["mass"] is None) != (value is None):
-            raise refuse("expected mass and mass_height together")
-        return value
+    _with_mass = together("mass", "mass_height")
 
-    @field_validator("inertia")
-    @classmethod
-    def _of_the_mass(cls, value: Any, info: ValidationInfo) -> Any:
-        if value is not None and present(info, ["mass"]) and info.data["mass"] is None:
-            raise refuse("expected a mass beside it")
-        return value
+    _inertia_of_a_mass = rule("inertia", "mass")(_with_a_mass)
+    _shape_of_a_mass = rule("shape", "mass")(_with_a_mass)
 
-    @field_validator("shape")
-    @classmethod
-    def _one_inertia(cls, value: Cylinder | None, info: ValidationInfo) -> Cylinder | None:
-        if not present(info, ["mass", "inertia"]):
-            return value
-        if info.data["mass"] is None:
-            if value is not None:
-                raise refuse("expected a mass beside it")
-        elif (info.data["inertia"] is None) == (value is None):
-            both = "" if value is None else ", not both"
-            raise refuse(f"expected either inertia or shape beside mass{both}")
-        return value
+    @rule("shape", "inertia", "mass")
+    @staticmethod
+    def _one_inertia(shape: Cylinder | None, inertia: Any, mass: float | None) -> Iterator[str]:
+        if mass is not None and (inertia is None) == (shape is None):
+            both = "" if shape is None else ", not both"
+            yield f"expected either inertia or shape beside mass{both}"
 
-    @field_validator("stiffness")
-    @classmethod
-    def _on_springs(cls, value: BaseStiffness | None, info: ValidationInfo) -> BaseStiffness | None:
-        if value is None and _on_base(info):
-            raise refuse(
+    _springs_beside_modes = _alone("stiffness", "modes")
+    _springs_beside_matrices = _alone("stiffness", "matrices")
+
+    @rule("stiffness", "modes", "matrices")
+    @staticmethod
+    def _on_springs(springs: BaseStiffness | None, modes: Any, matrices: Any) -> Iterator[str]:
+        if springs is None and modes is None and matrices is None:
+            yield (
                 "missing; expected the springs of the base, or modes: the table of a device, or "
                 "matrices"
             )
-        _refuse_beside(value, info)
-        return value
 
-    @field_validator("beam")
-    @classmethod
-    def _moves(cls, value: DeviceBeam | None, info: ValidationInfo) -> DeviceBeam | None:
-        _refuse_beside(value, info)
-        springs = info.data.get("stiffness")
-        if value is None and springs is not None and all(k == RIGID for _, k in springs):
-            raise refuse(
-                "missing; expected a beam, as nothing moves on a base that is rigid all over"
-            )
-        return value
+    _beam_beside_modes = _alone("beam", "modes")
+    _beam_beside_matrices = _alone("beam", "matrices")
 
-    @field_validator("damping")
-    @classmethod
-    def _of_a_body(cls, value: Damping | None, info: ValidationInfo) -> Damping | None:
-        if value is None and present(info, ["modes"]) and info.data["modes"] is None:
-            raise refuse("missing; expected the damping of the device")
-        if value is None and any(one.damping is None for one in info.data.get("modes") or ()):
-            raise refuse("missing; expected a damping, as the table of modes has no column damping")
-        return value
+    @rule("beam", "stiffness")
+    @staticmethod
+    def _moves(beam: DeviceBeam | None, springs: BaseStiffness | None) -> Iterator[str]:
+        if beam is None and springs is not None and all(k == RIGID for _, k in springs):
+            yield "missing; expected a beam, as nothing moves on a base that is rigid all over"
 
-
-def _on_base(info: ValidationInfo) -> bool:
-    """Whether the device is a body on springs, as it has neither modes nor matrices."""
-    return present(info, ["modes", "matrices"]) and (
-        info.data["modes"] is None and info.data["matrices"] is None
-    )
-
-
-def _refuse_beside(value: Any, info: ValidationInfo) -> None:
-    """Refuse a part of a body on springs beside modes or matrices."""
-    for name, fault in (("modes", _BESIDE_MODES), ("matrices", _BESIDE_MATRICES)):
-        if value is not None and info.data.get(name) is not None:
-            raise refuse(fault)
+    @rule("damping", "modes")
+    @staticmethod
+    def _of_a_body(damping: Damping | None, modes: tuple[DeviceMode, ...] | None) -> Iterator[str]:
+        if damping is None and modes is None:
+            yield "missing; expected the damping of the device"
+        if damping is None and any(mode.damping is None for mode in modes or ()):
+            yield "missing; expected a damping, as the table of modes has no column damping"

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool, ValidationInfo, field_validator
+from pydantic import Field, StrictBool, field_validator
 
-from impactfem.case.base import Section, each_once, present, refuse
+from impactfem.case.base import Section, ascending, each_once, once, rule, step_within, together
 from impactfem.case.leaf import FileName, FloorsByBuilding, ModelledBuilding, Name, Whole, Words
 from impactfem.case.quantity import Duration, Frequency, Length, PositiveTime, Ratio, Time, TimeStep
 
@@ -54,46 +53,35 @@ class Probe(Section):
     group: _GroupName | None = Field(default=None, validate_default=True)
     """Physical group of the mesh: every node of it."""
 
-    @field_validator("start")
-    @classmethod
-    def _not_beside_point(cls, value: Point | None, info: ValidationInfo) -> Point | None:
-        if value is not None and info.data.get("point") is not None:
-            raise refuse(f"expected one way only: {_WAYS}")
-        return value
+    @rule("start", "point")
+    @staticmethod
+    def _not_beside_point(start: Point | None, point: Point | None) -> Iterator[str]:
+        if start is not None and point is not None:
+            yield f"expected one way only: {_WAYS}"
 
-    @field_validator("end")
-    @classmethod
-    def _away_from_start(cls, value: Point | None, info: ValidationInfo) -> Point | None:
-        if not present(info, ["start"]):
-            return value
-        if (value is None) != (info.data["start"] is None):
-            raise refuse("expected from and to together")
-        if value is not None and value == info.data["start"]:
-            raise refuse("expected another point than from")
-        return value
+    _both_ends = together("start", "end", "from and to")
 
-    @field_validator("count")
-    @classmethod
-    def _of_line(cls, value: int | None, info: ValidationInfo) -> int | None:
-        if not present(info, ["start", "end"]):
-            return value
-        if value is None and info.data["start"] is not None:
-            raise refuse("missing; expected a whole number of at least 2 beside from and to")
-        if value is not None and info.data["start"] is None:
-            raise refuse("expected no count, only beside from and to")
-        return value
+    @rule("end", "start")
+    @staticmethod
+    def _away_from_start(end: Point | None, start: Point | None) -> Iterator[str]:
+        if end is not None and end == start:
+            yield "expected another point than from"
 
-    @field_validator("group")
-    @classmethod
-    def _one_way(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if not present(info, ["point", "start", "end", "count"]):
-            return value
-        other = info.data["point"] is not None or info.data["start"] is not None
-        if value is None and not other:
-            raise refuse(f"missing; expected one of {_WAYS}")
-        if value is not None and other:
-            raise refuse(f"expected one way only: {_WAYS}")
-        return value
+    @rule("count", "start", "end")
+    @staticmethod
+    def _of_line(count: int | None, start: Point | None, end: Point | None) -> Iterator[str]:
+        if count is None and start is not None:
+            yield "missing; expected a whole number of at least 2 beside from and to"
+        if count is not None and start is None:
+            yield "expected no count, only beside from and to"
+
+    @rule("group", "point", "start", "end", "count")
+    @staticmethod
+    def _one_way(group: str | None, point: Any, start: Any, end: Any, count: Any) -> Iterator[str]:
+        if group is None and point is None and start is None:
+            yield f"missing; expected one of {_WAYS}"
+        if group is not None and (point is not None or start is not None):
+            yield f"expected one way only: {_WAYS}"
 
     @property
     def points(self) -> tuple[tuple[str, Point], ...]:
@@ -151,26 +139,6 @@ def _between(a: Point, b: Point, share: float) -> Point:
     """The point at a share of the way from a to b; both ends are met exactly."""
     x, y, z = ((1.0 - share) * p + share * q for p, q in zip(a, b, strict=True))
     return x, y, z
-
-
-def step_fault(time_step: float, duration: float) -> str | None:
-    """What is wrong with a time step [s] for a duration [s], in words; None when nothing is."""
-    if time_step > duration / 2.0:
-        return f"expected at most half of the duration, {duration:g} s"
-    return None
-
-
-def half_of_duration(value: float, info: ValidationInfo) -> float:
-    """A time step, where the `duration` of the same section has room for two of them.
-
-    Raises:
-        PydanticCustomError: It has not.
-    """
-    duration = info.data.get("duration")
-    fault = step_fault(value, duration) if duration is not None else None
-    if fault is not None:
-        raise refuse(fault)
-    return value
 
 
 SHIFT = 30.0
@@ -243,22 +211,19 @@ class Transient(Section):
     probes: tuple[Probe, ...] = ()
     """Points that are looked at, beside those that are always there."""
 
-    _step_in_duration = field_validator("time_step")(half_of_duration)
+    _step_in_duration = step_within("duration", 0.5)
 
-    @field_validator("export")
-    @classmethod
-    def _all_nodes_known(cls, value: bool, info: ValidationInfo) -> bool:
-        if value and info.data.get("solver") == "full":
-            raise refuse("expected solver 'reduced' or 'both': 'full' records its probes only")
-        return value
+    @rule("export", "solver")
+    @staticmethod
+    def _all_nodes_known(export: bool, solver: str) -> Iterator[str]:
+        if export and solver == "full":
+            yield "expected solver 'reduced' or 'both': 'full' records its probes only"
 
-    @field_validator("export_step")
-    @classmethod
-    def _a_step_or_more(cls, value: float | None, info: ValidationInfo) -> float | None:
-        step = info.data.get("time_step")
-        if value is not None and step is not None and value < step * (1.0 - 1e-9):
-            raise refuse(f"expected at least the time step, {step:g} s")
-        return value
+    @rule("export_step", "time_step")
+    @staticmethod
+    def _a_step_or_more(export: float | None, step: float) -> Iterator[str]:
+        if export is not None and export < step * (1.0 - 1e-9):
+            yield f"expected at least the time step, {step:g} s"
 
     @field_validator("floors")
     @classmethod
@@ -267,27 +232,21 @@ class Transient(Section):
             return {name: cls._floors_once(floors) for name, floors in value.items()}
         return None if value is None else tuple(sorted(each_once(value, "floor")))
 
-    @field_validator("fields")
-    @classmethod
-    def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        return each_once(value, "map")
+    _maps_once = once("fields", "map")
+    _increasing = ascending("field_frequencies", "expected increasing frequencies")
 
-    @field_validator("field_frequencies")
-    @classmethod
-    def _increasing(cls, value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        if any(b <= a for a, b in itertools.pairwise(value)):
-            raise refuse("expected increasing frequencies")
-        if not value and present(info, ["fields"]) and "psa" in info.data["fields"]:
-            raise refuse("expected at least one frequency, or fields without 'psa'")
-        return value
+    @rule("field_frequencies", "fields")
+    @staticmethod
+    def _of_the_maps(frequencies: tuple[float, ...], fields: tuple[str, ...]) -> Iterator[str]:
+        if not frequencies and "psa" in fields:
+            yield "expected at least one frequency, or fields without 'psa'"
 
-    @field_validator("probes")
-    @classmethod
-    def _own_names(cls, value: tuple[Probe, ...]) -> tuple[Probe, ...]:
-        fault = name_fault(value)
+    @rule("probes")
+    @staticmethod
+    def _own_names(probes: tuple[Probe, ...]) -> Iterator[str]:
+        fault = name_fault(probes)
         if fault is not None:
-            raise refuse(fault)
-        return value
+            yield fault
 
 
 def transient_files(transient: Transient) -> tuple[Path, ...]:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, refuse
+from impactfem.case.base import Section, refuse, rule, step_within
 from impactfem.case.contacts import floors_of_building
 from impactfem.case.floors import floors_of
 from impactfem.case.leaf import FloorNumbers, ModelledBuilding, Whole
 from impactfem.case.quantity import Depth, Duration, Length, Ratio, Time, TimeStep
-from impactfem.case.transient import half_of_duration
 
 TOP_FLOORS = 3
 """Number of floors that may hit the wall when the case file names none (paper, section 3.2.2)."""
@@ -62,40 +62,37 @@ class WallImpactSetup(Section):
         floors = [floor.floor for floor in floors_of(info.data.get("building"), info)] or [1]
         return floors[-TOP_FLOORS:] if info.field_name == "floors" else floors[-1]
 
-    @field_validator("floors")
+    @field_validator("floors", "displaced_floor")
     @classmethod
-    def _each_once(cls, value: tuple[int, ...], info: ValidationInfo) -> tuple[int, ...]:
+    def _existing(cls, value: Any, info: ValidationInfo) -> Any:
+        if isinstance(value, int):
+            floors_of_building((value,), info.data.get("building", ""), info)
+            return value
         twice = sorted({k for k in value if value.count(k) > 1})
         if twice:
             raise refuse(f"expected each floor once, found {', '.join(map(str, twice))} again")
         floors_of_building(value, info.data.get("building", ""), info)
         return tuple(sorted(value))
 
-    @field_validator("displaced_floor")
-    @classmethod
-    def _existing(cls, value: int, info: ValidationInfo) -> int:
-        floors_of_building((value,), info.data.get("building", ""), info)
-        return value
+    @rule("displacement")
+    @staticmethod
+    def _moved(displacement: float) -> Iterator[str]:
+        if displacement == 0.0:
+            yield "expected a displacement that is not zero: the building would not move"
 
-    @field_validator("displacement")
-    @classmethod
-    def _outside_the_wall(cls, value: float, info: ValidationInfo) -> float:
-        if value == 0.0:
-            raise refuse("expected a displacement that is not zero: the building would not move")
-        gap = info.data.get("gap")
-        if gap is not None and value >= gap:
-            raise refuse(
+    @rule("displacement", "gap")
+    @staticmethod
+    def _outside_the_wall(displacement: float, gap: float) -> Iterator[str]:
+        if displacement >= gap:
+            yield (
                 "the wall would start inside the building; expected less than the gap, "
                 f"{gap:g} m, negative away from the wall"
             )
-        return value
 
-    _step_in_duration = field_validator("time_step")(half_of_duration)
+    _step_in_duration = step_within("duration", 0.5)
 
-    @field_validator("separation")
-    @classmethod
-    def _seen_to_be_over(cls, value: float, info: ValidationInfo) -> float:
-        duration = info.data.get("duration")
-        if duration is not None and value >= duration:
-            raise refuse(f"expected less than the duration, {duration:g} s")
-        return value
+    @rule("separation", "duration")
+    @staticmethod
+    def _seen_to_be_over(separation: float, duration: float) -> Iterator[str]:
+        if separation >= duration:
+            yield f"expected less than the duration, {duration:g} s"
