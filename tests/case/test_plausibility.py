@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import load_case
-from impactfem.case.plausibility import CASE, FLOOR, MEMBERS, implausible
+from impactfem.case.plausibility import USUAL, implausible
 
 from .texts import added, replaced
 
@@ -163,5 +163,5 @@ def test_plans_that_overlap(tmp_path: Path) -> None:
 
 
 def test_the_usual_ranges_are_ranges() -> None:
-    for usual in (*CASE, *FLOOR, *MEMBERS):
+    for usual in USUAL:
         assert usual.low < usual.high and usual.words

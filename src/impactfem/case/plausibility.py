@@ -10,7 +10,6 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass
-from pathlib import Path
 from typing import Any
 
 from impactfem.case.contacts import KelvinVoigtLaw
@@ -20,7 +19,6 @@ from impactfem.case.floors import Floor
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.place import Place, step, value_at
 from impactfem.case.source import Source, read_source
-from impactfem.case.structure import GeneratedMesh
 from impactfem.dynamics.damping import UNDAMPED
 from impactfem.system.errors import Fault
 
@@ -30,7 +28,8 @@ class Usual:
     """The usual range of a value.
 
     Args:
-        keys: Its place in the case file, or the columns of a table; ``*`` is any name or index.
+        keys: Its place in the case file; ``*`` is any name or index, ``row`` any row of a
+            table (CSV) that a key names.
         low: Least usual value in SI.
         high: Largest usual value in SI.
         words: What is usual.
@@ -42,35 +41,34 @@ class Usual:
     words: str
 
 
-CASE = (
+MODEL = "buildings.*.structure."
+USUAL = (
     Usual("materials.*.young_modulus", 1e8, 5e11, "concrete 20 to 45 GPa, masonry 1 to 15 GPa"),
     Usual("materials.*.density", 100.0, 2e4, "concrete 2200 to 2600 kg/m3, steel 7850 kg/m3"),
     Usual("materials.*.compressive_strength", 1e5, 1e9, "concrete 12 to 100 MPa"),
-    Usual("damping.ratio", 1e-3, 0.3, "1 % to 10 %"),
-    Usual("damping.mass_coefficient", 0.0, 20.0, "below 5 1/s"),
-    Usual("damping.stiffness_coefficient", 0.0, 0.05, "below 10 ms"),
-    Usual("damping_cases.*.ratio", 1e-3, 0.3, "1 % to 10 %"),
-    Usual("damping_cases.*.mass_coefficient", 0.0, 20.0, "below 5 1/s"),
-    Usual("damping_cases.*.stiffness_coefficient", 0.0, 0.05, "below 10 ms"),
+    *(
+        Usual(f"{place}.{key}", low, high, words)
+        for place in ("damping", "damping_cases.*", "buildings.*.damping")
+        for key, low, high, words in (
+            ("ratio", 1e-3, 0.3, "1 % to 10 %"),
+            ("mass_coefficient", 0.0, 20.0, "below 5 1/s"),
+            ("stiffness_coefficient", 0.0, 0.05, "below 10 ms"),
+        )
+    ),
     Usual("damping_cases.*.restitution", 0.05, 1.0, "0.4 to 0.9"),
-    Usual("buildings.*.damping.ratio", 1e-3, 0.3, "1 % to 10 %"),
-    Usual("buildings.*.damping.mass_coefficient", 0.0, 20.0, "below 5 1/s"),
-    Usual("buildings.*.damping.stiffness_coefficient", 0.0, 0.05, "below 10 ms"),
     Usual("buildings.*.stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted storeys"),
     Usual("buildings.*.second_moment_factor", 1e-2, 20.0, "0.1 to 1"),
     Usual("buildings.*.length", 1.0, 1e3, "5 to 200 m"),
     Usual("buildings.*.width", 1.0, 1e3, "5 to 200 m"),
-    Usual(
-        "buildings.*.structure.storey_stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted"
-    ),
-    Usual("buildings.*.structure.mesh.length", 1.0, 1e3, "5 to 200 m"),
-    Usual("buildings.*.structure.mesh.width", 1.0, 1e3, "5 to 200 m"),
-    Usual("buildings.*.structure.mesh.slab_thickness", 0.03, 5.0, "0.1 to 1 m"),
-    Usual("buildings.*.structure.mesh.acroterion.height", 0.05, 10.0, "0.2 to 2 m"),
-    Usual("buildings.*.structure.mesh.acroterion.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
-    Usual("buildings.*.structure.mesh.shells.*.thickness", 0.003, 5.0, "0.1 to 1 m"),
-    Usual("buildings.*.structure.mesh.beams.*.width", 0.01, 10.0, "0.2 to 2 m"),
-    Usual("buildings.*.structure.mesh.beams.*.depth", 0.01, 10.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}storey_stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted"),
+    Usual(f"{MODEL}mesh.length", 1.0, 1e3, "5 to 200 m"),
+    Usual(f"{MODEL}mesh.width", 1.0, 1e3, "5 to 200 m"),
+    Usual(f"{MODEL}mesh.slab_thickness", 0.03, 5.0, "0.1 to 1 m"),
+    Usual(f"{MODEL}mesh.acroterion.height", 0.05, 10.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.acroterion.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
+    Usual(f"{MODEL}mesh.shells.*.thickness", 0.003, 5.0, "0.1 to 1 m"),
+    Usual(f"{MODEL}mesh.beams.*.width", 0.01, 10.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.beams.*.depth", 0.01, 10.0, "0.2 to 2 m"),
     Usual("contacts.*.gap", 0.0, 1.0, "0 to 30 cm"),
     Usual("contacts.*.bearing_area", 1e-4, 1e3, "0.1 to 50 m2"),
     Usual("contact_laws.*.stiffness", 1e6, 1e14, "1e8 to 1e11 N/m, 1e9 to 1e12 N/m^1.5"),
@@ -80,32 +78,24 @@ CASE = (
     Usual("motions.*.duration", 1.0, 600.0, "5 to 60 s"),
     Usual("wall_impact.gap", 0.0, 1.0, "0 to 30 cm"),
     Usual("wall_impact.displacement", -1.0, 1.0, "-10 to -1 cm"),
+    Usual("buildings.*.floors.row.mass", 100.0, 1e8, "20 to 5000 t"),
+    Usual("buildings.*.floors.row.storey_height", 0.5, 50.0, "2.5 to 8 m"),
+    Usual("buildings.*.floors.row.Jx", 1.0, 1e13, "mass times the square of 3 to 30 m"),
+    Usual("buildings.*.floors.row.Jy", 1.0, 1e13, "mass times the square of 3 to 30 m"),
+    Usual("buildings.*.floors.row.Jz", 1.0, 1e13, "mass times the square of 3 to 30 m"),
+    Usual("buildings.*.floors.row.A", 1e-4, 1e4, "0.1 to 300 m2"),
+    Usual("buildings.*.floors.row.Avy", 1e-5, 1e4, "1e-3 to 200 m2"),
+    Usual("buildings.*.floors.row.Avz", 1e-5, 1e4, "1e-3 to 200 m2"),
+    Usual("buildings.*.floors.row.Ix", 1e-6, 1e7, "0.1 to 1e5 m4"),
+    Usual("buildings.*.floors.row.Iy", 1e-6, 1e7, "0.1 to 1e5 m4"),
+    Usual("buildings.*.floors.row.Iz", 1e-6, 1e7, "0.1 to 1e5 m4"),
+    Usual(f"{MODEL}mesh.walls.row.thickness", 0.03, 10.0, "0.1 to 2 m"),
+    Usual(f"{MODEL}mesh.beams.row.width", 0.03, 10.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.beams.row.depth", 0.03, 10.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.columns.row.width_x", 0.03, 10.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.columns.row.width_y", 0.03, 10.0, "0.2 to 2 m"),
 )
-"""Keys of the case file; damping of no kind at all is another warning."""
-
-FLOOR = (
-    Usual("mass", 100.0, 1e8, "20 to 5000 t"),
-    Usual("storey_height", 0.5, 50.0, "2.5 to 8 m"),
-    Usual("Jx", 1.0, 1e13, "mass times the square of 3 to 30 m"),
-    Usual("Jy", 1.0, 1e13, "mass times the square of 3 to 30 m"),
-    Usual("Jz", 1.0, 1e13, "mass times the square of 3 to 30 m"),
-    Usual("A", 1e-4, 1e4, "0.1 to 300 m2"),
-    Usual("Avy", 1e-5, 1e4, "1e-3 to 200 m2"),
-    Usual("Avz", 1e-5, 1e4, "1e-3 to 200 m2"),
-    Usual("Ix", 1e-6, 1e7, "0.1 to 1e5 m4"),
-    Usual("Iy", 1e-6, 1e7, "0.1 to 1e5 m4"),
-    Usual("Iz", 1e-6, 1e7, "0.1 to 1e5 m4"),
-)
-"""Columns of the floor table."""
-
-MEMBERS = (
-    Usual("walls.thickness", 0.03, 10.0, "0.1 to 2 m"),
-    Usual("beams.width", 0.03, 10.0, "0.2 to 2 m"),
-    Usual("beams.depth", 0.03, 10.0, "0.2 to 2 m"),
-    Usual("columns.width_x", 0.03, 10.0, "0.2 to 2 m"),
-    Usual("columns.width_y", 0.03, 10.0, "0.2 to 2 m"),
-)
-"""Columns of the tables of a generated mesh."""
+"""Keys of the case file, and columns of its tables; no damping at all is another warning."""
 
 DURATION = 5.0
 """Time of the sticks over the longest motion, above which there is little left to see."""
@@ -130,10 +120,14 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         One a value, with what is usual in place of what was expected.
     """
     source = read_source(case.path, CaseFile)
+    # A table that several buildings name has one warning for each of its values.
+    ranges = dict.fromkeys(
+        fault
+        for usual in USUAL
+        for fault in _outside(usual, usual.keys.split("."), (), source.raw, case, source)
+    )
     return [
-        *_ranges(source, case),
-        *_floor_ranges(source, case),
-        *_member_ranges(source, case),
+        *ranges,
         *_dampings(source, case),
         *_plans(source, case),
         *_pairs(source, case),
@@ -144,88 +138,53 @@ def implausible(case: Case, longest: float) -> list[Fault]:
     ]
 
 
-def _ranges(source: Source, case: Case) -> Iterator[Fault]:
-    for usual in CASE:
-        for place in _places(tuple(usual.keys.split(".")), (), source.raw):
-            value = _value(case, place)
-            if isinstance(value, float) and not usual.low <= value <= usual.high:
-                yield _warning(source, place, usual.words)
+def _outside(
+    usual: Usual, keys: list[str], place: Place, raw: Any, value: Any, source: Source
+) -> Iterator[Fault]:
+    """Values outside of their range, of what is written in the case file and its tables.
 
-
-def _places(keys: tuple[str, ...], before: Place, current: Any) -> Iterator[Place]:
-    """The places of a case file that keys stand for, where something is written."""
-    if not keys:
-        yield before
+    Args:
+        usual: The range.
+        keys: What is left of its keys.
+        place: Where the search stands.
+        raw: What the file has there.
+        value: What the case has there, in SI.
+        source: The case file.
+    """
+    if raw is None or value is None:
         return
-    first, rest = keys[0], keys[1:]
-    parts: list[int | str] = [first]
-    if first == "*":
-        parts = list(current) if isinstance(current, Mapping) else []
-        parts = list(range(len(current))) if isinstance(current, list) else parts
-    for part in parts:
-        below = step(current, part)
-        if below is not None:
-            yield from _places(rest, (*before, part), below)
-
-
-def _value(case: Case, place: Place) -> Any:
-    """What the case has at a place of its file, in SI."""
-    current: Any = case
-    for position, part in enumerate(place):
-        if isinstance(part, int):
-            if place[0] == "contacts" and position == 1:
-                current = next(contact for contact in current if contact.table == part)
+    if not keys:
+        if isinstance(value, float) and not usual.low <= value <= usual.high:
+            yield _written(source, place, f"usual is {usual.words}")
+    elif keys[0] not in ("*", "row"):
+        (key, *rest), table = keys, isinstance(value, Mapping)
+        below = value.get(key) if table else getattr(value, key, None)
+        yield from _outside(usual, rest, (*place, key), step(raw, key), below, source)
+    elif keys[0] == "row" and isinstance(raw, str):
+        file, column = source.path.parent / raw, keys[1]
+        for number, row in enumerate(value, start=1):
+            found = getattr(row, column)
+            if not usual.low <= found <= usual.high:
+                where = f"floor {row.floor}" if isinstance(row, Floor) else f"row {number}"
+                text = f"in SI; usual is {usual.words}"
+                yield Fault(file, f"{where}, {column}", float(f"{found:.6g}"), text)
+    elif keys[0] == "*" and isinstance(raw, Mapping | list):
+        for part in raw if isinstance(raw, Mapping) else range(len(raw)):
+            if place == ("contacts",):
+                below = next(contact for contact in value if contact.table == part)
             else:
-                current = current[part]
-        else:
-            current = current[part] if isinstance(current, Mapping) else getattr(current, part)
-    return current
-
-
-def _floor_ranges(source: Source, case: Case) -> Iterator[Fault]:
-    """Rows of the floor tables, each table once."""
-    seen: set[str] = set()
-    for index, building in enumerate(case.buildings):
-        name = value_at(("buildings", index, "floors"), source.raw)
-        if name not in seen:
-            seen.add(name)
-            file = source.path.parent / name
-            for floor in building.floors:
-                yield from _row(file, f"floor {floor.floor}", floor, FLOOR)
-
-
-def _member_ranges(source: Source, case: Case) -> Iterator[Fault]:
-    seen: set[tuple[str, str]] = set()
-    for index, building in enumerate(case.buildings):
-        mesh = None if building.structure is None else building.structure.mesh
-        for usual in MEMBERS if isinstance(mesh, GeneratedMesh) else ():
-            table, column = usual.keys.split(".")
-            name = str(value_at(("buildings", index, "structure", "mesh", table), source.raw))
-            if (name, usual.keys) in seen:
-                continue  # a table of several buildings
-            seen.add((name, usual.keys))
-            for number, row in enumerate(getattr(mesh, table), start=1):
-                of_column = Usual(column, usual.low, usual.high, usual.words)
-                yield from _row(source.path.parent / name, f"row {number}", row, (of_column,))
-
-
-def _row(file: Path, where: str, row: Any, usuals: tuple[Usual, ...]) -> Iterator[Fault]:
-    for usual in usuals:
-        value = getattr(row, usual.keys)
-        if not usual.low <= value <= usual.high:
-            written = float(f"{value:.6g}")
-            yield Fault(file, f"{where}, {usual.keys}", written, f"in SI; usual is {usual.words}")
+                below = value[part]
+            yield from _outside(usual, keys[1:], (*place, part), step(raw, part), below, source)
 
 
 def _dampings(source: Source, case: Case) -> Iterator[Fault]:
-    places: list[tuple[Place, Damping]] = [(("damping",), case.damping)]
-    for index, building in enumerate(case.buildings):
-        if value_at(("buildings", index, "damping"), source.raw) is not None:
-            places.append((("buildings", index, "damping"), building.damping))
-    for index, one in enumerate(case.damping_cases):
-        places.append((("damping_cases", index), one))
+    places: list[tuple[Place, Damping]] = [
+        (("damping",), case.damping),
+        *((("buildings", k, "damping"), one.damping) for k, one in enumerate(case.buildings)),
+        *((("damping_cases", k), one) for k, one in enumerate(case.damping_cases)),
+    ]
     for place, damping in places:
-        if damping.rayleigh == UNDAMPED:
+        if damping.rayleigh == UNDAMPED and value_at(place, source.raw) is not None:
             yield source.fault(place, None, "both coefficients are 0: no damping at all")
     for (i, a), (j, b) in itertools.combinations(enumerate(case.damping_cases), 2):
         same = all(
@@ -352,10 +311,6 @@ def _published(source: Source, case: Case) -> Iterator[Fault]:
         if name.split(".")[0] not in RESULTS:
             text = f"no result; their names begin with {', '.join(RESULTS)} (docs/run-folder.md)"
             yield Fault(file, "name", name, text)
-
-
-def _warning(source: Source, place: Place, words: str) -> Fault:
-    return _written(source, place, f"usual is {words}")
 
 
 def _written(source: Source, place: Place, text: str) -> Fault:
