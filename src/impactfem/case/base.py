@@ -105,11 +105,7 @@ def present(info: ValidationInfo, names: Iterable[str]) -> bool:
 
 
 def each_once(values: tuple[T, ...], what: str) -> tuple[T, ...]:
-    """The values, where none of them stands twice.
-
-    Raises:
-        PydanticCustomError: One does.
-    """
+    """The values, where none of them stands twice; else refused."""
     if len(set(values)) < len(values):
         raise refuse(f"expected each {what} once")
     return values

@@ -22,24 +22,15 @@ SMALLEST, PART = 1e-3, 0.1
 
 
 def allowed(gap: float) -> float:
-    """Difference of distance and gap up to which they count as the same [m].
-
-    Args:
-        gap: The gap of the pair [m].
-    """
+    """Difference of distance and gap up to which they count as the same [m], for a gap [m]."""
     return max(SMALLEST, PART * gap)
 
 
 def pair_distance(contact: Contact, case: Case) -> float:
     """Distance of the points of a pair along its normal, n · (x_b − x_a) in plan [m].
 
-    Args:
-        contact: The pair.
-        case: The case, with the buildings.
-
-    Returns:
-        The distance; nan where the case does not say it: both buildings have the same axis, so
-        that no plan was given, or the normal is not level.
+    It is nan where the case does not say it: both buildings have the same axis, so that no plan was
+    given, or the normal is not level.
     """
     a, b = contact.a, contact.b
     (ax, ay), (bx, by) = (case.building(point.building).axis for point in (a, b))
@@ -53,10 +44,6 @@ def distance_faults(case: Case, reading: Reading) -> Iterator[Fault]:
     """Contacts whose points lie the other way round along the normal than from a to b.
 
     Where the axes lie so, too, the normal is at fault, else axes or offsets.
-
-    Args:
-        case: The case.
-        reading: How it is read.
     """
     told: set[int] = set()
     for contact in case.contacts:
@@ -128,12 +115,8 @@ class StruckEdge:
     def eccentricity(self, axis: tuple[float, float], offset: Vector) -> float:
         """Distance of a point from the middle of the edge, along x or y [m].
 
-        A stick whose axis is not within the plan has other coordinates than the mesh: its axis
+        A stick whose axis [m] is not within the plan has other coordinates than the mesh: its axis
         counts as the middle.
-
-        Args:
-            axis: Plan position of the stick's axis [m].
-            offset: From the axis to the point [m].
         """
         along = self.along
         inside = all(low < x < high for x, low, high in zip(axis, self.low, self.high, strict=True))
@@ -155,11 +138,7 @@ def words_of(vector: Iterable[float]) -> str:
 
 
 def generated_edge(mesh: GeneratedMesh) -> StruckEdge:
-    """The edge of every floor of a generated mesh.
-
-    Args:
-        mesh: The mesh, as written.
-    """
+    """The edge of every floor of a generated mesh."""
     sign = 1.0 if mesh.impact_edge[1] == "+" else -1.0
     outward = (sign, 0.0, 0.0) if mesh.impact_edge[0] == "x" else (0.0, sign, 0.0)
     words = f'impact_edge = "{mesh.impact_edge}"'
@@ -168,12 +147,7 @@ def generated_edge(mesh: GeneratedMesh) -> StruckEdge:
 
 
 def normal_fault(outward: Vector, edge: StruckEdge) -> str | None:
-    """Why a normal is not that of an edge; None where it is.
-
-    Args:
-        outward: Unit vector out of the building, towards the other one.
-        edge: The edge.
-    """
+    """Why a unit vector out of the building is not normal to an edge; None where it is."""
     if abs(outward[2]) > ALIGNED:
         return VERTICAL
     across = sum(a * b for a, b in zip(outward, edge.outward, strict=True))
@@ -224,10 +198,6 @@ def struck_edge_faults(case: Case, reading: Reading) -> Iterator[Fault]:
 
     From the file as it stands: another table with a fault of its own hides none of these. Of a mesh
     from a file what holds for every mesh; `check` reads the mesh later.
-
-    Args:
-        case: The case.
-        reading: How it is read.
     """
     if "transient" in reading.source.raw:
         for building, place in reading.three_d.items():
@@ -275,11 +245,7 @@ def _two_sides(
 ) -> str | None:
     """Why a normal is that of no edge of any mesh: vertical, or two sides of one floor.
 
-    Args:
-        struck: The first contact of each floor and where it strikes; it is kept here.
-        index: Index of the contact.
-        floors: Its floors.
-        outward: Unit vector out of the building, towards the other one.
+    The first contact of each floor and where it strikes are kept in ``struck``.
     """
     if abs(outward[2]) > ALIGNED:
         return VERTICAL

@@ -32,11 +32,7 @@ Vector = tuple[float, float, float]
 def floors_of_building(
     floors: tuple[int, ...] | None, building: str, info: ValidationInfo
 ) -> tuple[int, ...] | None:
-    """Numbers of floors that a building of the case file has, as far as these are known.
-
-    Raises:
-        PydanticCustomError: It has not.
-    """
+    """Numbers of floors that a building of the case file has, as far as known; else refused."""
     known = [floor.floor for floor in floors_of(building, info)]
     absent = [str(number) for number in floors or () if known and number not in known]
     if absent:
@@ -48,11 +44,7 @@ def floors_of_building(
 
 
 def unit_vector(value: Vector) -> Vector:
-    """The vector of length 1 along a vector of the case file.
-
-    Raises:
-        PydanticCustomError: It is zero.
-    """
+    """The vector of length 1 along a vector of the case file; one of zeros is refused."""
     largest = max(abs(component) for component in value)
     if largest == 0.0:
         raise refuse("expected a vector that is not zero")

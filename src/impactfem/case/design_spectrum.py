@@ -158,12 +158,9 @@ class SpectrumTable:
 
 
 def read_spectrum(path: Path, faults: list[Fault]) -> SpectrumTable | None:
-    """Read the table of a design spectrum.
+    """Read the table of a design spectrum: `SpectrumPoint`, by either frequency or period.
 
-    Args:
-        path: A CSV file with the columns of ``SpectrumPoint``, either frequency or period; the
-            frequencies or periods of each damping ascend or descend.
-        faults: Every fault of the table is appended here.
+    The frequencies or periods of each damping ascend or descend.
     """
     table = read_table(path, SpectrumPoint, faults, _one_abscissa, most=MOST_POINTS)
     if table is None:

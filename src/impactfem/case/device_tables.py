@@ -159,11 +159,7 @@ class DeviceMatrices(Section):
         return tuple(name for name in self.names if _ANCHORED.fullmatch(name) is None)
 
     def lacks(self, supports: int) -> Iterator[str]:
-        """What does not go together with the supports of the device, in words.
-
-        Args:
-            supports: Their number.
-        """
+        """What does not go together with a number of supports of the device, in words."""
         anchored = {column // 6 + 1 for column in self.anchored.values()}
         strange = sorted(number for number in anchored if number > supports)
         if strange:
@@ -244,12 +240,7 @@ class GivenSpectra:
     places: tuple[tuple[str, str], ...] = ()
 
     def at(self, building: str, floors: Sequence[int]) -> tuple[GivenSpectrum, ...]:
-        """The spectra of a device.
-
-        Args:
-            building: Name of the building it stands in.
-            floors: Number of the floor of each of its supports.
-        """
+        """The spectra of a device in a building, by the floor of each of its supports."""
         return tuple(
             one.model_copy(update={"support": support})
             for support, floor in enumerate(floors, 1)
@@ -257,7 +248,7 @@ class GivenSpectra:
         )
 
     def lacks(self, building: str, floors: Sequence[int]) -> Iterator[str]:
-        """What a device does not find in the file, in words; arguments as above."""
+        """What such a device does not find in the file, in words."""
         known = {one.support for one in self.curves if one.support}
         for number in sorted(known - set(range(1, len(floors) + 1))):
             yield f"it has spectra of support {number}; expected those of 1 to {len(floors)}"
@@ -274,12 +265,9 @@ class GivenSpectra:
 
 
 def read_given_spectra(path: Path, faults: list[Fault]) -> GivenSpectra | None:
-    """Read floor spectra.
+    """Read floor spectra: `GivenPoint`, or `products/floor_spectra.csv` of a run.
 
-    Args:
-        path: A CSV file with the columns of ``GivenPoint``, or `products/floor_spectra.csv` of a
-            run, of which the broadened spectra of the device's floor are taken.
-        faults: Every fault of the table is appended here.
+    Of the latter the broadened spectra of the device's floor are taken.
     """
     header = read_lines(path, "a table of floor spectra (CSV)", "", [], MOST_POINTS)
     names = set(header[0][1]) if header else set()

@@ -63,12 +63,7 @@ class DeviceSupport(Section):
 
 
 def chosen(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
-    """The names that patterns stand for, in the order of the names.
-
-    Args:
-        names: Names of probes.
-        patterns: Names, or patterns with * and ?.
-    """
+    """The names that patterns with * and ? stand for, in the order of the names."""
     return [name for name in names if any(fnmatch.fnmatchcase(name, p) for p in patterns)]
 
 
@@ -77,11 +72,7 @@ def unknown_patterns(
 ) -> Iterator[str]:
     """Patterns that stand for no probe of a case; how many a group has, the mesh will say.
 
-    Args:
-        patterns: Names and patterns.
-        probes: The probes of the case.
-        floors: Numbers of the floors; empty when not known, and then what is always there is not
-            checked.
+    Without floors, which are then not known, what is always there is not checked.
     """
     standard = [f"{kind}_{k}" for kind in ("centre", "edge") for k in floors]
     standard += [f"line_{k}" for k in range(1, _LINE_POINTS + 1)]

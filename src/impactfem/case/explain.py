@@ -43,13 +43,7 @@ def places(error: ValidationError, raw: Any) -> list[tuple[Place, str]]:
 
 
 def explain(error: ValidationError, source: Source, model: type[BaseModel]) -> list[Fault]:
-    """Turn the errors of a validation into faults, each once.
-
-    Args:
-        error: What pydantic raised.
-        source: The case file the data are from.
-        model: The model they were validated against.
-    """
+    """Turn the errors of a validation against a model into faults, each once."""
     faults: dict[tuple[str, str], Fault] = {}
     for number, item in enumerate(error.errors(include_url=False)):
         if number >= MOST_FAULTS:  # nobody reads so many, and words for each take their time

@@ -101,11 +101,7 @@ class FacingFloors:
 
 
 def facing_floors(case: Case) -> FacingFloors:
-    """Floors of neighbours that face each other, or a storey of each other, and are in no pair.
-
-    Args:
-        case: The case.
-    """
+    """Floors of neighbours that face each other, or a storey of each other, in no pair."""
     plans = _Plans(case)
     found = []
     unknown = []
@@ -125,12 +121,7 @@ def facing_floors(case: Case) -> FacingFloors:
 
 
 def facing_lines(found: FacingFloors, most: int = 6) -> list[str]:
-    """What `check` warns of, one line for each two buildings.
-
-    Args:
-        found: What was found in a case.
-        most: So many are named.
-    """
+    """What `check` warns of, one line for each two buildings, so many of them named."""
     by_buildings: dict[tuple[str, ...], list[Facing]] = defaultdict(list)
     for pair in sorted(found.near, key=lambda pair: pair.gap):
         by_buildings[tuple(sorted((pair.a.building, pair.b.building)))].append(pair)
@@ -145,11 +136,7 @@ def facing_lines(found: FacingFloors, most: int = 6) -> list[str]:
 
 
 def unknown_lines(found: FacingFloors) -> list[str]:
-    """What cannot be told, and which keys would tell it; one line for each two buildings.
-
-    Args:
-        found: What was found in a case.
-    """
+    """What cannot be told, and which keys would tell it; a line for each two buildings."""
     return [
         f"facing floors: whether floors of {a} and {b} that are in no pair meet cannot be checked "
         f"without the plan of {' and '.join(names)}: length and width of [[buildings]] give it"
@@ -184,12 +171,7 @@ class _Tower:
         return low + (point.relative_height or 0.0) * (high - low) + point.offset[2]
 
     def at(self, level: float, band: Span) -> _Place | None:
-        """The nearest floor that meets the edge of a floor of a neighbour, or the storey.
-
-        Args:
-            level: Elevation of that floor [m].
-            band: From where to where its edge reaches in height [m].
-        """
+        """The nearest floor, else the storey, that meets a floor at a level within a band [m]."""
         met = [
             index
             for index, z in enumerate(self.levels)
@@ -402,12 +384,7 @@ def _unpaired(contacts: Sequence[Contact], a: _Tower, b: _Tower) -> Iterator[tup
 
 
 def levels_of(contact: Contact, case: Case) -> tuple[float, float]:
-    """Elevations of both points of a contact [m].
-
-    Args:
-        contact: The contact.
-        case: The case, with the buildings.
-    """
+    """Elevations of both points of a contact [m]."""
     first, second = (
         _Tower(case.building(end.building)).point_level(end) for end in (contact.a, contact.b)
     )

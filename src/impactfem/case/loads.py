@@ -92,15 +92,7 @@ class ForceTable:
 
 
 def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
-    """Read a table of forces.
-
-    Args:
-        path: The file.
-        faults: Every fault of the table is appended here.
-
-    Returns:
-        The table, or None when there were faults.
-    """
+    """Read a table of forces; None, and what is wrong with it, when there are faults."""
     header = read_lines(path, TABLE, TABLE, [], MOST_TIMES)
     names = [name.partition("[")[0].strip() for name in header[0][1]] if header else []
     floors = {name: place for name in names if (place := _FLOOR.fullmatch(name))}
@@ -157,13 +149,7 @@ def _read_for_case(path: Path, faults: list[Fault], info: ValidationInfo) -> For
 
 
 def early_ends(path: Path, table: ForceTable, duration: float) -> Iterator[Fault]:
-    """A table that ends with a force, before the end of what is computed.
-
-    Args:
-        path: The file.
-        table: The table.
-        duration: Time that is computed [s].
-    """
+    """A table that ends with a force, before the end of what is computed [s]."""
     if table.time[-1] < duration * (1.0 - 1e-9) and table.force[-1].any():
         expected = (
             f"expected forces up to {duration:g} s, which is computed, or a last line of zeros"

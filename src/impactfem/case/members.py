@@ -116,14 +116,7 @@ MemberRow = TypeVar("MemberRow", bound=Member)
 def read_members(
     path: Path, model: type[MemberRow], site: Site, faults: list[Fault]
 ) -> Table[MemberRow] | None:
-    """Read a table of walls, beams or columns, which stand somewhere.
-
-    Args:
-        path: A CSV file with the columns of the model.
-        model: ``Wall``, ``Beam`` or ``Column``.
-        site: Where they stand.
-        faults: Every fault of the table is appended here.
-    """
+    """Read a table of walls, beams or columns, which stand at a site."""
 
     def placed(table: Table[MemberRow]) -> Iterator[Fault]:
         yield from table.duplicates(model.kind)
@@ -277,14 +270,7 @@ class Bay(Section):
 def read_bays(
     path: Path, walls: Sequence[Wall] | None, site: Site, faults: list[Fault]
 ) -> Table[Bay] | None:
-    """Read a bay table.
-
-    Args:
-        path: A CSV file with the columns of ``Bay``.
-        walls: The walls; None when they are not known.
-        site: Where the walls stand.
-        faults: Every fault of the table is appended here.
-    """
+    """Read a bay table; walls that are not known are None."""
     heights = site.heights or {}
     by_name = {wall.wall: wall for wall in walls or ()}
 

@@ -132,18 +132,10 @@ def read_key(text: str) -> Place | None:
 
 
 def key_fault(place: Place, raw: Mapping[str, Any], model: type[BaseModel]) -> str | None:
-    """Why a value cannot be set at a place of a case; None when it can.
+    """Why a value cannot be set at a place of a case, in words; None when it can.
 
     The tables and lists on the way must be there. The last key may be one that the case leaves to
     its default.
-
-    Args:
-        place: The place.
-        raw: The content of the case file.
-        model: Its model.
-
-    Returns:
-        What was expected, in words that say how to mend it.
     """
     current: Any = raw
     for end, part in enumerate(place, start=1):

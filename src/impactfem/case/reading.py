@@ -113,15 +113,7 @@ class Reading:
         return self.source.path.parent / name
 
     def open(self, name: str, what: str) -> Path:
-        """Read the bytes of a file, and give it relative to the working folder.
-
-        Args:
-            name: Its name in the case file.
-            what: What it is to be, for the message.
-
-        Raises:
-            PydanticCustomError: It cannot be read.
-        """
+        """Read the bytes of a file, and give it relative to the working folder; or refuse it."""
         path = self.path(name)
         if name not in self.contents:
             content = read_bytes(path, what)

@@ -57,15 +57,7 @@ class Published(Section):
 
 
 def read_published(path: Path, faults: list[Fault]) -> dict[str, Published] | None:
-    """Read a table of published values, in SI by name.
-
-    Args:
-        path: A CSV file with the columns of ``PublishedRow``.
-        faults: Every fault of the table is appended here.
-
-    Returns:
-        The values in SI by name, or None when there were faults.
-    """
+    """Read a table of published values, in SI by name; None when there are faults."""
     values: dict[str, Published] = {}
 
     def in_si(table: Table[PublishedRow]) -> Iterator[Fault]:
@@ -173,13 +165,7 @@ PUBLISHED_FILE = TableFile("a table (CSV)", read_published, {})
 
 
 def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Reference | None:
-    """Read the places of a publication; None when there are faults.
-
-    Args:
-        path: A TOML file as ``Reference`` says, which may name the published values of the case.
-        faults: Every fault of the file is appended here.
-        info: Of the validation of the case.
-    """
+    """Read the places of a publication, which may name the published values of the case."""
     text = read_text(path, REFERENCE, LARGEST_TOML)
     if isinstance(text, Fault):
         faults.append(text)

@@ -99,10 +99,7 @@ def _chain(
 ) -> Iterator[tuple[Path, dict[str, Any]]]:
     """A case file and what it extends, one after another, with what each says itself.
 
-    Args:
-        path: The case file.
-        texts: The text of each file is put here by its name relative to the first one's folder.
-        folders: The folder of each file relative to the first one's is put here.
+    The text of each file and its folder, relative to the first one's, are added to the mappings.
     """
     file, name, seen = path, Path(), [path]
     what = f"{_CASE_FILE}; 'impactfem new NAME' writes one to start from"
@@ -135,15 +132,7 @@ def _chain(
 
 
 def parse(path: Path, text: str) -> dict[str, Any]:
-    """The content of a TOML file.
-
-    Args:
-        path: The file, for messages.
-        text: Its text.
-
-    Raises:
-        InputError: It is not TOML, or too much of it.
-    """
+    """The content of a TOML file; `InputError` where it is not TOML, or too much of it."""
     try:
         content = tomllib.loads(text)
         count = _keys(content)
@@ -176,15 +165,7 @@ def _lay_over(
     file: Path,
     speakers: dict[Place, Path],
 ) -> None:
-    """Lay a table over another one, which is changed, and note who says what.
-
-    Args:
-        under: The table below.
-        over: The table above.
-        table: The place of both.
-        file: The file that says the table above.
-        speakers: The file that says a key, by the place of the key.
-    """
+    """Lay a table over another one, which is changed, and note which file says what."""
     for key, value in over.items():
         place: Place = (*table, key)
         below: Any = under.get(key)
@@ -236,11 +217,7 @@ def file_names(
 ) -> Iterator[tuple[Place, str]]:
     """The names of files in a content, with their places.
 
-    Args:
-        current: What stands at the place.
-        place: Where the search begins; () for all of the content.
-        raw: The whole content of a case file.
-        model: The model of a case file, which tells the names of files from other texts.
+    The model of a case file tells them from other texts.
     """
     if isinstance(current, dict):
         for key, value in current.items():

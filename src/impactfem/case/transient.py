@@ -109,11 +109,7 @@ class Probe(Section):
 
 
 def name_fault(probes: Sequence[Probe]) -> str | None:
-    """What is wrong with the names of probes, in words; None when each point has its own.
-
-    Args:
-        probes: The probes of the user, beside those that are always there.
-    """
+    """What is wrong with the names of the user's probes; None when each point has its own."""
     names: dict[str, Probe] = {}
     points: dict[str, list[Probe]] = {}  # by what is before the number at the end of their name
     for probe in probes:

@@ -146,11 +146,7 @@ def _kind_of(measured: _Measured) -> Kind | None:
 
 
 def identify(text: str) -> str:
-    """Say in words what a unit measures: ``a stress`` for ``GPa``.
-
-    Raises:
-        UnitError: The text is not a unit.
-    """
+    """Say in words what a unit measures: ``a stress`` for ``GPa``."""
     measured = _measure(text)
     kind = _kind_of(measured)
     if kind is not None:
