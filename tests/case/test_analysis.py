@@ -32,7 +32,6 @@ def test_list_of_the_regulatory_guide(broken: Callable[..., Path]) -> None:
     [
         ('{ list = "rg1.122", minimum = "1 Hz" }', "minimum", "has its own"),
         ('{ list = "rg1.122", maximum = "34 Hz" }', "maximum", "above the 34 Hz"),
-        ('{ list = "rg1.60" }', "list", "'logarithmic' or 'rg1.122'"),
         ('{ maximum = "5 Hz", per_decade = 9 }', "minimum", "missing; expected a frequency"),
         ('{ minimum = "5 Hz", per_decade = 9 }', "maximum", "missing; expected a frequency"),
         ("{ }", "minimum", "or list = 'rg1.122'"),
@@ -67,7 +66,6 @@ def test_design_spectra_by_default() -> None:
     ("values", "message"),
     [
         ({"broadening": 1.0}, "expected a number of at least 0 and below 1"),
-        ({"broadening": "-5 %"}, "expected a number of at least 0"),
         ({"clipping": 1}, "bool"),
     ],
 )

@@ -55,7 +55,6 @@ REFUSED = [
      "'N/m' is a stiffness; expected a stiffness of Hertz contact"),
     ('type = "kelvin-voigt"\nstiffness = "2 N/m^1.5"\nrestitution = 0.6', "stiffness",
      "'N/m^1.5' is a stiffness of Hertz contact; expected a stiffness"),
-    ('type = "hertz"\nstiffness = "0 N/m^1.5"', "stiffness", "above 0"),
     ('type = "hertz"', "stiffness", "missing; expected a stiffness of Hertz contact"),
     (f"{HERTZ}restitution = 0.6", "restitution", "unknown key; known: type, stiffness"),
     (f"{HERTZ}damping_ratio = 0.1", "damping_ratio", "unknown key"),
@@ -78,10 +77,6 @@ def test_law_refused(broken: Broken, written: str, key: str, expected: str) -> N
 @pytest.mark.parametrize(
     ("written", "key", "expected"),
     [
-        ("", "restitution", "missing; expected a number above 0 and at most 1"),
-        ("restitution = 0", "restitution", "expected a number above 0 and at most 1"),
-        ('restitution = "101 %"', "restitution", "expected a number above 0 and at most 1"),
-        ('restitution = 1\nrelation = "right"', "relation", "'published' or 'exact'"),
         ("restitution = 1\ntension = true", "tension", "unknown key"),
         ("restitution = 1\ndamping_ratio = 0", "damping_ratio", "unknown key"),
     ],
@@ -97,8 +92,6 @@ def test_damped_law_refused(
     ("value", "expected"),
     [
         ('"0 m/s"', "expected a velocity above 0"),
-        ('"1 mm"', "'mm' is a length; expected a velocity"),
-        ("0.001", "the unit is missing; expected a velocity"),
     ],
 )
 def test_slowest_approach_refused(broken: Broken, name: str, value: str, expected: str) -> None:

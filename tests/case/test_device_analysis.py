@@ -98,23 +98,14 @@ def test_combinations_are_those_of_the_analysis() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "key", "expected"),
     [
-        ('["abs", "dsc", "ten-percent"]', "[]", "combination", "a list that is not empty"),
         ('"abs"', '"dsc"', "combination", "each combination once"),
-        ('"abs"', '"best"', "combination[0]", "'srss' or 'cqc'"),
         ('duration = "4 s"\n', "", "duration", "the duration of the strong motion"),
         ('"gupta"', '"lindley-yow"', "rigid.f1", "only with method 'gupta'"),
         ('"gupta"', '["lindley-yow", "none"]', "rigid.f1", "only with method 'gupta'"),
         ('"gupta"', '"stiff"', "rigid.method", "expected 'none' or 'gupta' or 'lindley-yow', or a"),
-        ('"gupta"', '["gupta", "stiff"]', "rigid.method", "or a list of them, each once"),
         ('"gupta"', '["gupta", "gupta"]', "rigid.method", "or a list of them, each once"),
-        ('"gupta"', "[]", "rigid.method", "or a list of them, each once"),
-        ('"gupta"', "[1]", "rigid.method", "or a list of them, each once"),
         ('f2 = "30 Hz"', 'f2 = "5 Hz"', "rigid.f2", "above f1, 5 Hz"),
-        ('"100-40-40"', '"100-30-30"', "directions", "'srss' or '100-40-40'"),
-        ("rotations = false", 'rotations = "no"', "rotations", "true or false"),
-        ("broadening = 0", "broadening = 1", "broadening", "below 1"),
         ('"0.2 ms"', '"1.1 ms"', "time_step", "at most the time step of [transient], 0.001 s"),
-        ('"0.2 ms"', '"0 ms"', "time_step", "a time of at least 1e-09 s"),
     ],
 )
 def test_analysis_refused(analysed: With, old: str, new: str, key: str, expected: str) -> None:

@@ -10,20 +10,10 @@ from impactfem.case import Case, RecordMotion, SyntheticMotion, load_case
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import InputError
 
+from .faults import by_file as faults_of
 from .texts import added
 
 Broken = Callable[..., Path]
-
-
-def faults_of(path: Path) -> dict[str, str]:
-    """Expectation by 'file: key' of each fault; the words may not be pydantic's."""
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    for jargon in ("Input should", "pydantic", "https://", "Value error", "type=", "validation"):
-        assert jargon not in str(caught.value)
-    faults = caught.value.faults
-    assert len({str(fault) for fault in faults}) == len(faults)
-    return {f"{Path(fault.file).name}: {fault.key}": fault.expected for fault in faults}
 
 
 BUILDING = 'floors = "pair_floors.csv"\naxis'  # of B1 only: a comment follows that of B2
@@ -43,20 +33,13 @@ law = "floor"
 BROKEN = [
     # quantities
     ('gap = "1 cm"', "gap = 0.01", "contacts[0].gap", "expected a length with its unit"),
-    ('gap = "1 cm"', 'gap = "1 s"', "contacts[0].gap", "'s' is a time; expected a length"),
-    ('gap = "1 cm"', 'gap = "1 parsnip"', "contacts[0].gap", "'parsnip' is not a unit"),
     ('gap = "1 cm"', 'gap = "-1 cm"', "contacts[0].gap", "expected a length of at least 0"),
-    ('gap = "1 cm"', "gap = nan", "contacts[0].gap", "expected a length"),
-    ('gap = "1 cm"', 'gap = "nan cm"', "contacts[0].gap", "expected a length"),
-    ('gap = "1 cm"', 'gap = "1e999 cm"', "contacts[0].gap", "expected a finite value"),
     ('gap = "1 cm"', "gap = 2020-01-01", "contacts[0].gap", "expected a length"),
     ('gap = "1 cm"', "", "contacts[0].gap", "missing; expected a length with its unit"),
     ('young_modulus = "33 GPa"', 'young_modulus = "0 GPa"', "materials.concrete.young_modulus",
      "expected a stress above 0"),
     ("poisson_ratio = 0.2", "poisson_ratio = 0.5", "materials.concrete.poisson_ratio",
      "expected a number of at least 0 and below 0.5"),
-    ("poisson_ratio = 0.2", 'poisson_ratio = "0.2"', "materials.concrete.poisson_ratio",
-     "expected a number"),
     ("[0.02, 1.0]", "[0.02, inf]", "calibration.stiffness_factor[1]", "expected a number above 0"),
     # keys
     ('gap = "1 cm"', 'gapp = "1 cm"', "contacts[0].gapp", "unknown key; did you mean 'gap'?"),
@@ -71,9 +54,7 @@ BROKEN = [
     ('title = "Two', 'title = "" # "Two', "title", "expected a text in quotes"),
     ('name = "B1"', 'name = "B 1"', "buildings[0].name", "expected a name of letters"),
     ("seed = 1\n", "seed = 1.5\n", "motions[0].seed", "expected a whole number of at least 0"),
-    ("seed = 1\n", "seed = true\n", "motions[0].seed", "expected a whole number of at least 0"),
     ("tension = true", 'tension = "yes"', "contact_laws.floor.tension", "expected true or false"),
-    ("tension = true", "tension = 1", "contact_laws.floor.tension", "expected true or false"),
     ("[materials.concrete]", "[materials]", "materials.young_modulus", "expected a table"),
     ("[[contacts]]", "[contacts]", "contacts", "expected one or more tables, [[contacts]], not"),
     ("[pounding]", "[[pounding]]", "pounding", "expected a table"),
@@ -138,11 +119,8 @@ BROKEN = [
      "the storey below floor 2 of B1 may become 2.62 m high"),
     ('rigid_above = "0.79 m"', 'rigid_above = "2.6 m"', "buildings[1].rigid_above",
      "the storey below floor 2 is 2.62 m high"),
-    (GRID, '{ minimum = "500 Hz", maximum = "1 Hz", per_decade = 9 }',
-     "spectra.frequencies.maximum", "above minimum, 500 Hz"),
     (GRID, '["2 Hz", "1 Hz"]', "spectra.frequencies", "expected increasing frequencies"),
     (GRID, '["2 Hz", 3]', "spectra.frequencies[1]", "the unit is missing; expected a frequency"),
-    (GRID, '["2 Hz", "3 rad/s"]', "spectra.frequencies[1]", "is no unit for a frequency"),
     (GRID, "[]", "spectra.frequencies", "expected a list that is not empty"),
     (GRID, '"1 Hz"', "spectra.frequencies", "expected a table or a list, each value a frequency"),
     ('damping = ["5 %"]', "damping = []", "spectra.damping", "expected a list that is not empty"),

@@ -20,7 +20,9 @@ from impactfem.case import (
     motion_files,
 )
 from impactfem.case.design_spectrum import read_spectrum
-from impactfem.system.errors import Fault, InputError
+from impactfem.system.errors import Fault
+
+from .faults import by_file as faults_of
 
 EC8 = 'type = "ec8"\nspectrum_type = 1\nground = "B"\nreference_acceleration = "2 m/s2"\n'
 DECREE = 'type = "french-decree"\nzone = 4\nground = "B"\n'
@@ -52,14 +54,6 @@ def spectrum_of(path: Path) -> object:
     (motion,) = load_case(path).motions
     assert isinstance(motion, SyntheticMotion)
     return motion.spectrum
-
-
-def faults_of(path: Path) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    for jargon in ("Input should", "pydantic", "https://", "Value error", "validation", "Tag"):
-        assert jargon not in str(caught.value)
-    return {f"{Path(f.file).name}: {f.key}": f.expected for f in caught.value.faults}
 
 
 @pytest.mark.parametrize("type_line", ["", 'type = "corner-periods"\n'])
@@ -108,27 +102,13 @@ def test_hash_covers_the_table(with_spectrum: With) -> None:
     [
         (EC8.replace('"ec8"', '"ec9"'), "type",
          "expected 'corner-periods' or 'ec8' or 'french-decree' or 'table'"),
-        (EC8.replace('"ec8"', "8"), "type", "expected 'corner-periods' or 'ec8'"),
         (EC8.replace("spectrum_type = 1\n", ""), "spectrum_type",
          "missing; expected a whole number of at least 1 and at most 2: Type of spectrum"),
-        (EC8.replace("type = 1", "type = 3"), "spectrum_type", "at least 1 and at most 2"),
-        (EC8.replace("type = 1", "type = 1.0"), "spectrum_type", "at least 1 and at most 2"),
-        (EC8.replace("type = 1", "type = true"), "spectrum_type", "at least 1 and at most 2"),
-        (EC8.replace('"B"', '"F"'), "ground", "expected 'A' or 'B' or 'C' or 'D' or 'E'"),
-        (EC8.replace('ground = "B"\n', ""), "ground", "missing; expected 'A' or 'B'"),
-        (EC8.replace('"2 m/s2"', "2"), "reference_acceleration", "the unit is missing"),
-        (EC8.replace('"2 m/s2"', '"0 m/s2"'), "reference_acceleration", "acceleration above 0"),
-        (EC8 + "importance_factor = 0", "importance_factor", "expected a number above 0"),
-        (EC8 + 'vertical = "yes"', "vertical", "expected true or false"),
         (EC8 + "amplification = 2.5", "amplification",
          "unknown key; known: type, spectrum_type, ground, reference_acceleration"),
         (EC8 + "importance_facto = 1", "importance_facto", "did you mean 'importance_factor'?"),
-        (DECREE.replace("4", "6"), "zone", "expected a whole number of at least 1 and at most 5"),
-        (DECREE.replace("4", "0"), "zone", "expected a whole number of at least 1 and at most 5"),
-        (DECREE + 'text = "both"', "text", "expected 'ordinary' or 'special'"),
         (DECREE + 'text = "special"', "importance_factor",
          "missing; expected the acceleration of the special-risk text over the zone's a_gr"),
-        ('type = "table"', "file", "missing; expected a file name in quotes"),
         (TABLE.replace("target", "none"), "file", "no such file; expected a table of a design"),
         (TABLE + "damping = 0.05", "damping", "unknown key; known: type, file"),
     ],

@@ -5,19 +5,13 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from impactfem.case import (
     Damping,
-    DesignSpectrum,
     FrequencyGrid,
-    KelvinVoigtLaw,
-    Pounding,
-    RecordMotion,
-    Spectra,
 )
 from impactfem.case.contacts import ContactEntry, expand
-from impactfem.dynamics.damping import Rayleigh
 
 
 def test_rayleigh_coefficients_of_the_paper() -> None:
@@ -42,11 +36,6 @@ def test_rayleigh_damping_reaches_its_ratio(ξ: float, f1: float, f2: float) -> 
     assert ratio(math.sqrt(f1 * f2)) < 0.99 * ξ
 
 
-def test_rayleigh_coefficients_given() -> None:
-    damping = Damping(mass_coefficient=0.838, stiffness_coefficient=1.06e-3)
-    assert damping.rayleigh == Rayleigh(0.838, 1.06e-3)
-
-
 @pytest.mark.parametrize(
     ("values", "message"),
     [
@@ -66,27 +55,6 @@ def test_damping_refused(values: dict[str, object], message: str) -> None:
         Damping.model_validate(values)
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({}, "expected either restitution or damping_ratio"),
-        ({"restitution": 0.7, "damping_ratio": 0.1}, "not both"),
-        ({"restitution": 0.0}, "expected a number above 0 and at most 1"),
-        ({"restitution": 1.1}, "expected a number above 0 and at most 1"),
-        ({"damping_ratio": 1.0}, "expected a number of at least 0 and below 1"),
-    ],
-)
-def test_law_refused(values: dict[str, float], message: str) -> None:
-    with pytest.raises(ValidationError, match=message):
-        KelvinVoigtLaw.model_validate({"type": "kelvin-voigt", "stiffness": 1e11} | values)
-
-
-def test_law() -> None:
-    law = KelvinVoigtLaw(type="kelvin-voigt", stiffness=1e11, restitution=1.0)
-    assert law.tension is True
-    assert law.damping_ratio is None
-
-
 def test_grid_is_logarithmic_with_its_ends() -> None:
     grid = FrequencyGrid(minimum=0.5, maximum=500.0, per_decade=100)
     assert len(grid.values) == 301
@@ -99,43 +67,6 @@ def test_grid_has_at_least_the_density_asked() -> None:
     ratios = np.diff(np.log10(values))
     assert ratios.max() <= 0.1 + 1e-12
     assert len(FrequencyGrid(minimum=1.0, maximum=1.1, per_decade=1).values) == 2
-
-
-def test_frequencies_as_list() -> None:
-    assert Spectra(damping=(0.05,), frequencies=(1.0, 2.0)).frequency_values == (1.0, 2.0)
-    with pytest.raises(ValidationError, match="expected increasing frequencies"):
-        Spectra(damping=(0.05,), frequencies=(2.0, 2.0))
-
-
-def test_pounding_step_below_duration() -> None:
-    assert Pounding(time_step=1e-3).duration is None
-    with pytest.raises(ValidationError, match="expected a time below the duration, 1 s"):
-        Pounding(time_step=1.0, duration=1.0)
-
-
-def test_corner_periods_increase() -> None:
-    with pytest.raises(ValidationError, match="expected increasing corner periods"):
-        DesignSpectrum(ground_acceleration=2.0, corner_periods=(0.2, 0.1, 2.0))
-
-
-@pytest.mark.parametrize(("file", "form"), [("a.csv", "csv"), ("A.AT2", "at2")])
-def test_format_of_a_record_by_its_ending(file: str, form: str) -> None:
-    record = RecordMotion.model_validate({"direction": "x", "type": "record", "file": file})
-    assert record.format == form
-
-
-def test_format_of_a_record_unknown() -> None:
-    values = {"direction": "x", "type": "record", "file": "a.dat"}
-    with pytest.raises(ValidationError, match="expected 'csv' or 'at2'"):
-        RecordMotion.model_validate(values)
-    assert RecordMotion.model_validate(values | {"format": "at2"}).format == "at2"
-
-
-def test_record_scaled_one_way() -> None:
-    values = {"direction": "x", "type": "record", "file": "a.csv", "pga": 2.0}
-    assert RecordMotion.model_validate(values).scale == 1.0
-    with pytest.raises(ValidationError, match="either scale or pga, not both"):
-        RecordMotion.model_validate(values | {"scale": 2.0})
 
 
 def entry(a: dict[str, object], b: dict[str, object], **more: object) -> ContactEntry:
@@ -194,9 +125,3 @@ def test_normal_is_normalised(length: float) -> None:
 def test_contact_refused(a: dict[str, object], b: dict[str, object], message: str) -> None:
     with pytest.raises(ValidationError, match=message):
         entry(a, b)
-
-
-@pytest.mark.parametrize("model", [Damping(mass_coefficient=1, stiffness_coefficient=1)])
-def test_models_are_frozen(model: BaseModel) -> None:
-    with pytest.raises(ValidationError, match="frozen"):
-        model.ratio = 0.5  # type: ignore[attr-defined]

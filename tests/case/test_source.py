@@ -10,7 +10,8 @@ import pytest
 from impactfem.case import Case, SyntheticMotion, load_case
 from impactfem.case.model import CaseFile
 from impactfem.case.source import MOST_FILES, read_source
-from impactfem.system.errors import Fault, InputError
+
+from .faults import all_faults as faults_of
 
 DATA = Path(__file__).parent / "data"
 Write = Callable[..., Path]
@@ -30,12 +31,6 @@ def write(tmp_path: Path) -> Write:
         return path
 
     return files
-
-
-def faults_of(path: Path) -> list[Fault]:
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    return list(caught.value.faults)
 
 
 def the_fault(path: Path) -> tuple[str, str, object, str]:

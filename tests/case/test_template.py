@@ -48,6 +48,8 @@ def template(tmp_path: Path) -> Path:
     (tmp_path / "new_targets.csv").write_text(TARGETS)
     (tmp_path / "new_record.csv").write_text(RECORD)
     (tmp_path / "new_published.csv").write_text(PUBLISHED)
+    for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
+        (tmp_path / f"new_{name}.csv").write_text(table)
     (tmp_path / "new_forces.csv").write_text("time [ms],west.floor_3 [MN]\n0,1\n20,0\n")
     return path
 
@@ -61,6 +63,13 @@ def uncommented(path: Path, begin: str, end: str | None) -> None:
         last += 1
     lines[first:last] = [line.removeprefix("# ") for line in lines[first:last]]
     path.write_text("\n".join(lines), encoding="utf-8")
+
+
+def dense(path: Path) -> str:
+    """Give the material a density, which a 3D model needs; gives the text."""
+    text = path.read_text(encoding="utf-8").replace("# density", "density")
+    path.write_text(text, encoding="utf-8")
+    return text
 
 
 def test_new_case_is_accepted(tmp_path: Path) -> None:
@@ -137,11 +146,8 @@ def test_optional_blocks(template: Path) -> None:
 
 
 def test_optional_structure(template: Path) -> None:
-    for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
-        (template.parent / f"new_{name}.csv").write_text(table)
     uncommented(template, "# [buildings.structure]", None)
-    text = template.read_text(encoding="utf-8").replace("# density", "density")
-    template.write_text(text, encoding="utf-8")
+    text = dense(template)
     structure = load_case(template).structure
     assert structure is not None
     assert isinstance(structure.mesh, GeneratedMesh)
@@ -157,13 +163,10 @@ def test_optional_structure(template: Path) -> None:
 
 
 def test_optional_transient(template: Path) -> None:
-    for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
-        (template.parent / f"new_{name}.csv").write_text(table)
     (template.parent / "new_forces.csv").write_text(FORCES)
     uncommented(template, "# [buildings.structure]", None)
     uncommented(template, "# [transient]", None)
-    text = template.read_text(encoding="utf-8").replace("# density", "density")
-    template.write_text(text, encoding="utf-8")
+    dense(template)
     transient = load_case(template).transient
     assert transient is not None
     assert transient.forces == template.parent / "new_forces.csv"
@@ -177,8 +180,6 @@ def test_optional_transient(template: Path) -> None:
 
 
 def test_optional_wall_impact(template: Path) -> None:
-    for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
-        (template.parent / f"new_{name}.csv").write_text(table)
     uncommented(template, "# [buildings.structure]", None)
     uncommented(template, "# [wall_impact]", None)
     text = template.read_text(encoding="utf-8").replace("# density", "density")
@@ -208,8 +209,6 @@ def test_optional_damping_cases(template: Path) -> None:
 
 
 def test_optional_devices(template: Path) -> None:
-    for name, table in {"walls": WALLS, "bays": BAYS, "beams": BEAMS, "columns": COLUMNS}.items():
-        (template.parent / f"new_{name}.csv").write_text(table)
     (template.parent / "new_forces.csv").write_text(FORCES)
     (template.parent / "new_modes.csv").write_text(MODES)
     (template.parent / "new_floor.csv").write_text(FLOOR)
@@ -222,8 +221,7 @@ def test_optional_devices(template: Path) -> None:
         "# [device_analysis]",
     ):
         uncommented(template, begin, None)
-    text = template.read_text(encoding="utf-8").replace("# density", "density")
-    template.write_text(text, encoding="utf-8")
+    text = dense(template)
     case = load_case(template)
     pump, cabinet, pipe = case.devices
     # The defaults are those it shows, but for the rigid part, which is none.

@@ -119,24 +119,16 @@ def test_accepted_is_an_experiment(with_wall: With, displacement: str) -> None:
 
 
 REFUSED = [
-    ('"1 cm"', '"-1 cm"', "gap", "-1 cm expected a length of at least 0"),
-    ('gap = "1 cm"', "", "gap", "missing; expected a length"),
-    ('"-2 cm"', "-0.02", "displacement", "-0.02 the unit is missing"),
     ('"-2 cm"', '"0 m"', "displacement", "0 m expected a displacement that is not zero"),
     ('"-2 cm"', '"1 cm"', "displacement", "1 cm the wall would start inside the building"),
     ('"-2 cm"', '"2 cm"', "displacement", "expected less than the gap, 0.01 m"),
-    ('"-2 cm"', '"-2 cm"\npull = "gables"', "pull", "expected 'whole_floor' or 'even_load' or"),
-    ('"1.3 s"', '"0 s"', "duration", "0 s expected a time above 0"),
     ('"0.34 ms"', '"0.66 s"', "time_step", "0.66 s expected at most half of the duration, 1.3 s"),
-    ('"0.34 ms"', '"0.34 ms"\ntheta = 0.49', "theta", "0.49 expected a number of at least 0.5"),
-    ('"0.34 ms"', '"0.34 ms"\ntheta = 1.01', "theta", "1.01 expected a number of at least 0.5"),
     ('"0.34 ms"', '"0.34 ms"\nseparation = "2 s"', "separation", "2 s expected less than the dur"),
     ('"0.34 ms"', '"0.34 ms"\nfloors = []', "floors", "the list is empty"),
     ('"0.34 ms"', '"0.34 ms"\nfloors = [8, 7, 8]', "floors", "each floor once, found 8 again"),
     ('"0.34 ms"', '"0.34 ms"\nfloors = [8, 9, 12]', "floors",
      "[8, 9, 12] B1 has no floor 9, 12; its floors are 1, 2, 3, 4, 5, 6, 7, 8"),
     ('"0.34 ms"', '"0.34 ms"\ndisplaced_floor = 9', "displaced_floor", "9 B1 has no floor 9"),
-    ('"0.34 ms"', '"0.34 ms"\ndisplaced_floor = 0', "displaced_floor", "of at least 1"),
     ('"0.34 ms"', '"0.34 ms"\nside = "y+"', "side", "unknown key"),
 ]  # fmt: skip
 
@@ -201,16 +193,11 @@ def test_calibrated_without_the_impact(structured: Structured, broken: Broken) -
     [
         ('stiffness = "calibratd"\nrestitution = 0.6', "stiffness",
          "expected a stiffness with its unit, for example '1e11 N/m'; or 'calibrated'"),
-        ("stiffness = 1e11\nrestitution = 0.6", "stiffness", "the unit is missing"),
-        ('stiffness = "0 N/m"\nrestitution = 0.6', "stiffness", "above 0"),
         ('stiffness = "1 N/m"\nrestitution = "measured"', "restitution",
          "expected a number above 0 and at most 1, bare or as a percentage: 0.05 or '5 %'; "
          "or 'calibrated'"),
         ('stiffness = "1 N/m"\nrestitution = 1.2', "restitution", "at most 1"),
-        ('stiffness = "1 N/m"\ndamping_ratio = "calibrated"', "damping_ratio",
-         "expected a number of at least 0 and below 1"),
         (f"{CALIBRATED}damping_ratio = 0.1", "damping_ratio", "not both"),
-        ("restitution = 0.6", "stiffness", "missing; expected a stiffness"),
     ],
 )  # fmt: skip
 def test_law_refused(with_wall: With, written: str, key: str, expected: str) -> None:
