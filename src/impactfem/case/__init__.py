@@ -23,12 +23,11 @@ from impactfem.case.design_spectrum import (
 from impactfem.case.device_analysis import DeviceAnalysis
 from impactfem.case.device_tables import DeviceMode
 from impactfem.case.devices import BaseStiffness, Cylinder, DeviceBeam, DeviceSetup
-from impactfem.case.ensemble import Ensemble
 from impactfem.case.floors import Floor, Material
 from impactfem.case.load import load_case
 from impactfem.case.members import Bay, Beam, Column, Wall
 from impactfem.case.model import Case
-from impactfem.case.motions import Motion, RecordMotion, SyntheticMotion, motion_files
+from impactfem.case.motions import Ensemble, Motion, RecordMotion, SyntheticMotion, motion_files
 from impactfem.case.report import Published
 from impactfem.case.structure import (
     Acroterion,

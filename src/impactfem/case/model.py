@@ -15,11 +15,10 @@ from impactfem.case.contacts import Contact, ContactEntry, ContactLawEntry, expa
 from impactfem.case.damping import Damping, DampingCase
 from impactfem.case.device_analysis import DeviceAnalysis
 from impactfem.case.devices import DeviceSetup
-from impactfem.case.ensemble import Ensemble
 from impactfem.case.floors import Material
 from impactfem.case.leaf import File, Key, Text
 from impactfem.case.loads import FloorForces
-from impactfem.case.motions import Motion, MotionEntry
+from impactfem.case.motions import Ensemble, Motion, MotionEntry
 from impactfem.case.report import PUBLISHED_FILE, Published, Report
 from impactfem.case.structure import Structure
 from impactfem.case.transient import Probe, Transient
