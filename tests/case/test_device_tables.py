@@ -1,13 +1,27 @@
-"""Floor spectra that are given for a device: tables, and products of a run."""
+"""Tables of a device: its matrices, and floor spectra that are given for it."""
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from impactfem.case.device_tables import GivenSpectra, GivenSpectrum, read_given_spectra
+from impactfem.case.device_tables import (
+    DeviceMatrices,
+    GivenSpectrum,
+    NamedMatrix,
+    read_given_spectra,
+    read_matrix,
+)
 from impactfem.system.errors import Fault
 
+MATRIX = """\
+# N/m
+1.y,middle y,2.y
+3e6,-3e6,0
+-3e6,4e6,-1e6
+0,-1e6,1e6
+"""
 TABLE = """\
 frequency [Hz],acceleration [m/s2],direction,damping [%]
 1,2,y,2
@@ -26,18 +40,76 @@ B1,8,y,0.05,2,5,5
 B2,8,y,0.05,1,9,9
 B2,8,y,0.05,2,9,9
 """
-Read = Callable[[str], tuple[GivenSpectra | None, list[Fault]]]
+Read = Callable[..., tuple[Any, list[Fault]]]
 
 
 @pytest.fixture
 def read(tmp_path: Path) -> Read:
-    def of(text: str) -> tuple[GivenSpectra | None, list[Fault]]:
+    """Read a text as floor spectra, or as a matrix."""
+
+    def of(text: str, reader: Callable[..., Any] = read_given_spectra) -> tuple[Any, list[Fault]]:
         faults: list[Fault] = []
-        path = tmp_path / "spectra.csv"
+        path = tmp_path / "table.csv"
         path.write_text(text, encoding="utf-8")
-        return read_given_spectra(path, faults), faults
+        return reader(path, faults), faults
 
     return of
+
+
+def test_a_matrix(read: Read) -> None:
+    found, faults = read(MATRIX, read_matrix)
+    assert found is not None and not faults
+    assert found.names == ("1.y", "middle y", "2.y")
+    assert found.rows[1] == (-3e6, 4e6, -1e6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "message"),
+    [
+        ("-1e6,1e6", "-1e6,1e6,0", "line 5", "expected 3 cells as in the header, found 4"),
+        (
+            "0,-1e6,1e6\n",
+            "",
+            "line 2",
+            "expected 3 rows below the header, as it has names; found 2",
+        ),
+        ("4e6", "stiff", "line 4", "expected a finite number"),
+        ("4e6", "inf", "line 4", "expected a finite number"),
+        ("2.y", "1.y", "line 2", "names that are all different; found 1.y twice"),
+        ("1.y,middle y,2.y", "1,2,3", "line 2", "found numbers"),
+        ("1.y,middle y,2.y", "1.y,,2.y", "line 2", "one is empty"),
+        ("0,-1e6", "0,-2e6", "2.y, middle y", "symmetric matrix, found -1e+06 at middle y, 2.y"),
+    ],
+)
+def test_faults_of_a_matrix(read: Read, old: str, new: str, key: str, message: str) -> None:
+    found, faults = read(MATRIX.replace(old, new), read_matrix)
+    assert found is None
+    assert any(fault.key == key and message in fault.expected for fault in faults), faults
+
+
+def matrices(*names: str) -> DeviceMatrices:
+    none = tuple(tuple(0.0 for _ in names) for _ in names)
+    return DeviceMatrices(mass=NamedMatrix(names, none), stiffness=NamedMatrix(names, none))
+
+
+def test_which_motion_is_whose() -> None:
+    found = matrices("1.y", "2.rx", "tip", "3.y above", "10.z")
+    assert found.anchored == {0: 1, 1: 9, 4: 56}
+    assert found.own == ("tip", "3.y above")
+
+
+@pytest.mark.parametrize(
+    ("names", "supports", "message"),
+    [
+        (("1.y", "tip"), 2, "no motion of support 2; expected at least one of 2.x, 2.y"),
+        (("1.y", "2.y", "3.y", "tip"), 2, "have a support 3, the device has 2"),
+        (("1.y", "2.y"), 2, "expected motions of the device's own"),
+    ],
+)
+def test_beside_the_supports(names: tuple[str, ...], supports: int, message: str) -> None:
+    (found,) = matrices(*names).lacks(supports)
+    assert message in found
+    assert not list(matrices("1.y", "2.y", "tip").lacks(2))
 
 
 def test_a_table_holds_for_all_supports(read: Read) -> None:
