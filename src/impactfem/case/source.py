@@ -63,6 +63,47 @@ class Source:
         """
         return Fault(self.file_of(place), dotted(place), self.written.get(place, value), expected)
 
+    def lay(self, over: dict[str, Any], file: Path, table: Place = ()) -> None:
+        """Lay a table that a file says over what stands at its place, and note who says what."""
+        under: dict[str, Any] = value_at(table, self.raw)
+        for key, value in over.items():
+            place: Place = (*table, key)
+            below: Any = under.get(key)
+            tables = below if isinstance(below, list) and isinstance(value, dict) else []
+            names = [one.get("name") if isinstance(one, dict) else None for one in tables]
+            named = {name: k for k, name in enumerate(names) if isinstance(name, str)}
+            all_named = named and len(named) == len(names)
+            if all_named and value and all(isinstance(entry, dict) for entry in value.values()):
+                for name, entry in value.items():
+                    if name not in named:
+                        hint = nearest(name, list(named))
+                        expected = f"no table of this name is extended; {hint}"
+                        raise InputError([Fault(file, dotted((*place, name)), None, expected)])
+                    inside = (*place, named[name])
+                    self._note(below[named[name]], inside, self.speakers[place])
+                    self.lay(entry, file, inside)
+                continue  # the array is still that of the file below
+            # A table of another type has other keys: it replaces the one below.
+            merged = (
+                isinstance(value, dict)
+                and isinstance(below, dict)
+                and ("type" not in value or below.get("type", value["type"]) == value["type"])
+            )
+            if not merged:
+                for old in [one for one in self.speakers if one[: len(place)] == place]:
+                    del self.speakers[old]
+                under[key] = {} if isinstance(value, dict) else value
+            if isinstance(value, dict):
+                self.lay(value, file, place)
+            self.speakers[place] = file
+
+    def _note(self, table: dict[str, Any], place: Place, file: Path) -> None:
+        """Note who says the keys of a table of an array, as far as that is not noted yet."""
+        for key, value in table.items():
+            self.speakers.setdefault((*place, key), file)
+            if isinstance(value, dict):
+                self._note(value, (*place, key), self.speakers[*place, key])
+
 
 def read_source(path: Path, model: type[BaseModel]) -> Source:
     """Read a case file and those it extends, and lay it over them.
@@ -82,7 +123,7 @@ def read_source(path: Path, model: type[BaseModel]) -> Source:
     folders: dict[Path, Path] = {}
     try:
         for file, content in reversed(list(_chain(path, source.texts, folders))):
-            _lay_over(source.raw, content, (), file, source.speakers)
+            source.lay(content, file)
         names = list(file_names(source.raw, (), source.raw, model))
     except RecursionError as error:
         raise InputError([Fault(path, "", None, "tables nested too deeply")]) from error
@@ -156,60 +197,6 @@ def _keys(content: Any) -> int:
     if isinstance(content, dict):
         return len(content) + sum(map(_keys, content.values()))
     return sum(map(_keys, content)) if isinstance(content, list) else 0
-
-
-def _lay_over(
-    under: dict[str, Any],
-    over: dict[str, Any],
-    table: Place,
-    file: Path,
-    speakers: dict[Place, Path],
-) -> None:
-    """Lay a table over another one, which is changed, and note which file says what."""
-    for key, value in over.items():
-        place: Place = (*table, key)
-        below: Any = under.get(key)
-        named = _by_name(below) if isinstance(value, dict) else {}
-        if named and value and all(isinstance(table, dict) for table in value.values()):
-            for name, entry in value.items():
-                if name not in named:
-                    expected = f"no table of this name is extended; {nearest(name, list(named))}"
-                    raise InputError([Fault(file, dotted((*place, name)), None, expected)])
-                inside = (*place, named[name])
-                _note(below[named[name]], inside, speakers[place], speakers)
-                _lay_over(below[named[name]], entry, inside, file, speakers)
-            continue  # the array is still that of the file below
-        if isinstance(value, dict) and isinstance(below, dict) and _same_type(below, value):
-            _lay_over(below, value, place, file, speakers)
-        else:
-            if key in under:
-                for old in [one for one in speakers if one[: len(place)] == place]:
-                    del speakers[old]
-            under[key] = {} if isinstance(value, dict) else value
-            if isinstance(value, dict):
-                _lay_over(under[key], value, place, file, speakers)
-        speakers[place] = file
-
-
-def _note(table: dict[str, Any], place: Place, file: Path, speakers: dict[Place, Path]) -> None:
-    """Note who says the keys of a table of an array, as far as that is not noted yet."""
-    for key, value in table.items():
-        speakers.setdefault((*place, key), file)
-        if isinstance(value, dict):
-            _note(value, (*place, key), speakers[*place, key], speakers)
-
-
-def _by_name(below: Any) -> dict[str, int]:
-    """The index of each table of an array of tables by its name; none where one has none."""
-    tables = below if isinstance(below, list) else []
-    names = [table.get("name") if isinstance(table, dict) else None for table in tables]
-    known = {name: k for k, name in enumerate(names) if isinstance(name, str)}
-    return known if len(known) == len(names) else {}
-
-
-def _same_type(below: dict[str, Any], above: dict[str, Any]) -> bool:
-    """Whether two tables may be merged: one of another type has other keys."""
-    return "type" not in above or below.get("type", above["type"]) == above["type"]
 
 
 def file_names(
