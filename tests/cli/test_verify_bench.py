@@ -27,22 +27,15 @@ class TestVerify:
         out = program("verify", "--only", "newmark").out
         assert "relative displacement after 3 s in 2400 steps" in out and "…" not in out
 
-    @pytest.mark.parametrize("row", [BAD, NAN], ids=["beyond", "nan"])
+    @pytest.mark.parametrize("row", [GOOD, BAD, NAN], ids=["within", "beyond", "nan"])
     def test_a_row_that_fails(self, program, tmp_path, monkeypatch, row):
         monkeypatch.setattr(manual, "BENCHMARKS", {"one": lambda: [GOOD, row]})
-        ended = program("verify")
-        assert ended.code == 1 and "FAIL" in ended.out
-        assert ended.out.endswith("1 of 2 within tolerance\n")
-        path = tmp_path / "rows.json"
-        ended = program("verify", "--json", path)
-        assert ended.code == 1
-        rows = json.loads(path.read_text())
-        assert [entry["passed"] for entry in rows] == [True, False]
-
-    def test_rows_that_pass(self, program, monkeypatch):
-        monkeypatch.setattr(manual, "BENCHMARKS", {"one": lambda: [GOOD]})
-        ended = program("verify")
-        assert ended.code == 0 and "FAIL" not in ended.out
+        path, passed = tmp_path / "rows.json", row is GOOD
+        for words in ((), ("--json", path)):
+            ended = program("verify", *words)
+            assert ended.code == (0 if passed else 1) and ("FAIL" in ended.out) != passed
+            assert ended.out.endswith(f"{1 + passed} of 2 within tolerance\n")
+        assert [entry["passed"] for entry in json.loads(path.read_text())] == [True, passed]
 
     def test_an_unknown_name(self, program):
         ended = program("verify", "--only", "roof")

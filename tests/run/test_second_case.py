@@ -86,19 +86,6 @@ def test_a_mesh_without_an_edge_is_not_good(edited: Callable[..., Path], tmp_pat
         study.check(tmp_path / "two_frames.toml", mesh=True)
 
 
-def test_a_probe_outside_is_not_good(edited: Callable[..., Path], tmp_path: Path) -> None:
-    for path in GEOMETRY.glob("two_frames*"):
-        shutil.copy(path, tmp_path)
-    case = tmp_path / "two_frames.toml"
-    probe = '[[transient.probes]]\nname = "far"\npoint = ["0 m", "{y} m", "21.2 m"]\n\n[[devices]]'
-    text = case.read_text(encoding="utf-8")
-    case.write_text(text.replace("[[devices]]", probe.format(y=80), 1), encoding="utf-8")
-    with pytest.raises(InputError, match=r"probes\[6\]: the probe far .* is outside the"):
-        study.check(case, mesh=True)
-    case.write_text(text.replace("[[devices]]", probe.format(y=12), 1), encoding="utf-8")
-    study.check(case, mesh=True)
-
-
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> study.Run:
     """All stages, without pictures; not to be changed."""

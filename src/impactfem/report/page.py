@@ -168,18 +168,17 @@ def _stage(run: RunFiles, name: str, stage: Stage | None) -> dict[str, Any]:
 
 def _table(path: Path) -> dict[str, Any]:
     """A CSV table: its header, the rows that are shown, and how many there are."""
+
+    def cell(text: str) -> str:
+        """Numbers have five digits."""
+        try:
+            return text if len(text) <= 6 else f"{float(text):.5g}"
+        except ValueError:
+            return text
+
     head, *rows = list(csv.reader(_read(path).decode().splitlines())) or [[]]
-    shown = [[_cell(text) for text in row] for row in rows[:ROWS]]
+    shown = [[cell(text) for text in row] for row in rows[:ROWS]]
     return {"path": path, "head": head, "rows": shown, "count": len(rows)}
-
-
-def _cell(text: str) -> str:
-    """A cell of a table, numbers with five digits."""
-    try:
-        value = float(text)
-    except ValueError:
-        return text
-    return text if len(text) <= 6 else f"{value:.5g}"
 
 
 def _address(path: Path) -> str:

@@ -70,8 +70,18 @@ class RunFolder:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.summary = _summary(folder / "summary.json")
         self._open = ExitStack()
+        path = folder / "summary.json"
+        try:
+            entries = json.loads(path.read_text(encoding="utf-8"))
+            self.summary = {entry["name"]: Entry(**entry) for entry in entries}
+        except FileNotFoundError as error:
+            expected = (
+                "missing; expected the folder of a run, as 'impactfem run CASE.toml' writes it"
+            )
+            raise InputError([Fault(path, "", None, expected)]) from error
+        except (OSError, ValueError, TypeError, KeyError) as error:
+            raise InputError([Fault(path, "", None, f"cannot be read ({error})")]) from error
 
     @property
     def stores(self) -> tuple[str, ...]:
@@ -144,14 +154,3 @@ class RunFolder:
         trace: TracebackType | None,
     ) -> None:
         self.close()
-
-
-def _summary(path: Path) -> dict[str, Entry]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        return {entry["name"]: Entry(**entry) for entry in content}
-    except FileNotFoundError as error:
-        expected = "missing; expected the folder of a run, as 'impactfem run CASE.toml' writes it"
-        raise InputError([Fault(path, "", None, expected)]) from error
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError([Fault(path, "", None, f"cannot be read ({error})")]) from error

@@ -280,28 +280,30 @@ def check_variants(variants: Sequence[Variant], source: Source, stage: str | Non
         for variant in variants:
             path = Path(folder) / "case.toml"
             path.write_text(variant.case_text(source, path.parent), encoding="utf-8")
+            settings = {
+                dotted(axis.place): (f"--set {axis.key}", value)
+                for axis, value in zip(variant.axes, variant.values, strict=True)
+            }
+            whole = f"--set {variant.title}"
             found: list[Fault] = []
             try:
                 asked_stages(check(path), stage)
             except InputError as error:
-                found = [_of_value(fault, variant, path) for fault in error.faults]
+                for fault in error.faults:
+                    if fault.file != path:
+                        found.append(fault)
+                    elif fault.key in settings:  # the fault of the setting that makes the value
+                        key, value = settings[fault.key]
+                        found.append(Fault(COMMAND_LINE, key, value, fault.expected))
+                    else:
+                        text = str(fault).removeprefix(f"{path}: ")
+                        found.append(Fault(COMMAND_LINE, whole, None, text))
             except ImpactfemError as error:
-                found = [Fault(COMMAND_LINE, f"--set {variant.title}", None, str(error))]
+                found.append(Fault(COMMAND_LINE, whole, None, str(error)))
             for fault in found:
                 faults.setdefault(str(fault), fault)
     if faults:
         raise InputError(faults.values())
-
-
-def _of_value(fault: Fault, variant: Variant, path: Path) -> Fault:
-    """A fault of a variant's file, as one of the setting that makes it."""
-    if fault.file != path:
-        return fault
-    for axis, value in zip(variant.axes, variant.values, strict=True):
-        if fault.key == dotted(axis.place):
-            return Fault(COMMAND_LINE, f"--set {axis.key}", value, fault.expected)
-    text = str(fault).removeprefix(f"{path}: ")
-    return Fault(COMMAND_LINE, f"--set {variant.title}", None, text)
 
 
 def write_case(variant: Variant, source: Source, folder: Path) -> None:
