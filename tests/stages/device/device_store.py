@@ -12,7 +12,7 @@ import xarray as xr
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
 
-DEVICE_STEP = 1e-3
+TIME, FREQUENCY = 1e-3 * np.arange(2001), np.geomspace(0.5, 450.0, 60)
 DAMPINGS = {
     "own": (0.838, 1.06e-3),
     "under-damped": (0.838, 2.12e-4),
@@ -73,20 +73,25 @@ class WantedDevice:
     notes: tuple[str, ...] = ()
 
 
+LOAD = ("case", "impact", "device")
+
+
 def device_store(asked: WantedDevice) -> xr.Dataset:
     """The store."""
     names = list(DAMPINGS)[: asked.dampings]
     scalars = [Scalar(f"device.{k}", v, "-") for k, v in (DEVICE_SCALARS | asked.scalars).items()]
-    variables = {
-        **_responses(asked),
-        **_modes(asked),
-        **_cases(asked),
-        **_drawings(asked),
-        **_pulls(asked, asked.pulls),
-        **_ordinates(asked),
-    }
+    alpha, beta = np.array(list(DAMPINGS.values())[: asked.dampings]).T
     store = xr.Dataset(
-        variables,
+        {
+            **_responses(asked),
+            **_modes(asked),
+            **_drawings(asked),
+            "mass_coefficient": ("case", alpha),
+            "stiffness_coefficient": ("case", beta),
+            "epsilon": ("case", np.array(EPSILON[: asked.dampings])),
+            "epsilon_calibrated": ("case", np.array(CALIBRATED[: asked.dampings])),
+            "impact_force": ("case", np.full(asked.dampings, asked.impact_force)),
+        },
         coords={
             "case": ("case", np.array(names, dtype=object)),
             "impact": ["without", "with"],
@@ -97,64 +102,65 @@ def device_store(asked: WantedDevice) -> xr.Dataset:
             "mode": np.arange(1, 6),
             "note": ("note", np.array(asked.notes, dtype=object)),
             "choice": ("choice", np.array(list(asked.choices), dtype=object)),
-            "frequency": ("frequency", np.geomspace(0.5, 450.0, 60)),
-            "time": ("time", DEVICE_STEP * np.arange(2001)),
+            "frequency": ("frequency", FREQUENCY),
+            "time": ("time", TIME),
         },
-        attrs={
-            "building": "one",
-            "shown_direction": asked.direction,
-            "headline": "srss",
-        },
+        attrs={"building": "one", "shown_direction": asked.direction, "headline": "srss"},
     )
     return with_scalars(store, scalars)
 
 
 def _responses(asked: WantedDevice) -> dict[str, tuple]:
-    time, frequency = DEVICE_STEP * np.arange(2001), np.geomspace(0.5, 450.0, 60)
-    count, column = len(asked.devices), "xyz".index(asked.direction)
-    shape = (asked.dampings, 2, count)
-    force = np.zeros((*shape, 6, time.size), dtype=np.float32)
-    largest = np.zeros((*shape, 6))
-    found = np.zeros((*shape, len(asked.choices), 6))
-    psa = np.zeros((*shape, 3, frequency.size))
-    pulse = np.exp(-(((time - 1.2) / 0.2) ** 2)) * np.cos(2 * np.pi * 30.0 * (time - 1.2))
-    hill = 1.0 + 2.0 * np.exp(-(np.log(frequency / 40.0) ** 2))
-    for c in range(asked.dampings):
-        for impact in range(2):
-            for d in range(count):
-                peak = asked.detailed[c][impact] * (1.0 + d)
-                force[c, impact, d, column] = peak * pulse
-                # Half of it in other components: what is read must be that of the direction.
-                largest[c, impact, d] = 0.5 * peak
-                largest[c, impact, d, column] = peak
-                psa[c, impact, d, column] = hill * peak / 5e3
-                for k, shares in enumerate(asked.choices.values()):
-                    found[c, impact, d, k] = 0.1 * peak
-                    found[c, impact, d, k, column] = shares[impact] * peak
-    dims = ("case", "impact", "device")
+    column = "xyz".index(asked.direction)
+    # Of each load: the second device has twice the force of the first.
+    detailed = np.array(asked.detailed[: asked.dampings])[..., None]
+    peak = detailed * (1.0 + np.arange(len(asked.devices)))
+    pulse = np.exp(-(((TIME - 1.2) / 0.2) ** 2)) * np.cos(2 * np.pi * 30.0 * (TIME - 1.2))
+    hill = 1.0 + 2.0 * np.exp(-(np.log(FREQUENCY / 40.0) ** 2))
+    # Half of it in other components: what is read must be that of the direction.
+    along = np.where(np.arange(6) == column, 1.0, 0.5)
+    force = peak[..., None, None] * (along == 1.0)[:, None] * pulse
+    shares = np.array(list(asked.choices.values())).T[:, None, :, None]
+    found = peak[..., None, None] * np.where(along == 1.0, shares, 0.1)
+    # Along x and y and about x, at the modes that these move; no other component moves.
+    ordinate = np.full((6, 5), np.nan)
+    ordinate[[0, 1, 3]] = 0.0
+    ordinate[0, 0:4:2], ordinate[1, 1:4:2], ordinate[3, 1:4:2] = 1.0, (4.0, 8.0), 2.0
+    tension = np.broadcast_to(np.array(asked.pulls)[:, None], peak.shape)
     return {
-        "force": ((*dims, "component", "time"), force),
+        "force": ((*LOAD, "component", "time"), force.astype(np.float32)),
         # The floor at the anchor: a fifth of the force over a tonne, so that S / ZPA is near 1.
-        "anchor_acceleration": ((*dims, "component", "time"), force / 5e3),
-        "largest_force": ((*dims, "component"), largest),
-        "imbalance": (dims, np.full(shape, asked.imbalance)),
-        "psa": ((*dims, "axis", "frequency"), psa),
-        "spectrum_force": ((*dims, "choice", "component"), found),
+        "anchor_acceleration": ((*LOAD, "component", "time"), (force / 5e3).astype(np.float32)),
+        "largest_force": ((*LOAD, "component"), peak[..., None] * along),
+        "imbalance": (LOAD, np.full(peak.shape, asked.imbalance)),
+        "psa": (
+            (*LOAD, "axis", "frequency"),
+            peak[..., None, None] / 5e3 * (along[:3] == 1.0)[:, None] * hill,
+        ),
+        "spectrum_force": ((*LOAD, "choice", "component"), found),
+        "mode_psa": (
+            (*LOAD, "component", "mode"),
+            np.array([1.0, 10.0])[:, None, None, None] * np.ones((*peak.shape, 1, 1)) * ordinate,
+        ),
+        # 15 kN on anchors at 0.5 m; all of the base is lifted by 20 kN less than one is pulled.
+        "net_tension": (LOAD, tension.copy()),
+        "net_uplift": (LOAD, tension - 20e3),
+        "spectrum_tension": (
+            (*LOAD, "choice"),
+            1.1 * tension[..., None] * np.ones(len(asked.choices)),
+        ),
     }
 
 
 def _modes(asked: WantedDevice) -> dict[str, tuple]:
     count = len(asked.devices)
-    frequency = np.full((count, 5), np.nan)
-    damping = np.full((count, 5), np.nan)
+    frequency = np.tile([*FREQUENCIES, np.nan], (count, 1))
+    damping = np.tile([*4 * [0.02], np.nan], (count, 1))
     mass = np.full((count, 6, 5), np.nan)
-    for d in range(count):
-        frequency[d, :4] = FREQUENCIES
-        damping[d, :4] = 0.02
-        mass[d, :, :4] = 0.0
-        for mode in range(4):
-            mass[d, mode % 2, mode] = MASSES[mode // 2]
-            mass[d, 4 - mode % 2, mode] = HEIGHT**2 * MASSES[mode // 2]
+    mass[..., :4] = 0.0
+    for mode in range(4):
+        mass[:, mode % 2, mode] = MASSES[mode // 2]
+        mass[:, 4 - mode % 2, mode] = HEIGHT**2 * MASSES[mode // 2]
     # A last mode in the second device only, from a table: along z.
     if count > 1:
         frequency[1, 4], damping[1, 4] = 120.0, 0.03
@@ -163,41 +169,10 @@ def _modes(asked: WantedDevice) -> dict[str, tuple]:
         "mode_frequency": (("device", "mode"), frequency),
         "mode_damping": (("device", "mode"), damping),
         "effective_mass": (("device", "component", "mode"), mass),
-        "anchor_position": (("device", "xyz"), np.tile([4.1, 2.6, 12.0], (count, 1))),
-        "anchor_floor": ("device", np.full(count, 3)),
-        "anchor_nodes": ("device", np.full(count, asked.nodes)),
-    }
-
-
-def _ordinates(asked: WantedDevice) -> dict[str, tuple]:
-    """Along x and y and about x, at the modes that these move; no other component moves."""
-    psa = np.full((asked.dampings, 2, len(asked.devices), 6, 5), np.nan)
-    psa[..., [0, 1, 3], :] = 0.0
-    psa[..., 0, 0:4:2] = 1.0
-    psa[..., 1, 1:4:2] = 4.0, 8.0
-    psa[..., 3, 1:4:2] = 2.0
-    psa[:, 1] *= 10.0
-    return {"mode_psa": (("case", "impact", "device", "component", "mode"), psa)}
-
-
-def _pulls(asked: WantedDevice, pulls: tuple[float, float]) -> dict[str, tuple]:
-    """15 kN on anchors at 0.5 m; all of the base is lifted by 20 kN less than one is pulled."""
-    count = len(asked.devices)
-    dims = ("case", "impact", "device")
-    tension = np.broadcast_to(np.array(pulls)[None, :, None], (asked.dampings, 2, count))
-    by_choice = np.broadcast_to(tension[..., None], (*tension.shape, len(asked.choices)))
-    weight = np.tile([0.0, 0.0, -15e3, 0.0, 0.0, 0.0], (count, 1))
-    return {
-        "weight_force": (("device", "component"), weight),
-        "anchor_radius": ("device", np.full(count, 0.5)),
-        "net_tension": (dims, tension.copy()),
-        "net_uplift": (dims, tension - 20e3),
-        "spectrum_tension": ((*dims, "choice"), 1.1 * by_choice),
     }
 
 
 def _drawings(asked: WantedDevice) -> dict[str, tuple]:
-    count = len(asked.devices)
     known = np.nan if asked.from_modes else 1.0
     beam = known if asked.beam else np.nan
     size = known if asked.cylinder else np.nan
@@ -209,32 +184,27 @@ def _drawings(asked: WantedDevice) -> dict[str, tuple]:
         shape[mode, :, mode % 2] = 0.01 + 0.03 * turn * levels
         shape[mode, :, 4 - mode % 2] = 0.03 * turn * (1.0 if mode % 2 == 0 else -1.0)
     springs = known * np.array([1.4e8, 1.4e8, np.inf, 3e7, 3e7, np.inf])
-    return {
-        "base_stiffness": (("device", "component"), np.tile(springs, (count, 1))),
-        "body_mass": ("device", np.full(count, 1500.0 * known)),
-        "body_inertia": (("device", "axis"), np.full((count, 3), 220.0 * known)),
-        "body_height": ("device", np.full(count, HEIGHT * known)),
-        "body_radius": ("device", np.full(count, 0.5 * size)),
-        "body_length": ("device", np.full(count, 1.0 * size)),
-        "beam_length": ("device", np.full(count, HEIGHT * beam)),
-        "beam_mass": ("device", np.full(count, 45.9 * beam)),
-        "beam_bending": (("device", "bending_about"), np.full((count, 2), 8e7 * beam)),
-        "level_height": (("device", "level"), np.tile(levels, (count, 1))),
-        "mode_shape": (
-            ("device", "mode", "level", "component"),
-            np.tile(known * shape, (count, 1, 1, 1)),
-        ),
+    of_one = {
+        "anchor_position": ("xyz", [4.1, 2.6, 12.0]),
+        "anchor_floor": ("", 3),
+        "anchor_nodes": ("", asked.nodes),
+        "anchor_radius": ("", 0.5),
+        "weight_force": ("component", [0.0, 0.0, -15e3, 0.0, 0.0, 0.0]),
+        "base_stiffness": ("component", springs),
+        "body_mass": ("", 1500.0 * known),
+        "body_inertia": ("axis", np.full(3, 220.0 * known)),
+        "body_height": ("", HEIGHT * known),
+        "body_radius": ("", 0.5 * size),
+        "body_length": ("", 1.0 * size),
+        "beam_length": ("", HEIGHT * beam),
+        "beam_mass": ("", 45.9 * beam),
+        "beam_bending": ("bending_about", np.full(2, 8e7 * beam)),
+        "level_height": ("level", levels),
+        "mode_shape": ("mode level component", known * shape),
     }
-
-
-def _cases(asked: WantedDevice) -> dict[str, tuple]:
-    dampings = list(DAMPINGS.values())[: asked.dampings]
     return {
-        "mass_coefficient": ("case", np.array([d[0] for d in dampings])),
-        "stiffness_coefficient": ("case", np.array([d[1] for d in dampings])),
-        "epsilon": ("case", np.array(EPSILON[: asked.dampings])),
-        "epsilon_calibrated": ("case", np.array(CALIBRATED[: asked.dampings])),
-        "impact_force": ("case", np.full(asked.dampings, asked.impact_force)),
+        name: (("device", *dims.split()), np.stack(len(asked.devices) * [values]))
+        for name, (dims, values) in of_one.items()
     }
 
 

@@ -14,16 +14,6 @@ from impactfem.system.errors import ImpactfemError
 from .device_store import DETAILED, FREQUENCIES, HEIGHT, MASSES, SHARES, device_folder
 
 PUBLISHED = Path(__file__).parents[3] / "geometry" / "npp_pair_published.csv"
-TABLES = [
-    "modes",
-    "demand",
-    "dampings",
-    "damping_study",
-    "analyses",
-    "anchors",
-    "verdict",
-    "shares",
-]
 
 
 def rows(path):
@@ -201,19 +191,6 @@ def test_the_demand_has_every_rigid_part(tmp_path):
     ]
 
 
-def test_verdict_on_rigid_parts(tmp_path):
-    _, rows = verdicts(tmp_path, choices=RIGID)
-    covered = [row["finding"] for row in rows if row["question"].startswith("does response")]
-    assert covered == [
-        "with spectra as computed: without impact in 0 of 4 dampings, 20.0 % too low at most; with "
-        "impacts in 0 of 4 dampings, 10.0 % too low at most",
-        "with rigid part by Gupta: without impact not done; with impacts in 0 of 4 dampings, 5.0 % "
-        "too low at most",
-        "with rigid part by Lindley-Yow: without impact in 4 of 4 dampings; with impacts in 0 of 4 "
-        "dampings, 3.0 % too low at most",
-    ]
-
-
 def test_parts_of_modes(tmp_path):
     found = tables(tmp_path, dampings=1)["shares"]
     # Along y and about x; what x does to a force along y is nothing.
@@ -230,80 +207,108 @@ def test_parts_of_modes(tmp_path):
     assert float(found[0]["displacement [mm or mrad]"]) == pytest.approx(displacement)
 
 
-def verdicts(folder, **wanted):
-    found = tables(folder, **wanted)["verdict"]
-    return {(row["damping"], row["question"]): row["finding"] for row in found}, found
+POUNDING = ("own", "does pounding lower the difference")
+ROTATIONS = ("own", "what do rotations explain")
+DAMPING = ("all", "what does damping do")
+STILL = {"detailed": ((0.0, 0.0),) * 4}
+TURNED = {"choices": {"srss": (0.9, 1.1), "srss.rotations": (1.3, 1.2)}}
 
 
-POUNDING = "does pounding lower the difference"
-ROTATIONS = "what do rotations explain"
-
-
-def test_verdict_on_pounding(tmp_path):
-    found, _ = verdicts(tmp_path)
-    assert found["own", POUNDING] == (
-        "yes, the difference falls: RSA is 35.0 % too low without impact, RSA is 5.0 % too low "
-        "with impacts, where the force is 6.6 times as large"
-    )
+def with_shares(without, with_impacts):
+    return {"choices": {"srss": (without, with_impacts)}}
 
 
 @pytest.mark.parametrize(
-    ("shares", "start"),
+    ("wanted", "question", "words"),
     [
-        ((0.95, 0.65), "no, the difference grows: RSA is 5.0 % too low without"),
-        ((0.95, 1.2), "no, the difference grows: RSA is 5.0 % too low without impact, RSA is 20.0"),
-        ((0.95, 0.951), "no, the difference stays: "),
-        ((0.95, 1.0), "yes, the difference falls: RSA is 5.0 % too low without impact, RSA agrees"),
+        (
+            {},
+            POUNDING,
+            "yes, the difference falls: RSA is 35.0 % too low without impact, RSA is 5.0 % too low "
+            "with impacts, where the force is 6.6 times as large",
+        ),
+        (
+            with_shares(0.95, 0.65),
+            POUNDING,
+            "no, the difference grows: RSA is 5.0 % too low without",
+        ),
+        (
+            with_shares(0.95, 1.2),
+            POUNDING,
+            "no, the difference grows: RSA is 5.0 % too low without impact, RSA is 20.0",
+        ),
+        (with_shares(0.95, 0.951), POUNDING, "no, the difference stays: "),
+        (
+            with_shares(0.95, 1.0),
+            POUNDING,
+            "yes, the difference falls: RSA is 5.0 % too low without impact, RSA agrees",
+        ),
+        ({"impact_force": 0.0}, POUNDING, "there is no impact; RSA is 35.0 % too low"),
+        (STILL, POUNDING, "nothing moves the device"),
+        (
+            STILL,
+            ROTATIONS,
+            "without impact: nothing moves the device; with impacts: nothing moves the device",
+        ),
+        (STILL, DAMPING, "nothing moves the device"),
+        (
+            {},
+            DAMPING,
+            "without impact the difference lies between 35.0 and 35.0 %, farthest from zero with "
+            "the damping own, and the detailed force between 9 kN and 12 kN; with impacts the "
+            "difference lies between 5.0 and 5.0 %, farthest from zero with the damping own, and "
+            "the detailed force between 64 kN and 116 kN",
+        ),
+        (
+            {},
+            ROTATIONS,
+            "without impact: rotations raise RSA by 49.2 %, 91 % of what it lacks; RSA is 3.0 % "
+            "too low with them; with impacts: rotations raise RSA by 1.05 %, 20 % of what it "
+            "lacks; RSA is 4.0 % too low with them",
+        ),
+        (
+            TURNED,
+            ROTATIONS,
+            "without impact: rotations raise RSA by 44.4 %, by more than it lacks; RSA is 30.0 % "
+            "too high with them; with impacts: rotations raise RSA by 9.09 %, which lacked "
+            "nothing; RSA is 20.0 % too high with them",
+        ),
     ],
 )
-def test_verdict_on_pounding_that_does_not_help(tmp_path, shares, start):
-    found, _ = verdicts(tmp_path, choices={"srss": shares})
-    assert found["own", POUNDING].startswith(start)
+def test_verdict(tmp_path, wanted, question, words):
+    found = tables(tmp_path, **wanted)["verdict"]
+    answers = {(row["damping"], row["question"]): row["finding"] for row in found}
+    assert answers[question].startswith(words)
+    if words.endswith("with them"):
+        assert answers[question] == words
 
 
-def test_verdict_without_impact(tmp_path):
-    found, _ = verdicts(tmp_path, impact_force=0.0)
-    assert found["own", POUNDING] == "there is no impact; RSA is 35.0 % too low"
+def test_verdict_on_what_covers_the_detailed_force(tmp_path):
+    def covered(name, **wanted):
+        (tmp_path / name).mkdir()
+        found = tables(tmp_path / name, **wanted)["verdict"]
+        return [row["finding"] for row in found if row["question"].startswith("does response")]
 
-
-def test_verdict_on_a_device_at_rest(tmp_path):
-    found, _ = verdicts(tmp_path, detailed=((0.0, 0.0),) * 4)
-    assert found["own", POUNDING] == "nothing moves the device"
-    assert found["own", ROTATIONS].count("nothing moves the device") == 2
-    assert found["all", "what does damping do"] == "nothing moves the device"
-
-
-def test_verdict_on_rotations(tmp_path):
-    found, _ = verdicts(tmp_path)
-    assert found["own", ROTATIONS] == (
-        "without impact: rotations raise RSA by 49.2 %, 91 % of what it lacks; RSA is 3.0 % too "
-        "low with them; with impacts: rotations raise RSA by 1.05 %, 20 % of what it lacks; RSA "
-        "is 4.0 % too low with them"
-    )
-    choices = {"srss": (0.9, 1.1), "srss.rotations": (1.3, 1.2)}
-    found, _ = verdicts(tmp_path, choices=choices)
-    assert found["own", ROTATIONS] == (
-        "without impact: rotations raise RSA by 44.4 %, by more than it lacks; RSA is 30.0 % too "
-        "high with them; with impacts: rotations raise RSA by 9.09 %, which lacked nothing; RSA "
-        "is 20.0 % too high with them"
-    )
-
-
-def test_verdict_on_dampings_and_cover(tmp_path):
-    _, found = verdicts(tmp_path)
-    damping, *covered = (row["finding"] for row in found if row["damping"] == "all")
-    assert "the detailed force between 9 kN and 12 kN" in damping
-    assert "the detailed force between 64 kN and 116 kN" in damping
-    assert covered[0] == (
+    first, *_, last = covered("rotations")
+    assert first == (
         "with spectra as computed: without impact in 0 of 4 dampings, 35.0 % too low at most; "
         "with impacts in 0 of 4 dampings, 5.0 % too low at most"
     )
-    assert covered[3] == (
+    assert last == (
         "with rotations and broadened peaks: without impact in 4 of 4 dampings; "
         "with impacts in 4 of 4 dampings"
     )
-    _, found = verdicts(tmp_path, dampings=1)
-    assert not any(row["question"] == "what does damping do" for row in found)
+    assert covered("rigid", choices=RIGID) == [
+        "with spectra as computed: without impact in 0 of 4 dampings, 20.0 % too low at most; with "
+        "impacts in 0 of 4 dampings, 10.0 % too low at most",
+        "with rigid part by Gupta: without impact not done; with impacts in 0 of 4 dampings, 5.0 % "
+        "too low at most",
+        "with rigid part by Lindley-Yow: without impact in 4 of 4 dampings; with impacts in 0 of 4 "
+        "dampings, 3.0 % too low at most",
+    ]
+    (tmp_path / "one").mkdir()
+    alone = tables(tmp_path / "one", dampings=1)["verdict"]
+    assert not any(row["question"] == DAMPING[1] for row in alone)
 
 
 def test_a_table_that_cannot_be_written(tmp_path):
