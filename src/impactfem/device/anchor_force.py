@@ -48,22 +48,15 @@ class Quantities:
     Under a constant acceleration ä of the anchors the device comes to rest against them at
     x = -K⁻¹ L ä.
 
-    Args:
-        names: What they are, n_q of them.
-        units: Their units.
-        own: c, shape (n_q, n).
-        acceleration: d, shape (n_q, 6 p).
-        displacement: e, shape (n_q, 6 p).
-
     Raises:
         ImpactfemError: Shapes do not fit each other.
     """
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    own: Array
-    acceleration: Array
-    displacement: Array
+    names: tuple[str, ...]  # what they are, n_q of them
+    units: tuple[str, ...]  # their units
+    own: Array  # c, shape (n_q, n)
+    acceleration: Array  # d, shape (n_q, 6 p)
+    displacement: Array  # e, shape (n_q, 6 p)
 
     def __post_init__(self) -> None:
         n_q = len(self.names)
@@ -207,23 +200,15 @@ def base_imbalance(
 
 @dataclass(frozen=True, eq=False)
 class AnchorForce:
-    """Histories at the samples of the motion, the device at rest at the first one.
+    """Histories at the samples of the motion, the device at rest at the first one."""
 
-    Args:
-        time: Shape (n_t,) [s].
-        force: F of the device on the floor, shape (6 p, n_t) [N, N m].
-        motion: Own coordinates x relative to the anchors, shape (n, n_t) [m, rad].
-        modal: z of the modes used, shape (m, n_t).
-        modes: These modes.
-        imbalance: Largest difference of (1) and (2), of the largest force or the largest moment
-            [-]; nan where all motions of the base are blocked.
-    """
-
-    time: Array
-    force: Array
-    motion: Array
-    modal: Array
-    modes: DeviceModes
+    time: Array  # shape (n_t,) [s]
+    force: Array  # F of the device on the floor, shape (6 p, n_t) [N, N m]
+    motion: Array  # own coordinates x relative to the anchors, shape (n, n_t) [m, rad]
+    modal: Array  # z of the modes used, shape (m, n_t)
+    modes: DeviceModes  # those
+    # largest difference of (1) and (2), of the largest force or the largest moment [-]; nan where
+    # all motions of the base are blocked
     imbalance: float
 
     @property

@@ -175,16 +175,12 @@ def combine_inputs(responses: Array, rule: InputRule) -> Array:
 class Gupta:
     """Equation (1).
 
-    Args:
-        f1: f₁ [Hz]; from the spectrum when None.
-        f2: f₂ [Hz]; from the spectrum when None.
-
     Raises:
         ImpactfemError: The frequencies do not ascend.
     """
 
-    f1: float | None = None
-    f2: float | None = None
+    f1: float | None = None  # f₁ [Hz]; from the spectrum when None
+    f2: float | None = None  # f₂ [Hz]; from the spectrum when None
 
     def __post_init__(self) -> None:
         f1 = 0.0 if self.f1 is None else self.f1
@@ -246,30 +242,20 @@ RigidResponse = Gupta | LindleyYow
 
 @dataclass(frozen=True)
 class Rules:
-    """How responses are combined.
+    """How responses are combined."""
 
-    Args:
-        modes: Combination of modes.
-        duration: Of the strong motion, for the double sum [s].
-        rigid: Rigid part of the modes; none when None.
-        missing_mass: Whether R_m of :mod:`impactfem.device.spectrum_analysis`, what the modes in
-            use do not carry, is added.
-        maximum_frequency: Modes above it count as missing mass [Hz]; all are used when None.
-        supports: Combination of the same component of several anchors: "srss" when they move
-            independently, "algebraic" when they move together, or "abs".
-        rotations: Combination of a rotation with the translation it comes with.
-        directions: Combination of these pairs.
-        displacements: Combination of the displacements of the anchors.
-        whole: Combination of these with all the rest: "srss" or "abs".
-    """
-
-    modes: Combination = "cqc"
-    duration: float | None = None
-    rigid: RigidResponse | None = None
+    modes: Combination = "cqc"  # combination of modes
+    duration: float | None = None  # of the strong motion, for the double sum [s]
+    rigid: RigidResponse | None = None  # rigid part of the modes; none when None
+    # whether R_m of `device.spectrum_analysis`, what the modes in use do not carry,
+    # is added
     missing_mass: bool = True
+    # modes above it count as missing mass [Hz]; all are used when None
     maximum_frequency: float | None = None
+    # combination of the same component of several anchors: "srss" when they move independently,
+    # "algebraic" when they move together, or "abs"
     supports: SupportRule = "srss"
-    rotations: InputRule = "srss"
-    directions: InputRule = "srss"
-    displacements: InputRule = "srss"
-    whole: InputRule = "srss"
+    rotations: InputRule = "srss"  # combination of a rotation with the translation it comes with
+    directions: InputRule = "srss"  # combination of these pairs
+    displacements: InputRule = "srss"  # combination of the displacements of the anchors
+    whole: InputRule = "srss"  # combination of these with all the rest: "srss" or "abs"

@@ -70,34 +70,24 @@ def refuse_mechanism(name: str, K: Array, motions: Sequence[str]) -> None:
 class Device:
     """Matrices of a device with n own coordinates and p anchors.
 
-    Args:
-        name: Name of the device.
-        motions: Names of the own coordinates, n of them.
-        M: Mass, symmetric, not indefinite, shape (n, n) [kg, kg m, kg m2].
-        K: Stiffness, symmetric and positive definite, shape (n, n) [N/m, N, N m].
-        L: Coupling mass, shape (n, 6 p).
-        J: Mass of the rigid device about its anchors, shape (6 p, 6 p).
-        r: Own coordinates by unit motions of the anchors, shape (n, 6 p) [-, m, 1/m].
-        damping: Rayleigh damping of the own coordinates, or one ratio for all modes [-].
-        dampers: Damping matrix of what is added to it, shape (n, n); none when left out.
-        anchor_stiffness: K_a, shape (6 p, 6 p); zero when left out.
-
     Raises:
         ImpactfemError: Shapes do not fit, a matrix is not finite or not symmetric, the device has
             no mass, the damping ratio is 100 % or more, or the stiffness leaves a motion free: the
             message names the motion.
     """
 
-    name: str
-    motions: tuple[str, ...]
-    M: Array
-    K: Array
-    L: Array
-    J: Array
-    r: Array
+    name: str  # name of the device
+    motions: tuple[str, ...]  # names of the own coordinates, n of them
+    M: Array  # mass, symmetric, not indefinite, shape (n, n) [kg, kg m, kg m2]
+    K: Array  # stiffness, symmetric and positive definite, shape (n, n) [N/m, N, N m]
+    L: Array  # coupling mass, shape (n, 6 p)
+    J: Array  # mass of the rigid device about its anchors, shape (6 p, 6 p)
+    r: Array  # own coordinates by unit motions of the anchors, shape (n, 6 p) [-, m, 1/m]
+    # Rayleigh damping of the own coordinates, or one ratio for all modes [-]
     damping: Rayleigh | float
+    # damping matrix of what is added to it, shape (n, n); none when left out
     dampers: Array | None = None
-    anchor_stiffness: Array | None = None
+    anchor_stiffness: Array | None = None  # K_a, shape (6 p, 6 p); zero when left out
     C: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -165,22 +165,14 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class TableMode:
-    """One mode.
+    """One mode."""
 
-    Args:
-        frequency: [Hz].
-        direction: "x", "y", "z", "rx", "ry" or "rz": how it moves.
-        effective_mass: Of this direction [kg], or about this axis [kg m2].
-        height: Where it acts above the anchor, for a horizontal direction [m]: overturning moment
-            over force.
-        damping: Ratio of its own; that of the device when None [-].
-    """
-
-    frequency: float
-    direction: str
-    effective_mass: float
+    frequency: float  # [Hz]
+    direction: str  # "x", "y", "z", "rx", "ry" or "rz": how it moves
+    effective_mass: float  # of this direction [kg], or about this axis [kg m2]
+    # where it acts above the anchor, for a horizontal direction [m]: overturning moment over force
     height: float = 0.0
-    damping: float | None = None
+    damping: float | None = None  # ratio of its own; that of the device when None [-]
 
 
 def from_modes(

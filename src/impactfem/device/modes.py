@@ -37,23 +37,14 @@ PROPORTIONAL = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class DeviceModes:
-    """Modes in ascending frequency.
+    """Modes in ascending frequency."""
 
-    Args:
-        frequency: Natural frequencies, shape (m,) [Hz].
-        damping: Damping ratios ξ = φᵀ C φ / (2 ω), shape (m,) [-].
-        shape: φ with φᵀ M φ = 1, shape (n, m).
-        participation: Γ of every component of the anchors, shape (6 p, m) [√kg, √kg m].
-        total: J of the device, shape (6 p, 6 p).
-        proportional: Whether damping does not couple the modes.
-    """
-
-    frequency: Array
-    damping: Array
-    shape: Array
-    participation: Array
-    total: Array
-    proportional: bool
+    frequency: Array  # natural frequencies, shape (m,) [Hz]
+    damping: Array  # damping ratios ξ = φᵀ C φ / (2 ω), shape (m,) [-]
+    shape: Array  # φ with φᵀ M φ = 1, shape (n, m)
+    participation: Array  # Γ of every component of the anchors, shape (6 p, m) [√kg, √kg m]
+    total: Array  # J of the device, shape (6 p, 6 p)
+    proportional: bool  # whether damping does not couple the modes
 
     @property
     def omega(self) -> Array:

@@ -45,17 +45,11 @@ MASSLESS_DAMPING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class MountedDevice:
-    """A device and where it stands.
+    """A device and where it stands."""
 
-    Args:
-        name: Its name.
-        device: The device; a rigid body alone is one mass at its anchor.
-        at: Body and port of each anchor; none for matrices alone.
-    """
-
-    name: str
-    device: Device | RigidBody
-    at: tuple[Place, ...] = ()
+    name: str  # its name
+    device: Device | RigidBody  # the device; a rigid body alone is one mass at its anchor
+    at: tuple[Place, ...] = ()  # body and port of each anchor; none for matrices alone
 
     @property
     def mass(self) -> Array:
@@ -108,29 +102,20 @@ class MountedDevice:
 
 @dataclass(frozen=True, eq=False)
 class MountedHistory:
-    """One device, at the samples of the loads.
+    """One device, at the samples of the loads."""
 
-    Args:
-        name: Its name.
-        force: F of the device on the floor at its anchors, shape (6 p, n_t) [N, N m]: N, F and M of
-            its base. The floor's on the device is -F.
-        anchor_displacement: Relative to the ground, shape (6 p, n_t) [m, rad].
-        anchor_velocity: Relative to the ground, same shape [m/s, rad/s].
-        anchor_acceleration: Absolute, same shape [m/s2, rad/s2].
-        motion: Own coordinates x relative to the anchors, shape (n, n_t) [m, rad].
-        acceleration: Own coordinates' absolute acceleration ẍ + r ä, shape (n, n_t)
-            [m/s2, rad/s2].
-        imbalance: Largest difference of inertia forces and spring forces at the base, of the
-            largest force or moment [-]; nan where all motions of the base are blocked.
-    """
-
-    name: str
+    name: str  # its name
+    # F of the device on the floor at its anchors, shape (6 p, n_t) [N, N m]: N, F and M of its
+    # base. The floor's on the device is -F
     force: Array
-    anchor_displacement: Array
-    anchor_velocity: Array
-    anchor_acceleration: Array
-    motion: Array
+    anchor_displacement: Array  # relative to the ground, shape (6 p, n_t) [m, rad]
+    anchor_velocity: Array  # relative to the ground, same shape [m/s, rad/s]
+    anchor_acceleration: Array  # absolute, same shape [m/s2, rad/s2]
+    motion: Array  # own coordinates x relative to the anchors, shape (n, n_t) [m, rad]
+    # own coordinates' absolute acceleration ẍ + r ä, shape (n, n_t) [m/s2, rad/s2]
     acceleration: Array
+    # largest difference of inertia forces and spring forces at the base, of the largest force or
+    # moment [-]; nan where all motions of the base are blocked
     imbalance: float
 
     @property
@@ -141,19 +126,12 @@ class MountedHistory:
 
 @dataclass(frozen=True, eq=False)
 class MountedResponse:
-    """All devices.
+    """All devices."""
 
-    Args:
-        time: Shape (n_t,) [s].
-        devices: In the order they were given.
-        link_force: F of the links between the bodies, shape (n_t, n_links) [N].
-        energy: Of bodies and devices, by velocities relative to the ground.
-    """
-
-    time: Array
-    devices: tuple[MountedHistory, ...]
-    link_force: Array
-    energy: Energy
+    time: Array  # shape (n_t,) [s]
+    devices: tuple[MountedHistory, ...]  # in the order they were given
+    link_force: Array  # F of the links between the bodies, shape (n_t, n_links) [N]
+    energy: Energy  # of bodies and devices, by velocities relative to the ground
 
 
 def mounted_response(

@@ -18,17 +18,14 @@ Array = npt.NDArray[np.float64]
 class BaseSprings:
     """Stiffness of the base against the anchor, both at the anchor point.
 
-    Args:
-        stiffness: Symmetric matrix, shape (6, 6) [N/m, N, N m/rad] in the order of COMPONENTS.
-            Rows and columns of the blocked motions are not read.
-        blocked: Which motions the base shares with the anchor, as if their spring were rigid,
-            shape (6,).
-
     Raises:
         ImpactfemError: The matrix is not symmetric and finite in the motions that are free.
     """
 
+    # symmetric matrix, shape (6, 6) [N/m, N, N m/rad] in the order of COMPONENTS. Rows and columns
+    # of the blocked motions are not read
     stiffness: Array
+    # which motions the base shares with the anchor, as if their spring were rigid, shape (6,)
     blocked: npt.NDArray[np.bool_]
 
     def __post_init__(self) -> None:
@@ -71,19 +68,14 @@ class BaseSprings:
 class RigidBody:
     """A rigid body.
 
-    Args:
-        mass: m, positive [kg].
-        centre: Mass centre, from the anchor, shape (3,) [m]; (0, 0, h) is at the height h.
-        inertia: Tensor about the mass centre along the axes, shape (3, 3) [kg m2].
-
     Raises:
         ImpactfemError: The mass is not positive and finite, or the inertia is not symmetric, or
             negative in a direction.
     """
 
-    mass: float
-    centre: Array
-    inertia: Array
+    mass: float  # m, positive [kg]
+    centre: Array  # mass centre, from the anchor, shape (3,) [m]; (0, 0, h) is at the height h
+    inertia: Array  # tensor about the mass centre along the axes, shape (3, 3) [kg m2]
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.mass) and self.mass > 0.0):
@@ -136,31 +128,20 @@ PLANES = ((0, 4, 1.0), (1, 3, -1.0))
 class Beam:
     """An upright beam from the anchor point upwards.
 
-    Args:
-        length: l [m].
-        bending_x: E I for bending about x, which moves it along y [N m2].
-        bending_y: E I for bending about y, which moves it along x [N m2].
-        shear_x: Shear stiffness G A_v along x [N]; infinite when left out.
-        shear_y: Along y.
-        stretching: E A [N]; infinite when left out.
-        twisting: G J [N m2]; infinite when left out.
-        mass: Of the whole beam, evenly distributed [kg]; its rotary inertia is left out.
-        elements: Number of elements.
-
     Raises:
         ImpactfemError: A stiffness or the length is not positive, the mass is negative, or there is
             no element.
     """
 
-    length: float
-    bending_x: float
-    bending_y: float
-    shear_x: float = math.inf
-    shear_y: float = math.inf
-    stretching: float = math.inf
-    twisting: float = math.inf
-    mass: float = 0.0
-    elements: int = 4
+    length: float  # l [m]
+    bending_x: float  # E I for bending about x, which moves it along y [N m2]
+    bending_y: float  # E I for bending about y, which moves it along x [N m2]
+    shear_x: float = math.inf  # shear stiffness G A_v along x [N]; infinite when left out
+    shear_y: float = math.inf  # along y
+    stretching: float = math.inf  # E A [N]; infinite when left out
+    twisting: float = math.inf  # G J [N m2]; infinite when left out
+    mass: float = 0.0  # of the whole beam, evenly distributed [kg]; its rotary inertia is left out
+    elements: int = 4  # number of elements
 
     def __post_init__(self) -> None:
         for name in ("length", "bending_x", "bending_y"):

@@ -46,26 +46,17 @@ class NotRigidError(ImpactfemError):
 class AnchorSpectrum:
     """Pseudo-acceleration spectra of one component of the motion of an anchor.
 
-    Args:
-        component: "x" to "rz".
-        frequency: Ascending, shape (n_f,) [Hz].
-        damping: Damping ratios, ascending, shape (n_d,) [-].
-        psa: Pseudo-acceleration, shape (n_d, n_f) [m/s2, rad/s2].
-        zpa: Zero-period acceleration: the largest acceleration of the anchor [m/s2, rad/s2].
-        anchor: Number of the anchor, from 1.
-        displacement: Largest displacement of the anchor against the other ones [m, rad].
-
     Raises:
         ImpactfemError: The spectra or their labels are not usable.
     """
 
-    component: str
-    frequency: Array
-    damping: Array
-    psa: Array
-    zpa: float
-    anchor: int = 1
-    displacement: float = 0.0
+    component: str  # "x" to "rz"
+    frequency: Array  # ascending, shape (n_f,) [Hz]
+    damping: Array  # damping ratios, ascending, shape (n_d,) [-]
+    psa: Array  # pseudo-acceleration, shape (n_d, n_f) [m/s2, rad/s2]
+    zpa: float  # zero-period acceleration: the largest acceleration of the anchor [m/s2, rad/s2]
+    anchor: int = 1  # number of the anchor, from 1
+    displacement: float = 0.0  # largest displacement of the anchor against the other ones [m, rad]
 
     def __post_init__(self) -> None:
         if self.component not in COMPONENTS or self.anchor < 1:

@@ -41,57 +41,34 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class InputResponse:
-    """Response to one component of one anchor.
+    """Response to one component of one anchor."""
 
-    Args:
-        spectrum: The input.
-        ordinate: Pseudo-acceleration S of each mode, shape (m,) [m/s2, rad/s2]; 0 for a mode that
-            the component does not move.
-        rigid_fraction: α, shape (m,) [-].
-        modal: R_i with its sign, shape (n_q, m).
-        missing: R_m, shape (n_q,).
-        periodic: R_p, shape (n_q,).
-        rigid: R_r, shape (n_q,).
-        total: R, shape (n_q,).
-    """
-
-    spectrum: AnchorSpectrum
+    spectrum: AnchorSpectrum  # the input
+    # pseudo-acceleration S of each mode, shape (m,) [m/s2, rad/s2]; 0 for a mode that the component
+    # does not move
     ordinate: Array
-    rigid_fraction: Array
-    modal: Array
-    missing: Array
-    periodic: Array
-    rigid: Array
-    total: Array
+    rigid_fraction: Array  # α, shape (m,) [-]
+    modal: Array  # R_i with its sign, shape (n_q, m)
+    missing: Array  # R_m, shape (n_q,)
+    periodic: Array  # R_p, shape (n_q,)
+    rigid: Array  # R_r, shape (n_q,)
+    total: Array  # R, shape (n_q,)
 
 
 @dataclass(frozen=True, eq=False)
 class SpectrumResponse:
-    """Largest responses of a device.
+    """Largest responses of a device."""
 
-    Args:
-        device: Its name.
-        modes: The modes used.
-        quantities: What was computed, n_q quantities.
-        inputs: The part of each input.
-        columns: Which component of the anchors each input is.
-        by_component: R of each component over all anchors, shape (n_q,).
-        inertial: All components combined, shape (n_q,).
-        displacement: Of the displacements of the anchors against each other, shape (n_q,).
-        notes: What was assumed, in words.
-        whole: Combination of the last two parts: "srss" or "abs".
-    """
-
-    device: str
-    modes: DeviceModes
-    quantities: Quantities
-    inputs: tuple[InputResponse, ...]
-    columns: tuple[int, ...]
-    by_component: dict[str, Array]
-    inertial: Array
-    displacement: Array
-    notes: tuple[str, ...]
-    whole: InputRule = "srss"
+    device: str  # its name
+    modes: DeviceModes  # the modes used
+    quantities: Quantities  # what was computed, n_q quantities
+    inputs: tuple[InputResponse, ...]  # the part of each input
+    columns: tuple[int, ...]  # which component of the anchors each input is
+    by_component: dict[str, Array]  # R of each component over all anchors, shape (n_q,)
+    inertial: Array  # all components combined, shape (n_q,)
+    displacement: Array  # of the displacements of the anchors against each other, shape (n_q,)
+    notes: tuple[str, ...]  # what was assumed, in words
+    whole: InputRule = "srss"  # combination of the last two parts: "srss" or "abs"
 
     @property
     def total(self) -> Array:

@@ -34,19 +34,12 @@ STILL = 1e-9
 
 @dataclass(frozen=True)
 class Support:
-    """One anchor of one device.
+    """One anchor of one device."""
 
-    Args:
-        device: Number of the device, from 0.
-        number: Number of the anchor, from 1.
-        name: The device's name; with several anchors, with the number of the anchor.
-        several: Whether the device has several.
-    """
-
-    device: int
-    number: int
-    name: str
-    several: bool
+    device: int  # number of the device, from 0
+    number: int  # number of the anchor, from 1
+    name: str  # the device's name; with several anchors, with the number of the anchor
+    several: bool  # whether the device has several
 
     @property
     def rows(self) -> slice:
@@ -74,25 +67,19 @@ def supports_of(devices: Sequence[Device]) -> tuple[Support, ...]:
 
 @dataclass(frozen=True, eq=False)
 class DeviceResult:
-    """One device at one of its anchors under one load.
+    """One device at one of its anchors under one load."""
 
-    Args:
-        support: The anchor.
-        detailed: Its response in the 3D model; forces and motions of this anchor.
-        anchor: Absolute acceleration of the anchor without the device, shape (6, n_t) [m/s2,
-            rad/s2].
-        covering: Of the components of all anchors of the device that move, at the dampings of its
-            modes: the spectra, or their envelope with those of further points.
-        shown: Pseudo-acceleration of the floor at the first damping of the device along x, y, z,
-            at the frequencies of the case, shape (3, n_f) [m/s2].
-        by_spectrum: The response spectrum analyses of the device.
-    """
-
-    support: Support
-    detailed: MountedHistory
+    support: Support  # the anchor
+    detailed: MountedHistory  # its response in the 3D model; forces and motions of this anchor
+    # absolute acceleration of the anchor without the device, shape (6, n_t) [m/s2, rad/s2]
     anchor: Array
+    # of the components of all anchors of the device that move, at the dampings of its modes: the
+    # spectra, or their envelope with those of further points
     covering: tuple[AnchorSpectrum, ...]
+    # pseudo-acceleration of the floor at the first damping of the device along x, y, z, at the
+    # frequencies of the case, shape (3, n_f) [m/s2]
     shown: Array
+    # the response spectrum analyses of the device
     by_spectrum: Mapping[SpectrumChoice, SpectrumResponse]
 
     def value(self, choice: SpectrumChoice, word: str) -> float:
@@ -111,23 +98,16 @@ class DeviceResult:
 
 @dataclass(frozen=True, eq=False)
 class Analyst:
-    """What all analyses of a study share.
+    """What all analyses of a study share."""
 
-    Args:
-        model: The reduced model of the building.
-        plans: The devices, in the order of the model's anchors, and their analyses.
-        positions: Of all anchors, shape (n_anchors, 3) [m].
-        covered: Of each anchor, numbers of the model's points that an envelope covers, too.
-        spectra: The case's floor spectra.
-        substeps: Steps of the detailed analysis in one of the loads.
-    """
-
-    model: CompleteModel
+    model: CompleteModel  # the reduced model of the building
+    # the devices, in the order of the model's anchors, and their analyses
     plans: Sequence[SpectrumPlan]
-    positions: Array
+    positions: Array  # of all anchors, shape (n_anchors, 3) [m]
+    # of each anchor, numbers of the model's points that an envelope covers, too
     covered: Sequence[Sequence[int]]
-    spectra: Spectra
-    substeps: int
+    spectra: Spectra  # the case's floor spectra
+    substeps: int  # steps of the detailed analysis in one of the loads
 
     def analyse(self, loads: Loads, damping: Rayleigh) -> list[DeviceResult]:
         """All devices at all their anchors under loads, with a damping of the building.

@@ -39,35 +39,21 @@ from impactfem.system.parallel import communicator, on_root
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What a run needs beside the matrices.
+    """What a run needs beside the matrices."""
 
-    Args:
-        parts: The building.
-        storey_factor: Factor on walls and columns.
-        devices: The devices.
-        base_plates: Where they are anchored, one for each anchor of each.
-        points: Further points, which envelopes of spectra cover.
-        plans: Response spectrum analyses of each.
-        own: Damping of the building, α [1/s] and β [s].
-        forces: Impact forces with the building's own damping.
-        loads: They and the ground motion, at the step of the 3D model.
-        motions: The ground motions.
-        calibrated_laws: Contact laws that left their restitution to the impact on the wall; empty
-            where none did.
-        restitution: What that gave by damping case; empty where there is none.
-    """
-
-    parts: BuildingParts
-    storey_factor: float
-    devices: tuple[Device, ...]
-    base_plates: tuple[BasePlate, ...]
-    points: CoveredPoints
-    plans: tuple[SpectrumPlan, ...]
-    own: Rayleigh
-    forces: ForceHistory
-    loads: Loads
-    motions: tuple[GroundMotion, ...]
+    parts: BuildingParts  # the building
+    storey_factor: float  # factor on walls and columns
+    devices: tuple[Device, ...]  # the devices
+    base_plates: tuple[BasePlate, ...]  # where they are anchored, one for each anchor of each
+    points: CoveredPoints  # further points, which envelopes of spectra cover
+    plans: tuple[SpectrumPlan, ...]  # response spectrum analyses of each
+    own: Rayleigh  # damping of the building, α [1/s] and β [s]
+    forces: ForceHistory  # impact forces with the building's own damping
+    loads: Loads  # they and the ground motion, at the step of the 3D model
+    motions: tuple[GroundMotion, ...]  # the ground motions
+    # contact laws that left their restitution to the impact on the wall; empty where none did
     calibrated_laws: frozenset[str] = frozenset()
+    # what that gave by damping case; empty where there is none
     restitution: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -137,42 +123,27 @@ def _analysis_of(case: Case) -> DeviceAnalysis:
 
 @dataclass(frozen=True, eq=False)
 class DampedStudy:
-    """The devices with one damping of the buildings.
+    """The devices with one damping of the buildings."""
 
-    Args:
-        name: Name of the damping case.
-        damping: The damping.
-        epsilon: Restitution of the pounding; None where the laws kept theirs.
-        calibrated: Whether it comes from the impact on the wall with this damping.
-        loads: Ground motion and impacts.
-        results: The devices without the impacts, and with them.
-    """
-
-    name: str
-    damping: Rayleigh
-    epsilon: float | None
-    calibrated: bool
-    loads: Loads
+    name: str  # name of the damping case
+    damping: Rayleigh  # the damping
+    epsilon: float | None  # restitution of the pounding; None where the laws kept theirs
+    calibrated: bool  # whether it comes from the impact on the wall with this damping
+    loads: Loads  # ground motion and impacts
+    # the devices without the impacts, and with them
     results: tuple[list[DeviceResult], list[DeviceResult]]
 
 
 @dataclass(frozen=True, eq=False)
 class DeviceStudy:
-    """What the stage computed.
+    """What the stage computed."""
 
-    Args:
-        case: The case.
-        prepared: What it was given.
-        model: The reduced model.
-        cases: The devices by damping; that of the building's own first.
-        full_error: With the detailed analysis in full order the largest relative difference of a
-            peak force by the reduced model from it, both at the same step; None otherwise.
-    """
-
-    case: Case
-    prepared: Prepared
-    model: CompleteModel
-    cases: tuple[DampedStudy, ...]
+    case: Case  # the case
+    prepared: Prepared  # what it was given
+    model: CompleteModel  # the reduced model
+    cases: tuple[DampedStudy, ...]  # the devices by damping; that of the building's own first
+    # With the detailed analysis in full order the largest relative difference of a peak force by
+    # the reduced model from it, both at the same step; None otherwise
     full_error: float | None = None
 
     @property

@@ -47,27 +47,16 @@ RUNS = ("no_impact", "impact")
 
 @dataclass(frozen=True, eq=False)
 class FullSystem(Held):
-    """Matrices of a building with its devices. A context manager that frees their memory.
+    """Matrices of a building with its devices. A context manager that frees their memory."""
 
-    Args:
-        K: Stiffness, PETSc AIJ.
-        M: Mass, PETSc AIJ.
-        C: C₊, PETSc AIJ.
-        patterns: Patterns of the loads at this rank's rows, shape (n_local, n_patterns).
-        devices: The devices.
-        attached: Their matrices.
-        rows: Global rows that W has columns for, shape (N,).
-        W: From these rows to y, shape (N, N).
-    """
-
-    K: Any
-    M: Any
-    C: Any
-    patterns: Array
-    devices: tuple[MountedDevice, ...]
-    attached: Attached
-    rows: Index
-    W: Array
+    K: Any  # stiffness, PETSc AIJ
+    M: Any  # mass, PETSc AIJ
+    C: Any  # C₊, PETSc AIJ
+    patterns: Array  # patterns of the loads at this rank's rows, shape (n_local, n_patterns)
+    devices: tuple[MountedDevice, ...]  # the devices
+    attached: Attached  # their matrices
+    rows: Index  # global rows that W has columns for, shape (N,)
+    W: Array  # from these rows to y, shape (N, N)
 
     def destroy(self) -> None:
         """Free the matrices. Collective."""

@@ -25,23 +25,15 @@ PREFERRED: tuple[Combination, ...] = ("srss", "cqc")
 
 @dataclass(frozen=True)
 class SpectrumChoice:
-    """One way of doing a response spectrum analysis.
+    """One way of doing a response spectrum analysis."""
 
-    Args:
-        combination: Of the modes.
-        rotations: Whether the spectra of the anchor's rotations are inputs, too.
-        broadened: Whether the peaks of the spectra are broadened.
-        source: Where the spectra come from.
-        supports: Combination of several supports, where it is not the first that was asked.
-        rigid: Method of the rigid part of the modes.
-    """
-
-    combination: Combination
-    rotations: bool = False
-    broadened: bool = False
-    source: Source = "computed"
+    combination: Combination  # of the modes
+    rotations: bool = False  # whether the spectra of the anchor's rotations are inputs, too
+    broadened: bool = False  # whether the peaks of the spectra are broadened
+    source: Source = "computed"  # where the spectra come from
+    # combination of several supports, where it is not the first that was asked
     supports: SupportRule | None = None
-    rigid: RigidMethod = "none"
+    rigid: RigidMethod = "none"  # Method of the rigid part of the modes
 
     @property
     def label(self) -> str:
@@ -75,22 +67,15 @@ Analyses = dict[SpectrumChoice, SpectrumResponse]
 
 @dataclass(frozen=True, eq=False)
 class SpectrumPlan:
-    """What is done with the spectra of a device's anchors.
+    """What is done with the spectra of a device's anchors."""
 
-    Args:
-        device: The device.
-        rules: By combination of the modes and method of their rigid part.
-        rotations: Whether analyses with rotational spectra are done, too.
-        broadening: Of the peaks of spectra for further analyses; none when 0.
-        supports: Combinations of several supports, the first for all analyses.
-        given: Spectra of a file for a further analysis; none when empty.
-    """
-
-    device: Device
-    rules: Mapping[ModeRule, Rules]
-    rotations: bool
-    broadening: float
+    device: Device  # the device
+    rules: Mapping[ModeRule, Rules]  # by combination of the modes and method of their rigid part
+    rotations: bool  # whether analyses with rotational spectra are done, too
+    broadening: float  # of the peaks of spectra for further analyses; none when 0
+    # Combinations of several supports, the first for all analyses
     supports: tuple[SupportRule, ...] = ("srss",)
+    # Spectra of a file for a further analysis; none when empty
     given: tuple[AnchorSpectrum, ...] = ()
 
     @property
