@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
@@ -65,12 +66,17 @@ def best_time(run: Callable[[], object], repeats: int) -> float:
 
 
 class Watch:
-    """Wall time and operations by label; of nested functions each has its own part alone."""
+    """Wall time and operations by label; of nested functions each has its own part alone.
+
+    What a second thread does meanwhile takes no time of its own: its operations count for what the
+    main thread does.
+    """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = defaultdict(float)
         self.operations: dict[str, float] = defaultdict(float)
         self._inside = [0.0]
+        self._labels: list[str] = []
 
     @contextmanager
     def on(
@@ -88,11 +94,18 @@ class Watch:
 
         @wraps(right)
         def watched(*arguments: Any, **options: Any) -> Any:
+            if threading.current_thread() is not threading.main_thread():
+                found = right(*arguments, **options)
+                doing = self._labels[-1] if self._labels else label
+                self.operations[doing] += operations(*arguments, **options)
+                return found
             self._inside.append(0.0)
+            self._labels.append(label)
             try:
                 found, passed = timed(lambda: right(*arguments, **options))
             finally:
                 inside = self._inside.pop()
+                self._labels.pop()
             self.seconds[label] += passed - inside
             self._inside[-1] += passed
             self.operations[label] += operations(*arguments, **options)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.reduction.krylov import KrylovBasis
+from impactfem.reduction.krylov import AT_ONCE, KrylovBasis
 from impactfem.reduction.orthonormal import CHUNK, DEPENDENT
 from impactfem.system.errors import SolutionError
 
@@ -54,6 +54,35 @@ def test_relations(membrane, basis):
     assert pytest.approx(start, rel=1e-10, abs=1e-12 * np.abs(start).max()) == V @ made.R
     # Without the tail the relation does not hold.
     assert np.abs(image(model, V) - V @ made.T).max() > 1e-6 * np.abs(image(model, V)).max()
+
+
+def test_what_is_more_than_rounding(membrane, basis, monkeypatch):
+    """A tail that has parts in the vectors before it is made orthogonal again."""
+    monkeypatch.setattr("impactfem.reduction.krylov.ROUNDING", -1.0)  # at every step
+    model = membrane()
+    made = basis(model.loads)
+    made.grow(25)
+    both = np.hstack([made.V, made.Q])
+    assert np.abs(both.T @ model.M @ both - np.eye(81)).max() < 1e-12
+    assert relation(model, made) < 1e-13
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_solutions_in_parts(membrane, basis, monkeypatch, threads):
+    """The same with one thread, and with a second one that solves ahead."""
+    monkeypatch.setenv("OMP_NUM_THREADS", str(threads))
+    model = membrane()
+    made = basis(model.loads)
+    F = np.random.default_rng(3).standard_normal((168, 2 * AT_ONCE + 5))
+    X = np.hstack([part for _, part in made.solutions(F)])
+    exact = np.linalg.solve(model.K + SHIFT * model.M, F)
+    assert pytest.approx(exact, rel=1e-9, abs=1e-12 * np.abs(exact).max()) == X
+    assert [part for part, _ in made.solutions(F[:, :3])] == [slice(0, AT_ONCE)]
+    assert not list(made.solutions(F[:, :0]))
+    made.grow(20)
+    both = np.hstack([made.V, made.Q])
+    assert np.abs(both.T @ model.M @ both - np.eye(both.shape[1])).max() < 1e-12
+    assert relation(model, made) < 1e-13
 
 
 def test_rows_and_norms(membrane, basis):

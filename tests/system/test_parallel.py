@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,22 @@ def test_threads(monkeypatch):
     assert parallel.threads() == 3
     monkeypatch.setenv("OMP_NUM_THREADS", "many")
     assert parallel.threads() == len(os.sched_getaffinity(0))
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_work_meanwhile(monkeypatch, count):
+    monkeypatch.setenv("OMP_NUM_THREADS", str(count))
+    with parallel.meanwhile(threading.current_thread) as thread:
+        here = threading.current_thread()
+    assert (thread() is here) == (count == 1)
+
+
+def test_an_error_meanwhile(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    with parallel.meanwhile(lambda: 1 // 0) as result:
+        pass
+    with pytest.raises(ZeroDivisionError):
+        result()
 
 
 SETTLED = """

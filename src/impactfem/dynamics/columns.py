@@ -40,9 +40,13 @@ def product(A: PETSc.Mat, X: Array) -> Array:
 
 def inner(A: PETSc.Mat, X: Array, Y: Array) -> Array:
     """Xᵀ Y, shape (k, l), of columns, shape (n_local, ·), over all ranks of A. Collective."""
-    local = np.ascontiguousarray(X.T @ Y)
-    total: Array = A.getComm().tompi4py().allreduce(local)
-    return total
+    return summed(A, np.ascontiguousarray(X.T @ Y))
+
+
+def summed(A: PETSc.Mat, local: Array) -> Array:
+    """The sum over all ranks of the communicator of A; of one rank without MPI. Collective."""
+    comm = A.getComm()
+    return np.asarray(local if comm.getSize() == 1 else comm.tompi4py().allreduce(local))
 
 
 def random_column(A: PETSc.Mat, stream: int = 0) -> Array:

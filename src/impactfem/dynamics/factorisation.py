@@ -176,7 +176,7 @@ class Factorisation(Held):
             given = B[:, part].toarray() if scipy.sparse.issparse(B) else B[:, part]
             right = self._dense(np.asfortranarray(given, dtype=np.float64))
             left = self._dense(X[:, part])
-            self._F.matSolve(right, left)
+            _unlocked("MatMatSolve", self._F, right, left)
             right.destroy()
             left.destroy()
         return X
@@ -240,7 +240,8 @@ def _factor_within(A: PETSc.Mat, wanted: dict[str, int]) -> PETSc.Mat:
         pc.setFactorSolverType("mumps")
         pc.setOperators(A)
         pc.setFromOptions()
-        _set_up(pc)
+        with all_blas_threads():
+            _unlocked("PCSetUp", pc)
         return pc.getFactorMatrix()
     finally:
         for key in mine:
@@ -248,14 +249,13 @@ def _factor_within(A: PETSc.Mat, wanted: dict[str, int]) -> PETSc.Mat:
         pc.destroy()
 
 
-@all_blas_threads()
-def _set_up(pc: PETSc.PC) -> None:
-    """`pc.setUp()` without Python's lock, as it may take a minute.
+def _unlocked(function: str, *objects: Any) -> None:
+    """Call a function of PETSc without Python's lock, which petsc4py keeps.
 
-    petsc4py keeps the lock: no other thread would tell how far the run is, or answer Ctrl-C.
+    With it no other thread would tell how far the run is, answer Ctrl-C, or compute.
     """
     petsc = ctypes.CDLL(PETSc.__file__)  # with the PETSc that it is linked to
-    failed = petsc.PCSetUp(ctypes.c_void_p(pc.handle))
+    failed = getattr(petsc, function)(*(ctypes.c_void_p(one.handle) for one in objects))
     if failed:
         raise PETSc.Error(failed)
 

@@ -25,15 +25,12 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from impactfem.dynamics.columns import product
-from impactfem.reduction.krylov import KrylovBasis
+from impactfem.reduction.krylov import AT_ONCE, KrylovBasis
 from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.reduction.reduced import reduced_model
+from impactfem.system.parallel import all_blas_threads
 
 Array = NDArray[np.float64]
-
-AT_ONCE = 16
-"""Responses that come into the basis at once: among themselves they are made orthogonal column by
-column, which for hundreds of them takes longer than all else, and memory for copies of all."""
 
 
 def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8) -> None:
@@ -51,8 +48,7 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
     X = free.solve(product(M, vectors.combination(low)))
     # H is kept as its coordinates in the basis, where it is now: as vectors it may be too much.
     coordinates, flexibility = [], [np.empty((G.shape[1], 0))]
-    for part in _parts(G.shape[1]):
-        H = free.solve(G[:, part])
+    for _, H in free.solutions(G):
         flexibility.append(np.asarray(G.T @ H))
         coordinates.append(vectors.append(H)[0])
     known = np.hstack(
@@ -68,8 +64,10 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
         if MX.shape[1] == 0:
             break
         X = free.solve(MX)
-    for part in _parts(held.count):
-        vectors.append(np.array(held.columns(part.start, part.stop), order="F"))
+    # Among themselves they are made orthogonal column by column, so not too many at once.
+    for first in range(0, held.count, AT_ONCE):
+        last = min(first + AT_ONCE, held.count)
+        vectors.append(np.array(held.columns(first, last), order="F"))
 
 
 def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
@@ -80,18 +78,13 @@ def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
         F: Loads at this rank's rows, shape (n_local, k), an array or of `scipy.sparse`.
         steps: Number of vectors for each: (K + σ0 M)⁻¹ F, A (K + σ0 M)⁻¹ F, ...
     """
-    X = free.solve(F)
-    for step in range(steps):
-        image = product(free.M, X) if step + 1 < steps else None
-        for part in _parts(X.shape[1]):
-            free.vectors.append(X[:, part])
-        if image is not None:
-            X = free.solve(image)
-
-
-def _parts(count: int) -> list[slice]:
-    """Columns that are taken at once."""
-    return [slice(first, min(first + AT_ONCE, count)) for first in range(0, count, AT_ONCE)]
+    for step in range(1, steps + 1):
+        images = []
+        for _, X in free.solutions(F):
+            if step < steps:
+                images.append(product(free.M, X))
+            free.vectors.append(X)
+        F = np.hstack(images) if images else F
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +106,7 @@ class GalerkinModes:
         return np.ascontiguousarray(seen.T)
 
 
+@all_blas_threads()
 def galerkin_modes(basis: KrylovBasis) -> GalerkinModes:
     """The modes on all vectors of a basis, those included that were appended to it. Collective."""
     vectors = basis.vectors

@@ -14,6 +14,9 @@ damping, CDC 2005; full reorthogonalisation as in Grimme, Sorensen and Van Doore
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -23,12 +26,16 @@ from petsc4py import PETSc
 from impactfem.dynamics.columns import combined, inner, product
 from impactfem.dynamics.factorisation import Factorisation, Held
 from impactfem.reduction.orthonormal import Orthonormal
+from impactfem.system.parallel import all_blas_threads, meanwhile
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 AT_ONCE = 16
-"""Columns whose norms are taken at once."""
+"""Columns that are solved for and used at once."""
+
+ROUNDING = 1e-10
+"""Part of a unit vector in those before it up to which it is what rounding left there."""
 
 
 class KrylovBasis(Held):
@@ -51,10 +58,11 @@ class KrylovBasis(Held):
         shifted = combined(1.0, K, shift, M)
         self._factor = Factorisation(shifted, name="the shifted stiffness matrix")
         shifted.destroy()
-        # First the vectors of V, then those of Q; and M times the latter.
+        # First the vectors of V, then those of Q; M times the latter, and A times.
         self.vectors = Orthonormal(M)
         self._size = 0
         self._MQ: Array = np.zeros((M.getLocalSize()[0], 0), order="F")
+        self._AQ = self._MQ
         self._T: Array = np.zeros((0, 0))
         self._R: Array = np.zeros((0, 0))
         self._sizes: list[int] = []
@@ -70,6 +78,21 @@ class KrylovBasis(Held):
             F: Columns, shape (n_local, k), an array or of `scipy.sparse`.
         """
         return self._factor.solve_block(F)
+
+    def solutions(self, F: Any) -> Iterator[tuple[slice, Array]]:
+        """(K + σ0 M)⁻¹ F in parts of a few columns; the next is solved while one is in use.
+
+        All at once would take as much memory as many vectors. Collective, each part.
+
+        Args:
+            F: Columns, shape (n_local, k), an array or of `scipy.sparse`.
+        """
+        parts = [slice(first, first + AT_ONCE) for first in range(0, F.shape[1], AT_ONCE)]
+        X = self.solve(F[:, :AT_ONCE])
+        for part, following in zip_longest(parts, parts[1:], fillvalue=slice(0)):
+            with meanwhile(partial(self.solve, F[:, following])) as solved:
+                yield part, X
+            X = solved()
 
     @property
     def size(self) -> int:
@@ -143,10 +166,8 @@ class KrylovBasis(Held):
             Shape (k,).
         """
         squares = np.empty(F.shape[1])
-        # All solutions at once would be as large as many vectors of the basis.
-        for first in range(0, F.shape[1], AT_ONCE):
-            part = slice(first, first + AT_ONCE)
-            squares[part] = np.diag(inner(self.M, F[:, part], self.solve(F[:, part])))
+        for part, X in self.solutions(F):
+            squares[part] = np.diag(inner(self.M, F[:, part], X))
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)), dtype=np.float64)
 
     def add(self, F: Any) -> None:
@@ -162,10 +183,12 @@ class KrylovBasis(Held):
             SolutionError: A pattern has values that are not numbers.
         """
         before = self._R.shape[1]
-        coordinates, image = self.vectors.append(self.solve(F))
+        with all_blas_threads():
+            coordinates, image = self.vectors.append(self.solve(F))
         self._R = _padded(self._R, self.vectors.count, before + F.shape[1])
         self._R[:, before:] = coordinates
         self._MQ = np.hstack([self._MQ, image])
+        self._AQ = self.solve(self._MQ)
         self.grow(1)
 
     def grow(self, steps: int) -> int:
@@ -182,14 +205,49 @@ class KrylovBasis(Held):
                 break
             # A is self-adjoint: A Q has no part in the vectors before the last block step.
             near = self._sizes[-2] if len(self._sizes) > 1 else 0
-            coordinates, self._MQ = self.vectors.append(self.solve(self._MQ), near)
-            self._T = _padded(self._T, self.vectors.count, self.vectors.count)
-            self._T[:, tail] = coordinates
-            self._T[tail, :] = coordinates.T
-            self._R = _padded(self._R, self.vectors.count, self._R.shape[1])
+            coordinates, self._MQ = self.vectors.append(self._AQ, near)
             self._size = tail.stop
             self._sizes.append(self._size)
+            self._know(tail, coordinates)
+            self._settle(tail)
+            self._R = _padded(self._R, self.vectors.count, self._R.shape[1])
         return self._size - before
+
+    def _know(self, last: slice, coordinates: Array) -> None:
+        """Enter the coordinates of A V of some of the last vectors, shape (count, k)."""
+        n = self._size
+        self._T = _padded(self._T[:n, :n], self.vectors.count, self.vectors.count)
+        self._T[:, last] = coordinates
+        self._T[last, :] = coordinates.T
+
+    def _settle(self, last: slice) -> None:
+        """Apply A to the new tail Q, and take off rounding at the same time. Collective.
+
+        Q = Q' + V c, with the small c = Vᵀ M Q. What was taken off Q counts in A V = V T + Q S,
+        and as A V c = V T c + Q S c is to be taken off A Q; left there, it would grow step by step.
+
+        Args:
+            last: The vectors whose images under A brought in the tail.
+        """
+        n, vectors = self._size, self.vectors
+        with meanwhile(lambda: self.solve(self._MQ)) as solved:
+            c = vectors.seen(self._MQ, n).T
+            known = self.T @ c
+            inside = vectors.combination(np.hstack([c, known]))
+            vectors.replace(n, self.Q - inside[:, : c.shape[1]])
+        coordinates = self._T[:, last].copy()
+        coordinates[:n] += c @ coordinates[n:]
+        if np.abs(c).max(initial=0.0) > ROUNDING:
+            # Q was nearly dependent on the vectors before it: some of it may be rounding alone.
+            outside, self._MQ = vectors.append(vectors.drop(n))
+            coordinates[:n] += outside[:n] @ coordinates[n:]
+            coordinates = np.vstack([coordinates[:n], outside[n:] @ coordinates[n:]])
+            self._AQ = self.solve(self._MQ)
+        else:
+            self._AQ = solved()
+            self._AQ -= inside[:, c.shape[1] :]
+            self._AQ -= self.Q @ (self.S @ c)
+        self._know(last, coordinates)
 
 
 def _padded(A: Array, rows: int, columns: int) -> Array:

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from scipy.linalg.blas import dgemm
 
-from impactfem.dynamics.columns import inner, product
+from impactfem.dynamics.columns import inner, product, summed
 from impactfem.reduction.room import Room, room
 from impactfem.system.errors import SolutionError
-from impactfem.system.parallel import all_blas_threads
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -46,13 +45,13 @@ class Orthonormal:
         self.count = 0
         self._chunks: list[Room] = []
 
-    @all_blas_threads()
-    def append(self, X: Array, near: int = 0) -> tuple[Array, Array]:
+    def append(self, X: Array, near: int | None = None) -> tuple[Array, Array]:
         """Take in what X has outside the columns there are. X is overwritten.
 
         Args:
             X: Columns, shape (n_local, k), Fortran order.
-            near: The first of the columns there are in which X has parts, but for rounding.
+            near: The first of the columns there are in which X has parts, but for rounding, which
+                is left there. Without it X has parts in all, and they are taken off to rounding.
 
         Returns:
             The coordinates of X in all columns, shape (count, k); and M times the new ones, shape
@@ -70,8 +69,8 @@ class Orthonormal:
         # Twice is enough, and needed: what is left of a nearly dependent vector is mostly rounding.
         # Once more, where the second time takes away more than rounding; a vector that is then not
         # there any more was rounding itself.
-        first, least = near, DEPENDENT * length
-        for attempt in range(3):
+        first, least = near or 0, DEPENDENT * length
+        for attempt in range(3 if near is None else 1):
             known = self._subtract(first, X, MX)
             coordinates[first:] += known @ B
             X, MX, inside = _orthonormal(self.M, X, product(self.M, X), least)
@@ -82,6 +81,17 @@ class Orthonormal:
                 break
         self._store(X)
         return np.vstack([coordinates, B]), MX
+
+    def replace(self, first: int, X: Array) -> None:
+        """Put others in place of the columns from one on, shape (n_local, number of them)."""
+        self.count = first
+        self._store(X)
+
+    def drop(self, first: int) -> Array:
+        """Take out the columns from one on, shape (n_local, number of them), Fortran order."""
+        X = np.array(self.columns(first, self.count), order="F")
+        self.count = first
+        return X
 
     def rows(self, index: Index, first: int, last: int) -> Array:
         """Some of this rank's rows of a range of columns, without a copy of the others.
@@ -102,7 +112,6 @@ class Orthonormal:
             start += piece.shape[1]
         return found
 
-    @all_blas_threads()
     def seen(self, L: Any, last: int) -> Array:
         """Lᵀ V of the first columns, shape (k, last), the same on all ranks.
 
@@ -112,11 +121,8 @@ class Orthonormal:
             last: Number of columns.
         """
         pieces = [L.T @ piece for piece in self.pieces(0, last)]
-        local = np.concatenate([np.empty((L.shape[1], 0)), *pieces], axis=1)
-        total: Array = self.M.getComm().tompi4py().allreduce(local)
-        return total
+        return summed(self.M, np.concatenate([np.empty((L.shape[1], 0)), *pieces], axis=1))
 
-    @all_blas_threads()
     def combination(self, coordinates: Array) -> Array:
         """V c of the first columns, shape (n_local, k), Fortran order.
 
@@ -133,10 +139,9 @@ class Orthonormal:
 
     def _subtract(self, first: int, X: Array, MX: Array) -> Array:
         """Take V (Vᵀ M X) of the vectors V from the first on off X; gives Vᵀ M X."""
-        comm = self.M.getComm().tompi4py()
         known = [np.empty((0, MX.shape[1]))]
         for V in self.pieces(first, self.count):
-            known.append(comm.allreduce(np.asarray(V.T @ MX)))
+            known.append(summed(self.M, V.T @ MX))
             if X.size and V.size:
                 # In place: a product of its own would be as large as X, and be added slowly.
                 dgemm(-1.0, V, known[-1], beta=1.0, c=X, overwrite_c=True)
@@ -145,9 +150,9 @@ class Orthonormal:
     def _store(self, X: Array) -> None:
         for x in X.T:
             at = self.count % CHUNK
-            if at == 0:
+            if self.count == CHUNK * len(self._chunks):
                 self._chunks.append(room(X.shape[0], CHUNK, self.M.getComm().getSize()))
-            self._chunks[-1].array[:, at] = x
+            self._chunks[self.count // CHUNK].array[:, at] = x
             self.count += 1
 
     def pieces(self, first: int, last: int) -> Iterator[Array]:

@@ -279,6 +279,27 @@ def _processes(count: int) -> Iterator[Executor]:
 
 
 @contextmanager
+def meanwhile(work: Callable[[], T]) -> Iterator[Callable[[], T]]:
+    """Work in a second thread while the block runs, where a second core is for this process.
+
+    Where there is none, and on several ranks, the work is done before: MPI may be used by one
+    thread alone, so the block is not to use it on one rank either.
+
+    Args:
+        work: The work; it holds Python's lock rarely.
+
+    Yields:
+        A function that waits for the work, and gives its result or raises its error.
+    """
+    if world() is not None or threads() == 1:
+        done = work()
+        yield lambda: done
+    else:
+        with ThreadPoolExecutor(1) as thread:
+            yield thread.submit(work).result
+
+
+@contextmanager
 def workers(count: int | None = None) -> Iterator[Executor | None]:
     """An executor over all ranks, or over as many processes as there are threads. Collective.
 
