@@ -57,18 +57,6 @@ def test_numbers_of_a_fine_impact():
     assert impact.pair is response.system.pairs[0] and impact.index == 0
 
 
-def test_without_tension_the_force_ends_earlier():
-    response = hit(0.12, 1000.3, tension=False)
-    (impact,) = impacts(response)
-    pulling = hit(0.12, 1000.3)
-    assert response.force.min() == 0.0 > pulling.force.min()
-    # At the phase θ, tan θ = 2 ξ √(1 - ξ²)/(2 ξ² - 1), of π.
-    theta = np.arctan2(2 * 0.12 * np.sqrt(1 - 0.12**2), 2 * 0.12**2 - 1)
-    full = impacts(pulling)[0].duration
-    assert impact.duration == pytest.approx(full * theta / np.pi, rel=3e-3)
-    assert impact.restitution == pytest.approx(response.system.pairs[0].law.epsilon, rel=2e-3)
-
-
 @pytest.mark.parametrize("phase", [0.1, 0.5, 0.9])
 def test_dissipated_is_the_loss_of_kinetic_energy(phase):
     response = hit(0.12, 16.3, phase=phase)

@@ -89,9 +89,6 @@ class Body:
     def port(self, name: str) -> Array:
         """Motion of a port by all coordinates, those of a free base last.
 
-        Args:
-            name: The port.
-
         Returns:
             Shape (components, len(body)).
 
@@ -108,13 +105,9 @@ class Body:
 def reduced_body(
     name: str, eigenvalue: Array, damping: Damping, ports: Mapping[str, Array]
 ) -> Body:
-    """A body of which λ, damping and ports are known; the ground moves it by patterns of loads.
+    """A body of which λ [1/s2], shape (r,), damping and ports are known, Φ of each by its name.
 
-    Args:
-        name: Its name.
-        eigenvalue: λ, shape (r,) [1/s2].
-        damping: Its damping.
-        ports: Φ of each port, shape (components, r).
+    The ground moves it by patterns of loads.
     """
     r = len(eigenvalue)
     made = {

@@ -5,7 +5,7 @@ penetration p > 0 [m], its rate v [m/s], the speed of approach v0 with which thi
 [m/s], and the force F [N], positive in compression. The compiled time loop picks it by its code:
 those of this module are small numbers; that of a user-defined law is the address of its compiled
 function. So the loop is compiled once, and knows any number of laws. A law of the case file needs
-its keys in `case.contacts` and, here, its force, its line in `law_force` and in `law_of`.
+its keys in `case.contacts` and, here, its branch in `law_force` and its line in `law_of`.
 """
 
 from __future__ import annotations
@@ -45,10 +45,6 @@ def compile_force(name: str, force: Force) -> Any:
     Division by zero in it gives an infinity or nan, not an error. The address holds as long as the
     object that is returned. A function is compiled once; the same one for all pairs is best.
 
-    Args:
-        name: Name of the law, for messages.
-        force: ``(parameters, p, v, v0) -> (F, dF/dp, dF/dv)``.
-
     Raises:
         InputError: It is no such function, or numba cannot compile it.
     """
@@ -84,16 +80,6 @@ def _typed_call(
 
 
 _call: Any = intrinsic(_typed_call)
-
-
-@numba.njit(cache=True)
-def own_force(
-    address: int, parameters: Array, p: float, v: float, v0: float
-) -> tuple[float, float, float]:
-    """Force and derivatives of the law whose compiled function is at this address."""
-    F, k, c = _call(address, parameters, p, v, v0)
-    return F, k, c
-
 
 KELVIN_VOIGT = 0
 KELVIN_VOIGT_NO_TENSION = 1
@@ -287,65 +273,37 @@ def _parameters(*values: float) -> Array:
 
 
 @numba.njit(cache=True)
-def kelvin_voigt_force(parameters: Array, p: float, v: float) -> tuple[float, float, float]:
-    """F = K p + C v; pulls near the end of the contact (paper, equation 2)."""
-    K, C = parameters[0], parameters[1]
-    return K * p + C * v, K, C
-
-
-@numba.njit(cache=True)
-def kelvin_voigt_no_tension_force(
-    parameters: Array, p: float, v: float
-) -> tuple[float, float, float]:
-    """F = max(0, K p + C v)."""
-    K, C = parameters[0], parameters[1]
-    F = K * p + C * v
-    if F <= 0.0:
-        return 0.0, 0.0, 0.0
-    return F, K, C
-
-
-@numba.njit(cache=True)
-def damped_hertz_force(
-    parameters: Array, p: float, v: float, v0: float
-) -> tuple[float, float, float]:
-    """F = max(0, K p^1.5 (1 + χ v / v₀)); elastic with χ = 0."""
-    K, chi = parameters[0], parameters[1]
-    elastic = K * p * np.sqrt(p)
-    mu = 0.0
-    if chi != 0.0:
-        mu = chi / max(v0, parameters[2])
-    factor = 1.0 + mu * v
-    if factor <= 0.0:
-        return 0.0, 0.0, 0.0
-    return elastic * factor, 1.5 * K * np.sqrt(p) * factor, elastic * mu
-
-
-@numba.njit(cache=True)
-def jankowski_force(parameters: Array, p: float, v: float) -> tuple[float, float, float]:
-    """F = β p^1.5 + 2 ξ √(β m) p^0.25 v while v > 0, else β p^1.5."""
-    beta, c = parameters[0], parameters[1]
-    F = beta * p * np.sqrt(p)
-    k = 1.5 * beta * np.sqrt(p)
-    if v <= 0.0:
-        return F, k, 0.0
-    root = np.sqrt(np.sqrt(p))
-    return F + c * root * v, k + 0.25 * c * root / p * v, c * root
-
-
-@numba.njit(cache=True)
 def law_force(
     code: int, parameters: Array, p: float, v: float, v0: float
 ) -> tuple[float, float, float]:
-    """Force and derivatives of the law with this code; (0, 0, 0) without penetration."""
+    """F, dF/dp and dF/dv of the law with this code; zero without penetration."""
     if p <= 0.0:
         return 0.0, 0.0, 0.0
-    if code == KELVIN_VOIGT:
-        return kelvin_voigt_force(parameters, p, v)
-    if code == KELVIN_VOIGT_NO_TENSION:
-        return kelvin_voigt_no_tension_force(parameters, p, v)
+    if code in (KELVIN_VOIGT, KELVIN_VOIGT_NO_TENSION):
+        # F = K p + C v pulls near the end of the contact (paper, equation 2), or is clipped there.
+        K, C = parameters[0], parameters[1]
+        F = K * p + C * v
+        if code == KELVIN_VOIGT_NO_TENSION and F <= 0.0:
+            return 0.0, 0.0, 0.0
+        return F, K, C
     if code == HERTZ:
-        return damped_hertz_force(parameters, p, v, v0)
+        # F = max(0, K p^1.5 (1 + χ v / v₀)); elastic with χ = 0.
+        K, chi = parameters[0], parameters[1]
+        elastic = K * p * np.sqrt(p)
+        mu = 0.0
+        if chi != 0.0:
+            mu = chi / max(v0, parameters[2])
+        factor = 1.0 + mu * v
+        if factor <= 0.0:
+            return 0.0, 0.0, 0.0
+        return elastic * factor, 1.5 * K * np.sqrt(p) * factor, elastic * mu
     if code == JANKOWSKI:
-        return jankowski_force(parameters, p, v)
-    return own_force(code, parameters, p, v, v0)
+        # F = β p^1.5 + 2 ξ √(β m) p^0.25 v while v > 0, else β p^1.5.
+        beta, c = parameters[0], parameters[1]
+        F, k = beta * p * np.sqrt(p), 1.5 * beta * np.sqrt(p)
+        if v <= 0.0:
+            return F, k, 0.0
+        root = np.sqrt(np.sqrt(p))
+        return F + c * root * v, k + 0.25 * c * root / p * v, c * root
+    F, k, c = _call(code, parameters, p, v, v0)
+    return F, k, c

@@ -153,11 +153,7 @@ class ForceHistory:
 def write_forces(path: Path, response: Response, case_hash: str, key: str = "") -> None:
     """Write the forces of a response as `forces.nc` (see the module) in one piece.
 
-    Args:
-        path: The file.
-        response: The response of the sticks.
-        case_hash: Hash of the case.
-        key: Hash of the stage's inputs, the attribute `inputs`.
+    The key, the attribute `inputs`, is the hash of what the stage depends on.
     """
     pairs = response.system.pairs
     of_force = {"units": "N", "long_name": "contact force, positive in compression"}

@@ -38,12 +38,9 @@ def stick_of(
     parameters: Parameters | None = None,
     storey_points: tuple[tuple[int, float], ...] = (),
 ) -> Stick:
-    """The stick of a building.
+    """The stick of a building; by the values of the case file, or by calibrated ones.
 
-    Args:
-        building: The building.
-        parameters: Calibrated values; those of the case file when None.
-        storey_points: Points inside storeys, see `build_stick`.
+    Storey points are points inside storeys, see `build_stick`.
     """
     values = parameters or given_parameters(building)
     young = building.material.young_modulus

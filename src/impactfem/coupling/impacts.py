@@ -144,12 +144,7 @@ class Separation:
 
 
 def separations(free: Response, response: Response) -> list[Separation]:
-    """Required separation of each pair from the run without contact.
-
-    Args:
-        free: The run without contact.
-        response: The run with contact.
-    """
+    """Required separation of each pair, from the runs without and with contact."""
     # Zero is added, as a point that never approaches has -0, which would be written as such.
     required = np.maximum((-(free.u @ response.system.J.T)).max(axis=0), 0.0) + 0.0
     return [
@@ -181,12 +176,9 @@ class ImpactCheck:
 def impact_checks(
     response: Response, impacts: Sequence[Impact], strength: Mapping[str, float | None]
 ) -> list[ImpactCheck]:
-    """Mean bearing pressure and storey shears of each impact.
+    """Mean bearing pressure and storey shears of each impact of a run with contact.
 
-    Args:
-        response: The run with contact.
-        impacts: Its impacts.
-        strength: Compressive strength of each building's storeys [Pa]; None where not given.
+    The compressive strength is that of the storeys by building [Pa]; None where not given.
     """
     checks = []
     for impact in impacts:
@@ -234,10 +226,6 @@ def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:
     Floors are rigid and turn about their axes, so that the distance
     d(s, t) = gap + n · (u_b − u_a) is straight in s along the edges: its least value over them is
     at an end. Inside a storey the beam gives the motion of the axis.
-
-    Args:
-        response: The run.
-        facing: What faces each other, of buildings of the run.
     """
     if not facing:
         return []

@@ -48,12 +48,7 @@ class End:
     def of_floor(
         cls, stick: Stick, floor: int, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     ) -> End:
-        """A point of a floor.
-
-        Args:
-            stick: The building.
-            floor: Number of the floor.
-            offset: From its mass centre to the point [m].
+        """A point of a floor, the offset from its mass centre [m].
 
         Raises:
             ImpactfemError: The stick has no such floor.
@@ -209,11 +204,7 @@ class System:
         return replace(self, pairs=())
 
     def with_laws(self, make: Callable[[Pair], Law]) -> System:
-        """The same buildings and pairs under other contact laws.
-
-        Args:
-            make: Gives the law of a pair, with the effective mass of the one that it has.
-        """
+        """The same buildings and pairs; `make` gives the law of a pair by the one that it has."""
         pairs = tuple(replace(pair, law=make(pair)) for pair in self.pairs)
         return replace(self, pairs=pairs)
 
@@ -357,7 +348,7 @@ def simulate(
 def interpolate_ground(
     histories: Sequence[tuple[int, float, Array]], time_step: float, n_t: int
 ) -> Array:
-    """Ground acceleration at every step, linear between samples and zero after a record's end.
+    """Ground acceleration at n_t times, linear between samples and zero after a record's end.
 
     Args:
         histories: A component (0, 1, 2 for x, y, z), its time step [s] and samples [m/s2] each;

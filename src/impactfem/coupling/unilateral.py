@@ -130,12 +130,7 @@ def state_of(given: Array | None, n: int, what: str) -> Array:
 
 
 def body_before_walls(eigenvalue: Array, contact: Array, damping: Damping = UNDAMPED) -> Assembly:
-    """A body and its links to rigid walls.
-
-    Args:
-        eigenvalue: λ, shape (r,) [1/s2].
-        contact: Γ, modal rows of the constraints, shape (r, m).
-        damping: The damping.
+    """A body of λ, shape (r,) [1/s2], and its links to rigid walls by modal rows, shape (r, m).
 
     Raises:
         SolutionError: Shapes do not fit.
