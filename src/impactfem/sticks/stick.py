@@ -75,21 +75,16 @@ class Stick:
         Raises:
             ImpactfemError: The stick has no such floor.
         """
-        for index, floor in enumerate(self.floors):
-            if floor.number == number:
-                return index
-        known = ", ".join(str(floor.number) for floor in self.floors)
+        numbers = [floor.number for floor in self.floors]
+        if number in numbers:
+            return numbers.index(number)
+        known = ", ".join(map(str, numbers))
         raise ImpactfemError(f"building {self.name} has no floor {number}; its floors: {known}")
 
     def translation(self, master: int, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
-        """Operator from the displacements to the translation of a point tied to a master.
+        """Operator from the displacements to the translation of a point, shape (3, n).
 
-        Args:
-            master: Index of the master.
-            offset: From the master to the point [m].
-
-        Returns:
-            Matrix of shape (3, n).
+        A rigid link ties the point to the master of this index; the offset to it is in m.
         """
         B = np.zeros((3, self.n))
         B[:, 6 * master : 6 * master + 6] = rigid_link(offset)[:3]
