@@ -7,7 +7,7 @@ from typing import get_args
 import pytest
 
 from impactfem.case import Case, DeviceAnalysis, load_case
-from impactfem.case.device_analysis import Combination
+from impactfem.case.devices import Combination
 from impactfem.device import combination
 
 from .faults import faults_of

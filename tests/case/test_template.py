@@ -13,9 +13,8 @@ from impactfem.case import (
     Transient,
     load_case,
 )
-from impactfem.case.calibration import Calibration
+from impactfem.case.calibration import Calibration, WallImpactSetup
 from impactfem.case.template import write_new_case
-from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.device.from_case import checked_devices
 from impactfem.system.errors import InputError
 

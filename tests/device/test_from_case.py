@@ -16,9 +16,8 @@ from impactfem.case import (
     DeviceSetup,
     load_case,
 )
-from impactfem.case.device_analysis import RigidPart
 from impactfem.case.device_tables import DeviceMatrices, GivenSpectrum, NamedMatrix
-from impactfem.case.devices import DeviceSupport
+from impactfem.case.devices import DeviceSupport, RigidPart
 from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.from_case import checked_devices, device_of, rules_of
 from impactfem.device.modes import device_modes

@@ -2,7 +2,7 @@
 
 from impactfem.case.analysis import FrequencyGrid, Pounding, Spectra
 from impactfem.case.buildings import Building
-from impactfem.case.calibration import Calibration, Target
+from impactfem.case.calibration import Calibration, Target, WallImpactSetup
 from impactfem.case.contacts import (
     Contact,
     ContactLaw,
@@ -20,9 +20,8 @@ from impactfem.case.design_spectrum import (
     EurocodeSpectrum,
     TableSpectrum,
 )
-from impactfem.case.device_analysis import DeviceAnalysis
 from impactfem.case.device_tables import DeviceMode
-from impactfem.case.devices import BaseStiffness, Cylinder, DeviceBeam, DeviceSetup
+from impactfem.case.devices import BaseStiffness, Cylinder, DeviceAnalysis, DeviceBeam, DeviceSetup
 from impactfem.case.floors import Floor, Material
 from impactfem.case.load import load_case
 from impactfem.case.members import Bay, Beam, Column, Wall
@@ -40,7 +39,6 @@ from impactfem.case.structure import (
     structure_files,
 )
 from impactfem.case.transient import Probe, Transient, transient_files
-from impactfem.case.wall_impact import WallImpactSetup
 
 __all__ = [
     "Acroterion",

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from impactfem.case.base import REPORTED, UNREADABLE
 from impactfem.case.checks import CHECKS, duplicates, missing_sections
-from impactfem.case.device_analysis import STEPS, DeviceAnalysis
+from impactfem.case.devices import STEPS, DeviceAnalysis
 from impactfem.case.explain import explain, places
 from impactfem.case.loads import read_force_table
 from impactfem.case.model import Case, CaseFile

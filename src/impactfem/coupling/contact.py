@@ -248,10 +248,9 @@ def hunt_crossley(
 def jankowski(K: float, epsilon: float, mass: float, *, exact: bool = False) -> Law:
     """Jankowski's law: F = β p^1.5 + c v while approaching, F = β p^1.5 while parting.
 
-       With c = 2 ξ √(β √p m) and ξ = 9 √5 / 2 (1 - ε²) / (ε (ε (9π - 16) + 16)) (Jankowski 2005 and
-       2006, Earthquake Engineering and Structural Dynamics 34, 595-611, and 35, 517-524).
-    Arguments as
-       `hertz_damp`.
+    With c = 2 ξ √(β √p m) and ξ = 9 √5 / 2 (1 - ε²) / (ε (ε (9π - 16) + 16)) (Jankowski 2005 and
+    2006, Earthquake Engineering and Structural Dynamics 34, 595-611, and 35, 517-524). Arguments as
+    for `hertz_damp`.
     """
     relation = relations.exact_jankowski_xi if exact else relations.published_jankowski_xi
     xi = relation(epsilon)

@@ -8,8 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from impactfem.case import Case, DeviceAnalysis, DeviceBeam, DeviceSetup
-from impactfem.case.device_analysis import ModeRule, RigidMethod
-from impactfem.case.devices import RIGID, Rigid
+from impactfem.case.devices import RIGID, ModeRule, Rigid, RigidMethod
 from impactfem.device.combination import Gupta, LindleyYow, RigidResponse, Rules
 from impactfem.device.device import Device
 from impactfem.device.models import TableMode, from_matrices, from_modes, on_springs

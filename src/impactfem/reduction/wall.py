@@ -30,7 +30,7 @@ from impactfem.building.floor import contact_edge, floor_load
 from impactfem.building.links import carried
 from impactfem.building.mesh import DOFS, BuildingMesh, outward_normal
 from impactfem.building.model import BuildingModel
-from impactfem.case.wall_impact import Pull
+from impactfem.case.calibration import Pull
 from impactfem.dynamics.columns import product, wrapped
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.reduction.galerkin import GalerkinModes

@@ -10,8 +10,8 @@ from mpi4py import MPI
 from impactfem.building.from_case import read_parts
 from impactfem.building.model import assemble_building
 from impactfem.case import DampingCase, load_case
+from impactfem.case.calibration import WallImpactSetup
 from impactfem.case.damping import OWN
-from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.galerkin import galerkin_modes

@@ -10,8 +10,8 @@ import pytest
 
 from impactfem.building.from_case import read_parts
 from impactfem.case import Case, Damping, DampingCase, load_case
+from impactfem.case.calibration import WallImpactSetup
 from impactfem.case.transient import Transient
-from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.stages.reduce import compute as stage
 from impactfem.stages.reduce.compute import accuracies, prepare
 from impactfem.system.errors import InputError

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from impactfem.case.wall_impact import Pull
+from impactfem.case.calibration import Pull
 from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.pounding import End, Pair, System, Update, simulate
 from impactfem.sticks.stick import Stick

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from impactfem.case.device_analysis import ModeRule, RigidMethod, SupportRule
+from impactfem.case.devices import ModeRule, RigidMethod, SupportRule
 from impactfem.device.combination import Combination, Rules
 from impactfem.device.device import Device
 from impactfem.device.from_case import first_method

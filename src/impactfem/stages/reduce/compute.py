@@ -16,9 +16,9 @@ from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
+from impactfem.case.calibration import WallImpactSetup
 from impactfem.case.loads import read_force_table
 from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, TOLERANCE, Transient
-from impactfem.case.wall_impact import WallImpactSetup
 from impactfem.coupling.force_history import read_forces
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.forces import check_contacts
