@@ -235,9 +235,12 @@ class Response:
     @property
     def external(self) -> Array:
         """External forces -M r a_g and those of the loads, shape (n_t, n)."""
-        external = -self.ground @ (self.system.M @ self.system.ground).T
+        return self._external(np.arange(self.u.shape[1]))
+
+    def _external(self, dofs: NDArray[np.int64]) -> Array:
+        external = -self.ground @ (self.system.M @ self.system.ground)[dofs].T
         for load in self.loads:
-            external += np.outer(load.force, self.system.row(load.at, load.direction))
+            external += np.outer(load.force, self.system.row(load.at, load.direction)[dofs])
         return np.asarray(external)
 
     @cached_property
@@ -247,15 +250,18 @@ class Response:
         Points without mass have none of their own: they get zero.
         """
         system = self.system
-        balance = self.external
-        # Mostly one or two directions move: the products of the others are zeros.
-        here = np.ix_(self.moving, self.moving)
-        balance[:, self.moving] -= self.v[:, self.moving] @ system.C[here]
-        balance[:, self.moving] -= self.u[:, self.moving] @ system.K[here]
-        if system.pairs:
-            balance += self.force @ system.J
         mass = np.diag(system.M)
-        return np.divide(balance, mass, out=np.zeros_like(balance), where=mass > 0.0)
+        # Mostly one or two directions move, and the others have no part in these.
+        dofs = self.moving[mass[self.moving] > 0.0]
+        here = np.ix_(self.moving, dofs)
+        balance = self._external(dofs)
+        balance -= self.v[:, self.moving] @ system.C[here]
+        balance -= self.u[:, self.moving] @ system.K[here]
+        if system.pairs:
+            balance += self.force @ system.J[:, dofs]
+        acceleration = np.zeros_like(self.u)
+        acceleration[:, dofs] = balance / mass[dofs]
+        return acceleration
 
     @cached_property
     def absolute_acceleration(self) -> Array:
