@@ -44,15 +44,6 @@ def test_work_on_quadratic_motions(slab, power):
     assert load.forces @ nodal == pytest.approx(np.sum(weight * q * x**power), rel=1e-13)
 
 
-def test_on_the_rows_of_the_model(slab, assembled):
-    """The work on the rigid-body motions of the slab is the resultant at its place."""
-    model = assembled(slab)
-    load = edge_load(slab.mesh, 1, 0.8)
-    work = model.rigid_body().T @ load.vector(model, THROUGH)
-    # F = e_y at (7.3, 2, 3) m: M = x × F = (−3, 0, 7.3).
-    assert work == pytest.approx([0.0, 1.0, 0.0, -3.0, 0.0, 7.3], abs=1e-12)
-
-
 def test_an_oblique_load(slab, assembled):
     model = assembled(slab)
     load = edge_load(slab.mesh, 1)

@@ -286,17 +286,6 @@ def test_a_line_through_a_triangle(start, end, through):
     assert found.tolist() == ([[0, own + 2]] if through else [])
 
 
-def test_sides_through_triangles():
-    """A wall that goes through a slab without a node at its level."""
-    wall = [(0.5, 1.0, -1.0), (1.5, 1.0, -1.0), (1.2, 1.0, 1.0)]
-    nodes, triangles = with_middles([*SQUARE, *wall], [(0, 1, 2), (0, 2, 3), (4, 5, 6)])
-    found = lines_through_triangles(nodes, triangles, np.zeros((0, 3), dtype=int), NEAR)
-    cut = {(t, tuple(nodes[n].tolist())) for t, n in found.tolist()}
-    # Both sides of the wall pierce the slab, and the slab's shared side pierces the wall.
-    assert (2, (1.0, 1.0, 0.0)) in cut
-    assert {place for t, place in cut if t < 2} == {(1.35, 1.0, 0.0), (0.85, 1.0, 0.0)}
-
-
 def test_the_search_leaves_nothing_out():
     """Random triangles of very different sizes: the tree finds what a search of all pairs does."""
     random = np.random.default_rng(3)

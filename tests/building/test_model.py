@@ -253,18 +253,6 @@ def test_all_parts_alike(house: BuildingParts) -> None:
     assert np.abs(C - expected).max() > 1e-3 * np.abs(expected).max()
 
 
-def test_parts_add_up(house: BuildingParts) -> None:
-    """Each part by itself, shells and beams, with the factor on walls and columns."""
-    groups = [part.group for part in (*house.mesh.shell_parts, *house.mesh.beam_parts)]
-    assert len(groups) == 10
-    total = sum(added_damping(house, {group: OWN}) for group in groups)
-    together = added_damping(house, {"*": OWN})
-    assert np.abs(total - together).max() < 1e-13 * np.abs(together).max()
-    two = {"floor_2": OWN, "column_1": Rayleigh(0.0, 7e-4)}
-    apart = sum(added_damping(house, {name: damping}) for name, damping in two.items())
-    assert np.abs(added_damping(house, two) - apart).max() < 1e-13 * np.abs(apart).max()
-
-
 def test_added_mass_is_damped_with_its_slab(house: BuildingParts) -> None:
     """A slab of 4 m by 3 m and 30 cm with 500 kg/m2 on it, moved along x."""
     mesh = house.mesh
@@ -345,21 +333,3 @@ def test_bar_of_two_parts(panels: Any) -> None:
         M[1:, 1:], WHOLE.alpha * M[1:, 1:] + WHOLE.beta * K[1:, 1:], K[1:, 1:]
     )
     assert np.abs(found[1][:3] / same[1][:3] - 1.0).max() > 0.1
-
-
-def test_materials_of_parts_count_in_their_damping(house: BuildingParts) -> None:
-    """Stiffness damping of a column of half of E is half as much; that of the mass stays."""
-    own = house.materials
-    soft = tuple(
-        replace(m, E=0.5 * m.E) if part.group == "column_2" else m
-        for part, m in zip(house.mesh.beam_parts, own.beams, strict=True)
-    )
-    mixed = replace(house, materials=replace(own, beams=soft))
-    for damping, factor in (
-        (Rayleigh(WHOLE.alpha, OWN.beta), 0.5),
-        (Rayleigh(OWN.alpha, WHOLE.beta), 1.0),
-    ):
-        expected = factor * added_damping(house, {"column_2": damping})
-        found = added_damping(mixed, {"column_2": damping})
-        assert np.abs(expected).max() > 0.0
-        assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.mesh import Part, areas, sides
+from impactfem.building.mesh import Part, areas
 from impactfem.building.read_mesh import Block, RawMesh, assemble, read_mesh, read_raw
 from impactfem.system.errors import InputError
 from impactfem.system.own_process import in_own_process
@@ -300,14 +300,6 @@ def test_quadrangles(small_raw):
     assert fault.endswith("expected triangles with 6 nodes and lines with 3")
 
 
-def test_nodes_of_no_element_are_dropped(small_raw):
-    nodes = np.vstack([[99.0, 98.0, 97.0], small_raw.nodes])
-    blocks = tuple(replace(b, nodes=b.nodes + 1) for b in small_raw.blocks)
-    mesh = assemble(replace(small_raw, nodes=nodes, blocks=blocks), FILE)
-    np.testing.assert_array_equal(mesh.dropped, [[99.0, 98.0, 97.0]])
-    np.testing.assert_array_equal(mesh.nodes, assemble(small_raw, FILE).nodes)
-
-
 def test_an_edge_that_is_not_the_slab_s(small_raw):
     names = {"edge_1": "edge_2", "edge_2": "edge_1"}
     found = faults(renamed(small_raw, names))
@@ -371,9 +363,3 @@ def test_the_shipped_mesh(frame):
     feet = frame.nodes[frame.base]
     assert sorted({tuple(p) for p in feet[feet[:, 0] > 1.0].round(9)}) == [(6, 0, 0), (6, 4, 0)]
     assert np.ptp(feet[feet[:, 0] < 1.0][:, 1]) == pytest.approx(4.0)
-
-
-def test_a_side_has_one_middle(frame):
-    every = sides(frame.triangles)
-    assert (every[:, 0] < every[:, 1]).all()
-    assert len(np.unique(every, axis=0)) == len(np.unique(every[:, :2], axis=0))

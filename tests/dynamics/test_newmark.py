@@ -6,7 +6,7 @@ import pytest
 
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.dynamics.history import QUANTITIES
-from impactfem.dynamics.newmark import Newmark, _advance, _right_side
+from impactfem.dynamics.newmark import Newmark
 from impactfem.system.errors import SolutionError
 
 PARTS = ("displacement", "velocity", "acceleration", "momentum", "restoring")
@@ -263,16 +263,3 @@ def test_memory_is_known_after_the_first_step(system, building):
     assert many.factorise() is many.factorise() and many.memory >= 0.0
     with many as same:
         assert same is many
-
-
-def test_kernels_are_their_python():
-    rng = np.random.default_rng(7)
-    arrays = rng.standard_normal((10, 1300))
-    compiled, plain = arrays.copy(), arrays.copy()
-    found = _advance(0.01, 0.3, 2e-3, *compiled)
-    expected = _advance.py_func(0.01, 0.3, 2e-3, *plain)
-    assert found == pytest.approx(expected, rel=1e-10)
-    assert compiled == pytest.approx(plain, rel=1e-12)
-    _right_side(0.01, *compiled[:4])
-    _right_side.py_func(0.01, *plain[:4])
-    assert compiled == pytest.approx(plain, rel=1e-12)

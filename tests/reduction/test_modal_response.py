@@ -145,27 +145,6 @@ def test_newmark_as_of_the_full_model(membrane, petsc, damping):
         assert np.abs(shapes @ getattr(exact, name) - history).max() > 1e-2 * scale, name
 
 
-def test_newmark_is_of_second_order(membrane, petsc):
-    model = membrane()
-    with KrylovBasis(petsc(model.K), petsc(model.M), SHIFT) as basis:
-        basis.add(model.loads[:, :1])
-        basis.grow(30)
-    reduced = reduced_model(basis)
-    shape = reduced.shapes(basis.rows(np.array([100])))
-    errors, steps = [], np.array([4e-4, 2e-4, 1e-4, 5e-5])
-    for dt in steps:
-        time = dt * np.arange(round(0.2 / dt) + 1)
-        pulse = (np.sin(np.pi * np.minimum(time / 0.05, 1.0)) ** 4)[:, None]
-        newmark, exact = (
-            shape
-            @ modal_response(reduced, pulse, dt, Rayleigh(0.5, 1e-4), scheme=scheme).acceleration
-            for scheme in ("newmark", "exact")
-        )
-        errors.append(np.abs(newmark - exact).max() / np.abs(exact).max())
-    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert order == pytest.approx(2.0, abs=0.05) and errors[0] < 0.1
-
-
 def test_refused():
     model = modes_alone(1.0)
     with pytest.raises(SolutionError, match="the scheme verlet: there are exact, newmark"):

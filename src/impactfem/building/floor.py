@@ -125,23 +125,18 @@ def contact_edge(mesh: BuildingMesh, floor: int) -> ContactEdge:
     vertices = vertices[np.argsort(mesh.nodes[vertices, axis])]
     position = np.linalg.norm(mesh.nodes[vertices] - mesh.nodes[vertices[0]], axis=1)
     nodes = np.unique(lines)
-    # Constraint of each vertex of the edge, and place of each of its nodes among `nodes`.
+    # Constraint of each vertex of the edge; the place of a node among all is by their order.
     column = np.zeros(len(mesh.nodes), dtype=np.int64)
     column[vertices] = np.arange(len(vertices), dtype=np.int64)
-    row = np.zeros(len(mesh.nodes), dtype=np.int64)
-    row[nodes] = np.arange(len(nodes), dtype=np.int64)
     # With the hat λ_i of an end of a quadratic side: ∫ λ_i (N_i, N_j, N_mid) ds = h (1, 0, 2) / 6.
     first, second, middle = lines.T
     weight = np.zeros(len(vertices))
-    entries = []
-    for end in (first, second):
-        np.add.at(weight, column[end], h / 2.0)
-        entries.append((h / 6.0, row[end], column[end]))
-        entries.append((h / 3.0, row[middle], column[end]))
-    values, rows, columns = (np.concatenate(parts) for parts in zip(*entries, strict=True))
-    shares = scipy.sparse.csr_matrix(
-        (values / weight[columns], (rows, columns)), shape=(len(nodes), len(vertices))
-    )
+    np.add.at(weight, column[lines[:, :2]], h[:, None] / 2.0)
+    rows = np.searchsorted(nodes, np.concatenate([first, middle, second, middle]))
+    columns = column[np.concatenate([first, first, second, second])]
+    values = np.concatenate([h / 6.0, h / 3.0, h / 6.0, h / 3.0]) / weight[columns]
+    shape = len(nodes), len(vertices)
+    shares = scipy.sparse.csr_matrix((values, (rows, columns)), shape=shape)
     return ContactEdge(floor, position, weight, nodes, shares)
 
 

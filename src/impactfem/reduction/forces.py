@@ -286,7 +286,12 @@ def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[End
     faults: list[Fault] = []
     for j, name in enumerate(history.pairs):
         a, b = (
-            PairEnd(names[j], numbers[j], _height(height, j), sign * said.normal[j])
+            PairEnd(
+                names[j],
+                numbers[j],
+                None if height is None or math.isnan(height[j]) else float(height[j]),
+                sign * said.normal[j],
+            )
             for names, numbers, height, sign in zip(
                 buildings, floors, heights, (1.0, -1.0), strict=True
             )
@@ -302,10 +307,6 @@ def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[End
         expected = f"expected a pair that touches {building}, the building of the 3D model"
         faults.append(Fault(path, "building_a, building_b", found, expected))
     return ends, faults
-
-
-def _height(heights: Array | None, j: int) -> float | None:
-    return None if heights is None or math.isnan(heights[j]) else float(heights[j])
 
 
 def _contradictions(
