@@ -9,46 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.mesh import BuildingMesh, Part, outward_normal
+from impactfem.building.mesh import BuildingMesh, outward_normal
 from impactfem.case import Case, Contact, ContactPoint, load_case
 from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces, write_forces_csv
 from impactfem.reduction.forces import check_contacts, checked_forces
 from impactfem.system.errors import InputError
 
+from .conftest import slabs
+
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 PATH = Path("forces.nc")
 DURATION = 2.0
 OUT = {"x-": (-1, 0, 0), "x+": (1, 0, 0), "y-": (0, -1, 0), "y+": (0, 1, 0)}
-
-
-def slabs(
-    floors: int, side: str = "y+", turn: float = 0.0, edges: set[int] | None = None
-) -> BuildingMesh:
-    """Slabs of 6 m by 4 m, two triangles each, with the edges of one side; turned about z."""
-    square = np.array([[0, 0], [6, 0], [6, 4], [0, 4]], dtype=float)
-    middles = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (2, 3): 7, (0, 3): 8}
-    plan = np.vstack([square, [(square[a] + square[b]) / 2 for a, b in middles]])
-    c, s = np.cos(turn), np.sin(turn)
-    plan = plan @ np.array([[c, s], [-s, c]])
-    ends = {"y-": (0, 1), "x+": (1, 2), "y+": (2, 3), "x-": (0, 3)}[side]
-    nodes, triangles, lines = [], [], {}
-    for k in range(1, floors + 1):
-        first = 9 * (k - 1)
-        nodes.append(np.column_stack([plan, np.full(9, 3.0 * k)]))
-        triangles.append(np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 6, 7, 8]]) + first)
-        lines[k] = np.array([[*ends, middles[ends]]]) + first
-    return BuildingMesh(
-        nodes=np.vstack(nodes),
-        triangles=np.vstack(triangles),
-        triangle_part=np.repeat(np.arange(floors, dtype=np.int32), 2),
-        lines=np.zeros((0, 3), dtype=np.int64),
-        line_part=np.zeros(0, dtype=np.int32),
-        shell_parts=tuple(Part("floor", k) for k in range(1, floors + 1)),
-        beam_parts=(),
-        edges={k: line for k, line in lines.items() if edges is None or k in edges},
-        centres={k: 9 * (k - 1) + 6 for k in range(1, floors + 1)},
-        base=np.zeros(0, dtype=np.int64),
-    )
 
 
 @pytest.fixture(scope="module")

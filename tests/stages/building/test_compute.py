@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -161,20 +162,10 @@ def test_mechanism_is_named_by_its_place(frame, edited, tmp_path):
 
     from impactfem.stages.building import compute as stage
 
-    class Nothing:
-        def __init__(self, name):
-            pass
-
-        def __enter__(self):
-            return None
-
-        def __exit__(self, *_):
-            return None
-
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stage, "read_parts", lambda *_: (floating, masses, report))
         with pytest.raises(SolutionError, match=r"mechanism: its node at \(.*\) m in \w+_[12]"):
-            run_building(case, tmp_path, MPI.COMM_SELF, Nothing)
+            run_building(case, tmp_path, MPI.COMM_SELF, nullcontext)
 
 
 def test_factor_against_the_full_search(parts):
