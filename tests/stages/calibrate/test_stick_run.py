@@ -52,7 +52,6 @@ def test_the_floor_of_the_paper_as_a_free_mass():
     assert impact.epsilon > 1.02 * impact.epsilon_at_end
     # It leaves the wall where it met it, so the force took all that the mass lost.
     lost = 0.5 * M * V**2 * (1.0 - 0.68404**2)
-    assert impact.kinetic_energy_lost == pytest.approx(lost, rel=2e-3)
     assert impact.work == pytest.approx(lost, rel=2e-3)
 
 

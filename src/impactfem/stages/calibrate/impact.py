@@ -62,14 +62,6 @@ class WallImpact:
         """The same with the impulse at the end of the impact: that of a free mass exactly [-]."""
         return self._epsilon(self.impulse)
 
-    @property
-    def kinetic_energy_lost(self) -> float:
-        """Kinetic energy that the floor lost by the motion of its mass centre [J].
-
-        ½ M (u̇⁻² - u̇⁺²), the work of the building's own forces during the impact included.
-        """
-        return 0.5 * self.mass * (self.approach**2 - self.rebound**2)
-
     def _epsilon(self, impulse: float) -> float:
         return impulse / (self.mass * self.approach) - 1.0 if self.approach > 0.0 else math.nan
 
