@@ -37,19 +37,18 @@ from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
 from impactfem.system.memory import forget_peak, give_back, peak_memory
-from impactfem.system.parallel import on_root, one_blas_thread, rank, size, total, world
+from impactfem.system.parallel import on_root, one_blas_thread, rank, size, start_solvers, total
 from impactfem.system.scalar import Scalar, scalars_of
 
 
 @dataclass
 class Run:
-    """What a run did.
+    """The results of a run.
 
     Args:
         folder: Its folder.
         scalars: All scalar results, in the order of the stages.
-        published: Published values by the name of the result, with what the publication says of
-            them and what ours are in comparison.
+        published: Published values by the name of the result.
         checks: The checks of each stage, by its label: whether it is met, and what it says.
         reused: Labels of the stages whose stores were reused.
         times: Wall time of each step when it ran, by stage and step [s].
@@ -125,9 +124,7 @@ def run(
     with ExitStack() as opened:
         opened.enter_context(file_errors())
         opened.enter_context(one_blas_thread())
-        if world() is not None:
-            # It starts on all ranks together: the checks of rank 0 may be the first to need it.
-            import petsc4py.PETSc  # noqa: F401
+        start_solvers()  # the checks of rank 0 may be the first to need them
 
         def prepare() -> tuple[Case, Estimate]:
             check_stage_name(stage)
@@ -274,16 +271,9 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
 def write_summary(
     path: Path, scalars: Iterable[Scalar], published: Mapping[str, Published]
 ) -> None:
-    """Write the list of {name, value, unit, paper, relation, kind, note}.
+    """Write a list of results; `paper`, `relation` and `kind` are null without a published value.
 
-    Args:
-        path: The file.
-        scalars: The results.
-        published: Published values in SI units by name; where there is none, `paper`, `relation`
-            and `kind` are null.
-
-    Raises:
-        ImpactfemError: The file cannot be written.
+    Values are in SI units, null where they do not exist.
     """
     entries = []
     for scalar in scalars:
@@ -293,9 +283,9 @@ def write_summary(
                 "name": scalar.name,
                 "value": value if value is not None and math.isfinite(value) else None,
                 "unit": scalar.unit,
-                "paper": None if theirs is None else theirs.value,
-                "relation": None if theirs is None else theirs.relation,
-                "kind": None if theirs is None else theirs.kind,
+                "paper": getattr(theirs, "value", None),
+                "relation": getattr(theirs, "relation", None),
+                "kind": getattr(theirs, "kind", None),
                 "note": scalar.note,
             }
         )

@@ -65,14 +65,7 @@ def inputs_key(
 def matrices_key(
     case: Case, modules: tuple[str, ...], own: str, sections: tuple[str, ...] = ()
 ) -> str:
-    """Hash of what the matrices of the 3D model depend on, and what is made of them.
-
-    Args:
-        case: The case.
-        modules: As in `inputs_key`.
-        own: What else counts, as text.
-        sections: Further sections that count.
-    """
+    """Hash of the inputs of the matrices of the 3D model, of further sections and of a text."""
     files = structure_files(case.structure) if case.structure is not None else ()
     rest = inputs_key(case, (*MATRICES, *sections), modules, files)
     return hashlib.sha256(f"{own}{rest}".encode()).hexdigest()

@@ -158,7 +158,7 @@ def communicator() -> Any:
 
 
 def start_solvers() -> None:
-    """Start PETSc and SLEPc on all ranks together, before ranks work alone. Collective."""
+    """Start PETSc and SLEPc on all ranks together, before one works alone. Collective."""
     if world() is not None:
         from slepc4py import SLEPc  # noqa: F401
 
