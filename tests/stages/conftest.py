@@ -37,6 +37,7 @@ class Wanted:
         frames: Whether these have the frames of a film.
         dampings: Damping ratios of the spectra.
         frequencies: Number of frequencies.
+        plates: Whether a base plate is tied to the highest floor.
     """
 
     floors: tuple[int, ...] = (1, 2, 3)
@@ -47,6 +48,7 @@ class Wanted:
     frames: bool = True
     dampings: tuple[float, ...] = (0.05,)
     frequencies: int = 41
+    plates: bool = False
 
 
 @pytest.fixture
@@ -237,6 +239,16 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
             "transfer_load": ("transfer_load", edges.copy()),
             "transfer_load_floor": ("transfer_load", np.array(asked.loads, dtype=int)),
         }
+    if asked.plates:
+        here, places = ["pump", "tank"], position[[len(asked.floors) - 1, -1]]
+        fields |= {
+            "base_plate_position": (("base_plate", "xyz"), places),
+            "base_plate_radius": ("base_plate", [0.8, 0.5]),
+        }
+        labels |= {
+            "base_plate": ("base_plate", np.array(here, dtype=object)),
+            "base_plate_floor": ("base_plate", [asked.floors[-1], 0]),
+        }
     scalars = [
         Scalar("transient.wave_speed", SPEED / 1.6, "m/s"),
         Scalar("transient.plate_wave_speed", 1.6 * SPEED, "m/s"),
@@ -285,7 +297,8 @@ def _probes(asked: Wanted, slab: Slab) -> tuple[tuple, tuple, tuple, tuple]:
 def _maps(asked: Wanted, slab: Slab) -> xr.Dataset:
     n = len(slab.plan)
     vertices = np.unique(slab.cells[:, :3])
-    nodes = np.concatenate([vertices + n * k for k in range(len(asked.floors))])
+    levels = range(len(asked.floors))
+    nodes = np.concatenate([vertices + n * k for k in levels])
     position = _building(asked, slab)["node_position"].values
     c = XYZ.index(asked.direction)
     frequency = np.geomspace(0.5, 500.0, asked.frequencies)
@@ -307,6 +320,10 @@ def _maps(asked: Wanted, slab: Slab) -> xr.Dataset:
         {
             "node_number": ("node", nodes),
             "node_position": (("node", "xyz"), position[nodes]),
+            "floor_triangle_node": (
+                ("floor_triangle", "vertex"),
+                np.searchsorted(nodes, np.concatenate([slab.cells[:, :3] + n * k for k in levels])),
+            ),
             "pfa": (("node", "component"), pfa),
             "psa": (("node", "component", "frequency"), psa.astype(np.float32)),
             "wave_node_number": ("wave_node", top),
@@ -324,6 +341,7 @@ def _maps(asked: Wanted, slab: Slab) -> xr.Dataset:
             "component": XYZ,
             "frequency": frequency,
             "snapshot": snapshots,
+            "floor_triangle_floor": ("floor_triangle", np.repeat(asked.floors, len(slab.cells))),
             **(times if asked.frames else {}),
         },
         attrs={"damping": asked.dampings[0], "points_per_cycle": 2.0},

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from impactfem.cli import main
-from impactfem.stages.transient import motion_file, motion_index
+from impactfem.stages.transient import motion_file
 from impactfem.stages.transient import stage as transient
 from impactfem.system import files
 
@@ -32,7 +32,7 @@ def interrupted(path: Path) -> Iterator[Path]:
             os.kill(os.getpid(), signal.SIGKILL)
 
 
-for module in (files, motion_file, motion_index):
+for module in (files, motion_file):
     module.atomic = interrupted
 transient.transient_figures = lambda *_, **__: []
 sys.argv = ["impactfem", "run", case, "--stage", "transient", "--out", folder, *options]

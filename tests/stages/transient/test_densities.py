@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.stages.transient.power import main_impact
+from impactfem.stages.transient.physics import impact_samples
 from impactfem.stages.transient.selection import floors_of, shown
 from impactfem.stages.transient.tables import density_tables
 
@@ -27,7 +27,7 @@ def test_the_power_of_the_main_impacts(response):
     floors = given["edge_floor"].values
     assert [name for name, _ in forces.columns] == ["frequency", *(f"floor {f}" for f in floors)]
     f, *densities = np.array(forces.rows).T
-    ends = [main_impact(load) for load in loads]
+    ends = [impact_samples(load) for load in loads]
     longest = max(last - first for first, last in ends)
     for density, load, (first, last) in zip(densities, loads, ends, strict=True):
         power = np.sum(load[first:last] ** 2) / longest

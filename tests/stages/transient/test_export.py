@@ -125,9 +125,8 @@ def whole(frame: Frame, loads: Loads) -> Callable[..., Any]:
     def made(**asked: Any) -> Any:
         transient = Transient(time_step=loads.time_step, export=True, **asked)
         case = frame.case.model_copy(update={"transient": transient})
-        return SimpleNamespace(
-            case=case, parts=frame.parts, loads=loads, basis=basis, main_impact=IMPACT
-        )
+        prepared = SimpleNamespace(parts=frame.parts, loads=loads, damping=frame.damping)
+        return SimpleNamespace(case=case, prepared=prepared, basis=basis)
 
     return made
 

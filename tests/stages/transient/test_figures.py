@@ -7,8 +7,8 @@ from PIL import Image
 
 from impactfem.plot import style
 from impactfem.stages.transient import figures as transient_figures
+from impactfem.stages.transient.curve_figures import centre_spectrum
 from impactfem.stages.transient.selection import at_floor, shown
-from impactfem.stages.transient.spectrum_figures import centre_spectrum
 from impactfem.system.errors import ImpactfemError
 
 PROBES = [
@@ -71,8 +71,7 @@ def test_with_pictures(transient_folder, monkeypatch):
     folder = transient_folder(loads=(), maps=False)
     pictures = [folder / "figures" / "figure_14_probes.png"]
     monkeypatch.setattr(transient_figures, "transient_pictures", lambda _: pictures)
-    monkeypatch.setattr(transient_figures, "_of_probes", lambda response, sticks: {})
-    monkeypatch.setattr(transient_figures, "spectra_figures", lambda response, sticks: [])
+    monkeypatch.setattr(transient_figures, "probe_figures", lambda response, sticks: [])
     assert transient_figures.transient_figures(folder) == pictures
 
 

@@ -18,7 +18,7 @@ import pytest
 import xarray as xr
 
 from impactfem import study
-from impactfem.stages.transient import motion_file, motion_index
+from impactfem.stages.transient import motion_file
 from impactfem.system import files
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic
@@ -89,7 +89,7 @@ def full_disk(name: str) -> Iterator[None]:
             resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (files, motion_file, motion_index):
+        for module in (files, motion_file):
             patch.setattr(module, "atomic", limited)
         yield
 

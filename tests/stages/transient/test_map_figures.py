@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from impactfem.plot.floor_field import TopFloor, round_factor
-from impactfem.stages.transient.map_figures import at_node, map_file, spectrum_at, spectrum_maps
+from impactfem.stages.transient.floor_figures import psa_at
 
 
 @pytest.fixture
@@ -16,24 +16,13 @@ def maps(transient_folder):
 
 def test_spectrum_at_a_frequency(maps):
     # The store's spectra are PFA times the frequency: straight in logarithms.
-    pfa = maps["pfa"].values[:, 1]
+    pfa = maps["pfa"].values
     for frequency in (0.5, 3.3, 85.0, 500.0):
-        assert spectrum_at(maps, "y", frequency) == pytest.approx(frequency * pfa, rel=1e-5)
-    assert spectrum_at(maps, "x", 85.0) == pytest.approx(0.0)
-    assert spectrum_at(maps, "y", 0.4) is None and spectrum_at(maps, "y", 501.0) is None
-    assert spectrum_maps((0.4, 0.5, 85.0, 501.0), maps) == [0.5, 85.0]
+        assert psa_at(maps, frequency).values == pytest.approx(frequency * pfa, rel=1e-5)
+    assert psa_at(maps, 85.0).sel(component="x").values == pytest.approx(0.0)
     one = maps.isel(frequency=[3])
     f = float(one["frequency"][0])
-    assert spectrum_at(one, "y", f) == pytest.approx(f * pfa, rel=1e-5)
-
-
-def test_names_of_maps():
-    assert map_file(85.0) == "building_map_psa_85hz.png"
-    assert map_file(2.5) == "building_map_psa_2p5hz.png"
-
-
-def test_place_of_a_node(maps):
-    assert [at_node(maps, int(n)) for n in maps["node_number"].values[:5]] == list(range(5))
+    assert psa_at(one, f).values == pytest.approx(f * pfa, rel=1e-5)
 
 
 def test_triangles_cover_the_floor(maps):

@@ -11,8 +11,11 @@ import numpy as np
 import pytest
 
 from impactfem.reduction.probes import MotionGrid
-from impactfem.stages.transient.motion_file import motion_file
-from impactfem.stages.transient.motion_index import mixed_topology, write_motion_index
+from impactfem.stages.transient.motion_file import (
+    mixed_topology,
+    motion_file,
+    write_motion_index,
+)
 from impactfem.system.errors import ImpactfemError
 
 from .test_motion_file import GRIDS, TIMES, UNITS, values, write_all

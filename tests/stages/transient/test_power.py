@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impactfem.stages.transient.power import force_spectra, main_impact, power_spectrum
+from impactfem.stages.transient.physics import force_spectra, impact_samples, power_spectrum
 
 DT = 1e-4
 
@@ -59,5 +59,5 @@ def test_only_the_main_impact_counts():
 def test_where_an_impact_begins_and_ends():
     force = np.array([0.0, 2.0, 0.0, 1.0, 5.0, 3.0, -1.0, 0.0, 4.0])
     # Tension at its end belongs to it.
-    assert main_impact(force) == (3, 7)
-    assert main_impact(np.ones(4)) == (0, 4)
+    assert impact_samples(force) == (3, 7)
+    assert impact_samples(np.ones(4)) == (0, 4)

@@ -9,7 +9,8 @@ from matplotlib.colors import rgb_to_hsv
 
 from impactfem.plot import style
 from impactfem.plot.floor_field import SIGNED, signed_limits
-from impactfem.stages.transient import wave_figures as transient_waves
+from impactfem.stages.transient import floor_figures
+from impactfem.stages.transient.curve_figures import probe_figures
 from impactfem.stages.transient.selection import forces_note, shown
 
 NOTE = (
@@ -40,14 +41,14 @@ def drawn(transient_folder, monkeypatch):
         folder = transient_folder(**wanted)
         for method in ("tripcolor", "pcolormesh"):
             monkeypatch.setattr(Axes, method, kept(method))
-        monkeypatch.setattr(transient_waves, "figure", figure)
+        monkeypatch.setattr(floor_figures, "figure", figure)
         monkeypatch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
         with (
             xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
             xr.open_dataset(folder / "transient_maps.nc", engine="h5netcdf") as fields,
         ):
             stores = (shown(store), fields) if maps else (shown(store),)
-            getattr(transient_waves, name)(folder / "one.png", *stores)
+            getattr(floor_figures, name)(folder / "one.png", *stores)
         return asked, captions[0]
 
     return make
@@ -92,6 +93,25 @@ def test_speeds_beside_the_arrivals(drawn, monkeypatch):
         times, distances = by_name[name]
         away = np.abs(np.interp(peaks[1], distances, times) - peaks[0]).max()
         assert (away < 0.1) == (near == 0.1)
+
+
+@pytest.mark.parametrize(("name", "maps"), [("snapshots_figure", True), ("wave_map", False)])
+def test_the_caption_says_where_a_base_plate_is(drawn, name, maps):
+    caption = drawn(name, maps=maps, plates=True)[1]
+    where = "that of pump at x = 6 m, y = 3 m (d = 3 m), nodes within 0.8 m"
+    assert f" Rigid base plates on the floor, where it is flat: {where}." in caption
+    assert "tank" not in caption  # on another floor
+
+
+def test_captions_of_spectra_say_it_too(transient_folder):
+    folder = transient_folder(plates=True)
+    with (
+        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
+    ):
+        figures = list(probe_figures(shown(store), sticks))
+    told = {one.name[:9] for one in figures if "that of pump at" in one.caption}
+    assert told == {"figure_13", "figure_15", "figure_22"}
 
 
 def test_without_an_impact_there_is_nothing_to_say(transient_folder):

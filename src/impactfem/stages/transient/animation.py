@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from impactfem.plot.floor_field import SIGNED, TopFloor, colour_bar, plan_axes, signed_limits
 from impactfem.plot.style import BLUE, SETTINGS
 from impactfem.stages.stores import open_stores
+from impactfem.stages.transient.floor_figures import mark_edge
 from impactfem.stages.transient.selection import (
     line_ends,
     main_impact,
@@ -25,7 +26,6 @@ from impactfem.stages.transient.selection import (
     shown,
     wave_floor,
 )
-from impactfem.stages.transient.wave_figures import mark_edge
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic
 
@@ -175,22 +175,16 @@ def _encode(path: Path, frames: Iterator[Frame], rate: float) -> None:
     """Write a film as browsers play it; rate in frames per second."""
     import imageio.v2 as imageio
 
-    film: Any
+    look: dict[str, Any] = {"codec": "libx264", "pixelformat": "yuv420p", "macro_block_size": 2}
+    look["output_params"] = ["-crf", "20", "-movflags", "+faststart"]
     with atomic(path) as temporary, TemporaryDirectory() as folder:
         # imageio tells the format from the end of the name.
         whole = Path(folder) / path.name
         try:
-            with imageio.get_writer(
-                whole,
-                format="FFMPEG",
-                mode="I",
-                fps=rate,
-                codec="libx264",
-                pixelformat="yuv420p",
-                macro_block_size=2,
-                ffmpeg_log_level="error",
-                output_params=["-crf", "20", "-movflags", "+faststart"],
-            ) as film:
+            film: Any = imageio.get_writer(
+                whole, format="FFMPEG", mode="I", fps=rate, ffmpeg_log_level="error", **look
+            )
+            with film:
                 for frame in frames:
                     film.append_data(frame)
         except RuntimeError as error:  # what imageio raises without ffmpeg

@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.stages.check import Check, end_check, log_checks
-from impactfem.stages.stores import of_run, open_store, time_step
+from impactfem.stages.stores import names_of, open_store, open_stores, time_step
 from impactfem.stages.transient.selection import between, ends, known
 from impactfem.system.scalar import values_of
 
@@ -20,12 +20,14 @@ lower: models that differ in this, or in a factor or a unit, are told from model
 mesh, rigid zones and joints."""
 
 
-IMPULSE = 1e-9
-ENERGY = 1e-9
-BAND = 0.05
-"""Half width of the error band of the spectra in parts of them."""
-REDUCED = 0.005
-"""Largest difference of a spectrum of the reduced model from that of the full one."""
+REDUCED = "spectra of reduced and full differ by {:.2g} %, {:g} %"
+NUMBERS = (
+    ("impulse_error", 1e-9, 1.0, "impulses kept to {:.1e}, {:g}"),
+    ("band_max", 0.05, 100.0, "error band of the spectra at most {:.2g} %, {:g} %"),
+    ("energy_residual", 1e-9, 1.0, "energy identity to {:.1e}, {:g}"),
+    ("reduced_against_full", 0.005, 100.0, REDUCED),
+)
+"""Scalar, its limit, the factor to the unit of the sentence, and the sentence."""
 POINTS = 10.0
 """Least number of samples in a cycle of the highest frequency of the response: between so many up
 to 1 − cos(π/10) = 4.9 % of a peak are lost."""
@@ -43,40 +45,28 @@ def stick_against_model(folder: Path) -> list[Check]:
     Returns:
         The check; nothing for a vertical direction, along which nothing bends.
     """
-    with (
-        open_store(folder / "building.nc") as building,
-        open_store(of_run(folder, "pounding.nc")) as sticks,
-    ):
+    with open_stores(folder) as opened:
+        building, sticks = opened("building.nc"), opened("pounding.nc")
         name, direction = str(building.attrs["building"]), str(sticks.attrs["shown_direction"])
         if direction == "z":
             return []
-        model, stick = _of_model(building, direction), _of_stick(sticks, name, direction)
+        # The most mass, not the lowest: a mode that twists may be lower, and moves some mass, too.
+        mass = building["effective_mass"].sel(direction=direction)
+        model = float(building["frequency"].isel(mode=mass.argmax("mode")))
+        one = sticks.sel(building=name, mode_direction=direction)
+        main = one["mode_effective_mass"].argmax("mode")
+        stick = float(one["mode_frequency"].isel(mode=main))
     off = stick / model - 1.0
     text = (
         f"transient: the stick of {name} sways along {direction} at {stick:.3g} Hz, its 3D model "
         f"at {model:.3g} Hz: {100 * off:+.3g} %, {100 * APART:g} % asked"
     )
-    if abs(off) <= APART:
-        return [(True, text)]
-    return [
-        (
-            False,
-            f"{text}; the impact forces are those of another building than the 3D model: give the "
-            "stick the stiffness of the 3D model, as a [calibration] with from_structure = true "
-            "does",
+    if abs(off) > APART:
+        text += (
+            "; the impact forces are those of another building than the 3D model: give the stick "
+            "the stiffness of the 3D model, as a [calibration] with from_structure = true does"
         )
-    ]
-
-
-def _of_model(building: xr.Dataset, direction: str) -> float:
-    # The most mass, not the lowest: a mode that twists may be lower, and moves some mass, too.
-    mass = building["effective_mass"].sel(direction=direction)
-    return float(building["frequency"].isel(mode=mass.argmax("mode")))
-
-
-def _of_stick(sticks: xr.Dataset, name: str, direction: str) -> float:
-    stick = sticks.sel(building=name, mode_direction=direction)
-    return float(stick["mode_frequency"].isel(mode=stick["mode_effective_mass"].argmax("mode")))
+    return [(abs(off) <= APART, text)]
 
 
 def log_samples(step: float, highest: float) -> None:
@@ -96,10 +86,14 @@ def transient_checks(folder: Path) -> list[Check]:
         folder: The run's folder, with `transient.nc`.
     """
     with open_store(folder / "transient.nc") as store:
-        last = float(known(store)["frequency"][-1])
-        names = [str(name) for name in store["probe"].values]
-        ended = end_check("transient", names, "xyz", ends(store).values, last)
-        return [_read_samples(store), ended, *_numbers(values_of(store))]
+        last, values = float(known(store)["frequency"][-1]), values_of(store)
+        ended = end_check("transient", names_of(store, "probe"), "xyz", ends(store).values, last)
+        numbers: list[Check] = [
+            (value < limit, f"transient: {text.format(factor * value, factor * limit)} asked")
+            for name, limit, factor, text in NUMBERS
+            if (value := values.get(f"transient.{name}")) is not None
+        ]
+        return [_read_samples(store), ended, *numbers]
 
 
 def _samples(step: float, highest: float) -> Check:
@@ -136,22 +130,3 @@ def _read_samples(store: xr.Dataset) -> Check:
         f"({largest['probe'].item()}, {largest['component'].item()}), and the spectra at the "
         f"probes are those of histories made {finer} times finer by band-limited interpolation"
     )
-
-
-def _numbers(values: dict[str, float]) -> list[Check]:
-    impulse = values["transient.impulse_error"]
-    text = f"transient: impulses kept to {impulse:.1e}, {IMPULSE:g} asked"
-    lines: list[Check] = [(impulse < IMPULSE, text)]
-    if "transient.band_max" in values:
-        band = values["transient.band_max"]
-        text = f"error band of the spectra at most {100 * band:.2g} %, {100 * BAND:g} % asked"
-        lines.append((band < BAND, f"transient: {text}"))
-    if "transient.energy_residual" in values:
-        residual = values["transient.energy_residual"]
-        text = f"transient: energy identity to {residual:.1e}, {ENERGY:g} asked"
-        lines.append((residual < ENERGY, text))
-    if "transient.reduced_against_full" in values:
-        error = values["transient.reduced_against_full"]
-        text = f"spectra of reduced and full differ by {100 * error:.2g} %, {100 * REDUCED:g} %"
-        lines.append((error < REDUCED, f"transient: {text} asked"))
-    return lines

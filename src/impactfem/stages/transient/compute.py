@@ -13,12 +13,8 @@ from numpy.typing import NDArray
 
 from impactfem.building.links import Displacements, carried, linked
 from impactfem.building.model import assemble_building, damping_matrix
-from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
-from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.modal_response import ModalHistory
-from impactfem.reduction.probes import Probe
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.response import (
     NodeResponse,
@@ -49,10 +45,8 @@ class TransientStudy:
 
     Args:
         case: The case.
-        parts: The building.
-        probes: Where it was looked.
-        loads: The loads.
-        response: Histories at the probes by the solver that was asked for.
+        prepared: Building, probes, loads and damping.
+        response: Histories at the probes by the solver that was requested.
         spectra: Their floor response spectra.
         band: Half width of the error band of each PSa, shape (n_dampings, n_probes, 3,
             n_frequencies) [m/s2]; zero for the full model.
@@ -65,9 +59,7 @@ class TransientStudy:
     """
 
     case: Case
-    parts: BuildingParts
-    probes: tuple[Probe, ...]
-    loads: Loads
+    prepared: Prepared
     response: NodeResponse
     spectra: ResponseSpectra
     band: Array
@@ -76,22 +68,6 @@ class TransientStudy:
     maps: FloorMaps | None
     full: FullRun | None
     full_error: float | None
-
-    @property
-    def psa(self) -> Array:
-        """Pseudo-acceleration, shape (n_dampings, n_probes, 3, n_frequencies) [m/s2]."""
-        return by_probe(self.spectra.psa, len(self.probes))
-
-    @property
-    def pfa(self) -> Array:
-        """Peak acceleration, shape (n_probes, 3) [m/s2]."""
-        largest: Array = np.abs(self.response.acceleration).max(axis=0)
-        return largest
-
-    @property
-    def main_impact(self) -> tuple[float, float] | None:
-        """Start and end of the impact with the largest force [s]; None without an impact."""
-        return main_impact(self.loads)
 
 
 def by_probe(values: Array, probes: int) -> Array:
@@ -105,13 +81,9 @@ def main_impact(loads: Loads) -> tuple[float, float] | None:
         return None
     force = loads.force[:, int(np.argmax(np.abs(loads.force).max(axis=0)))]
     peak = int(np.argmax(np.abs(force)))
-    touching = force / force[peak] > QUIET
-    start = peak
-    while start > 0 and touching[start - 1]:
-        start -= 1
-    end = peak
-    while end < len(force) - 1 and touching[end + 1]:
-        end += 1
+    apart = np.flatnonzero(force / force[peak] <= QUIET)
+    start = int(apart[apart < peak].max(initial=-1)) + 1
+    end = int(apart[apart > peak].min(initial=len(force))) - 1
     return start * loads.time_step, end * loads.time_step
 
 
@@ -146,12 +118,56 @@ def run_transient(
         SolutionError: The response is not finite.
         InputError: A floor is hit that the building was not reduced for.
     """
+    transient, loads, damping = transient_of(case), prepared.loads, prepared.damping
     run = None
-    if transient_of(case).solver != "reduced":
+    if transient.solver != "reduced":
         run = _full(case, prepared, folder, comm, step, key, within)
     if comm.rank != 0:
         return None
-    return _results(case, prepared, basis, run, step, within)
+    nodes = np.array([probe.node for probe in prepared.probes])
+    wanted = bool(transient.fields) or transient.snapshots
+    maps = full_error = None
+    with step("spectra"):
+        if basis is not None:
+            history = modal_histories(basis, loads, damping)
+            response = node_response(basis, history, loads, nodes)
+            spectra = node_spectra(response, case.spectra)
+            error = response_band(
+                basis,
+                loads,
+                damping,
+                nodes,
+                response,
+                spectra.psa,
+                case.spectra,
+                kind=transient.band,
+            )
+            band, pfa_band = by_probe(error.psa, len(nodes)), error.acceleration
+            if run is not None:
+                full_error = _against_full(case, prepared, basis, nodes, run)
+        elif run is not None:
+            response, spectra = run.response, node_spectra(run.response, case.spectra)
+            band = np.zeros_like(by_probe(spectra.psa, len(nodes)))
+            pfa_band = np.zeros((len(nodes), 3))
+        else:
+            raise ValueError("neither a basis nor a full run")
+    if basis is None and wanted:
+        LOGGER.info("transient: the full model records its probes only; no maps and no waves")
+    if basis is not None and wanted:
+        with step("maps"):
+            maps = floor_maps(
+                prepared.parts,
+                basis,
+                history,
+                loads,
+                case.spectra,
+                main_impact=main_impact(loads) if transient.snapshots else None,
+                floor=prepared.wave_floor,
+                progress=lambda part: within("maps", part),
+            )
+    return TransientStudy(
+        case, prepared, response, spectra, band, pfa_band, basis, maps, run, full_error
+    )
 
 
 def _full(
@@ -166,16 +182,22 @@ def _full(
     """The run in full order, with the base plates tied as in the reduced building. Collective."""
     transient, loads, mesh = transient_of(case), prepared.loads, prepared.parts.mesh
     links = [plate.link for plate in prepared.base_plates]
+    nodes = np.array([probe.node for probe in prepared.probes])
     with step("matrices"):
         building = assemble_building(comm, prepared.parts)
         model, T = linked(building, links, mesh.nodes)
         patterns = carried(T, loads.patterns(building, mesh, transient.eccentricity))
         for matrix in (building.fixed, building.storeys, building.mass):
             matrix.destroy()
-        K = model.take_stiffness(prepared.storey_factor)
-        C = _damping_by_part(prepared, comm)
-        if C is not None:
-            C = C.ptap(T)
+        K, C, dampings = model.take_stiffness(prepared.storey_factor), None, prepared.parts.dampings
+        if dampings is not None:
+            # What the parts' own dampings add to that of the building.
+            every = (*dampings.shells, *dampings.beams)
+            own = sum(one is not None for one in every)
+            LOGGER.info("transient: %d of %d parts have a damping of their own", own, len(every))
+            C = damping_matrix(
+                comm, prepared.parts, dampings, prepared.storey_factor, prepared.damping
+            ).ptap(T)
         T.destroy()
     with step("time steps"):
         return run_full(
@@ -184,7 +206,7 @@ def _full(
             loads,
             patterns,
             prepared.damping,
-            Displacements(model, _nodes(prepared), links, mesh.nodes),
+            Displacements(model, nodes, links, mesh.nodes),
             C=C,
             checkpoints=folder / CHECKPOINTS,
             key=key,
@@ -193,133 +215,15 @@ def _full(
         )
 
 
-def _nodes(prepared: Prepared) -> Index:
-    return np.array([probe.node for probe in prepared.probes])
-
-
-def _damping_by_part(prepared: Prepared, comm: Any) -> Any | None:
-    """What the parts' own dampings add to that of the building. Collective."""
-    dampings = prepared.parts.dampings
-    if dampings is None:
-        return None
-    every = (*dampings.shells, *dampings.beams)
-    own = sum(one is not None for one in every)
-    LOGGER.info("transient: %d of %d parts have a damping of their own", own, len(every))
-    return damping_matrix(comm, prepared.parts, dampings, prepared.storey_factor, prepared.damping)
-
-
-def _results(
-    case: Case,
-    prepared: Prepared,
-    basis: ReducedBasis | None,
-    run: FullRun | None,
-    step: Step,
-    within: Progress,
-) -> TransientStudy:
-    transient, loads, damping = transient_of(case), prepared.loads, prepared.damping
-    nodes = _nodes(prepared)
-    history = maps = full_error = None
-    with step("spectra"):
-        if basis is None:
-            seen = _seen_by_full(case, run, len(nodes))
-        else:
-            history = modal_histories(basis, loads, damping)
-            seen = _seen_by_basis(case, prepared, basis, history, nodes)
-            if run is not None:
-                full_error = _against_full(case, basis, loads, damping, nodes, run)
-    wanted = bool(transient.fields) or transient.snapshots
-    if basis is None and wanted:
-        LOGGER.info("transient: the full model records its probes only; no maps and no waves")
-    if basis is not None and history is not None and wanted:
-        with step("maps"):
-            maps = _maps(case, prepared, basis, history, within)
-    return TransientStudy(
-        case=case,
-        parts=prepared.parts,
-        probes=prepared.probes,
-        loads=loads,
-        response=seen.response,
-        spectra=seen.spectra,
-        band=seen.band,
-        pfa_band=seen.pfa_band,
-        basis=basis,
-        maps=maps,
-        full=run,
-        full_error=full_error,
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """What is seen at the probes; as in `TransientStudy`."""
-
-    response: NodeResponse
-    spectra: ResponseSpectra
-    band: Array
-    pfa_band: Array
-
-
-def _seen_by_full(case: Case, run: FullRun | None, probes: int) -> _Seen:
-    if run is None:
-        raise ValueError("neither a basis nor a full run")
-    spectra = node_spectra(run.response, case.spectra)
-    band = np.zeros_like(by_probe(spectra.psa, probes))
-    return _Seen(run.response, spectra, band, np.zeros((probes, 3)))
-
-
-def _seen_by_basis(
-    case: Case, prepared: Prepared, basis: ReducedBasis, history: ModalHistory, nodes: Index
-) -> _Seen:
-    loads = prepared.loads
-    response = node_response(basis, history, loads, nodes)
-    spectra = node_spectra(response, case.spectra)
-    told = response_band(
-        basis,
-        loads,
-        prepared.damping,
-        nodes,
-        response,
-        spectra.psa,
-        case.spectra,
-        kind=transient_of(case).band,
-    )
-    return _Seen(response, spectra, by_probe(told.psa, len(nodes)), told.acceleration)
-
-
-def _maps(
-    case: Case,
-    prepared: Prepared,
-    basis: ReducedBasis,
-    history: ModalHistory,
-    within: Progress,
-) -> FloorMaps:
-    loads = prepared.loads
-    return floor_maps(
-        prepared.parts,
-        basis,
-        history,
-        loads,
-        case.spectra,
-        main_impact=main_impact(loads) if transient_of(case).snapshots else None,
-        floor=prepared.wave_floor,
-        progress=lambda part: within("maps", part),
-    )
-
-
 def _against_full(
-    case: Case,
-    basis: ReducedBasis,
-    loads: Loads,
-    damping: Rayleigh,
-    nodes: Index,
-    run: FullRun,
+    case: Case, prepared: Prepared, basis: ReducedBasis, nodes: Index, run: FullRun
 ) -> float:
     """Largest relative difference of the spectra, both solvers with Newmark at the same step."""
-    transient = transient_of(case)
-    history = modal_histories(basis, loads, damping, scheme="newmark")
+    loads = prepared.loads
+    history = modal_histories(basis, loads, prepared.damping, scheme="newmark")
     same = node_spectra(node_response(basis, history, loads, nodes), case.spectra)
     truth = node_spectra(run.response, case.spectra)
-    known = same.frequency <= transient.maximum_frequency
+    known = same.frequency <= transient_of(case).maximum_frequency
     moved = truth.zpa > 1e-3 * truth.zpa.max()
     ratio = same.psa[:, moved][..., known] / truth.psa[:, moved][..., known]
     return float(np.abs(ratio - 1.0).max())

@@ -13,9 +13,9 @@ from impactfem.case.transient import Transient
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.probes import motion_grid
 from impactfem.reduction.response import modal_histories
-from impactfem.stages.transient.compute import TransientStudy
-from impactfem.stages.transient.motion_file import POINT, motion_file
-from impactfem.stages.transient.motion_index import write_motion_index
+from impactfem.stages.transient.compute import TransientStudy, main_impact
+from impactfem.stages.transient.motion_file import POINT, motion_file, write_motion_index
+from impactfem.stages.transient.prepared import transient_of
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER
 
@@ -87,18 +87,17 @@ def write_motion(
         SolutionError: The first time that is asked for is not computed.
         ImpactfemError: A file cannot be written.
     """
-    transient, structure = study.case.transient, study.case.structure
-    basis, loads = study.basis, study.loads
-    if transient is None or structure is None or basis is None:
+    transient, prepared, basis = transient_of(study.case), study.prepared, study.basis
+    loads = prepared.loads
+    if basis is None:
         raise ValueError("only a case with a reduced basis has the motion of the whole model")
-    grid = motion_grid(study.parts.mesh, transient.export_nodes)
+    grid = motion_grid(prepared.parts.mesh, transient.export_nodes)
     at = np.searchsorted(basis.nodes, grid.nodes)
     if not np.array_equal(basis.nodes.take(at, mode="clip"), grid.nodes):
         raise KeyError("a node that the basis was not made for")
-    steps = exported_steps(transient, loads, study.main_impact)
+    steps = exported_steps(transient, loads, main_impact(loads))
     times: Array = np.asarray(loads.time_step * steps, dtype=np.float64)
-    damping = study.case.building(structure.building).damping.rayleigh
-    history = modal_histories(basis, loads, damping)
+    history = modal_histories(basis, loads, prepared.damping)
     # V (Y z): Φ = V Y of so many nodes would be as large as V.
     Y = basis.model.coordinates
     motion = {
@@ -116,8 +115,12 @@ def write_motion(
         for first in range(0, len(steps), at_once):
             part = slice(first, first + at_once)
             for name, (coordinates, ground) in motion.items():
-                values = _field(basis.vectors, at, coordinates[:, part], ground[part])
-                write(name, first, values)
+                size, field = len(coordinates), np.empty((len(steps[part]), len(at), 3), np.float32)
+                for k in range(0, len(at), NODES):
+                    rows = basis.vectors[at[k : k + NODES], :, :size].reshape(-1, size)
+                    values = (rows @ coordinates[:, part]).T.reshape(len(field), -1, 3)
+                    field[:, k : k + NODES] = values + ground[part][:, None]
+                write(name, first, field)
             progress(min(1.0, (first + at_once) / len(steps)))
     index = path.with_suffix(".xdmf")
     write_motion_index(index, path, grid, times, tuple(UNITS))
@@ -130,21 +133,3 @@ def write_motion(
         1e-6 * len(UNITS) * len(steps) * len(grid.nodes) * POINT,
     )
     return [path, index]
-
-
-def _field(vectors: Array, at: Index, coordinates: Array, ground: Array) -> NDArray[np.float32]:
-    """V y + a of each node, shape (n_times, n, 3).
-
-    Args:
-        vectors: V at the nodes that are kept, shape (n_kept, 3, size).
-        at: Which of them are asked for, shape (n,).
-        coordinates: y in the space of V, shape (size, n_times).
-        ground: a, shape (n_times, 3).
-    """
-    size, n_times = coordinates.shape
-    field = np.empty((n_times, len(at), 3), dtype=np.float32)
-    for first in range(0, len(at), NODES):
-        part = slice(first, first + NODES)
-        rows = vectors[at[part], :, :size].reshape(-1, size)
-        field[:, part] = (rows @ coordinates).T.reshape(n_times, -1, 3) + ground[:, None]
-    return field

@@ -78,8 +78,9 @@ def run_full(
         ImpactfemError: A checkpoint cannot be written.
     """
     free = np.flatnonzero(probes.rows >= 0)
-    recorded = _digest(loads, damping, probes)
-    store = Checkpoints(model.comm, checkpoints, f"{key}, {recorded}")
+    seen = (loads.time_step, *astuple(damping)), loads.amplitudes, probes.rows, probes.motion.data
+    digest = hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in seen)).hexdigest()
+    store = Checkpoints(model.comm, checkpoints, f"{key}, {digest}")
     with Newmark(K, model.mass, loads.time_step, patterns, damping=damping, C=C) as system:
         whole = resumable_march(
             system,
@@ -106,9 +107,3 @@ def run_full(
         energy=whole.energy,
         factor_memory=memory,
     )
-
-
-def _digest(loads: Loads, damping: Rayleigh, probes: Displacements) -> str:
-    seen = probes.motion
-    numbers = (loads.time_step, *astuple(damping)), loads.amplitudes, probes.rows, seen.data
-    return hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in numbers)).hexdigest()

@@ -123,11 +123,29 @@ def floor_maps(
         reached = found.points_per_cycle
         progress(min(1.0, (first + AT_ONCE) / len(nodes)))
     triangles, wave_nodes = wave_slab(mesh, floor)
-    steps = _snapshots(loads, main_impact)
-    displacement = _at_steps(basis, history.displacement, wave_nodes, steps)
-    acceleration = _at_steps(basis, history.acceleration, wave_nodes, steps)
-    frames = _frames(loads, main_impact)
-    moving = _at_steps(basis, history.acceleration, wave_nodes, frames)
+    steps = frames = np.zeros(0, dtype=np.int64)
+    if main_impact is not None:
+        start, end = main_impact
+        times = [
+            *(start + share * (end - start) for share in SNAPSHOTS),
+            start - BEFORE,
+            end + AFTER,
+        ]
+        nearest = np.rint(np.array(times) / loads.time_step).astype(np.int64)
+        *chosen, begin, last = np.clip(nearest, 0, len(loads.ground) - 1)
+        steps = np.unique(chosen)
+        # Evenly spaced, and no more than MOST_FRAMES.
+        frames = np.arange(begin, last + 1, -(-(last - begin + 1) // MOST_FRAMES))
+
+    def at(modal: Array, steps: Index) -> Array:
+        """Values of the nodes of the wave at time steps, shape (s, m, 3)."""
+        shape = (len(wave_nodes), 3, len(steps))
+        return _records(basis, modal[:, steps], wave_nodes).reshape(shape).transpose(2, 0, 1)
+
+    displacement = at(history.displacement, steps)
+    snapshots, moving = (
+        at(history.acceleration, some) + loads.ground[some][:, None] for some in (steps, frames)
+    )
     return FloorMaps(
         nodes=nodes,
         frequency=frequency,
@@ -139,9 +157,9 @@ def floor_maps(
         wave_nodes=wave_nodes,
         wave_times=np.asarray(steps * loads.time_step, dtype=np.float64),
         wave_displacement=displacement,
-        wave_acceleration=acceleration + loads.ground[steps][:, None],
+        wave_acceleration=snapshots,
         frame_times=np.asarray(frames * loads.time_step, dtype=np.float64),
-        frame_acceleration=(moving + loads.ground[frames][:, None]).astype(np.float32),
+        frame_acceleration=moving.astype(np.float32),
         membrane_force=membrane_force(parts, triangles, wave_nodes, displacement),
         wave_triangles=triangles,
     )
@@ -152,35 +170,6 @@ def _records(basis: ReducedBasis, modal: Array, nodes: Index) -> Array:
     """Histories of nodes, shape (3 n, n_t); x y z of each node."""
     shapes = basis.of(basis.model, nodes)
     return np.asarray(shapes.reshape(-1, shapes.shape[2]) @ modal)
-
-
-def _snapshots(loads: Loads, main_impact: tuple[float, float] | None) -> Index:
-    """Time steps of the snapshots."""
-    if main_impact is None:
-        return np.zeros(0, dtype=np.int64)
-    start, end = main_impact
-    return np.unique(_steps(loads, [start + share * (end - start) for share in SNAPSHOTS]))
-
-
-def _frames(loads: Loads, main_impact: tuple[float, float] | None) -> Index:
-    """Time steps of the frames, evenly spaced, at most `MOST_FRAMES`."""
-    if main_impact is None:
-        return np.zeros(0, dtype=np.int64)
-    first, last = _steps(loads, [main_impact[0] - BEFORE, main_impact[1] + AFTER])
-    stride = -(-(last - first + 1) // MOST_FRAMES)
-    return np.arange(first, last + 1, stride, dtype=np.int64)
-
-
-def _steps(loads: Loads, times: list[float]) -> Index:
-    """The time steps nearest to times."""
-    nearest = np.rint(np.array(times) / loads.time_step).astype(np.int64)
-    return np.asarray(np.clip(nearest, 0, len(loads.ground) - 1))
-
-
-def _at_steps(basis: ReducedBasis, modal: Array, nodes: Index, steps: Index) -> Array:
-    """Values of nodes at time steps, shape (s, n, 3)."""
-    shape = (len(nodes), 3, len(steps))
-    return _records(basis, modal[:, steps], nodes).reshape(shape).transpose(2, 0, 1)
 
 
 def membrane_force(

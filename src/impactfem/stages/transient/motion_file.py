@@ -1,8 +1,8 @@
 """The motion of the whole model as a file for viewers, in the layout VTKHDF of HDF5.
 
-ParaView from 5.12 on and pyvista open it as a time series; older ones need its index (see
-`motion_index`). The cells stay, and each field is an array of 32-bit floats, shape
-(n_times n_points, 3): all points at one time, then all at the next.
+ParaView from 5.12 on and pyvista open it as a time series; older ones need its index in XDMF, which
+says where in it grid, times and fields are. The cells stay, and each field is an array of 32-bit
+floats, shape (n_times n_points, 3): all points at one time, then all at the next.
 
 HDF5 ends the process when its own writing meets a full disk. So it makes the file in memory, all
 but the fields, of which it tells where they begin; what goes to the disk are plain bytes.
@@ -16,16 +16,17 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
+from xml.sax.saxutils import escape
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.reduction.probes import MotionGrid
-from impactfem.stages.transient.motion_index import FIELDS, POINTS, TOPOLOGY, mixed_topology
 from impactfem.system.files import atomic
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 Values = NDArray[np.float32]
 Write = Callable[[str, int, Values], None]
 
@@ -36,6 +37,38 @@ OTHERS = 1_000_000
 TRIANGLES = {3: 5, 6: 22}
 LINES = {2: 3, 3: 21}
 """VTK's types of cells by their number of nodes."""
+XDMF_TRIANGLES = {3: (4,), 6: (36,)}
+XDMF_LINES = {2: (2, 2), 3: (34,)}
+"""What comes before the nodes of each cell in XDMF: the type; of a polyline their number, too."""
+TOPOLOGY = "XDMF/Topology"
+POINTS = "VTKHDF/Points"
+FIELDS = "VTKHDF/PointData"
+"""Where arrays are in the motion file."""
+INDEX = """\
+<?xml version='1.0' encoding='utf-8'?>
+<Xdmf Version="3.0">
+ <Domain>
+  <Grid Name="motion" GridType="Collection" CollectionType="Temporal">
+{times}
+  </Grid>
+ </Domain>
+</Xdmf>
+"""
+TIME = """\
+   <Grid Name="building" GridType="Uniform">
+    <Time Value="{time:.12g}" />
+    <Topology TopologyType="Mixed" NumberOfElements="{cells}">{topology}</Topology>
+    <Geometry GeometryType="XYZ">{points}</Geometry>
+{fields}
+   </Grid>"""
+FIELD = """\
+    <Attribute Name="{name}" AttributeType="Vector" Center="Node">
+     <DataItem ItemType="HyperSlab" Dimensions="{n} 3">
+      <DataItem Dimensions="3 2" NumberType="Int" Format="XML">{first} 0 1 1 {n} 3</DataItem>
+      {values}
+     </DataItem>
+    </Attribute>"""
+"""First row and column of the field at a time, strides, numbers of rows and columns."""
 
 
 @contextmanager
@@ -155,3 +188,46 @@ def _without_values(group: Any, name: str, shape: tuple[int, ...]) -> int:
     kind = h5py.h5t.IEEE_F32LE
     made = h5py.h5d.create(group.id, name.encode(), kind, space, properties)
     return int(made.get_offset())
+
+
+def mixed_topology(grid: MotionGrid) -> Index:
+    """All cells in one row, each with its type before its nodes."""
+    rows = []
+    for cells, kinds in ((grid.triangles, XDMF_TRIANGLES), (grid.lines, XDMF_LINES)):
+        before = np.tile(kinds[cells.shape[1]], (len(cells), 1))
+        rows.append(np.hstack([before, cells]).ravel())
+    return np.concatenate(rows)
+
+
+def write_motion_index(
+    path: Path, motion: Path, grid: MotionGrid, times: Array, fields: tuple[str, ...]
+) -> None:
+    """Write the index.
+
+    Args:
+        path: The file.
+        motion: The motion file, in the same folder.
+        grid: Its cells.
+        times: Its times [s].
+        fields: Names of its fields.
+
+    Raises:
+        ImpactfemError: The file cannot be written.
+    """
+
+    def item(place: str, shape: str, kind: str, precision: int) -> str:
+        where = escape(f"{motion.name}:/{place}")
+        look = f'Format="HDF" NumberType="{kind}" Precision="{precision}" Dimensions="{shape}"'
+        return f"<DataItem {look}>{where}</DataItem>"
+
+    n = len(grid.nodes)
+    topology = item(TOPOLOGY, str(len(mixed_topology(grid))), "Int", 8)
+    points = item(POINTS, f"{n} 3", "Float", 8)
+    values = {name: item(f"{FIELDS}/{name}", f"{len(times) * n} 3", "Float", 4) for name in fields}
+    every = []
+    for k, time in enumerate(times):
+        here = [FIELD.format(name=f, n=n, first=k * n, values=values[f]) for f in fields]
+        place = {"topology": topology, "points": points, "fields": "\n".join(here)}
+        every.append(TIME.format(time=time, cells=grid.cells, **place))
+    with atomic(path) as temporary:
+        temporary.write_text(INDEX.format(times="\n".join(every)), encoding="utf-8")

@@ -1,7 +1,7 @@
 """What the paper says of the response of the 3D building, as numbers of this run.
 
-Functions of arrays, and `physics_scalars`, which asks them of the stores. None stands for what does
-not exist in a run, such as the crossing time of a wave where nothing touches.
+Functions of arrays, and `physics_scalars` of the stores. None stands for what does not
+exist in a run, such as the crossing time of a wave where nothing touches.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy import signal
 
 from impactfem.spectra.sampling import upsample
 from impactfem.stages.stores import time_step
-from impactfem.stages.transient.power import force_spectra
 from impactfem.stages.transient.selection import (
     at_floor,
     floors_of,
@@ -48,6 +48,12 @@ FINER = 20
 """Steps of the interpolated histories in one of the response."""
 QUIET_STEPS = 6
 """Steps before the impact where resampled forces are zero to 0.04 %."""
+SEGMENT = 1.0
+"""Length of the segments of a record [s]."""
+SILENT = 1e-6
+"""Part of the largest force below which nothing acts any more."""
+RESOLUTION = 0.5
+"""Spacing of the frequencies of an impact's spectrum, which is smooth [Hz]."""
 
 
 def far_highest_below(near: Array, far: Array, frequency: Array) -> float | None:
@@ -102,15 +108,6 @@ def _zero(frequency: Array, values: Array, k: int) -> float:
     a, b = values[k], values[k + 1]
     share = a / (a - b) if a != b else 0.0
     return float(frequency[k] * (frequency[k + 1] / frequency[k]) ** share)
-
-
-def displacement_spread(sd: Array) -> float:
-    """Largest difference of displacement spectra over the largest of all values.
-
-    Args:
-        sd: Of several points, shape (n_points, n_f) [m].
-    """
-    return float(np.ptp(sd, axis=0).max() / sd.max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,20 +206,79 @@ def line_arrivals(response: xr.Dataset) -> Arrivals | None:
     return arrivals(response["time"].values, histories, sense, impact, crossing)
 
 
-def force_ratio(upper: Array, lower: Array, time_step: float) -> float | None:
-    """Ratio of the mean power spectral densities of two main impacts up to 100 Hz.
+@dataclass(frozen=True, eq=False)
+class ForceSpectra:
+    """Power spectral densities of the main impacts.
 
     Args:
-        upper: Force on the upper floor, shape (n_t,) [N].
-        lower: Force on the lower floor, same shape [N].
+        frequency: Shape (n_f,) [Hz].
+        density: One-sided, shape (n_forces, n_f) [N²/Hz].
+        duration: Over which the power is taken [s].
+    """
+
+    frequency: Array
+    density: Array
+    duration: float
+
+
+def power_spectrum(record: Array, time_step: float) -> tuple[Array, Array]:
+    """One-sided power spectral density by Welch's method, Hann windows that overlap by half.
+
+    Args:
+        record: Shape (..., n).
         time_step: Δt [s].
 
     Returns:
-        None when the lower force is zero.
+        Frequencies [Hz] and densities [unit of the record squared per Hz].
     """
-    spectra = force_spectra(np.stack([upper, lower], axis=1), time_step)
-    content = spectra.density[:, spectra.frequency <= IMPACT_CONTENT].mean(axis=1)
-    return float(content[0] / content[1]) if content[1] > 0.0 else None
+    frequency, density = signal.welch(
+        record,
+        fs=1.0 / time_step,
+        window="hann",
+        nperseg=min(record.shape[-1], round(SEGMENT / time_step)),
+        detrend=False,
+    )
+    return np.asarray(frequency), np.asarray(density)
+
+
+def force_spectra(force: Array, time_step: float) -> ForceSpectra:
+    """Spectra of the main impact of each force, alone and over the same duration.
+
+    S(f) = 2 |Δt Σ_n F_n e^(−2πi f n Δt)|² / T, with the duration T of the longest of the impacts:
+    so the densities of the forces can be compared.
+
+    Args:
+        force: Shape (n_t, n_forces) [N].
+        time_step: Δt [s].
+    """
+    impacts = [impact_samples(column) for column in force.T]
+    longest = max(last - first for first, last in impacts)
+    count = max(longest, round(1.0 / (RESOLUTION * time_step)))
+    densities = []
+    frequency = np.fft.rfftfreq(count, time_step)
+    for (first, last), column in zip(impacts, force.T, strict=True):
+        alone = np.zeros(longest)
+        alone[: last - first] = column[first:last]
+        frequency, density = signal.periodogram(
+            alone, fs=1.0 / time_step, window="boxcar", nfft=count, detrend=False
+        )
+        densities.append(density)
+    return ForceSpectra(np.asarray(frequency), np.array(densities), longest * time_step)
+
+
+def impact_samples(force: Array) -> tuple[int, int]:
+    """First sample, and the one behind the last, of the impact with the largest force.
+
+    Args:
+        force: Positive in compression; the impact ends where nothing acts, tension included,
+            shape (n_t,) [N].
+    """
+    peak = int(np.argmax(np.abs(force)))
+    silent = np.flatnonzero(np.abs(force) <= SILENT * abs(force[peak]))
+    before, after = silent[silent < peak], silent[silent > peak]
+    first = int(before[-1]) + 1 if before.size else 0
+    last = int(after[0]) if after.size else len(force)
+    return first, last
 
 
 def physics_scalars(store: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
@@ -236,10 +292,9 @@ def physics_scalars(store: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
     return [
         *_against_sticks(response, sticks),
         *_along_line(response),
-        *_edges(response),
-        *_transfer(response),
-        *_impacts(response),
-        *_wave(response),
+        *_between_edges(response),
+        *_of_transfer(response),
+        *_of_wave(response),
     ]
 
 
@@ -266,57 +321,61 @@ def _along_line(response: xr.Dataset) -> list[Scalar]:
     if line.sizes["probe"] < 3:
         return []
     z = response["probe_position"].sel(xyz="z")
-    level = z.values[(response["probe_kind"] == "line").values][0]
+    level = float(line["probe_position"].sel(xyz="z")[0])
     on_floor = known(response).isel(probe=(abs(z - level) < 1e-6 * max(1.0, abs(level))).values)
     frequency, distance, pfa = (line[n].values for n in ("frequency", "distance", "pfa"))
-    psa, sd, sd_floor = (
-        one.transpose("probe", "frequency").values for one in (line.psa, line.sd, on_floor.sd)
-    )
+    psa = line["psa"].transpose("probe", "frequency").values
     middle, slack = 0.5 * distance[-1], 1e-6 * distance[-1]
     near = psa[distance < middle - slack].max(axis=0)
     far = psa[distance > middle + slack].max(axis=0)
-    top = wave_floor(response)
-    return [
-        Scalar(
-            "transient.frs.far_highest_below",
+    # Largest difference of displacement spectra over the largest of all.
+    spread, spread_floor = (
+        float((one.max("probe") - one.min("probe")).max() / one.max())
+        for one in (line["sd"], on_floor["sd"])
+    )
+    floor = f"floor {wave_floor(response)}"
+    table: tuple[tuple[str, float | None, str, str], ...] = (
+        (
+            "frs.far_highest_below",
             far_highest_below(near, far, frequency),
             "Hz",
-            f"floor {top}: up to there the far half of the line is higher than the near one",
+            f"{floor}: up to there the far half of the line is higher than the near one",
         ),
-        Scalar(
-            "transient.frs.near_highest_at",
+        (
+            "frs.near_highest_at",
             float(frequency[int(np.argmax(psa[0]))]),
             "Hz",
-            f"floor {top}: peak of the spectrum at the impact edge",
+            f"{floor}: peak of the spectrum at the impact edge",
         ),
-        Scalar(
-            "transient.frs.displacement_spread",
-            displacement_spread(sd),
+        (
+            "frs.displacement_spread",
+            spread,
             "-",
-            f"line on floor {top}: largest difference of displacement spectra over the largest",
+            f"line on {floor}: largest difference of displacement spectra over the largest",
         ),
-        Scalar(
-            "transient.frs.displacement_spread_floor",
-            displacement_spread(sd_floor),
+        (
+            "frs.displacement_spread_floor",
+            spread_floor,
             "-",
-            f"the same of all probes on floor {top}: turning about the vertical is in it",
+            f"the same of all probes on {floor}: turning about the vertical is in it",
         ),
-        Scalar(
-            "transient.pfa.edges_over_inside",
+        (
+            "pfa.edges_over_inside",
             float(min(pfa[0], pfa[-1]) / pfa[1:-1].max()),
             "-",
-            f"floor {top}: the lower of both ends of the line over the highest between them",
+            f"{floor}: the lower of both ends of the line over the highest between them",
         ),
-        Scalar(
-            "transient.pfa.far_over_near",
+        (
+            "pfa.far_over_near",
             float(pfa[-1] / pfa[0]),
             "-",
-            f"line on floor {top}: the end far from the impact over the one that is hit",
+            f"line on {floor}: the end far from the impact over the one that is hit",
         ),
-    ]
+    )
+    return [Scalar(f"transient.{name}", value, unit, note) for name, value, unit, note in table]
 
 
-def _edges(response: xr.Dataset) -> list[Scalar]:
+def _between_edges(response: xr.Dataset) -> list[Scalar]:
     """Where the floor below the one with the line is above it, at the impact edges."""
     floors = [f for f in floors_of(response, "edge") if f <= wave_floor(response)]
     if len(floors) < 2:
@@ -324,56 +383,54 @@ def _edges(response: xr.Dataset) -> list[Scalar]:
     lower, upper = floors[-2:]
     good = known(response)
     below, above = (at_floor(good, "edge", floor)["psa"].values for floor in (lower, upper))
-    ends = longest_above(below, above, good["frequency"].values)
+    low, high = longest_above(below, above, good["frequency"].values) or (None, None)
     name = f"transient.frs.floor_{lower}_above_floor_{upper}"
     note = "impact edges, ends of the widest interval"
-    low, high = ends if ends is not None else (None, None)
     return [
         Scalar(f"{name}.lowest", low, "Hz", note),
         Scalar(f"{name}.highest", high, "Hz", note),
     ]
 
 
-def _transfer(response: xr.Dataset) -> list[Scalar]:
-    if "transfer_load" not in response.dims:
-        return []
-    scalars = []
-    frequency = response["transfer_frequency"].values
-    good = frequency <= float(response.attrs["maximum_frequency"]) * (1.0 + 1e-9)
-    content = good & (frequency <= IMPACT_CONTENT)
-    for floor in response["transfer_load_floor"].values.tolist():
+def _of_transfer(response: xr.Dataset) -> list[Scalar]:
+    """Transfer functions at the edges, and the content of the forces on the two upper ones."""
+    scalars: list[Scalar] = []
+    floors = response["transfer_load_floor"].values if "transfer_load" in response.dims else ()
+    note = "largest acceleration over force at the edge that the force acts on"
+    highest = float(response.attrs["maximum_frequency"]) * (1.0 + 1e-9)
+    for floor in floors:
         if floor not in floors_of(response, "edge"):
             continue
-        values = transfer(at_floor(response, "edge", floor), floor).values
-        k = int(np.argmax(np.where(good, values, 0.0)))
-        name = f"transient.transfer.floor_{floor}"
-        note = "largest acceleration over force at the edge that the force acts on"
-        largest = float(np.where(content, values, 0.0).max())
-        upto = f"{IMPACT_CONTENT:g}"
+        size, _ = transfer(at_floor(response, "edge", floor), floor)
+        size = size.sel(transfer_frequency=slice(None, highest))
+        content = size.sel(transfer_frequency=slice(None, IMPACT_CONTENT))
+        name, upto = f"transient.transfer.floor_{floor}", f"{IMPACT_CONTENT:g}"
+        largest, at = float(content.max()), float(size.idxmax())
         scalars += [
-            Scalar(name, float(values[k]), "1/kg", note),
-            Scalar(f"{name}_frequency", float(frequency[k]), "Hz", note),
+            Scalar(name, float(size.max()), "1/kg", note),
+            Scalar(f"{name}_frequency", at, "Hz", note),
             Scalar(f"{name}_to_{upto}hz", largest, "1/kg", f"{note}, up to {upto} Hz"),
         ]
+    if response.sizes["edge"] > 1:
+        force = response["edge_force"].isel(edge=[-2, -1]).transpose("time", "edge")
+        spectra = force_spectra(force.values, time_step(response))
+        inside = spectra.frequency <= IMPACT_CONTENT
+        below, above = spectra.density[:, inside].mean(axis=1)
+        lower, upper = force["edge_floor"].values
+        note = f"main impacts, floor {upper} over floor {lower}, mean up to {IMPACT_CONTENT:g} Hz"
+        ratio = float(above / below) if below > 0.0 else None
+        scalars.append(Scalar("transient.psd_ratio", ratio, "-", note))
     return scalars
 
 
-def _impacts(response: xr.Dataset) -> list[Scalar]:
-    if response.sizes["edge"] < 2:
-        return []
-    loads = response.isel(edge=[-2, -1])
-    (lower, upper), force = loads["edge_floor"].values, loads["edge_force"]
-    note = f"main impacts, floor {upper} over floor {lower}, mean up to {IMPACT_CONTENT:g} Hz"
-    ratio = force_ratio(force.isel(edge=1).values, force.isel(edge=0).values, time_step(response))
-    return [Scalar("transient.psd_ratio", ratio, "-", note)]
-
-
-def _wave(response: xr.Dataset) -> list[Scalar]:
-    found = line_arrivals(response)
-    if found is None:
+def _of_wave(response: xr.Dataset) -> list[Scalar]:
+    """Crossing times and speeds of the main impact's wave, and what happens at both ends."""
+    found, impact = line_arrivals(response), main_impact(response)
+    if found is None or impact is None:
         return []
     scalars = []
-    distance = of_kind(response, "line")["distance"].values
+    line = of_kind(response, "line")
+    distance = line["distance"].values
     for name, arrival, what in (
         ("", found.peak, "the peak"),
         ("_half", found.half, f"{100 * HALF:g} % of the peak"),
@@ -385,34 +442,20 @@ def _wave(response: xr.Dataset) -> list[Scalar]:
             Scalar(f"transient.wave_crossing{name}", crossing, "s", note),
             Scalar(f"transient.measured_wave_speed{name}", speed, "m/s", note),
         ]
-    return [*scalars, *_edge_instants(response, found)]
-
-
-def _edge_instants(response: xr.Dataset, found: Arrivals) -> list[Scalar]:
-    """What happens at both ends of the line after the peak at the impact edge."""
     first, last = found.peak[[0, -1]]
     across = float(last - first) if last > first else None
-    turned, impact = None, main_impact(response)
-    if math.isfinite(first) and impact is not None:
+    turned = None
+    if math.isfinite(first):
         start, end = impact
         time = response["time"].values
         after = (time > first) & (time <= end + max(end - start, time_step(response)))
-        at_edge = of_kind(response, "line")["acceleration"].isel(probe=0).values
-        pushed = inward(response) * at_edge[after]
+        pushed = inward(response) * line["acceleration"].isel(probe=0).values[after]
         if pushed.min(initial=0.0) < 0.0:
             turned = float(time[after][np.argmin(pushed)] - first)
+    note = "main impact, from the peak at the impact edge to"
+    opposite = "the largest acceleration there in the opposite sense"
     return [
-        Scalar(
-            "transient.wave_far_edge",
-            across,
-            "s",
-            "main impact, from the peak at the impact edge to that at the opposite edge",
-        ),
-        Scalar(
-            "transient.wave_reversal",
-            turned,
-            "s",
-            "main impact, from the peak at the impact edge to the largest acceleration there in "
-            "the opposite sense",
-        ),
+        *scalars,
+        Scalar("transient.wave_far_edge", across, "s", f"{note} that at the opposite edge"),
+        Scalar("transient.wave_reversal", turned, "s", f"{note} {opposite}"),
     ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,6 @@ from numpy.typing import NDArray
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
     SHADING,
-    Picture,
     add_ghost,
     balls,
     corners,
@@ -31,14 +29,13 @@ from impactfem.plot.scene import (
     surface,
 )
 from impactfem.plot.style import RED, figure
-from impactfem.stages.stores import open_store
-from impactfem.stages.transient.map_figures import at_node
+from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.selection import of_kind, shown
 from impactfem.system.own_process import in_own_process
 
 Array = NDArray[np.float64]
-Grids = dict[int, tuple[Any, NDArray[np.int64]]]
-"""Triangles of each floor, and where their nodes are in the maps."""
+Grids = dict[int, Any]
+"""Triangles of each floor, with the values of both pictures at their nodes."""
 
 PROBES = "figure_14_probes.png"
 PEAKS = "building_map_floors_pfa.png"
@@ -86,15 +83,11 @@ def draw(folder: Path) -> list[Path]:
     """Draw what `transient_pictures` gives, in this process."""
     target = folder / "figures"
     target.mkdir(exist_ok=True)
-    with (
-        open_store(folder / "building.nc") as building,
-        open_store(folder / "transient.nc") as store,
-    ):
-        response = shown(store)
+    with open_stores(folder) as opened:
+        building, response = opened("building.nc"), shown(opened("transient.nc"))
         files = [_probes(target / PROBES, building, response)]
         if (folder / "transient_maps.nc").is_file():
-            with open_store(folder / "transient_maps.nc") as maps:
-                files += _floors(target, building, response, maps)
+            files += _floors(target, building, response, opened("transient_maps.nc"))
     return files
 
 
@@ -132,121 +125,80 @@ def _floors(
     target: Path, building: xr.Dataset, response: xr.Dataset, maps: xr.Dataset
 ) -> list[Path]:
     """All floors, drawn farther apart than they are, with peak acceleration and amplification."""
+    import pyvista
+
     d = response["component"].item()
     pfa = maps["pfa"].sel(component=d).values
-    ratio = np.full_like(pfa, np.nan)
+    floors = maps["floor_triangle_floor"].values
     grids: Grids = {}
-    for node in of_kind(response, "centre")["probe_node"]:
-        floor = node["probe_floor"].item()
-        grid, places = _floor_grid(building, maps, floor)
-        if not len(places):
+    for centre in of_kind(response, "centre")["probe_node"]:
+        cells = maps["floor_triangle_node"].values[floors == centre["probe_floor"].item()]
+        if not len(cells):
             continue
-        grids[floor] = grid, places
-        centre = float(pfa[at_node(maps, node.item())])
-        if centre > 0.0:
-            ratio[places] = pfa[places] / centre
+        nodes, vertices = np.unique(cells, return_inverse=True)
+        kinds = {pyvista.CellType.TRIANGLE: vertices.reshape(-1, 3)}
+        grid = pyvista.UnstructuredGrid(kinds, maps["node_position"].values[nodes])
+        at_centre = float(pfa[maps["node_number"].values == centre.item()].max(initial=0.0))
+        grid.point_data[PEAKS] = pfa[nodes]
+        ratio = pfa[nodes] / at_centre if at_centre > 0.0 else np.full(len(nodes), np.nan)
+        grid.point_data[AMPLIFICATION] = ratio
+        grids[centre["probe_floor"].item()] = grid
     if not grids:
         return []
-    kinds = (
-        (PEAKS, pfa, f"peak acceleration along $e_{d}$ [m/s²]"),
-        (AMPLIFICATION, ratio, "peak acceleration over that of the mass centre [-]"),
-    )
+    lines = building["node_position"].values[building["edge_line"].values[:, :2]]
+    edges = {f: lines[building["edge_floor"].values == f] for f in grids}
     what = f"Peak absolute acceleration along $e_{d}$ of building {response.attrs['building']}"
-    captions = (
-        f"{what}, over its floors.",
-        f"{what}, over its floors, each over that of the floor's mass centre.",
+    kinds_of_pictures = (
+        (PEAKS, f"peak acceleration along $e_{d}$ [m/s²]", ""),
+        (
+            AMPLIFICATION,
+            "peak acceleration over that of the mass centre [-]",
+            ", each over that of the floor's mass centre",
+        ),
     )
     return [
-        _stack(target / name, grids, _impact_edges(building), values, label, caption)
-        for (name, values, label), caption in zip(kinds, captions, strict=True)
+        _stack(target / name, grids, edges, label, f"{what}, over its floors{more}.")
+        for name, label, more in kinds_of_pictures
     ]
 
 
-def _impact_edges(building: xr.Dataset) -> dict[int, Array]:
-    """Ends of the lines of the impact edge of each floor, shape (n, 2, 3) [m]."""
-    floors = building["edge_floor"].values
-    ends = building["node_position"].values[building["edge_line"].values[:, :2]]
-    return {int(floor): ends[floors == floor] for floor in np.unique(floors)}
-
-
-def _floor_grid(
-    building: xr.Dataset, maps: xr.Dataset, floor: int
-) -> tuple[Any, NDArray[np.int64]]:
-    """The flat slab of a floor as triangles, and where its nodes are in the maps."""
-    import pyvista
-
-    names = [str(name) for name in building["shell_part_name"].values]
-    mine = np.array([name.split("_")[:2] == ["floor", str(floor)] for name in names])
-    cells = building["triangle_node"].values[mine[building["triangle_part"].values]][:, :3]
-    points = building["node_position"].values
-    flat = np.ptp(points[cells][..., 2], axis=1) < 1e-6
-    nodes, corners = np.unique(cells[flat], return_inverse=True)
-    grid = pyvista.UnstructuredGrid(
-        {pyvista.CellType.TRIANGLE: corners.reshape(-1, 3)}, points[nodes]
-    )
-    places = np.searchsorted(maps["node_number"].values, nodes)
-    return grid, np.asarray(places, dtype=np.int64)
-
-
-@dataclass(frozen=True, eq=False)
-class _Layout:
-    """Where floors are drawn: above one another, in columns along their long side.
-
-    Args:
-        size: Largest extent of the floors along x and y, shape (2,) [m].
-    """
-
-    size: Array
-
-    @classmethod
-    def of(cls, grids: Grids) -> _Layout:
-        sizes = [np.ptp(np.asarray(grid.points), axis=0)[:2] for grid, _ in grids.values()]
-        return cls(np.array(sizes).max(axis=0))
-
-    @property
-    def long(self) -> int:
-        """Direction of the long side; it goes from left to right."""
-        return int(np.argmax(self.size))
-
-    @property
-    def view(self) -> tuple[float, float, float]:
-        return FROM_SHORT[self.long]
-
-    def shift(self, number: int, height: float) -> Array:
-        """From the place of a floor at a height [m] to that in the picture, shape (3,) [m]."""
+def _stack(path: Path, grids: Grids, edges: dict[int, Array], label: str, caption: str) -> Path:
+    """The values of a picture over all floors, above one another in columns along the long side."""
+    scale = colour_scale(np.concatenate([grid.point_data[path.name] for grid in grids.values()]))
+    size = np.array([np.ptp(grid.points, axis=0)[:2] for grid in grids.values()]).max(axis=0)
+    long = int(np.argmax(size))
+    scene, view = plotter(), FROM_SHORT[long]
+    right, _ = screen_axes(np.array(view))
+    marks, every, impacts = [], [], []
+    for number, (floor, grid) in enumerate(grids.items()):
         column, row = divmod(number, COLUMN)
-        shift = np.array([0.0, 0.0, SPREAD * self.size.min() * row - height])
-        shift[self.long] = BESIDE * self.size.max() * column
-        return shift
-
-
-def _stack(
-    path: Path, grids: Grids, edges: dict[int, Array], values: Array, label: str, caption: str
-) -> Path:
-    """Values at the nodes of the maps over all floors."""
-    scale = colour_scale(np.concatenate([values[places] for _, places in grids.values()]))
-    layout = _Layout.of(grids)
-    picture, marks, impacts = _rendered(grids, edges, values, scale, layout)
+        shift = np.array([0.0, 0.0, SPREAD * size.min() * row - grid.points[0, 2]])
+        shift[long] = BESIDE * size.max() * column
+        raised = grid.copy()
+        raised.points = points = np.asarray(grid.points) + shift
+        # A masked array, where a node has no value.
+        shares: Any = scale(grid.point_data[path.name])
+        raised.point_data["value"] = shares.filled(np.nan)
+        look = {"scalars": "value", "cmap": COLOURS, "clim": (0.0, 1.0), "lighting": False}
+        scene.add_mesh(raised, show_scalar_bar=False, **look)
+        scene.add_mesh(corners(surface(raised)), color="black", line_width=1.5)
+        impacts.append(edges[floor] + shift)
+        every.append(points)
+        marks.append(points[np.argmin(points @ right)])
+    picture = render(scene, np.concatenate(every), view)
     height, width = picture.image.shape[:2]
-    shape = (8.2, 7.0 * height / width + 0.9)
-    caption += f" {'xy'[layout.long]} to the right; heights not to scale"
-    caption += "; the impact edges are marked" if edges else ""
+    caption += f" {'xy'[long]} to the right; heights not to scale"
+    caption += "; the impact edges are marked" if any(map(len, impacts)) else ""
     caption += "; colours by the logarithm." if isinstance(scale, LogNorm) else "."
-    with figure(path, (1, 1), shape, caption) as (drawn, axes):
+    with figure(path, (1, 1), (8.2, 7.0 * height / width + 0.9), caption) as (drawn, axes):
         show(axes[0], picture, triad=False)
         for ends in impacts:
-            lines = picture.place(ends)
-            axes[0].add_collection(LineCollection(list(lines), colors=RED, linewidths=1.2))
+            lines = list(picture.place(ends))
+            axes[0].add_collection(LineCollection(lines, colors=RED, linewidths=1.2))
         for floor, mark in zip(grids, marks, strict=True):
             note(axes[0], picture, mark, f"floor {floor}")
-        bar = drawn.colorbar(
-            ScalarMappable(scale, COLOURS),
-            ax=axes[0],
-            location="bottom",
-            shrink=0.5,
-            aspect=30,
-            pad=0.02,
-        )
+        place: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 30, "pad": 0.02}
+        bar = drawn.colorbar(ScalarMappable(scale, COLOURS), ax=axes[0], **place)
         if isinstance(scale, LogNorm):
             bar.set_ticks(round_numbers(*bar.mappable.get_clim()))
             bar.ax.xaxis.set_major_formatter("{x:g}")
@@ -276,39 +228,3 @@ def round_numbers(low: float, high: float) -> list[float]:
     powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     every = (k * 10.0**power for power in powers for k in (1.0, 2.0, 5.0))
     return [value for value in every if low <= value <= high]
-
-
-def _rendered(
-    grids: Grids,
-    edges: dict[int, Array],
-    values: Array,
-    scale: Normalize,
-    layout: _Layout,
-) -> tuple[Picture, list[Array], list[Array]]:
-    """The floors in their places, the leftmost point of each, and the impact edges there."""
-    scene = plotter()
-    right, _ = screen_axes(np.array(layout.view))
-    marks, every, impacts = [], [], []
-    for number, (floor, (grid, places)) in enumerate(grids.items()):
-        raised = grid.copy()
-        points = np.asarray(raised.points).copy()
-        shift = layout.shift(number, points[0, 2])
-        points += shift
-        raised.points = points
-        # A masked array, where a node has no value.
-        shares: Any = scale(values[places])
-        raised.point_data["value"] = shares.filled(np.nan)
-        scene.add_mesh(
-            raised,
-            scalars="value",
-            cmap=COLOURS,
-            clim=(0.0, 1.0),
-            show_scalar_bar=False,
-            lighting=False,
-        )
-        scene.add_mesh(corners(surface(raised)), color="black", line_width=1.5)
-        if floor in edges:
-            impacts.append(edges[floor] + shift)
-        every.append(points)
-        marks.append(points[np.argmin(points @ right)])
-    return render(scene, np.concatenate(every), layout.view), marks, impacts

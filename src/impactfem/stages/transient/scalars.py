@@ -5,47 +5,77 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+import xarray as xr
 
 from impactfem.building.floor import floor_bar
 from impactfem.stages.transient.compute import TransientStudy
+from impactfem.stages.transient.selection import known, of_kind
 from impactfem.system.scalar import Scalar
-
-Array = NDArray[np.float64]
 
 DIFFERENCE = "error of the transfer functions at the probes, by nested models"
 
 
-def transient_scalars(study: TransientStudy) -> list[Scalar]:
-    """All scalars of the stage; spectra at the first damping, along the shown direction."""
-    return [*_solver(study), *_floors(study), *_edges(study), *_waves(study)]
+def transient_scalars(
+    study: TransientStudy, store: xr.Dataset, maps: xr.Dataset | None
+) -> list[Scalar]:
+    """All scalars of the stage; spectra at the first damping, along the shown direction.
+
+    Args:
+        study: The stage's results.
+        store: The content of `transient.nc`.
+        maps: That of `transient_maps.nc`; None without.
+    """
+    d, mesh = str(store.attrs["shown_direction"]), study.prepared.parts.mesh
+    response = store.isel(damping=0).sel(component=d)
+    scalars = _solver(study, store)
+    for kind in ("centre", "edge"):
+        probes = of_kind(response, kind)
+        for k, number in enumerate(probes["probe_floor"].values):
+            one, floor = probes.isel(probe=k), f"floor_{number}"
+            pfa = float(one["pfa"])
+            if kind == "centre":
+                displacement = float(abs(one["displacement"]).max())
+                scalars += [
+                    Scalar(f"transient.frs.{floor}.peak", float(one["psa"].max()), "m/s2"),
+                    Scalar(
+                        f"transient.frs.{floor}.peak_frequency", float(one["psa"].idxmax()), "Hz"
+                    ),
+                    Scalar(f"transient.pfa.{floor}", pfa, "m/s2"),
+                    Scalar(f"transient.displacement.{floor}", displacement, "m"),
+                ]
+                continue
+            name = f"transient.pfa.edge_{number}"
+            scalars.append(Scalar(name, pfa, "m/s2", "middle of the impact edge"))
+            if maps is not None:
+                on_edge = np.isin(maps["node_number"], np.unique(mesh.edges[int(number)]))
+                along, note = maps["pfa"].sel(component=d)[on_edge], "vertices of the impact edge"
+                scalars += [
+                    Scalar(f"{name}.mean", float(along.mean()), "m/s2", note),
+                    Scalar(f"{name}.max", float(along.max()), "m/s2", note),
+                ]
+    return [*scalars, *_waves(study)]
 
 
-def shown_direction(study: TransientStudy) -> int:
-    """Component of the first ground motion."""
-    return "xyz".index(study.case.shown_direction)
-
-
-def _solver(study: TransientStudy) -> list[Scalar]:
+def _solver(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
     spectra = study.spectra
     finer = (
         f"of the highest frequency after up-sampling: {spectra.method}, histories made "
         f"{spectra.upsampling_factor} times finer for the spectra"
     )
+    impulse = study.prepared.loads.impulse_error
     scalars = [
-        Scalar("transient.impulse_error", study.loads.impulse_error, "-", "of the resampling"),
+        Scalar("transient.impulse_error", impulse, "-", "of the resampling"),
         Scalar("transient.points_per_cycle", spectra.points_per_cycle, "-", finer),
     ]
     if study.basis is not None:
-        known = spectra.frequency <= _highest(study)
-        psa, band = study.psa[..., known], study.band[..., known]
-        moved = psa > 1e-3 * study.psa.max()
-        share = band[moved] / psa[moved]
-        note = f"up to {_highest(study):g} Hz, where it is above a thousandth of the largest one"
+        good, highest = known(store), float(store.attrs["maximum_frequency"])
+        moved = good["psa"] > 1e-3 * store["psa"].max()
+        share = float((good["psa_band"] / good["psa"]).where(moved).max().fillna(0.0))
+        note = f"up to {highest:g} Hz, where it is above a thousandth of the largest one"
         scalars += [
             Scalar("transient.basis_vectors", float(len(study.basis.model.eigenvalue)), "-"),
             Scalar("transient.basis_difference", study.basis.difference, "-", DIFFERENCE),
-            Scalar("transient.band_max", float(share.max(initial=0.0)), "-", note),
+            Scalar("transient.band_max", share, "-", note),
         ]
     if study.full is not None:
         residual = study.full.energy.residual
@@ -56,52 +86,9 @@ def _solver(study: TransientStudy) -> list[Scalar]:
     return scalars
 
 
-def _highest(study: TransientStudy) -> float:
-    transient = study.case.transient
-    return transient.maximum_frequency if transient is not None else math.inf
-
-
-def _floors(study: TransientStudy) -> list[Scalar]:
-    """Floor response spectra at the mass centres."""
-    c, frequency = shown_direction(study), study.spectra.frequency
-    scalars = []
-    for index, probe in enumerate(study.probes):
-        if probe.kind != "centre":
-            continue
-        psa, floor = study.psa[0, index, c], f"floor_{probe.floor}"
-        displacement = float(np.abs(study.response.displacement[:, index, c]).max())
-        at = float(frequency[psa.argmax()])
-        scalars += [
-            Scalar(f"transient.frs.{floor}.peak", float(psa.max()), "m/s2"),
-            Scalar(f"transient.frs.{floor}.peak_frequency", at, "Hz"),
-            Scalar(f"transient.pfa.{floor}", float(study.pfa[index, c]), "m/s2"),
-            Scalar(f"transient.displacement.{floor}", displacement, "m"),
-        ]
-    return scalars
-
-
-def _edges(study: TransientStudy) -> list[Scalar]:
-    """Peak accelerations at the middle of each impact edge, and along all of it."""
-    c = shown_direction(study)
-    scalars = []
-    for probe, pfa in zip(study.probes, study.pfa[:, c], strict=True):
-        if probe.kind != "edge":
-            continue
-        name = f"transient.pfa.edge_{probe.floor}"
-        scalars.append(Scalar(name, float(pfa), "m/s2", "middle of the impact edge"))
-        if study.maps is not None:
-            edge = np.unique(study.parts.mesh.edges[probe.floor])
-            along = study.maps.pfa[np.isin(study.maps.nodes, edge), c]
-            scalars += [
-                Scalar(f"{name}.mean", float(along.mean()), "m/s2", "vertices of the impact edge"),
-                Scalar(f"{name}.max", float(along.max()), "m/s2", "vertices of the impact edge"),
-            ]
-    return scalars
-
-
 def _waves(study: TransientStudy) -> list[Scalar]:
     """What the model gives for waves by hand: the floor as a bar, and the slab's bare material."""
-    parts, floor = study.parts, study.case.wave_floor
+    parts, floor = study.prepared.parts, study.case.wave_floor
     slab = parts.slab_material(floor)
     E, nu, rho = slab.E, slab.nu, slab.rho
     scalars = [

@@ -77,11 +77,11 @@ def main_impact(store: xr.Dataset) -> tuple[float, float] | None:
 
 def inward(response: xr.Dataset) -> float:
     """1 or −1: the sense of the shown direction from the impact edge; 0 when it is across."""
-    position = of_kind(response, "line")["probe_position"].transpose("probe", "xyz").values
-    if len(position) < 2:
+    position = of_kind(response, "line")["probe_position"].isel(probe=slice(None, None, -1))
+    if position.sizes["probe"] < 2:
         return 0.0
-    along = position[-1] - position[0]
-    part = along["xyz".index(response["component"].item())] / np.linalg.norm(along)
+    along = position[0] - position[-1]
+    part = float(along.sel(xyz=response["component"].item()) / np.linalg.norm(along))
     return math.copysign(1.0, part) if abs(part) > 0.5 else 0.0
 
 
@@ -96,11 +96,6 @@ def shown_line(response: xr.Dataset) -> xr.Dataset:
     line = of_kind(response, "line")
     last = line.sizes["probe"] - 1
     return line.isel(probe=np.unique(np.rint(np.linspace(0.0, last, min(5, last + 1))).astype(int)))
-
-
-def sd_band(response: xr.Dataset) -> xr.DataArray:
-    """Half width of the error band of `sd`: PSa = ω² Sd [m]."""
-    return response["psa_band"] / (2.0 * math.pi * response["frequency"]) ** 2
 
 
 def between(store: xr.Dataset) -> xr.DataArray:
@@ -125,21 +120,15 @@ def _moving(store: xr.Dataset, values: xr.DataArray, over: xr.DataArray) -> xr.D
     return (values / over.where(moves)).transpose("probe", "component")
 
 
-def transfer(response: xr.Dataset, floor: int) -> xr.DataArray:
-    """|acceleration / force| over the load on a floor, by frequency and probe [1/kg]."""
-    load = _load(response, floor)
-    size: xr.DataArray = xr.apply_ufunc(np.hypot, load["transfer_re"], load["transfer_im"])
-    return size
+def transfer(response: xr.Dataset, floor: int) -> tuple[xr.DataArray, xr.DataArray]:
+    """|acceleration / force| over the load on a floor, and the rigorous bound on its error [1/kg].
 
-
-def transfer_bound(response: xr.Dataset, floor: int) -> xr.DataArray:
-    """Rigorous bound on the error of `transfer` [1/kg]."""
-    return _load(response, floor)["transfer_bound"]
-
-
-def _load(response: xr.Dataset, floor: int) -> xr.Dataset:
+    By frequency and probe.
+    """
     here = (response["transfer_load_floor"] == floor).values
-    return response.isel(transfer_load=here).isel(transfer_load=0)
+    load = response.isel(transfer_load=here).isel(transfer_load=0)
+    size: xr.DataArray = xr.apply_ufunc(np.hypot, load["transfer_re"], load["transfer_im"])
+    return size, load["transfer_bound"]
 
 
 def forces_note(store: xr.Dataset) -> str:
@@ -150,6 +139,30 @@ def forces_note(store: xr.Dataset) -> str:
         " Before the main impact the samples of its force alternate about zero (figure 11), and "
         "move the floor."
     )
+
+
+def plates_note(response: xr.Dataset) -> str:
+    """Where base plates of devices are tied to the floor with the line, as the end of a caption.
+
+    The nodes of each are one rigid body: fields over the floor are flat there. "" without any.
+    """
+    if "base_plate" not in response.dims:
+        return ""
+    plates = response.isel(base_plate=(response["base_plate_floor"] == wave_floor(response)).values)
+    line, words = of_kind(response, "line")["probe_position"], []
+    for place in plates["base_plate"]:
+        plate = plates.sel(base_plate=place)
+        point = plate["base_plate_position"]
+        x, y = (float(point.sel(xyz=axis)) for axis in "xy")
+        where = f"x = {x:.3g} m, y = {y:.3g} m"
+        if line.sizes["probe"] > 1:
+            along = (line[-1] - line[0]) / np.linalg.norm(line[-1] - line[0])
+            where += f" (d = {float((point - line[0]) @ along):.3g} m)"
+        radius = float(plate["base_plate_radius"])
+        words.append(f"that of {place.item()} at {where}, nodes within {radius:.2g} m")
+    if not words:
+        return ""
+    return f" Rigid base plates on the floor, where it is flat: {'; '.join(words)}."
 
 
 def of_sticks(sticks: xr.Dataset, name: str, response: xr.Dataset) -> xr.DataArray | None:

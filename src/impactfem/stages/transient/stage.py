@@ -14,9 +14,9 @@ from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import of_run, open_store
 from impactfem.stages.transient.checks import log_samples, stick_against_model, transient_checks
+from impactfem.stages.transient.curve_figures import transient_curves
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
-from impactfem.stages.transient.spectrum_figures import transient_curves
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
@@ -35,7 +35,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     from impactfem.stages.transient.compute import CHECKPOINTS, run_transient
     from impactfem.stages.transient.export import write_motion
     from impactfem.stages.transient.prepared import prepare
-    from impactfem.stages.transient.store import write_maps, write_transient
+    from impactfem.stages.transient.store import write_stores
 
     mesh = mesh_of_run(case, folder)
     with steps.step("inputs"):
@@ -61,17 +61,12 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     def write() -> list[Path]:
         if study is None:
             return []
-        files = [folder / "transient.nc"]
-        maps = folder / "transient_maps.nc"
         motion = folder / "transient_motion.vtkhdf"
         # Those of a run before would go with other results.
-        for path in (maps, motion, motion.with_suffix(".xdmf")):
+        for path in (folder / "transient_maps.nc", motion, motion.with_suffix(".xdmf")):
             path.unlink(missing_ok=True)
         with steps.step("stores"):
-            write_transient(files[0], study, key)
-            if study.maps is not None:
-                files.append(maps)
-                write_maps(maps, study, study.maps, key)
+            files = write_stores(folder, study, key)
         if case.transient is not None and case.transient.export:
             with steps.step("export"):
                 files += write_motion(motion, study, key, lambda part: steps.within("export", part))

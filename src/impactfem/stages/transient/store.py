@@ -9,13 +9,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from impactfem.reduction.response import SAFETY, transfer_functions
 from impactfem.stages.stores import Output, dataset
-from impactfem.stages.transient.compute import TransientStudy, by_probe
+from impactfem.stages.transient.compute import TransientStudy, by_probe, main_impact
 from impactfem.stages.transient.maps import FloorMaps
+from impactfem.stages.transient.prepared import transient_of
 from impactfem.stages.transient.scalars import transient_scalars
 from impactfem.system.files import write_netcdf
+from impactfem.system.scalar import with_scalars
 
 AXES = ["x", "y", "z"]
 _HISTORY = "time probe component"
@@ -44,6 +47,10 @@ OUTPUTS = {
         "probe component", "m/s2", "peak acceleration of the histories as the oscillators saw them"
     ),
     "ground_acceleration": Output("time component", "m/s2"),
+    "base_plate": Output("base_plate", "", "anchor of a device, whose plate is tied to the floor"),
+    "base_plate_floor": Output("base_plate", label=True),
+    "base_plate_position": Output("base_plate xyz", "m"),
+    "base_plate_radius": Output("base_plate", "m", "within which nodes move as one rigid body"),
     "edge": Output("edge", "", "load on an edge"),
     "edge_floor": Output("edge", label=True),
     "edge_force": Output("time edge", "N", "positive in compression"),
@@ -60,6 +67,10 @@ MAP_OUTPUTS = {
     "xyz": Output("xyz"),
     "node_number": Output("node", "", "number in building.nc", label=True),
     "node_position": Output("node xyz", "m", "vertices of the floors"),
+    "floor_triangle_node": Output(
+        "floor_triangle vertex", "", "vertices of the slabs, places in node"
+    ),
+    "floor_triangle_floor": Output("floor_triangle", label=True),
     "frequency": Output("frequency", "Hz"),
     "pfa": Output("node component", "m/s2", "peak acceleration"),
     "psa": Output("node component frequency", "m/s2", "pseudo-acceleration"),
@@ -76,93 +87,109 @@ MAP_OUTPUTS = {
 }
 
 
-def write_transient(path: Path, study: TransientStudy, key: str) -> None:
-    """Write `transient.nc`.
+def write_stores(folder: Path, study: TransientStudy, key: str) -> list[Path]:
+    """Write `transient.nc` and, where there are fields, `transient_maps.nc`.
 
     Args:
-        path: The file.
+        folder: The run's folder.
         study: The stage's results.
         key: Hash of the stage's inputs.
 
+    Returns:
+        The files.
+
     Raises:
-        ImpactfemError: The file cannot be written.
+        ImpactfemError: A file cannot be written.
     """
-    main, transient = study.main_impact, study.case.transient
-    probes, response, loads, spectra = study.probes, study.response, study.loads, study.spectra
-    values = {
+    store = _response(study, key)
+    maps = None if study.maps is None else _fields(study, study.maps, key)
+    files = {"transient.nc": with_scalars(store, transient_scalars(study, store, maps))}
+    if maps is not None:
+        files["transient_maps.nc"] = maps
+    for name, content in files.items():
+        write_netcdf(folder / name, content)
+    return [folder / name for name in files]
+
+
+def _response(study: TransientStudy, key: str) -> xr.Dataset:
+    case, prepared, spectra = study.case, study.prepared, study.spectra
+    transient, nodes = transient_of(case), prepared.parts.mesh.nodes
+    probes, plates, loads = prepared.probes, prepared.base_plates, prepared.loads
+    response, impact = study.response, main_impact(loads)
+    pfa = np.abs(response.acceleration).max(axis=0)
+    values: dict[str, Any] = {
         "time": response.time_step * np.arange(len(response.acceleration)),
         "component": AXES,
         "xyz": AXES,
         "probe": [probe.name for probe in probes],
         "probe_kind": [probe.kind for probe in probes],
         "probe_floor": [probe.floor for probe in probes],
-        "probe_position": study.parts.mesh.nodes[[probe.node for probe in probes]],
+        "probe_position": nodes[[probe.node for probe in probes]],
         "probe_node": [probe.node for probe in probes],
         "probe_distance": [probe.distance for probe in probes],
         "displacement": response.displacement,
         "acceleration": response.acceleration,
         "frequency": spectra.frequency,
         "damping": spectra.damping,
-        "psa": study.psa,
+        "psa": by_probe(spectra.psa, len(probes)),
         "psa_band": study.band,
         "sd": by_probe(spectra.sd, len(probes)),
-        "pfa": study.pfa,
+        "pfa": pfa,
         "pfa_band": study.pfa_band,
-        "pfa_interpolated": spectra.zpa_interpolated.reshape(study.pfa.shape),
+        "pfa_interpolated": spectra.zpa_interpolated.reshape(pfa.shape),
         "ground_acceleration": loads.ground,
         "edge": [edge.name for edge in loads.edges],
         "edge_floor": np.array([edge.floor for edge in loads.edges], dtype=int),
         "edge_force": loads.force,
-        **_transfer(study),
     }
+    if plates:
+        away = [np.linalg.norm(nodes[plate.nodes] - plate.point, axis=1) for plate in plates]
+        values |= {
+            "base_plate": [plate.name for plate in plates],
+            "base_plate_floor": [plate.floor for plate in plates],
+            "base_plate_position": [plate.point for plate in plates],
+            "base_plate_radius": [float(one.max()) for one in away],
+        }
     notes = {}
-    if study.basis is not None and transient is not None:
+    if study.basis is not None:
         note = f"by {transient.band} bases, safety factor {SAFETY[transient.band]:g}"
         notes = {"psa_band": note, "pfa_band": note}
+        highest, at_probes = float(spectra.frequency[-1]), np.array([p.node for p in probes])
+        found = transfer_functions(study.basis, at_probes, prepared.damping, highest, loads.names)
+        values |= {
+            "transfer_frequency": found.frequency,
+            "transfer_load": found.loads,
+            # A basis keeps the names of its loads alone, "floor 8".
+            "transfer_load_floor": np.array([name.split()[-1] for name in found.loads], dtype=int),
+            "transfer_re": found.value.real,
+            "transfer_im": found.value.imag,
+            "transfer_bound": found.bound,
+        }
     attributes = {
-        "title": study.case.title,
+        "title": case.title,
         "inputs": key,
-        "case_hash": study.case.content_hash(),
-        "building": study.case.structure.building if study.case.structure else "",
-        "shown_direction": study.case.shown_direction,
-        "wave_floor": study.case.wave_floor,
-        "solver": transient.solver if transient else "",
-        "maximum_frequency": transient.maximum_frequency if transient else 0.0,
+        "case_hash": case.content_hash(),
+        "building": case.structure.building if case.structure else "",
+        "shown_direction": case.shown_direction,
+        "wave_floor": case.wave_floor,
+        "solver": transient.solver,
+        "maximum_frequency": transient.maximum_frequency,
         "basis_vectors": len(study.basis.model.eigenvalue) if study.basis else 0,
-        "main_impact": list(main) if main else [],
+        "main_impact": list(impact) if impact else [],
     }
-    scalars = transient_scalars(study)
-    store = dataset(OUTPUTS, values, attributes=attributes, scalars=scalars, notes=notes)
-    write_netcdf(path, store)
+    return dataset(OUTPUTS, values, attributes=attributes, notes=notes)
 
 
-def _transfer(study: TransientStudy) -> dict[str, Any]:
-    """Acceleration over the force on each edge, straight from the reduced model."""
-    if study.basis is None or study.case.structure is None:
-        return {}
-    damping = study.case.building(study.case.structure.building).damping.rayleigh
-    nodes = np.array([probe.node for probe in study.probes])
-    highest, loads = float(study.spectra.frequency[-1]), study.loads.names
-    found = transfer_functions(study.basis, nodes, damping, highest, loads)
-    return {
-        "transfer_frequency": found.frequency,
-        "transfer_load": found.loads,
-        # A basis keeps the names of its loads alone, "floor 8".
-        "transfer_load_floor": np.array([name.split()[-1] for name in found.loads], dtype=int),
-        "transfer_re": found.value.real,
-        "transfer_im": found.value.imag,
-        "transfer_bound": found.bound,
-    }
-
-
-def write_maps(path: Path, study: TransientStudy, maps: FloorMaps, key: str) -> None:
-    """Write `transient_maps.nc`; arguments as `write_transient`."""
-    mesh = study.parts.mesh
+def _fields(study: TransientStudy, maps: FloorMaps, key: str) -> xr.Dataset:
+    mesh = study.prepared.parts.mesh
+    slabs = {floor: mesh.triangles[mesh.slab(floor), :3] for floor in mesh.floors}
     values = {
         "component": AXES,
         "xyz": AXES,
         "node_number": maps.nodes,
         "node_position": mesh.nodes[maps.nodes],
+        "floor_triangle_node": np.searchsorted(maps.nodes, np.concatenate(list(slabs.values()))),
+        "floor_triangle_floor": np.repeat(list(slabs), [len(slab) for slab in slabs.values()]),
         "frequency": maps.frequency,
         "pfa": maps.pfa,
         "psa": maps.psa,
@@ -185,4 +212,4 @@ def write_maps(path: Path, study: TransientStudy, maps: FloorMaps, key: str) -> 
         "damping": maps.damping,
         "points_per_cycle": maps.points_per_cycle,
     }
-    write_netcdf(path, dataset(MAP_OUTPUTS, values, attributes=attributes))
+    return dataset(MAP_OUTPUTS, values, attributes=attributes)

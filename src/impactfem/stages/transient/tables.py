@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.plot.table import Table, beside_published, columns_of, write_tables
 from impactfem.stages.stores import of_run, open_store, time_step
-from impactfem.stages.transient.physics import physics_scalars
-from impactfem.stages.transient.power import force_spectra, power_spectrum
+from impactfem.stages.transient.physics import force_spectra, physics_scalars, power_spectrum
 from impactfem.stages.transient.selection import (
     floors_of,
     known,
@@ -20,8 +18,6 @@ from impactfem.stages.transient.selection import (
     shown,
 )
 from impactfem.system.scalar import scalars_of
-
-Array = NDArray[np.float64]
 
 
 def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
@@ -51,44 +47,34 @@ def density_tables(response: xr.Dataset) -> list[Table]:
     Those that the case has: none without impact edges, the first alone where nothing is hit.
     """
     tables, step = [], time_step(response)
-    edges = of_kind(response, "edge")
+    edges, force = of_kind(response, "edge"), response["edge_force"].transpose("edge", "time")
     if edges.sizes["probe"]:
         histories = edges["acceleration"].transpose("probe", "time").values
-        spectra = [power_spectrum(history, step) for history in histories]
-        tables.append(
-            _densities(
-                "transient_edge_density",
-                f"One-sided power spectral density of the acceleration along "
-                f"{response['component'].item()} at the middle of the impact edges (Welch's "
-                "method, Hann windows)",
-                "(m/s2)2/Hz",
-                spectra[0][0],
-                floors_of(response, "edge"),
-                [density for _, density in spectra],
-            )
+        frequency, density = power_spectrum(histories, step)
+        title = (
+            f"One-sided power spectral density of the acceleration along "
+            f"{response['component'].item()} at the middle of the impact edges (Welch's method, "
+            "Hann windows)"
         )
-    if response.sizes["edge"]:
-        forces = force_spectra(response["edge_force"].transpose("time", "edge").values, step)
-        tables.append(
-            _densities(
-                "transient_force_density",
-                "One-sided power spectral density of the main impact force on each floor, as the "
-                f"mean power over {forces.duration:.4g} s",
-                "N2/Hz",
-                forces.frequency,
-                response["edge_floor"].values.tolist(),
-                list(forces.density),
-            )
+        of = ("transient_edge_density", title, "(m/s2)2/Hz", floors_of(response, "edge"))
+        tables.append((*of, frequency, density))
+    if len(force):
+        spectra = force_spectra(force.values.T, step)
+        title = (
+            "One-sided power spectral density of the main impact force on each floor, as the mean "
+            f"power over {spectra.duration:.4g} s"
         )
-    return tables
-
-
-def _densities(
-    name: str, title: str, unit: str, frequency: Array, floors: list[int], density: Sequence[Array]
-) -> Table:
-    columns = (("frequency", "Hz"), *((f"floor {floor}", unit) for floor in floors))
-    rows = np.column_stack([frequency, *density]).tolist()
-    return Table(name, title, columns, tuple(tuple(row) for row in rows))
+        of = ("transient_force_density", title, "N2/Hz", force["edge_floor"].values.tolist())
+        tables.append((*of, spectra.frequency, spectra.density))
+    return [
+        Table(
+            name,
+            title,
+            (("frequency", "Hz"), *((f"floor {floor}", unit) for floor in floors)),
+            tuple(map(tuple, np.column_stack([frequency, *density]).tolist())),
+        )
+        for name, title, unit, floors, frequency, density in tables
+    ]
 
 
 def _probes(store: xr.Dataset) -> Table:

@@ -1,0 +1,435 @@
+"""Figures of the 3D building over time and frequency, at its probes: 11 to 13, 15, 16, 19 to 22."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.style import (
+    BLUE,
+    RED,
+    floor_colours,
+    floor_looks,
+    ordered_colours,
+    ordered_looks,
+)
+from impactfem.spectra.design import ENDED
+from impactfem.stages.stores import open_stores, time_step
+from impactfem.stages.transient.physics import force_spectra, power_spectrum
+from impactfem.stages.transient.selection import (
+    at_floor,
+    floors_of,
+    forces_note,
+    known,
+    main_impact,
+    of_kind,
+    of_sticks,
+    plates_note,
+    shown,
+    shown_line,
+    transfer,
+    wave_floor,
+)
+
+Array = NDArray[np.float64]
+
+BEFORE, AFTER = 0.5, 2.0
+"""What is shown about the main impact, in parts of how long it lasts."""
+SILENT = 1e-3
+"""Part of its largest force below which a floor is left out there."""
+SHOWN_EDGES = 3
+DECADES = 5.0
+"""Decades of a power spectral density that are shown."""
+PSA = "pseudo-acceleration [m/s²]"
+
+
+def transient_curves(folder: Path) -> list[CurveFigure]:
+    """Figures 13, 15 and 19, for the report.
+
+    Args:
+        folder: The run's folder, with `transient.nc` and `pounding.nc`.
+    """
+    with open_stores(folder) as opened:
+        return list(spectra_figures(shown(opened("transient.nc")), opened("pounding.nc")))
+
+
+def probe_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveFigure]:
+    """All figures, as far as there are probes, impacts and transfer functions for them.
+
+    Args:
+        response: What `shown` gives of `transient.nc`.
+        sticks: The store `pounding.nc`.
+    """
+    hit = main_impact(response) is not None and response.sizes["edge"] > 0
+    line, edges = (of_kind(response, kind).sizes["probe"] for kind in ("line", "edge"))
+    if hit:
+        yield _forces(response)
+    yield _centre(response, sticks)
+    yield from spectra_figures(response, sticks)
+    if line:
+        yield _across(response)
+    if edges:
+        yield _edge(response)
+    if hit:
+        yield _force_spectra(response)
+    if response.sizes.get("transfer_load", 0) and line + edges:
+        yield _transfer(response)
+
+
+def focus(response: xr.Dataset) -> slice | None:
+    """The times that are shown of the main impact [s]; None without one."""
+    impact = main_impact(response)
+    if impact is None:
+        return None
+    lasts = max(impact[1] - impact[0], time_step(response))
+    return slice(impact[0] - BEFORE * lasts, impact[1] + AFTER * lasts)
+
+
+def _history(values: xr.DataArray, label: str, colour: Any, **look: Any) -> Curve:
+    return Curve(values["time"].values, values.values, label, colour, **look)
+
+
+def _forces(response: xr.Dataset) -> CurveFigure:
+    """Figure 11: the forces on the edges of the floors, and the main impact."""
+    force = 1e-6 * response["edge_force"].transpose("edge", "time")
+    colours = floor_colours(force.sizes["edge"])
+    largest = abs(force).max("time").values
+    whole, main = [], []
+    # The largest first, so that it hides no other one.
+    order = largest.argsort()[::-1]
+    for k in order:
+        one = force.isel(edge=k)
+        whole.append(_history(one, f"floor {one['edge_floor'].item()}", colours[k]))
+        part = one.sel(time=focus(response))
+        if abs(part).max() > SILENT * largest[k]:
+            main.append(_history(part, "", colours[k], marker="."))
+    caption = (
+        "Figure 11: Impact forces on the edges of the floors of building "
+        f"{response.attrs['building']} over time (a), and the main impact, of floor "
+        f"{force['edge_floor'].values[order[0]]}, at the times of the 3D model (b). Positive in "
+        f"compression; samples every {1e3 * time_step(response):g} ms, the straight lines between "
+        "which are nearest in the mean square to the force of the sticks and keep its impulses: "
+        "outside an impact the samples alternate about zero, and away from it fall to 27 % from "
+        "one to the next."
+    )
+    panels = [Panel("time [s]", "impact force [MN]", curves) for curves in (whole, main)]
+    return CurveFigure("figure_11_impact_forces", caption, panels, size=(9.0, 3.4))
+
+
+def _centre(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
+    """Figure 12: displacement and acceleration of the top floor's mass centre, 3D and sticks."""
+    d, top, main = response["component"].item(), wave_floor(response), focus(response)
+    centre = at_floor(response, "centre", top)
+    every = slice(*centre["time"].values[[0, -1]])
+    caption = (
+        "Figure 12: Displacement relative to the ground (a) and absolute acceleration (b) along "
+        f"$e_{d}$ of the mass centre of floor {top}"
+        f"{', and its main impact (c)' if main else ''}: 3D model and sticks."
+    )
+    acceleration = f"acceleration $\\ddot u_{d}$ [m/s²]"
+    wanted = [
+        ("displacement", 1e2, f"displacement $u_{d}$ [cm]", every),
+        ("acceleration", 1.0, acceleration, every),
+        *([("acceleration", 1.0, acceleration, main)] if main else []),
+    ]
+    panels = []
+    for name, factor, label, times in wanted:
+        other, curves = of_sticks(sticks, name, response), []
+        if other is not None:
+            part = factor * other.sel(time=times)
+            curves.append(_history(part, "sticks", RED, dash="--", width=0.8))
+        curves.append(_history(factor * centre[name].sel(time=times), "3D", BLUE, width=0.8))
+        panels.append(Panel("time [s]", label, curves, legend=""))
+    panels[0] = replace(panels[0], room=0.35, legend="upper right")
+    size = (3.6 * len(panels), 3.2)
+    return CurveFigure("figure_12_centre", caption, panels, len(panels), size)
+
+
+def _across(response: xr.Dataset) -> CurveFigure:
+    """Figure 16: acceleration at some distances from the impact, and the main impact."""
+    d, main, probes = response["component"].item(), focus(response), shown_line(response)
+    caption = (
+        f"Figure 16: Acceleration along $e_{d}$ of floor {wave_floor(response)} at distances d "
+        f"from its impact edge, over time (a){', and the main impact (b)' if main else ''}. Points "
+        f"of figure 14.{forces_note(response)}"
+    )
+    panels = []
+    for times in (slice(None), *([main] if main else [])):
+        histories = probes["acceleration"].transpose("probe", "time").sel(time=times)
+        curves = [
+            _history(one, f"d = {one['distance'].item():.1f} m", colour, width=0.8)
+            for one, colour in zip(histories, ordered_colours(len(histories)), strict=True)
+        ]
+        label = f"acceleration $\\ddot u_{d}$ [m/s²]"
+        panels.append(Panel("time [s]", label, curves, legend=""))
+    panels[-1] = replace(panels[-1], legend="lower right")
+    return CurveFigure("figure_16_across", caption, panels, len(panels), (9.0, 3.6))
+
+
+def _edge(response: xr.Dataset) -> CurveFigure:
+    """Figure 20: acceleration at the impact edge of the floor below the top, and its PSD."""
+    floors = floors_of(response, "edge")
+    floors = [floor for floor in floors if floor <= wave_floor(response)] or floors
+    floor, d = floors[-2:][0], response["component"].item()
+    history = at_floor(response, "edge", floor)["acceleration"]
+    frequency, density = power_spectrum(history.values, time_step(response))
+    k = int(np.argmax(np.abs(history.values)))
+    peak = history.isel(time=[k])
+    label = f"{peak.item():.1f} m/s² at {peak['time'].item():.3f} s"
+    caption = (
+        f"Figure 20: Acceleration along $e_{d}$ at the middle of the impact edge of "
+        f"floor {floor} over time (a), and its power spectral density (b; Welch's method, segments "
+        f"of {1.0 / frequency[1]:.2g} s)."
+    )
+    curves = [
+        _history(history, "", BLUE, width=0.8),
+        _history(peak, label, "black", dash="", marker="o"),
+    ]
+    panels = [
+        Panel("time [s]", f"acceleration $\\ddot u_{d}$ [m/s²]", curves, room=0.2),
+        _density_panel(
+            response, frequency, [density], [("", BLUE, "-")], "PSD of acceleration [(m/s²)²/Hz]"
+        ),
+    ]
+    return CurveFigure("figure_20_edge", caption, panels, size=(9.0, 3.4))
+
+
+def _force_spectra(response: xr.Dataset) -> CurveFigure:
+    """Figure 21: power spectral densities of the main impacts of the two upper loaded floors."""
+    force = response["edge_force"].isel(edge=slice(-2, None)).transpose("time", "edge")
+    floors = force["edge_floor"].values.tolist()
+    spectra = force_spectra(force.values, time_step(response))
+    peaks = abs(force).idxmax("time").values
+    forces = " and ".join(f"{f} (at {t:.3f} s)" for f, t in zip(floors, peaks, strict=True))
+    caption = (
+        f"Figure 21: Power spectral densities of the main impact force on floor"
+        f"{'s' if len(floors) > 1 else ''} {forces}, as the mean power over "
+        f"{1e3 * spectra.duration:.0f} ms."
+    )
+    looks = ((RED, "--"), (BLUE, "-"))[-len(floors) :]
+    labels = [(f"floor {floor}", *look) for floor, look in zip(floors, looks, strict=True)]
+    label = "PSD of the impact force [MN²/Hz]"
+    panel = _density_panel(response, spectra.frequency, 1e-12 * spectra.density, labels, label)
+    return CurveFigure("figure_21_force_spectra", caption, [panel], 1, (6.5, 3.8))
+
+
+def _density_panel(
+    response: xr.Dataset,
+    frequency: Array,
+    densities: Sequence[Array] | Array,
+    labels: Sequence[tuple[str, str, str]],
+    ylabel: str,
+) -> Panel:
+    """Densities from the lowest frequency of the spectra, or that of the densities, upwards."""
+    lowest = max(float(response["frequency"][0]), float(frequency[1]))
+    shown_part = frequency >= min(lowest, 0.5 * frequency[-1])
+    curves = [
+        Curve(frequency[shown_part], density[shown_part], *look)
+        for density, look in zip(densities, labels, strict=True)
+    ]
+    largest = float(np.max(densities))
+    bottom = 10.0**-DECADES * largest if largest > 0.0 else None
+    look: dict[str, Any] = {"log": "xy", "bottom": bottom, "legend": "lower left"}
+    return Panel("frequency [Hz]", ylabel, curves, **look)
+
+
+def _transfer(response: xr.Dataset) -> CurveFigure:
+    """Figure 22: acceleration over the impact force of a floor."""
+    edges = of_kind(response, "edge").isel(probe=slice(-SHOWN_EDGES, None))
+    loads = response["transfer_load_floor"].values.tolist()[-2:]
+    wanted = []
+    if edges.sizes["probe"]:
+        labels = [f"edge of floor {floor}" for floor in edges["probe_floor"].values]
+        colours = floor_colours(len(labels))
+        wanted = [(load, edges, f"force on floor {load}", labels, colours) for load in loads]
+    if of_kind(response, "line").sizes["probe"]:
+        line = shown_line(response)
+        labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
+        what = f"force on floor {loads[-1]}, along floor {wave_floor(response)}"
+        wanted.append((loads[-1], line, what, labels, ordered_colours(len(labels))))
+    names = "; ".join(f"{what} ({chr(97 + k)})" for k, (_, _, what, *_) in enumerate(wanted))
+    caption = (
+        f"Figure 22: Transfer functions, acceleration along $e_{response['component'].item()}$ "
+        "over impact force, at the middle of the impact edges and along the line of figure 14: "
+        f"{names}. Shaded: rigorous bound on the error of the reduced model, where it is below the "
+        f"value.{plates_note(response)}"
+    )
+    f = response["transfer_frequency"].values
+    panels = []
+    for load, probes, _, labels, colours in wanted:
+        curves = []
+        sizes, bounds = (1e6 * one.transpose("probe", ...).values for one in transfer(probes, load))
+        for size, bound, label, colour in zip(sizes, bounds, labels, colours, strict=True):
+            within = np.where(bound < size, bound, 0.0)
+            curves.append(Curve(f, size, label, colour, band=(size - within, size + within)))
+        panels.append(
+            Panel(
+                "frequency [Hz]",
+                "acceleration / force [10⁻⁶ kg⁻¹]",
+                curves,
+                log="x",
+                bottom=0.0,
+                room=0.1,
+                hatched=_unknown(response, f[-1]),
+                legend="upper left",
+            )
+        )
+    size = (3.6 * len(panels), 3.6)
+    return CurveFigure("figure_22_transfer", caption, panels, len(panels), size, alike=True)
+
+
+def spectra_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveFigure]:
+    """Figures 13, 15 and 19; arguments as of `probe_figures`."""
+    yield centre_spectrum(response, sticks)
+    d, percent = response["component"].item(), f"{100 * response['damping'].item():g} % damping"
+    line, edges = of_kind(response, "line"), of_kind(response, "edge")
+    if line.sizes["probe"]:
+        # The page has the spectra of all probes of the line.
+        drawn = set(shown_line(response)["probe"].values)
+        further = [probe not in drawn for probe in line["probe"].values]
+        shades = iter(ordered_looks(len(drawn)))
+        caption = (
+            f"Figure 15: Floor response spectra ({percent}) along $e_{d}$ of floor "
+            f"{wave_floor(response)} at distances d from its impact edge: displacement (a) and "
+            f"pseudo-acceleration (b).{_note(line.isel(probe=~np.array(further)))}"
+            f"{plates_note(response)}"
+        )
+        labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
+        looks = [{"color": "0.6", "ls": ":"} if late else next(shades) for late in further]
+        panels = _both(line, labels, looks, further=further)
+        yield CurveFigure("figure_15_across_spectra", caption, panels)
+    if edges.sizes["probe"]:
+        caption = (
+            f"Figure 19: Floor response spectra ({percent}) along $e_{d}$ at the middle of the "
+            "impact edges of the floors: displacement (a) and pseudo-acceleration (b)."
+            f"{_note(edges)}"
+        )
+        labels = [f"floor {floor}" for floor in edges["probe_floor"].values]
+        panels = _both(edges, labels, floor_looks(len(labels)), reverse=True)
+        yield CurveFigure("figure_19_edge_spectra", caption, panels)
+
+
+def centre_spectrum(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
+    """Figure 13: the spectrum of the top floor's mass centre, 3D and sticks.
+
+    The page has those of all other mass centres and points in addition.
+    """
+    top = wave_floor(response)
+    centre = at_floor(response, "centre", top)
+    other = of_sticks(sticks, "psa", response)
+    caption = (
+        "Figure 13: Floor response spectrum (pseudo-acceleration, "
+        f"{100 * response['damping'].item():g} % damping) along "
+        f"$e_{response['component'].item()}$ at the mass centre of floor {top}: 3D model and "
+        f"sticks.{_note(centre.expand_dims('probe'))}{plates_note(response)}"
+    )
+    curves = [] if other is None else _with_peak(_spectrum(other, "sticks", (RED, "--")))
+    curves += _with_peak(_spectrum(centre["psa"], "3D", (BLUE, "-"), centre["psa_band"]))
+    good = known(response)
+    points = [
+        (f"floor {psa['probe_floor'].item()}, mass centre", psa)
+        for psa in of_kind(good, "centre")["psa"][::-1]
+        if psa["probe_floor"].item() != top
+    ]
+    points += [(str(p["probe"].item()).replace("_", " "), p) for p in of_kind(good, "point")["psa"]]
+    curves += [
+        _spectrum(psa, label, tuple(look.values()), further=True)
+        for look, (label, psa) in zip(ordered_looks(len(points)), points, strict=True)
+    ]
+    panel = _spectrum_panel(response, PSA, curves)
+    return CurveFigure("figure_13_centre_spectrum", caption, [panel], 1, (6.5, 4.0))
+
+
+def _both(
+    probes: xr.Dataset,
+    labels: Sequence[str],
+    looks: Sequence[dict[str, Any]],
+    *,
+    further: Sequence[bool] = (),
+    reverse: bool = False,
+) -> list[Panel]:
+    """Spectral displacement and pseudo-acceleration of probes."""
+    # PSa = ω² Sd, and so are their error bands.
+    band = probes["psa_band"] / (2.0 * np.pi * probes["frequency"]) ** 2
+    late = further or [False] * len(labels)
+    displacement, acceleration = (
+        [
+            _spectrum(one, label, tuple(look.values()), half, further=only)
+            for one, label, look, half, only in zip(values, labels, looks, bands, late, strict=True)
+        ]
+        for values, bands in ((1e2 * probes["sd"], 1e2 * band), (probes["psa"], probes["psa_band"]))
+    )
+    return [
+        _spectrum_panel(probes, "spectral displacement [cm]", displacement, legend=""),
+        _spectrum_panel(probes, PSA, acceleration, reverse=reverse),
+    ]
+
+
+def _spectrum(
+    spectrum: xr.DataArray,
+    label: str,
+    look: Sequence[Any],
+    band: xr.DataArray | None = None,
+    *,
+    further: bool = False,
+) -> Curve:
+    frequency, values = spectrum["frequency"].values, spectrum.values
+    around = None
+    if band is not None and band.any() and not further:
+        around = (values - band.values, values + band.values)
+    colour, dash = look
+    return Curve(frequency, values, label, colour, dash, band=around, further=further)
+
+
+def _with_peak(curve: Curve) -> list[Curve]:
+    """A spectrum whose label says its peak, which is marked."""
+    k = int(np.argmax(curve.y))
+    label = f"{curve.label}: {curve.y[k]:.1f} m/s² at {curve.x[k]:.0f} Hz"
+    at = slice(k, k + 1)
+    return [
+        Curve(curve.x[at], curve.y[at], "", curve.colour, "", marker="o"),
+        replace(curve, label=label),
+    ]
+
+
+def _spectrum_panel(
+    response: xr.Dataset, label: str, curves: Sequence[Curve], **options: Any
+) -> Panel:
+    hatched = _unknown(response, float(response["frequency"][-1]))
+    options = {"legend": "upper left", **options}
+    return Panel("frequency [Hz]", label, curves, log="x", bottom=0.0, hatched=hatched, **options)
+
+
+def _unknown(response: xr.Dataset, highest: float) -> tuple[float, float] | None:
+    """The frequencies above those that the reduced model is meant for, up to the highest [Hz]."""
+    meant = float(response.attrs["maximum_frequency"])
+    return (meant, highest) if response.attrs["solver"] != "full" and meant < highest else None
+
+
+def _note(probes: xr.Dataset) -> str:
+    """What band and hatching are, and where the spectra have not come to the peak acceleration."""
+    good, note = known(probes), ""
+    if probes.attrs["solver"] != "full":
+        share = good["psa_band"] / good["psa"].where(good["psa"] > 0.0)
+        by = good["psa_band"].attrs.get("note")
+        note = (
+            f" Shaded: error band of the reduced model{f' ({by})' if by else ''}, at most "
+            f"{100 * float(share.max().fillna(0.0)):.2g} %"
+        )
+        meant = float(probes.attrs["maximum_frequency"])
+        if meant < float(probes["frequency"][-1]):
+            note += f"; hatched: above {meant:g} Hz, for which it is not made"
+        note += "."
+    ratio = good["ends"].values
+    off = np.nan_to_num(np.abs(np.log(ratio)))
+    if (off > np.log(ENDED)).any():
+        last, worst = float(good["frequency"][-1]), ratio[off.argmax()]
+        note += f" Not ended at {last:.3g} Hz: there {worst:.2g} times the peak acceleration."
+    return note
