@@ -14,7 +14,6 @@ import pytest
 import xarray as xr
 
 from impactfem import study
-from impactfem.stages.transient import store
 from impactfem.system.errors import InputError, SolutionError
 
 from .conftest import no_pictures, write_forces
@@ -270,40 +269,6 @@ def test_basis_that_serves_the_damping_cases(run: Any, again: Path, edited: Any)
     alone, _ = run(again)
     assert "transient" not in alone.reused and "reduce: basis" not in alone.times
     np.testing.assert_array_equal(loaded(alone).psa, found.psa)
-
-
-@pytest.mark.parametrize("last", ["transient.nc", "transient_maps.nc"])
-def test_kill_between_the_stores(
-    run: Any, case: Path, edited: Any, monkeypatch: pytest.MonkeyPatch, last: str
-) -> None:
-    """What is there opens, none of it is taken for finished, and the time steps are not lost."""
-    edited(case, ('solver = "reduced"', 'solver = "both"'))
-
-    write = store.write_netcdf
-
-    def killed(path: Path, content: xr.Dataset) -> None:
-        if path.name == last:
-            raise KeyboardInterrupt
-        write(path, content)
-
-    folder = case.parent / "run"
-    with monkeypatch.context() as patch:
-        patch.setattr(store, "write_netcdf", killed)
-        with pytest.raises(KeyboardInterrupt):
-            run(case)
-    assert (folder / "transient.nc").is_file() == (last == "transient_maps.nc")
-    assert not (folder / "transient.stage.json").exists()
-    assert (folder / "transient_checkpoints").is_dir()
-    if last == "transient_maps.nc":
-        with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
-            assert opened.load().psa.all()
-    done, told = run(case)
-    assert done.reused == ["building", "reduce", "pounding"]
-    assert "transient: going on from 1.000 s" in told
-    assert scalars_of(done)["transient.reduced_against_full"] < 0.005
-    assert loaded(done, "transient_maps.nc").attrs["inputs"] == loaded(done).attrs["inputs"]
-    assert not (folder / "transient_checkpoints").exists()
-    assert run(case)[0].reused == ["building", "reduce", "pounding", "transient"]
 
 
 @pytest.mark.parametrize("other", [False, True])

@@ -43,8 +43,10 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def run(frame: Frame, short: Loads, folder: Path) -> Callable[..., FullRun]:
-    def running(until: float = 2.0, **changes: Any) -> FullRun:
+    def running(until: float = 2.0, told: list[float] | None = None, **changes: Any) -> FullRun:
         def progress(part: float) -> None:
+            if told is not None:
+                told.append(part)
             if part > until:
                 raise KilledError
 
@@ -111,15 +113,6 @@ def test_finished_run_is_not_repeated_until_it_is_removed(
     assert run().factor_memory > 0.0
 
 
-def test_interrupted_before_the_first_checkpoint(
-    run: Callable[..., FullRun], whole: FullRun, folder: Path
-) -> None:
-    with pytest.raises(KilledError):
-        run(0.1)
-    assert not folder.exists()
-    assert same(run(), whole)
-
-
 @pytest.mark.parametrize("change", ["key", "damping", "nodes", "loads", "step"])
 def test_another_run_starts_anew(
     run: Callable[..., FullRun],
@@ -143,25 +136,6 @@ def test_another_run_starts_anew(
     assert caplog.records == [] and not folder.exists()
 
 
-@pytest.mark.parametrize("name", ["checkpoint.json", "history_124.npz", "state_0_124.npz"])
-def test_damaged_checkpoint_is_told_and_started_again(
-    run: Callable[..., FullRun],
-    whole: FullRun,
-    folder: Path,
-    caplog: pytest.LogCaptureFixture,
-    name: str,
-) -> None:
-    with pytest.raises(KilledError):
-        run(0.5)
-    path = folder / name
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    with caplog.at_level(logging.INFO, "impactfem"):
-        again = run()
-    (record,) = caplog.records
-    assert record.levelname == "WARNING" and f"{name} is damaged" in record.getMessage()
-    assert same(again, whole)
-
-
 @pytest.mark.parametrize(
     ("every", "steps"),
     [
@@ -176,10 +150,10 @@ def test_checkpoints_come_as_often_as_asked(
     run: Callable[..., FullRun], monkeypatch: pytest.MonkeyPatch, every: int, steps: list[int]
 ) -> None:
     """Two of them are never farther apart, whatever the most steps between two reports."""
-    written = []
+    written, told = [], []
     monkeypatch.setattr(Checkpoints, "write", lambda self, state, _: written.append(state.step))
-    run(every=every)
-    assert written == steps
+    run(every=every, told=told)
+    assert written == steps and told == sorted(told) and told[-1] == 1.0
 
 
 def test_energies_balance(whole: FullRun) -> None:
@@ -202,23 +176,6 @@ def test_probe_on_the_base_moves_with_the_ground(
     )
     alone = run(nodes=np.array([clamped])).response
     assert np.array_equal(alone.acceleration[:, 0], short.ground)
-
-
-def test_progress_goes_to_one(frame: Frame, short: Loads, folder: Path) -> None:
-    told: list[float] = []
-    run_full(
-        frame.model,
-        frame.K,
-        short,
-        frame.patterns(short),
-        frame.damping,
-        Displacements(frame.model, frame.nodes),
-        checkpoints=folder,
-        key="key",
-        every=200,
-        progress=told.append,
-    )
-    assert told == [100 / 420, 200 / 420, 300 / 420, 400 / 420, 1.0]
 
 
 def test_reciprocity_of_the_edges(frame: Frame, short: Loads, tmp_path: Path) -> None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import errno
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -13,9 +12,6 @@ import xarray as xr
 
 from impactfem import study
 from impactfem.spectra import response_spectra
-from impactfem.system.errors import ImpactfemError
-
-from .conftest import no_pictures, write_forces
 
 if TYPE_CHECKING:
     from .conftest import Frame
@@ -107,41 +103,3 @@ def test_waves_can_be_drawn(maps: xr.Dataset, frame: Frame) -> None:
     assert np.array_equal(
         frame.parts.mesh.nodes[maps.node_number.values], maps.node_position.values
     )
-
-
-@pytest.mark.parametrize("name", ["transient.nc", "reduce.npz"])
-def test_full_disk(again: Path, monkeypatch: pytest.MonkeyPatch, name: str, edited: Any) -> None:
-    """Told in words; what is there opens, and the next run has everything."""
-    path = again.parent / "run" / name
-    before = path.read_bytes()
-    if name == "reduce.npz":
-        edited(again, ("33 GPa", "32 GPa"))
-    else:
-        write_forces(again.with_name("forces_of_another.csv"), 5e5)
-    no_pictures(monkeypatch)
-
-    def full(self: Path, *_: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    with monkeypatch.context() as patch:
-        open_before, write_before = Path.open, Path.write_bytes
-        ours = f".{name}."
-
-        def refuse(original: Any) -> Any:
-            def of(self: Path, *words: Any, **names: Any) -> Any:
-                if self.name.startswith(ours):
-                    full(self)
-                return original(self, *words, **names)
-
-            return of
-
-        patch.setattr(Path, "open", refuse(open_before))
-        patch.setattr(Path, "write_bytes", refuse(write_before))
-        with pytest.raises(ImpactfemError, match=f"cannot write .*{name}: No space left on device"):
-            study.run(again, out=again.parent / "run", stage="transient")
-    assert not list(path.parent.glob("*.part"))
-    if path.is_file():
-        assert path.read_bytes() == before
-    done = study.run(again, out=again.parent / "run", stage="transient")
-    assert "transient" not in done.reused
-    assert path.is_file() and path.read_bytes() != before
