@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from impactfem.case import Building, Case, Contact
+from impactfem.case.calibration import Calibration as CalibrationCase
 from impactfem.case.loads import ForceTable, read_force_table
 from impactfem.coupling.contact import effective_mass, law_of
 from impactfem.coupling.pounding import End, Load, Pair, System
@@ -73,10 +75,13 @@ def calibration_of(case: Case) -> Calibration | None:
     Returns:
         None when the case has no calibration.
     """
-    given = case.calibration
-    if given is None:
-        return None
-    buildings = {building.name: building for building in case.buildings}
+    return None if case.calibration is None else _calibrated(case.calibration, case.buildings)
+
+
+@lru_cache(maxsize=4)
+def _calibrated(given: CalibrationCase, every: tuple[Building, ...]) -> Calibration:
+    # Kept: most stages of a run need the sticks, and a fit takes two seconds.
+    buildings = {building.name: building for building in every}
     targets = [
         Target(**{field.name: getattr(row, field.name) for field in fields(Target)})
         for row in given.targets
