@@ -36,3 +36,10 @@ def own_faults(path: Path) -> dict[str, str]:
     """The same; all of them in the case file itself."""
     assert {fault.file for fault in all_faults(path)} == {path}
     return faults_of(path)
+
+
+def refused(path: Path, key: str, words: str) -> None:
+    """A case has one fault, of a key of it or of 'file: key', with these words."""
+    (fault,) = all_faults(path)
+    assert (fault.file, fault.key) == (path, key) or f"{Path(fault.file).name}: {fault.key}" == key
+    assert words in f"{fault.value} {fault.expected}"
