@@ -78,6 +78,7 @@ def test_a_matrix(read: Read) -> None:
         ("2.y", "1.y", "line 2", "names that are all different; found 1.y twice"),
         ("1.y,middle y,2.y", "1,2,3", "line 2", "found numbers"),
         ("1.y,middle y,2.y", "1.y,,2.y", "line 2", "one is empty"),
+        ("0,-1e6", "0,1e308", "2.y, middle y", "symmetric matrix, found -1e+06 at middle y, 2.y"),
         ("0,-1e6", "0,-2e6", "2.y, middle y", "symmetric matrix, found -1e+06 at middle y, 2.y"),
     ],
 )

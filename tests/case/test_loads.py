@@ -53,6 +53,15 @@ def test_read(broken: Broken) -> None:
     assert load_case(broken()).loads == ()
 
 
+def test_a_building_of_any_name(tmp_path: Path) -> None:
+    path = tmp_path / "blast.csv"
+    for name, faults in (("model_1", 0), ("_1", 2)):
+        path.write_text(f"time [s],{name}.floor_1 [N]\n0,0\n1,2\n", encoding="utf-8")
+        found: list[Fault] = []
+        assert (read_force_table(path, found) is None) == bool(faults)
+        assert len(found) == faults
+
+
 def test_a_change_of_the_table_is_another_case(broken: Broken) -> None:
     path = with_loads(broken())
     before = load_case(path).content_hash()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo
 
 from impactfem.case.base import Section, ascending, rule, together
 from impactfem.case.leaf import Name, Text
@@ -35,10 +35,11 @@ class Damping(Section):
     _with_ratio = together("ratio", "frequencies")
     _both = together("mass_coefficient", "stiffness_coefficient")
 
-    @rule("mass_coefficient", "ratio")
+    @rule("mass_coefficient", sited=True)
     @staticmethod
-    def _one_way(coefficient: float | None, ratio: float | None) -> Iterator[str]:
-        if coefficient is not None and ratio is not None:
+    def _one_way(coefficient: float | None, info: ValidationInfo) -> Iterator[str]:
+        # A ratio that has a fault of its own is given as well.
+        if coefficient is not None and info.data.get("ratio", "at fault") is not None:
             yield "expected either ratio and frequencies or the two coefficients, not both"
 
     @rule("stiffness_coefficient", "ratio", "frequencies", "mass_coefficient")

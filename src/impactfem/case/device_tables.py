@@ -113,7 +113,9 @@ def read_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None:
         return None
     K = np.array(numbers, dtype=float)
     # The first two entries that differ although they are to be the same.
-    for i, k in np.argwhere(np.tril(np.abs(K - K.T)) > SYMMETRIC * np.abs(K).max())[:1]:
+    with np.errstate(over="ignore"):  # of numbers that no matrix has
+        apart = np.tril(np.abs(K - K.T)) > SYMMETRIC * np.abs(K).max()
+    for i, k in np.argwhere(apart)[:1]:
         expected = f"expected a symmetric matrix, found {K[k, i]:g} at {names[k]}, {names[i]}"
         faults.append(Fault(path, f"{names[i]}, {names[k]}", float(K[i, k]), expected))
         return None

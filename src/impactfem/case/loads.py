@@ -28,7 +28,7 @@ TABLE = "a table of forces (CSV) with the header time [s],<building>.floor_<k> [
 MOST_TIMES = 1_000_000
 """Largest number of times in a table."""
 
-_FLOOR = re.compile(r"(.+)\.floor_([1-9][0-9]*)")
+_FLOOR = re.compile(r"([A-Za-z].*)\.floor_([1-9][0-9]*)")
 
 
 class FloorForces(Section):
@@ -59,7 +59,7 @@ class FloorForces(Section):
 class _Time(Section):
     """The column that each table of forces has; the others are those of its floors."""
 
-    model_config = ConfigDict(extra="ignore")
+    model_config = ConfigDict(extra="ignore", protected_namespaces=())
 
     time: Annotated[float, Quantity(TIME)]
     """Time."""
