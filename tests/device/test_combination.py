@@ -80,16 +80,20 @@ def test_modes_that_cancel():
     assert combine_modes(np.array([1.0, -1.0]), pair, np.array([0.02, 0.02])) < 1e-7
 
 
-def test_bad_rules_are_refused():
-    with pytest.raises(ImpactfemError, match=r"is one of abs, srss.*: got 'sum'"):
-        combine_modes(R, F, XI, "sum")
+@pytest.mark.parametrize(
+    ("rule", "duration", "words"),
+    [
+        ("sum", None, "is one of abs, srss.*: got 'sum'"),
+        ("dsc", None, "the double sum needs the duration"),
+        ("dsc", 0.0, "the double sum needs the duration"),
+        ("cqc", None, "CQC needs damped modes"),
+    ],
+)
+def test_bad_rules_are_refused(rule, duration, words):
+    with pytest.raises(ImpactfemError, match=words):
+        combine_modes(R, F, 0.0 * XI, rule, duration)
     with pytest.raises(ImpactfemError, match="has no coefficients"):
         correlation("abs", F, XI)
-    for duration in (None, 0.0):
-        with pytest.raises(ImpactfemError, match="the double sum needs the duration"):
-            combine_modes(R, F, XI, "dsc", duration)
-    with pytest.raises(ImpactfemError, match="CQC needs damped modes"):
-        combine_modes(R, F, 0.0 * XI)
 
 
 INPUTS = np.array([[3.0, 1.0], [4.0, 2.0], [12.0, 2.0]])
@@ -101,19 +105,12 @@ def test_rules_by_hand():
     assert combine_inputs(INPUTS, "100-40-40") == pytest.approx([12.0 + 2.8, 2.0 + 1.2])
     assert combine_inputs(INPUTS[::-1], "100-40-40") == pytest.approx([14.8, 3.2])
 
-
-def test_one_input_stays_as_it_is():
     for rule in ("srss", "abs", "100-40-40"):
         assert combine_inputs(INPUTS[:1], rule) == pytest.approx(INPUTS[0])
-
-
-def test_every_component_has_its_plane():
-    assert sorted(c for plane in PLANES for c in plane) == sorted(COMPONENTS)
-
-
-def test_an_unknown_rule_is_refused():
     with pytest.raises(ImpactfemError, match="one of srss, abs, 100-40-40: got 'max'"):
         combine_inputs(INPUTS, "max")
+    # Every component has its plane.
+    assert sorted(c for plane in PLANES for c in plane) == sorted(COMPONENTS)
 
 
 SPECTRUM = AnchorSpectrum(

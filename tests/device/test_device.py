@@ -32,8 +32,6 @@ def test_rayleigh_and_one_ratio(pump, altered):
     same = altered(damping=0.03)
     assert device_modes(same).damping == pytest.approx(0.03)
     assert device_modes(same).proportional
-    with pytest.raises(ImpactfemError, match="expected 0 <= ratio < 1"):
-        altered(damping=1.2)
 
 
 def test_a_damper_couples_the_modes(altered):
@@ -42,32 +40,29 @@ def test_a_damper_couples_the_modes(altered):
     assert device_modes(altered(dampers=np.zeros((4, 4)))).proportional
 
 
-@pytest.mark.parametrize("name", ["M", "K", "J"])
-def test_skew_matrices_are_refused(altered, pump, name):
-    matrix = getattr(pump(), name).copy()
-    matrix[0, 1] += 1.0
-    with pytest.raises(ImpactfemError, match=f"device pump: {name} is not symmetric"):
-        altered(**{name: matrix})
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("M", lambda M: M + np.eye(4, k=1), "device pump: M is not symmetric"),
+        ("K", lambda K: K + np.max(K) * np.eye(4, k=1), "device pump: K is not symmetric"),
+        ("J", lambda J: J + np.eye(6, k=1), "device pump: J is not symmetric"),
+        ("L", lambda L: L[:, :5], r"L needs shape \(4, 6\)"),
+        ("K", lambda K: np.nan * K, "K holds a value that is not a finite number"),
+        ("dampers", lambda _: np.eye(3), r"dampers needs shape \(4, 4\)"),
+        ("M", lambda M: 0.0 * M, "nothing that moves has a mass"),
+        ("J", lambda J: 0.9 * J, "its mass is indefinite"),
+        ("damping", lambda _: 1.2, "expected 0 <= ratio < 1"),
+    ],
+)
+def test_bad_matrices_are_refused(altered, pump, name, change, words):
+    with pytest.raises(ImpactfemError, match=words):
+        altered(**{name: change(getattr(pump(), name))})
 
 
-def test_bad_shapes_and_values_are_refused(altered, pump):
+def test_half_an_anchor_is_refused_and_more_mass_is_not(altered, pump):
     device = pump()
-    with pytest.raises(ImpactfemError, match=r"L needs shape \(4, 6\)"):
-        altered(L=device.L[:, :5])
-    with pytest.raises(ImpactfemError, match="K holds a value that is not a finite number"):
-        altered(K=np.full((4, 4), np.nan))
     with pytest.raises(ImpactfemError, match="six components an anchor"):
         altered(L=device.L[:, :5], r=device.r[:, :5], J=device.J[:5, :5])
-    with pytest.raises(ImpactfemError, match=r"dampers needs shape \(4, 4\)"):
-        altered(dampers=np.eye(3))
-
-
-def test_bad_masses_are_refused(altered, pump):
-    device = pump()
-    with pytest.raises(ImpactfemError, match="nothing that moves has a mass"):
-        altered(M=0 * device.M, L=0 * device.L)
-    with pytest.raises(ImpactfemError, match="its mass is indefinite"):
-        altered(J=0.9 * device.J)
     assert altered(J=1.1 * device.J).J[0, 0] == pytest.approx(1650.0)
 
 

@@ -6,12 +6,10 @@ import scipy.linalg
 from scipy.signal import lsim
 
 from impactfem.coupling.body import reduced_body
-from impactfem.coupling.links import side_by_side
 from impactfem.coupling.pounding import simulate
 from impactfem.device import mounted as module
 from impactfem.device.anchor_force import anchor_force
 from impactfem.device.models import from_matrices, on_springs
-from impactfem.device.modes import device_modes
 from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.device.parts import BaseSprings, Beam, RigidBody
 from impactfem.dynamics.damping import Rayleigh
@@ -297,64 +295,27 @@ def test_what_diverges_is_refused(frame):
         mounted_response([body], [device], amplitudes @ frame.loads.T, ground, STEP)
 
 
-def test_bad_requests_are_refused(frame):
-    device = frame.carrying(Pump(1500.0).device, 0)
-    ground, amplitudes = excitation()
-
-    loads = amplitudes @ frame.loads.T
-
-    def run(devices=(device,), p=loads, g=ground, step=STEP, substeps=1):
-        return mounted_response([frame.body], devices, p, g, step, substeps=substeps)
-
-    with pytest.raises(ImpactfemError, match=r"at least one mounted device.*got none"):
-        run(devices=())
-    with pytest.raises(ImpactfemError, match="a name of its own; got device, device"):
-        run(devices=(device, device))
-    with pytest.raises(ImpactfemError, match=r"the bodies: expected shape \(samples, 12\)"):
-        run(p=loads[:, :3])
-    with pytest.raises(ImpactfemError, match="as many as the other loads"):
-        run(p=loads[1:])
-    with pytest.raises(ImpactfemError, match=r"ground acceleration: expected shape \(samples, 3\)"):
-        run(g=ground[:, :2])
-    with pytest.raises(ImpactfemError, match="ground acceleration: a value is not a finite number"):
-        run(g=np.where(np.arange(SAMPLES)[:, None] == 7, np.nan, ground))
-    with pytest.raises(ImpactfemError, match=r"time step of 0\.0 s in 1 sub-steps"):
-        run(step=0.0)
-    with pytest.raises(ImpactfemError, match="in 0 sub-steps"):
-        run(substeps=0)
-    with pytest.raises(ImpactfemError, match="has 6 fixed components, the ports have 12"):
-        run(devices=(frame.carrying(device.device, 0, 1),))
-
-
-def test_devices_side_by_side(pump):
-    body = RigidBody.at_height(40.0, 0.2, 1.0, 2.0, 3.0)
-    devices = [
-        MountedDevice("a", pump()),
-        MountedDevice("b", body),
-        MountedDevice("c", pump(mass=90.0)),
-    ]
-    found = side_by_side([one.mount for one in devices])
-    n = len(pump().motions)
-    assert found.M.shape == (18 + 2 * n, 18 + 2 * n)
-    assert [list(own) for _, own in found.mounts] == [
-        list(range(18, 18 + n)),
-        [],
-        list(range(18 + n, 18 + 2 * n)),
-    ]
-    for one, (rows, own) in zip(devices, found.mounts, strict=True):
-        assert found.M[np.ix_(rows, rows)] == pytest.approx(one.mass)
-        assert found.M[np.ix_(own, own)] == pytest.approx(np.eye(len(own)), abs=1e-12)
-        others = np.setdiff1d(np.arange(len(found.M)), np.concatenate([rows, own]))
-        for matrix in (found.M, found.C, found.K):
-            assert not matrix[np.ix_(rows, others)].any() and not matrix[np.ix_(own, others)].any()
-    omega = np.sqrt(np.diag(found.K)[found.mounts[0][1]])
-    assert omega == pytest.approx(device_modes(pump()).omega)
-    assert devices[0].own @ devices[0].own.T == pytest.approx(np.linalg.inv(pump().M))
-    # Along a translation of the ground everything moves as one mass.
-    R = np.zeros((len(found.M), 3))
-    R[:18] = np.tile(np.eye(6, 3), (3, 1))
-    assert -found.push == pytest.approx(found.M @ R)
-    assert pytest.approx(np.diag(3 * [1500.0 + 40.0 + 90.0])) == R.T @ found.M @ R
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"devices": ()}, "at least one mounted device.*got none"),
+        ({"devices": (0, 0)}, "a name of its own; got device, device"),
+        ({"loads": np.zeros((SAMPLES, 3))}, r"the bodies: expected shape \(samples, 12\)"),
+        ({"loads": np.zeros((SAMPLES - 1, 12))}, "as many as the other loads"),
+        ({"ground": np.zeros((SAMPLES, 2))}, r"acceleration: expected shape \(samples, 3\)"),
+        ({"ground": np.full((SAMPLES, 3), np.nan)}, "acceleration: a value is not a finite number"),
+        ({"time_step": 0.0}, r"time step of 0\.0 s in 1 sub-steps"),
+        ({"substeps": 0}, "in 0 sub-steps"),
+        ({"places": (0, 1)}, "has 6 fixed components, the ports have 12"),
+    ],
+)
+def test_bad_requests_are_refused(frame, change, words):
+    device = frame.carrying(Pump(1500.0).device, *change.pop("places", (0,)))
+    given = {"devices": (0,), "loads": np.zeros((SAMPLES, 12)), "ground": np.zeros((SAMPLES, 3))}
+    given |= {"time_step": STEP} | change
+    given["devices"] = [device for _ in given["devices"]]
+    with pytest.raises(ImpactfemError, match=words):
+        mounted_response([frame.body], **given)
 
 
 def test_motions_without_mass_are_left_out(pump, altered):
