@@ -75,6 +75,7 @@ def facts_of_devices(folder: Path, **wanted: object) -> overview.Facts:
     path = device_folder(folder, **wanted) / "device.nc"
     run = SimpleNamespace(
         case={"buildings": [], "structure": None},
+        further=[],
         values={},
         has=lambda name: name == "device.nc",
         store=lambda name: open_store(path),

@@ -131,10 +131,6 @@ def structure_faults(case: Case, reading: Reading) -> Iterator[Fault]:
             found = ", ".join(map(str, numbers))
             expected = f"expected a building with floors from 1 without a gap, found {found}"
             yield reading.source.fault(reading.three_d[building.name], None, expected)
-    first, *further = list(reading.three_d.values()) or [("buildings", 0)]
-    for place in further:
-        expected = f"expected one building with a 3D model; buildings[{first[1]}] has one"
-        yield reading.source.fault(place, None, expected)
     devices = {str(entry.get("name")).lower() for _, entry in reading.tables("devices")}
     for name, (_, index, _) in list(reading.three_d.items())[1:]:
         if name.lower() in FOLDERS or name.lower() in devices:

@@ -21,6 +21,7 @@ from impactfem.case.motions import Ensemble, Motion, MotionEntry
 from impactfem.case.report import PUBLISHED_FILE, Published, Report
 from impactfem.case.structure import Structure
 from impactfem.case.transient import Probe, Transient
+from impactfem.system.scalar import alone
 
 
 class CaseFile(Section):
@@ -69,19 +70,6 @@ class CaseFile(Section):
     """Ensemble of motions; left out, there is none."""
     report: Report = Field(default_factory=Report)
     """What the report of the run says beside the results."""
-
-
-def of_building(name: str, building: str) -> str:
-    """Name of a result of the 3D model of a further building: `building.B2.frequency.1`."""
-    first, dot, rest = name.partition(".")
-    return f"{first}.{building}{dot}{rest}"
-
-
-def alone(name: str, building: str) -> str | None:
-    """The same without the building; None of a result that is of none, or of another one."""
-    first, _, rest = name.partition(".")
-    own, _, rest = rest.partition(".")
-    return f"{first}.{rest}" if own == building and rest and first != "sticks" else None
 
 
 class Case(CaseFile):

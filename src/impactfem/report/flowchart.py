@@ -17,6 +17,7 @@ from impactfem.plot.style import BLUE, figure
 from impactfem.report.overview import quantity
 from impactfem.report.run_files import FLOWCHART, PROVENANCE, SUMMARY
 from impactfem.stages.stage import Stage
+from impactfem.system.scalar import alone
 
 WIDTH, GAP = 27.0, 2.5
 """Widths of a box and of the passage of an arrow between two, in percent of the figure's."""
@@ -41,17 +42,20 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
     made = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
     results = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     needs: Mapping[str, Sequence[str]] = made.get("needs", {})
-    done = [stage.name for stage in stages if stage.name in made["inputs"]]
-    missing = [stage.name for stage in stages if stage.name not in done]
+    done = list(made["inputs"])
+    known = {stage.name: stage for stage in stages}
+    missing = [name for name in known if name not in {one.rpartition("/")[2] for one in done}]
     links = [(a, b) for b in done for a in needs.get(b, ()) if a in done]
     rows = _rows(done, links)
     rows += [[(name,) for name in missing[k : k + ACROSS]] for k in range(0, len(missing), ACROSS)]
     step = 100.0 / len(rows)
     places: dict[Slot, Place] = {}
-    for r, row in enumerate(rows):
-        # Boxes have their width, arrows that of a gap; the free width is shared out evenly.
-        widths = np.array([WIDTH if len(slot) == 1 else GAP for slot in row])
-        free = (100.0 - widths.sum()) / len(row)
+    # Boxes have their width, arrows that of a gap; the free width is shared out evenly. With
+    # several 3D models there are more boxes in a row than a page is wide.
+    every = [np.array([WIDTH if len(slot) == 1 else GAP for slot in row]) for row in rows]
+    across = max(100.0, *(float((widths + GAP).sum()) for widths in every))
+    for r, (row, widths) in enumerate(zip(rows, every, strict=True)):
+        free = (across - widths.sum()) / len(row)
         middles = widths.cumsum() - 0.5 * widths + free * (np.arange(len(row)) + 0.5)
         for slot, x in zip(row, middles.tolist(), strict=True):
             places[slot] = (x, 100.0 - step * (r + 0.5))
@@ -62,14 +66,19 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
     )
     target = folder / "figures"
     target.mkdir(parents=True, exist_ok=True)
-    with figure(target / FLOWCHART, (1, 1), (9.0, ROW * len(rows)), caption) as (_, axes):
-        for stage in stages:
-            lines = headlines(stage, results) if stage.name in done else [ABSENT]
-            _box(axes[0], places[(stage.name,)], FILL * step, stage, lines, stage.name in done)
+    with figure(target / FLOWCHART, (1, 1), (0.09 * across, ROW * len(rows)), caption) as (_, axes):
+        for name in [*done, *missing]:
+            building, _, own = name.rpartition("/")
+            lines = [ABSENT]
+            if name in done:
+                lines = headlines(known[own], results if not building else _of(results, building))
+            italic = name.replace("_", "\\_")
+            head = f"{known[own].title}  ($\\it{{{italic}}}$)"
+            _box(axes[0], places[(name,)], FILL * step, head, lines, name in done)
         for a, b in links:
             between = [places[slot] for slot in places if slot == (a, b, slot[-1])]
             _arrow(axes[0], [places[(a,)], *between, places[(b,)]], FILL * step)
-        axes[0].set_xlim(0.0, 100.0)
+        axes[0].set_xlim(0.0, across)
         axes[0].set_ylim(0.0, 100.0)
         axes[0].set_axis_off()
     return [target / FLOWCHART]
@@ -95,6 +104,12 @@ def _rows(names: Sequence[str], links: Sequence[tuple[str, str]]) -> list[list[S
     return rows
 
 
+def _of(results: Sequence[Mapping[str, Any]], building: str) -> list[Mapping[str, Any]]:
+    """The results of a further building by the names that they have alone."""
+    named = [{**one, "name": alone(one["name"], building)} for one in results]
+    return [one for one in named if one["name"] is not None]
+
+
 def headlines(stage: Stage, results: Sequence[Mapping[str, Any]]) -> list[str]:
     """The lines of a stage with its results; those that lack one are left out.
 
@@ -117,7 +132,7 @@ def headlines(stage: Stage, results: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _box(
-    panel: Axes, place: Place, height: float, stage: Stage, lines: Sequence[str], done: bool
+    panel: Axes, place: Place, height: float, head: str, lines: Sequence[str], done: bool
 ) -> None:
     (x, y), top = place, place[1] + 0.5 * height
     frame = FancyBboxPatch(
@@ -133,7 +148,6 @@ def _box(
     panel.add_patch(frame)
     look: dict[str, Any] = {"ha": "center", "va": "top", "zorder": 3}
     look["color"] = "black" if done else GREY
-    head = f"{stage.title}  ($\\it{{{stage.name}}}$)"
     panel.text(x, top - 0.1 * height, head, fontsize=8.5, **look)
     text = "\n".join(part for line in lines for part in textwrap.wrap(line, LETTERS))
     panel.text(x, top - 0.32 * height, text, fontsize=7.5, linespacing=1.2, **look)

@@ -29,6 +29,8 @@ PREFIXED = {
     "m": "metre",
 }
 GAPS = ["pair_rest_gap", "pair_required_separation"]
+BENDING = r"building\.frequency\.(\d+)"
+"""Names of the frequencies of the modes of a 3D model that bend."""
 FLOORS = 3
 """Number of floors that are shown where not all that are hit are."""
 
@@ -56,37 +58,40 @@ def facts(run: RunFiles) -> list[Facts]:
     if run.has("pounding.nc"):
         found.append(_impacts(run))
         found.append(_stick_spectra(run))
-    if run.has("transient.nc"):
-        found.append(_structure_spectra(run))
-    if run.has("device.nc"):
-        found.append(_devices(run))
-    if "ensemble3d.members" in run.values:
-        found.append(_carried(run))
+    for one in (run, *(run.of(name) for name in run.further)):
+        if one.has("transient.nc"):
+            found.append(_structure_spectra(one))
+        if one.has("device.nc"):
+            found.append(_devices(one))
+        if "ensemble3d.members" in one.values:
+            found.append(_carried(one))
     return found
 
 
 def _buildings(run: RunFiles) -> Facts:
     rows = []
-    shown = run.case["structure"]["building"] if run.case["structure"] else None
+    first = [run.case["structure"]["building"]] if run.case["structure"] else []
+    models = dict(
+        zip([*first, *run.further], (run, *(run.of(name) for name in run.further)), strict=False)
+    )
     for building in run.case["buildings"]:
         name, floors = building["name"], building["floors"]
         mass, height = (sum(floor[key] for floor in floors) for key in ("mass", "storey_height"))
         modes = _modes(run, rf"sticks\.{re.escape(name)}\.frequency\.(\d+)") or "not computed"
-        model = "stick and 3D model" if name == shown else "stick"
+        model = "stick and 3D model" if name in models else "stick"
         rows.append((name, len(floors), 1e-3 * mass, height, modes, model))
     columns = (
         "building {}; floors {}; mass of floors [t] {:,.0f}; height [m] {:.2f}; "
         "first modes [Hz] {}; model {}"
     )
-    note = ""
-    if "building.dofs" in run.values:
-        own = _modes(run, r"building\.frequency\.(\d+)")
-        note = (
-            f"3D model of {shown}: {run.values['building.elements']:,.0f} shells and beams, "
-            f"{run.values['building.dofs']:,.0f} degrees of freedom; modes that bend at "
-            f"{own} Hz."
-        )
-    return _facts("The buildings", columns, rows, note)
+    notes = [
+        f"3D model of {name}: {one.values['building.elements']:,.0f} shells and beams, "
+        f"{one.values['building.dofs']:,.0f} degrees of freedom; modes that bend at "
+        f"{_modes(one, BENDING)} Hz."
+        for name, one in models.items()
+        if "building.dofs" in one.values
+    ]
+    return _facts("The buildings", columns, rows, " ".join(notes))
 
 
 def _modes(run: RunFiles, pattern: str) -> str:
@@ -219,6 +224,7 @@ def _carried(run: RunFiles) -> Facts:
     values = run.values
     with run.store("design.nc") as store:
         rows, note = _carried_floors(store)
+        building = store.attrs["building"]
     top = max(_series(values, r"ensemble3d\.mean\.transient\.frs\.floor_(\d+)\.peak"), default=None)
     if top is not None:
         name = f"transient.frs.floor_{top}.peak"
@@ -231,6 +237,8 @@ def _carried(run: RunFiles) -> Facts:
             words = f"first device, {force.capitalize()}, {analysis} [kN]"
             rows.append(_spread(words, *_of_all(values, own, 1e-3)))
     title = f"Over {values['ensemble3d.members']:.0f} motions through the 3D model"
+    if run.further:
+        title += f" of {building}"
     return Facts(title, ["result", "this motion", "mean", "84 %", "84 % / this motion"], rows, note)
 
 

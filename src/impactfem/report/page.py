@@ -8,6 +8,7 @@ import html
 import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -70,7 +71,7 @@ def write_report(folder: Path, stages: Sequence[Stage]) -> Path:
     """
     run = RunFiles(folder)
     known = {stage.name: stage for stage in stages}
-    unknown = [name for name in run.stages if name not in known]
+    unknown = [name for name in run.stages if name.rpartition("/")[2] not in known]
     if unknown:
         expected = (
             f"the run has stages that this version does not know: {', '.join(unknown)}; expected a "
@@ -89,10 +90,11 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         "number": number,
         "quantity": quantity,
         "address": _address,
-        "anchor": lambda path: f"{Path(path).suffix[1:]}_{Path(path).stem}",
+        "anchor": lambda path: _anchor(run, path),
+        "inside": lambda path: str(path.relative_to(run.folder)),
         "title_of": lambda path: Path(path).stem.replace("_", " "),
     }
-    stages = [_stage(run, name, known.get(name)) for name in run.stages]
+    stages = [_stage(run, name, known[name.rpartition("/")[2]]) for name in run.stages]
     if run.compared:
         stages.append(_stage(run, COMPARISON, None))
     plots = {plot["name"]: plot for stage in stages for plot in stage["plots"]}
@@ -141,12 +143,15 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
 def _stage(run: RunFiles, name: str, stage: Stage | None) -> dict[str, Any]:
     """What the page shows of a stage; without one, of the comparison with another run."""
     title, about = COMPARED if stage is None else (stage.title, stage.about)
-    curves = () if stage is None else stage.curves(run.folder)
+    building = name.rpartition("/")[0]
+    curves = [] if stage is None else list(stage.curves(run.folder / building))
+    if building:  # the page has those of the first one by the same names
+        curves = [replace(drawn, name=f"{building}_{drawn.name}") for drawn in curves]
     figures, tables = run.files_of(name, "figures"), run.files_of(name, "tables")
     kinds = {kind: [path for path in figures if path.suffix == kind] for kind in (".html", *TYPES)}
     return {
         "name": name,
-        "title": title,
+        "title": run.named(title, name),
         "about": about,
         "checks": [check for check in run.checks if check["stage"] == name],
         "plots": [
@@ -164,6 +169,14 @@ def _stage(run: RunFiles, name: str, stage: Stage | None) -> dict[str, Any]:
         "tables": [_table(path) for path in tables],
         "files": [str(path.relative_to(run.folder)) for path in (*figures, *tables)],
     }
+
+
+def _anchor(run: RunFiles, path: Path | str) -> str:
+    """Where the page shows a file: figures of several buildings have the same names."""
+    inside = Path(path)
+    if inside.is_relative_to(run.folder):
+        inside = inside.relative_to(run.folder)
+    return "_".join([inside.suffix[1:], *inside.parts[:-2], inside.stem])
 
 
 def _table(path: Path) -> dict[str, Any]:

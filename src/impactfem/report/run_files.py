@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
+from copy import copy
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from impactfem.stages.provenance import Provenance
 from impactfem.stages.stores import open_store
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import LOGGER
+from impactfem.system.scalar import alone
 
 COMPARISON = "comparison"
 """What `impactfem compare` writes is listed as if it were a stage, which no run has."""
@@ -52,8 +54,9 @@ class RunFiles:
                 reason = f"the stage has other inputs than in {PROVENANCE}"
                 raise _damaged(manifest_file(folder, stage), reason)
             self._refuse_changed(manifest.every)
-        for path in sorted(folder.glob("*.stage.json")):
-            stage = path.name.removesuffix(".stage.json")
+        # In a folder of the run are the stages of a further building with a 3D model.
+        for path in sorted([*folder.glob("*.stage.json"), *folder.glob("*/*.stage.json")]):
+            stage = str(path.relative_to(folder)).removesuffix(".stage.json")
             # Of an earlier run, whose files may have been removed; a comparison is checked below.
             if stage not in made.inputs and stage != COMPARISON:
                 listed = self._manifest(stage).every
@@ -74,8 +77,28 @@ class RunFiles:
 
     @property
     def stages(self) -> list[str]:
-        """Names of the stages of the run, in order."""
+        """Names of the stages of the run, in order; `B2/reduce` of a further building."""
         return list(self.provenance["inputs"])
+
+    @property
+    def further(self) -> list[str]:
+        """Names of further buildings with a 3D model, which have folders of their own."""
+        return [one["building"] for one in self.case.get("further_structures", ())]
+
+    def of(self, building: str) -> RunFiles:
+        """The files and results of a further building, by the names that they have alone."""
+        found = copy(self)
+        found.folder = self.folder / building
+        known = {alone(name, building): value for name, value in self.values.items()}
+        found.values = {name: value for name, value in known.items() if name is not None}
+        return found
+
+    def named(self, title: str, stage: str) -> str:
+        """The title of a stage, of several 3D models with the name of the building."""
+        if not self.further or stage in ("pounding", "ensemble", COMPARISON):
+            return title
+        building = stage.rpartition("/")[0] or self.case["structure"]["building"]
+        return f"{title}: {building}"
 
     @cached_property
     def compared(self) -> bool:
@@ -106,8 +129,10 @@ class RunFiles:
         The first stage's figures begin with those that show the run as a whole.
         """
         names = sorted(n for n in self._manifest(stage).every if Path(n).parent.name == part)
-        if part == "figures" and stage == self.stages[0]:
-            whole = (f"{part}/{name}" for name in (FLOWCHART, SCENE))
+        building, _, own = stage.rpartition("/")
+        if part == "figures" and (stage == self.stages[0] or own == "building"):
+            start = f"{building}/{part}" if building else part
+            whole = (f"{start}/{name}" for name in (FLOWCHART, SCENE))
             names = [*filter(self.has, whole), *names]
         return [self.folder / name for name in names]
 

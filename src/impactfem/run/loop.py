@@ -12,7 +12,6 @@ from pathlib import Path
 
 from impactfem.case import Case, Published, SyntheticMotion
 from impactfem.case.base import nearest
-from impactfem.case.model import of_building
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
 from impactfem.run.check import checked, mesh_faults, warn_of_implausible
 from impactfem.run.estimate import Estimate
@@ -38,7 +37,7 @@ from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
 from impactfem.system.memory import forget_peak, give_back, peak_memory
 from impactfem.system.parallel import on_root, one_blas_thread, rank, size, start_solvers, total
-from impactfem.system.scalar import Scalar, scalars_of
+from impactfem.system.scalar import Scalar, of_building, scalars_of
 
 
 @dataclass

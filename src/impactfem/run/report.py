@@ -51,10 +51,11 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
     with Steps(STEPS, f"stage {REPORT}", bar=bar) as steps:
         with steps.step("overview"):
             # Those of an earlier run show other results.
-            for name in (FLOWCHART, SCENE):
-                (folder / "figures" / name).unlink(missing_ok=True)
+            for path in (*folder.glob(f"**/{FLOWCHART}"), *folder.glob(f"**/{SCENE}")):
+                path.unlink()
             flowchart_figure(folder, STAGES)
-            write_scene(folder)
+            for one in (folder, *(folder / name for name in RunFiles(folder).further)):
+                write_scene(one)
         with steps.step("page"):
             page = write_report(folder, STAGES)
     LOGGER.info("stage %s: %s, %.1f MB", REPORT, page, page.stat().st_size / 1e6)

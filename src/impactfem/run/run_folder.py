@@ -15,7 +15,8 @@ from __future__ import annotations
 import json
 import os
 from contextlib import ExitStack
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -26,8 +27,9 @@ import xarray as xr
 
 from impactfem.plot.table import Table
 from impactfem.run.stages import STAGES
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import of_run, open_store
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.scalar import alone
 
 STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}
 """Files of the stores by the name of the attribute that opens them."""
@@ -82,11 +84,50 @@ class RunFolder:
             raise InputError([Fault(path, "", None, expected)]) from error
         except (OSError, ValueError, TypeError, KeyError) as error:
             raise InputError([Fault(path, "", None, f"cannot be read ({error})")]) from error
+        self._building = ""
+
+    def of(self, building: str) -> RunFolder:
+        """What the run has of a building with a 3D model, by the names that it has alone.
+
+            run.of("B2").building.frequency
+
+        Of the first one this is the run itself; stores of the whole run are those of all.
+
+        Args:
+            building: Its name.
+
+        Raises:
+            InputError: The run has no 3D model of it.
+        """
+        path = self.folder / "case.json"
+        case = json.loads(path.read_text(encoding="utf-8"))
+        models = [case.get("structure"), *case.get("further_structures", ())]
+        first, *further = [one["building"] for one in models if one] or [""]
+        if building not in (first, *further):
+            known = ", ".join(filter(None, (first, *further))) or "none"
+            expected = f"the buildings with a 3D model are: {known}"
+            raise InputError([Fault(path, "structure.building", building, expected)])
+        if building == first:
+            return self
+        found = copy(self)
+        found.folder, found._building, found._open = self.folder / building, building, ExitStack()
+        self._open.callback(found.close)
+        known_as = {alone(name, building): entry for name, entry in self.summary.items()}
+        found.summary = {
+            name: replace(entry, name=name) for name, entry in known_as.items() if name is not None
+        }
+        for name in STORES:
+            found.__dict__.pop(name, None)
+        return found
 
     @property
     def stores(self) -> tuple[str, ...]:
         """Names of the stores that the run has."""
-        return tuple(name for name, file in STORES.items() if (self.folder / file).is_file())
+        return tuple(name for name in STORES if self._path(name).is_file())
+
+    def _path(self, name: str) -> Path:
+        file = STORES[name]
+        return of_run(self.folder, file) if self._building else self.folder / file
 
     def value(self, name: str) -> float:
         """A scalar result in SI.
@@ -128,7 +169,7 @@ class RunFolder:
         """
         if name not in STORES:
             raise AttributeError(name)
-        path = self.folder / STORES[name]
+        path = self._path(name)
         if not path.is_file():
             found = ", ".join(self.stores) or "none"
             expected = f"missing; the stores of this run are: {found}"

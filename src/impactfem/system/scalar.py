@@ -57,3 +57,16 @@ def values_of(store: xr.Dataset) -> dict[str, float]:
 def words(values: Iterable[str]) -> np.ndarray[tuple[int], np.dtype[np.object_]]:
     """Texts as an array that NetCDF takes."""
     return np.array([str(value) for value in values], dtype=object)
+
+
+def of_building(name: str, building: str) -> str:
+    """Name of a result of the 3D model of a further building: `building.B2.frequency.1`."""
+    first, dot, rest = name.partition(".")
+    return f"{first}.{building}{dot}{rest}"
+
+
+def alone(name: str, building: str) -> str | None:
+    """The same without the building; None of a result that is of none, or of another one."""
+    first, _, rest = name.partition(".")
+    own, _, rest = rest.partition(".")
+    return f"{first}.{rest}" if own == building and rest and first != "sticks" else None

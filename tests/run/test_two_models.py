@@ -1,0 +1,201 @@
+"""Two buildings with a 3D model each: what a case may say, what is computed again, a whole run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactfem import study
+from impactfem.case import Case, load_case
+from impactfem.run.estimate import estimate
+from impactfem.run.stages import STAGES
+from impactfem.system.errors import InputError
+from two_models import BUILDINGS, CASE, DEVICE, PROBE, WALL, write_case
+
+FULL = (WALL, DEVICE, PROBE)
+DAMPED = '\n[[damping_cases]]\nname = "light"\nratio = "2 %"\nfrequencies = ["1 Hz", "20 Hz"]\n'
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Case:
+    return load_case(write_case(tmp_path, *FULL))
+
+
+def test_views(case: Case) -> None:
+    """Devices, impact on the wall and probes belong to one building; the first has no folder."""
+    a, b = case.views
+    assert [view.structure.building for view in (a, b)] == ["A", "B"]
+    assert [view.part for view in (a, b)] == ["", "B"]
+    assert (a.wall_impact, a.devices, a.device_analysis, a.transient.probes) == (None, (), None, ())
+    assert (b.wall_impact, b.devices) == (case.wall_impact, case.devices)
+    assert b.transient.probes == case.transient.probes
+    assert [view.whole is case for view in (a, b)] == [True, True]
+
+
+def test_floors_by_building(tmp_path: Path, edited: Callable[..., Path]) -> None:
+    floors = ("[transient]", "[transient]\nfloors = { B = [2] }")
+    a, b = load_case(edited(write_case(tmp_path), floors)).views
+    assert (a.transient.floors, b.transient.floors) == (None, (2,))
+
+
+@pytest.mark.parametrize(
+    ("more", "change", "key", "expected"),
+    [
+        (WALL, ('building = "B"\ngap', "gap"), "wall_impact.building", "'A' or 'B'"),
+        (WALL, ('building = "B"\ngap', 'building = "C"\ngap'), "wall_impact.building", "unknown"),
+        (DEVICE, ('building = "B"\npoint', "point"), "devices[0].building", "'A' or 'B'"),
+        (DEVICE, ('name = "pump"', 'name = "b"'), "buildings[1].name", "one of [[devices]]"),
+        (PROBE, ('"0 m", "6 m"', '"0 m", "60 m"'), "transient.probes[0].point", "a point of B"),
+        (
+            PROBE,
+            ('point = ["0 m", "0 m", "6 m"]', 'group = "edge_3"'),
+            "transient.probes[0].group",
+            "floors of B",
+        ),
+        ("", ("[transient]", "[transient]\nfloors = { C = 1 }"), "transient.floors", "'A' or 'B'"),
+        ("", ("[transient]", "[transient]\nfloors = { B = 3 }"), "transient.floors", "in B"),
+        ("", ("[transient]", "[transient]\nfloors = [3]"), "transient.floors", "in A"),
+        ("", ('"B"', '"figures"'), "buildings[1].name", "a folder of the run"),
+        ("", ('impact_edge = "y-"', 'impact_edge = "y+"'), "contacts[0].normal", "one side only"),
+    ],
+)
+def test_refused(
+    tmp_path: Path,
+    edited: Callable[..., Path],
+    more: str,
+    change: tuple[str, str],
+    key: str,
+    expected: str,
+) -> None:
+    with pytest.raises(InputError) as error:
+        load_case(edited(write_case(tmp_path, more), change))
+    assert {one.key for one in error.value.faults} == {key}
+    assert any(expected in one.expected for one in error.value.faults)
+
+
+def test_no_model_of_the_building(tmp_path: Path, edited: Callable[..., Path]) -> None:
+    """Where one building has a 3D model, others are refused by name; none need be named."""
+    text = BUILDINGS[0]
+    bare = (text, text[: text.index("[buildings.structure]")])
+    for change in [bare, ('building = "B"\ngap', 'building = "A"\ngap')], [bare]:
+        path = edited(write_case(tmp_path, WALL), *change)
+        if len(change) == 1:
+            assert load_case(path).wall_impact.building == "B"
+            continue
+        with pytest.raises(InputError, match=r"wall_impact\.building.*a 3D model: 'B'"):
+            load_case(path)
+
+
+def test_every_fault_of_both(tmp_path: Path, edited: Callable[..., Path]) -> None:
+    """A fault in one 3D model hides none of the other, whose mesh is looked at as well."""
+    path = write_case(tmp_path)
+    head, b = path.read_text(encoding="utf-8").split('name = "B"')
+    b = b.replace("modes = 8", "modes = 0").replace('"20 cm"', '"20 kg"', 1)
+    head = head.replace("modes = 8", 'modes = 8\nmaterials = [{ parts = ["x"], material = "c" }]')
+    path.write_text(f'{head}name = "B"{b}', encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        study.check(path)
+    assert {one.key for one in error.value.faults} == {
+        "buildings[0].structure.materials[0].material",
+        "buildings[1].structure.modes",
+        "buildings[1].structure.mesh.slab_thickness",
+    }
+
+
+@pytest.mark.parametrize(("changed", "kept"), [(0, 1), (1, 0)])
+def test_another_model_computes_nothing_of_the_other(case: Case, changed: int, kept: int) -> None:
+    """A stage of one building depends on its own 3D model; what serves both on neither."""
+    structures = list(case.structures)
+    structures[changed] = structures[changed].model_copy(update={"modes": 9})
+    other = case.model_copy(
+        update={"structure": structures[0], "further_structures": tuple(structures[1:])}
+    )
+    for stage in STAGES:
+        for k, view in enumerate(case.views if stage.each else ()):
+            if stage.lacks(view) is None:
+                same = stage.key(view) == stage.key(other.views[k])
+                assert same == (k == kept), (stage.name, view.structure.building)
+        if not stage.each and stage.lacks(case) is None:
+            assert stage.key(case) == stage.key(other)
+
+
+def test_estimate(case: Case) -> None:
+    """Times add up; buildings run one after another, so that the larger one needs the memory."""
+    found = estimate(case, 1.0)
+    alone = [estimate(view, 1.0) for view in case.views]
+    assert [one.name for one in found.models] == ["3D model of A", "3D model of B"]
+    assert {"reduce", "B/reduce", "B/device"} < {one.name for one in found.stages}
+    assert found.largest.memory == max(one.largest.memory for one in alone)
+    sticks = next(one.seconds for one in found.stages if one.name == "pounding")
+    assert found.seconds == pytest.approx(sum(one.seconds for one in alone) - sticks)
+    assert {one.name for one in found.of({"reduce"}).stages} == {"reduce", "B/reduce"}
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("no_figures")
+def test_run(tmp_path: Path, edited: Callable[..., Path]) -> None:
+    """All stages of both; calibrated contact and devices of the second one."""
+    path = edited(
+        write_case(tmp_path, *FULL, DAMPED),
+        ('"5e8 N/m"\nrestitution = 0.5', '"calibrated"\nrestitution = "calibrated"'),
+    )
+    folder = tmp_path / "run"
+    result = study.run(path, out=folder)
+    labels = ["building", "B/building", "reduce", "B/reduce", "B/calibrate", "pounding"]
+    labels += ["transient", "B/transient", "B/device", "design", "B/design"]
+    made = json.loads((folder / "provenance.json").read_text())
+    assert list(made["inputs"]) == labels
+    assert made["needs"]["B/device"] == ["B/reduce", "B/calibrate", "pounding"]
+    assert made["needs"]["pounding"] == ["B/calibrate"]
+    values = {one.name: one.value for one in result.scalars}
+    assert len(values) == len(result.scalars)
+    assert (values["building.frequency.1"], values["building.B.frequency.1"]) == pytest.approx(
+        (4.0, 3.0), rel=1e-5
+    )
+    with study.open_run(folder) as opened:
+        b = opened.of("B")
+        assert opened.of("A") is opened
+        assert b.value("building.frequency.1") == pytest.approx(3.0, rel=1e-5)
+        assert float(b.building.frequency[0]) == pytest.approx(3.0, rel=1e-5)
+        assert b.pounding.attrs == opened.pounding.attrs
+        assert "device" in b.stores and "device" not in opened.stores
+        epsilon = b.calibrate["epsilon"]
+        assert b.device["epsilon"].sel(case="light") == epsilon.sel(case="light")
+        # Both take the force of a pair at the step of the 3D model, each on its own edge.
+        a_force, b_force = (one.transient["edge_force"] for one in (opened, b))
+        assert float(abs(a_force).max()) > 0.0
+        np.testing.assert_allclose(b_force, a_force, rtol=1e-9)
+        with pytest.raises(InputError, match="with a 3D model are: A, B"):
+            opened.of("C")
+    page = (folder / "report.html").read_text()
+    assert all(title in page for title in ("The 3D model: A", "The 3D model: B", "Devices: B"))
+    assert study.run(path, out=folder).reused == labels
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("no_figures")
+def test_a_mirrored_pair(tmp_path: Path) -> None:
+    """Pushed together, equal buildings answer as in a mirror, to what their meshes differ."""
+    path = write_case(tmp_path)
+    text = CASE.replace('"3 Hz"', '"4 Hz"').replace("factor = 0.2", "factor = 1")
+    start, end = text.index("[[motions]]"), text.index("[contact_laws")
+    loads = '[[loads]]\nfile = "push.csv"\ndirection = [0, 1, 0]\n'
+    path.write_text(
+        (text[:start] + loads + text[end:]).replace("[pounding]", '[pounding]\nduration = "0.5 s"')
+    )
+    (tmp_path / "push.csv").write_text(
+        "time [s],A.floor_2 [MN],B.floor_2 [MN]\n0,0,0\n0.05,2,-2\n0.1,0,0\n0.5,0,0\n"
+    )
+    folder = tmp_path / "run"
+    study.run(path, out=folder, stage="transient")
+    with study.open_run(folder) as opened:
+        a, b = (
+            one.transient["acceleration"].sel(probe="centre_2", component="y").values
+            for one in (opened, opened.of("B"))
+        )
+        assert opened.value("pounding.impacts") > 0
+    np.testing.assert_allclose(b, -a, atol=0.05 * np.abs(a).max())
