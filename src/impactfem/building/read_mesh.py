@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +48,16 @@ def read_mesh(path: Path) -> BuildingMesh:
         InputError: The file is not such a mesh, a group is missing or unknown, or the mesh does
             not hold together; every fault names its group and a place.
     """
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        digest = ""  # what reads it says why
+    return _read_mesh(path, digest)
+
+
+@lru_cache(maxsize=2)
+def _read_mesh(path: Path, digest: str) -> BuildingMesh:
+    # Kept: each stage of the 3D building needs its mesh, and a process of gmsh takes a second.
     mesh = assemble(read_in_own_process(read_raw, path, EXPECTED), path)
     check_mesh(mesh, path)
     return mesh
