@@ -144,21 +144,23 @@ def test_what_was_assumed_is_told(pump):
     assert spectrum_analysis(pump(), [spectrum()]).notes == ()
 
 
-def test_bad_inputs_are_refused(pump):
-    device = pump()
-    with pytest.raises(ImpactfemError, match=r"at least one spectrum.*got none"):
-        spectrum_analysis(device, [])
-    with pytest.raises(ImpactfemError, match="one for a component of an anchor"):
-        spectrum_analysis(device, [spectrum(), spectrum()])
-    with pytest.raises(ImpactfemError, match="no component 'y' of anchor 2"):
-        spectrum_analysis(device, [spectrum(anchor=2)])
-    high = AnchorSpectrum("y", np.array([35.0, 500.0]), np.array([0.0, 0.2]), np.ones((2, 2)), 1.0)
-    with pytest.raises(ImpactfemError, match="begins at 35 Hz and does not reach the mode"):
-        spectrum_analysis(device, [high])
-    with pytest.raises(ImpactfemError, match="one of srss, abs, 100-40-40: got 'max'"):
-        spectrum_analysis(device, [spectrum()], Rules(supports="max"))
-    with pytest.raises(ImpactfemError, match="is damped by"):
-        spectrum_analysis(pump(Beam(0.46, 8e7, 8e7, mass=45.9)), [spectrum()])
+HIGH = AnchorSpectrum("y", np.array([35.0, 500.0]), np.array([0.0, 0.2]), np.ones((2, 2)), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("spectra", "rules", "beam", "words"),
+    [
+        ([], None, None, r"at least one spectrum.*got none"),
+        ([spectrum(), spectrum()], None, None, "one for a component of an anchor"),
+        ([spectrum(anchor=2)], None, None, "no component 'y' of anchor 2"),
+        ([HIGH], None, None, "begins at 35 Hz and does not reach the mode"),
+        ([spectrum()], Rules(supports="max"), None, "one of srss, abs, 100-40-40: got 'max'"),
+        ([spectrum()], None, Beam(0.46, 8e7, 8e7, mass=45.9), "is damped by"),
+    ],
+)
+def test_bad_inputs_are_refused(pump, spectra, rules, beam, words):
+    with pytest.raises(ImpactfemError, match=words):
+        spectrum_analysis(pump(beam), spectra, rules)
 
 
 def test_only_what_moves_a_mode_must_reach_it(pump):
@@ -172,21 +174,9 @@ def test_only_what_moves_a_mode_must_reach_it(pump):
         spectrum_analysis(device, [replace(short, component="z")])
 
 
-SPECTRUM = AnchorSpectrum(
-    "y", np.array([1.0, 20.0, 500.0]), np.array([0.0, 0.2]), np.array(2 * [[9.0, 9.0, 4.0]]), 4.0
-)
-
-
-@pytest.fixture
-def response(pump):
-    return spectrum_analysis(pump(), [SPECTRUM])
-
-
-def test_nothing_acts_along_x_under_y(response):
+def test_nothing_acts_along_x_under_y(pump):
     """But round-off."""
+    response = spectrum_analysis(pump(), [spectrum()])
     assert response.value("force x") < 1e-9 * response.value("force y")
-
-
-def test_an_unknown_quantity_is_refused(response):
     with pytest.raises(ImpactfemError, match="device pump: no quantity 'weight' was computed"):
         response.value("weight")

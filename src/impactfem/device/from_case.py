@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from impactfem.case import Case, DeviceAnalysis, DeviceBeam, DeviceSetup
+from impactfem.case import Case, DeviceAnalysis, DeviceSetup
 from impactfem.case.devices import RIGID, ModeRule, Rigid, RigidMethod
 from impactfem.device.combination import Gupta, LindleyYow, RigidResponse, Rules
 from impactfem.device.device import Device
@@ -30,7 +30,12 @@ def device_of(setup: DeviceSetup) -> Device:
             validation.
     """
     damping = 0.0 if setup.damping is None else setup.damping.rayleigh
-    body = _body(setup)
+    body = None
+    if setup.mass is not None and setup.mass_height is not None:
+        inertia = setup.inertia
+        if setup.shape is not None:
+            inertia = solid_cylinder(setup.mass, setup.shape.radius, setup.shape.length)
+        body = RigidBody.at_height(setup.mass, setup.mass_height, *(inertia or ()))
     if setup.modes is not None:
         rows = [
             TableMode(
@@ -55,10 +60,22 @@ def device_of(setup: DeviceSetup) -> Device:
         )
     if body is None or setup.stiffness is None:
         raise ValueError(f"device {setup.name} has no body, or no springs")
-    springs = BaseSprings.of_directions(
-        **{name: _number(getattr(setup.stiffness, name)) for name in COMPONENTS}
-    )
-    return on_springs(setup.name, springs, body, damping, _beam(setup.beam))
+    stiffness = {name: _number(getattr(setup.stiffness, name)) for name in COMPONENTS}
+    beam = None
+    if (given := setup.beam) is not None:
+        beam = Beam(
+            length=given.length,
+            bending_x=given.bending[0],
+            bending_y=given.bending[1],
+            shear_x=_number(given.shear[0]),
+            shear_y=_number(given.shear[1]),
+            stretching=_number(given.stretching),
+            twisting=_number(given.twisting),
+            mass=given.mass,
+            elements=given.elements,
+        )
+    springs = BaseSprings.of_directions(**stiffness)
+    return on_springs(setup.name, springs, body, damping, beam)
 
 
 def rules_of(analysis: DeviceAnalysis, maximum_frequency: float) -> dict[ModeRule, Rules]:
@@ -156,31 +173,6 @@ def _refuse_spectra(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis
             # A further method is left out where the spectra say too little for it.
             if method == first_method(every):
                 raise
-
-
-def _body(setup: DeviceSetup) -> RigidBody | None:
-    if setup.mass is None or setup.mass_height is None:
-        return None
-    inertia = setup.inertia
-    if setup.shape is not None:
-        inertia = solid_cylinder(setup.mass, setup.shape.radius, setup.shape.length)
-    return RigidBody.at_height(setup.mass, setup.mass_height, *(inertia or ()))
-
-
-def _beam(beam: DeviceBeam | None) -> Beam | None:
-    if beam is None:
-        return None
-    return Beam(
-        length=beam.length,
-        bending_x=beam.bending[0],
-        bending_y=beam.bending[1],
-        shear_x=_number(beam.shear[0]),
-        shear_y=_number(beam.shear[1]),
-        stretching=_number(beam.stretching),
-        twisting=_number(beam.twisting),
-        mass=beam.mass,
-        elements=beam.elements,
-    )
 
 
 def _number(stiffness: float | Rigid) -> float:

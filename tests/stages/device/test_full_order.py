@@ -1,25 +1,20 @@
 """Devices in full order: matrices, the shipped frame against SciPy, ranks, and interruptions."""
 
-from __future__ import annotations
-
 import pickle
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from mpi4py import MPI
-from numpy.typing import NDArray
 
 from impactfem.building.model import assemble_building
 from impactfem.device.modes import device_modes
-from impactfem.device.mounted import MountedDevice, MountedHistory
+from impactfem.device.mounted import MountedDevice
 from impactfem.reduction.loads import EdgeForce, Loads
 from impactfem.stages.device.full_order import (
-    FullSystem,
     full_checkpoints,
     full_system,
     remove_full_checkpoints,
@@ -29,8 +24,6 @@ from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
 from .full_on_ranks import histories
 
 SCRIPT = Path(__file__).with_name("full_on_ranks.py")
-Array = NDArray[np.float64]
-Found = tuple[tuple[MountedHistory, ...], tuple[MountedHistory, ...]]
 
 
 class KilledError(Exception):
@@ -38,7 +31,7 @@ class KilledError(Exception):
 
 
 @pytest.fixture(scope="session")
-def given(frame: Any, device: Any, base_plate: Any) -> dict[str, Any]:
+def given(frame, device, base_plate):
     case, parts = frame
     force, ground = shaken_and_hit()
     return {
@@ -60,12 +53,12 @@ def given(frame: Any, device: Any, base_plate: Any) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="session")
-def alone(given: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Found:
+def alone(given, tmp_path_factory):
     """On one rank, with one step in each of the loads."""
     return histories(MPI.COMM_SELF, given, tmp_path_factory.mktemp("alone"))
 
 
-def test_against_scipy(alone: Found, full: Any) -> None:
+def test_against_scipy(alone, full):
     """The same scheme on other matrices, with the coupling written down once more."""
     quiet, pounded = (one[0].force for one in alone)
     assert pounded.shape == full.shape
@@ -78,20 +71,14 @@ def test_against_scipy(alone: Found, full: Any) -> None:
     assert np.abs(quiet - pounded).max() > 0.1 * np.abs(full).max()
 
 
-def test_half_the_force_has_half_the_effect(
-    given: dict[str, Any], alone: Found, tmp_path: Path
-) -> None:
-    loads = given["loads"]
-    half = histories(
-        MPI.COMM_SELF, given | {"loads": replace(loads, force=0.5 * loads.force)}, tmp_path
-    )
+def test_half_the_force_has_half_the_effect(given, alone, tmp_path):
+    loads = replace(given["loads"], force=0.5 * given["loads"].force)
+    half = histories(MPI.COMM_SELF, given | {"loads": loads}, tmp_path)[1][0].force
     quiet, pounded = (one[0].force for one in alone)
-    assert half[1][0].force == pytest.approx(
-        0.5 * (quiet + pounded), abs=1e-7 * np.abs(pounded).max()
-    )
+    assert half == pytest.approx(0.5 * (quiet + pounded), abs=1e-7 * np.abs(pounded).max())
 
 
-def test_smaller_steps(given: dict[str, Any], alone: Found, tmp_path: Path) -> None:
+def test_smaller_steps(given, alone, tmp_path):
     """The error falls with the square of the step; the samples are those of the loads."""
     found = {1: alone[1][0].force} | {
         n: histories(MPI.COMM_SELF, given | {"substeps": n}, tmp_path / str(n))[1][0].force
@@ -102,9 +89,7 @@ def test_smaller_steps(given: dict[str, Any], alone: Found, tmp_path: Path) -> N
     assert coarse / fine == pytest.approx(4.0, rel=0.25)
 
 
-def test_goes_on_after_an_interruption(
-    given: dict[str, Any], alone: Found, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_goes_on_after_an_interruption(given, alone, tmp_path, caplog):
     """In the second of the two runs; the first one is not made again."""
 
     def progress(part: float) -> None:
@@ -127,30 +112,18 @@ def test_goes_on_after_an_interruption(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", [2, 3])
-def test_ranks(
-    given: dict[str, Any],
-    alone: Found,
-    under_mpirun: Callable[..., Any],
-    tmp_path: Path,
-    ranks: int,
-) -> None:
+def test_ranks(given, alone, under_mpirun, tmp_path, ranks):
     (tmp_path / "given").write_bytes(pickle.dumps(given))
     ended = under_mpirun(ranks, sys.executable, SCRIPT, tmp_path / "given", tmp_path)
     assert ended.returncode == 0, ended.stderr
-    many: Found = pickle.loads((tmp_path / "found").read_bytes())
+    many = pickle.loads((tmp_path / "found").read_bytes())
     for one, other in zip((*many[0], *many[1]), (*alone[0], *alone[1]), strict=True):
         difference = np.abs(one.force - other.force).max() / np.abs(other.force).max()
         assert 0.0 < difference < 1e-8
 
 
-@dataclass
-class Made:
-    system: FullSystem
-    ground: Array
-
-
 @pytest.fixture(scope="module")
-def made(frame: Any, device: Any, base_plate: Any) -> Iterator[Made]:
+def made(frame, device, base_plate):
     case, parts = frame
     loads = Loads(
         time_step=1e-3,
@@ -170,10 +143,10 @@ def made(frame: Any, device: Any, base_plate: Any) -> Iterator[Made]:
         eccentricity=0.0,
         damping=case.building("F").damping.rayleigh,
     ) as system:
-        yield Made(system, assemble_building(MPI.COMM_SELF, parts).ground)
+        yield SimpleNamespace(system=system, ground=assemble_building(MPI.COMM_SELF, parts).ground)
 
 
-def test_rows(made: Made, device: Any) -> None:
+def test_rows(made, device):
     """The device's modes come last."""
     system = made.system
     n, modes = system.M.getSize()[0], device_modes(device).frequency.size
@@ -182,7 +155,7 @@ def test_rows(made: Made, device: Any) -> None:
 
 
 @pytest.mark.parametrize("component", [0, 1, 2])
-def test_ground_moves_the_device_too(made: Made, device: Any, component: int) -> None:
+def test_ground_moves_the_device_too(made, device, component):
     """Its mass with the building's, rigidly: by the rows of translations along the ground."""
     system = made.system
     along = np.zeros(len(system.patterns))
@@ -193,7 +166,7 @@ def test_ground_moves_the_device_too(made: Made, device: Any, component: int) ->
     assert system.patterns[:, 3] @ along == pytest.approx(-1.0 if component == 1 else 0.0)
 
 
-def test_matrices(made: Made, device: Any, frame: Any) -> None:
+def test_matrices(made, device, frame):
     """Symmetric; what is damped beside Rayleigh's damping is the device alone."""
     system = made.system
     K, M, C = (scipy_matrix(one) for one in (system.K, system.M, system.C))

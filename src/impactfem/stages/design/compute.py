@@ -177,7 +177,7 @@ def run_design(
         motions=tuple(with_result),
         failed=failed,
         edges=tuple(sorted({edge.floor for edge in edges})),
-        devices=tuple(s.name for s in supports_of(equipment.devices)) if equipment else (),
+        devices=tuple(s.name for s in supports_of(equipment.plans)) if equipment else (),
         analysis=choice_of(equipment).label if equipment else "",
         results=stacked(with_result, found, failed),
     )

@@ -51,17 +51,17 @@ class Support:
         return f"{word} at anchor {self.number}" if self.several else word
 
 
-def supports_of(devices: Sequence[Device]) -> tuple[Support, ...]:
+def supports_of(plans: Sequence[SpectrumPlan]) -> tuple[Support, ...]:
     """All supports, device by device."""
     return tuple(
         Support(
             device=k,
             number=number,
-            name=f"{device.name}_{number}" if device.anchors > 1 else device.name,
-            several=device.anchors > 1,
+            name=f"{one.name}_{number}" if one.anchors > 1 else one.name,
+            several=one.anchors > 1,
         )
-        for k, device in enumerate(devices)
-        for number in range(1, device.anchors + 1)
+        for k, one in enumerate(plan.device for plan in plans)
+        for number in range(1, one.anchors + 1)
     )
 
 
@@ -117,7 +117,7 @@ class Analyst:
             SolutionError: The result is not finite, or action and reaction differ.
         """
         model = self.model
-        supports = supports_of([plan.device for plan in self.plans])
+        supports = supports_of(self.plans)
         places = [
             [i for i, one in enumerate(supports) if one.device == k] for k in range(len(self.plans))
         ]

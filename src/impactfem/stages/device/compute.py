@@ -18,7 +18,6 @@ from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.force_history import ForceHistory, read_forces
 from impactfem.coupling.from_case import calibration_of
-from impactfem.device.device import Device
 from impactfem.device.from_case import checked_devices, rules_of
 from impactfem.device.mounted import MountedDevice
 from impactfem.device.spectrum import given_spectra
@@ -41,16 +40,14 @@ from impactfem.system.parallel import communicator, on_root
 class Prepared:
     """What a run needs beside the matrices."""
 
-    parts: BuildingParts  # the building
+    parts: BuildingParts
     storey_factor: float  # factor on walls and columns
-    devices: tuple[Device, ...]  # the devices
     base_plates: tuple[BasePlate, ...]  # where they are anchored, one for each anchor of each
     points: CoveredPoints  # further points, which envelopes of spectra cover
     plans: tuple[SpectrumPlan, ...]  # response spectrum analyses of each
     own: Rayleigh  # damping of the building, α [1/s] and β [s]
-    forces: ForceHistory  # impact forces with the building's own damping
-    loads: Loads  # they and the ground motion, at the step of the 3D model
-    motions: tuple[GroundMotion, ...]  # the ground motions
+    loads: Loads  # ground motion and impact forces with that damping, at the step of the 3D model
+    motions: tuple[GroundMotion, ...]
     # contact laws that left their restitution to the impact on the wall; empty where none did
     calibrated_laws: frozenset[str] = frozenset()
     # what that gave by damping case; empty where there is none
@@ -86,11 +83,9 @@ def prepare(
     path = transient.forces or forces_file
     forces = read_forces(path)
     motions = tuple(ground_motions(case.motions))
-    devices = tuple(checked_devices(case))
     return Prepared(
         parts=parts,
         storey_factor=storey_factor,
-        devices=devices,
         base_plates=find_base_plates(case, parts.mesh),
         points=covered_points(case, parts.mesh),
         plans=tuple(
@@ -102,10 +97,9 @@ def prepare(
                 supports=analysis.supports,
                 given=given_spectra(setup.spectra or ()),
             )
-            for device, setup in zip(devices, case.devices, strict=True)
+            for device, setup in zip(checked_devices(case), case.devices, strict=True)
         ),
         own=case.building(structure.building).damping.rayleigh,
-        forces=forces,
         loads=case_loads(
             case, parts.mesh, motions, forces, path, transient.duration or float(forces.time[-1])
         ),
@@ -149,7 +143,7 @@ class DeviceStudy:
     @property
     def supports(self) -> tuple[Support, ...]:
         """The anchors of all devices, which results are told of."""
-        return supports_of(self.prepared.devices)
+        return supports_of(self.prepared.plans)
 
     @property
     def direction(self) -> int:
@@ -219,7 +213,7 @@ def _full_order(
             prepared.parts.mesh,
             prepared.storey_factor,
             prepared.base_plates,
-            [MountedDevice(one.name, one) for one in prepared.devices],
+            [MountedDevice(plan.device.name, plan.device) for plan in prepared.plans],
             loads,
             eccentricity=transient.eccentricity,
             damping=prepared.own,

@@ -145,7 +145,18 @@ def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dat
         beyond = MARGIN * float(max(width, depth))
         left.set_xlim(x - beyond, x + width + beyond)
         left.set_ylim(y - beyond, y + depth + beyond)
-        _base_plate(right, floor, point, count)
+        nodes = floor.anchor_nodes(point, count)
+        spokes = np.stack([np.broadcast_to(point[:2], nodes.shape), nodes], axis=1)
+        _lines(right, floor.mesh(), "0.75", 0.8, "mesh")
+        _lines(right, floor.beams(), ORANGE, 1.6, "beams")
+        _lines(right, spokes, GREEN, 2.0, "rigid links")
+        right.plot(*nodes.T, "s", color=BLUE, ms=5, label="nodes")
+        right.plot(*point[:2], "o", color=RED, ms=6)
+        reach = float(np.linalg.norm(nodes - point[:2], axis=1).max())
+        cell = float(np.ptp(floor.nodes[floor.cells[:, :3]], axis=1).max())
+        half = max(2.0 * reach, 1.5 * cell)
+        right.set_xlim(point[0] - half, point[0] + half)
+        right.set_ylim(point[1] - half, point[1] + half)
         for panel in axes:
             panel.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
             panel.grid(False)
@@ -154,21 +165,6 @@ def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dat
             labelled |= dict(zip(*reversed(panel.get_legend_handles_labels()), strict=True))
         drawn.legend(list(labelled.values()), list(labelled), loc="outside upper center", ncols=5)
         letter(axes)
-
-
-def _base_plate(panel: Axes, floor: Floor, point: Array, count: int) -> None:
-    nodes = floor.anchor_nodes(point, count)
-    spokes = np.stack([np.broadcast_to(point[:2], nodes.shape), nodes], axis=1)
-    _lines(panel, floor.mesh(), "0.75", 0.8, "mesh")
-    _lines(panel, floor.beams(), ORANGE, 1.6, "beams")
-    _lines(panel, spokes, GREEN, 2.0, "rigid links")
-    panel.plot(*nodes.T, "s", color=BLUE, ms=5, label="nodes")
-    panel.plot(*point[:2], "o", color=RED, ms=6)
-    reach = float(np.linalg.norm(nodes - point[:2], axis=1).max())
-    cell = float(np.ptp(floor.nodes[floor.cells[:, :3]], axis=1).max())
-    half = max(2.0 * reach, 1.5 * cell)
-    panel.set_xlim(point[0] - half, point[0] + half)
-    panel.set_ylim(point[1] - half, point[1] + half)
 
 
 def _lines(panel: Axes, lines: Array, colour: str, width: float, label: str) -> None:
