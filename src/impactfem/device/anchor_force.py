@@ -53,7 +53,7 @@ class Quantities:
     """
 
     names: tuple[str, ...]  # what they are, n_q of them
-    units: tuple[str, ...]  # their units
+    units: tuple[str, ...]
     own: Array  # c, shape (n_q, n)
     acceleration: Array  # d, shape (n_q, 6 p)
     displacement: Array  # e, shape (n_q, 6 p)

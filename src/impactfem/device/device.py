@@ -76,7 +76,7 @@ class Device:
             message names the motion.
     """
 
-    name: str  # name of the device
+    name: str
     motions: tuple[str, ...]  # names of the own coordinates, n of them
     M: Array  # mass, symmetric, not indefinite, shape (n, n) [kg, kg m, kg m2]
     K: Array  # stiffness, symmetric and positive definite, shape (n, n) [N/m, N, N m]

@@ -47,7 +47,7 @@ MASSLESS_DAMPING = 1e-9
 class MountedDevice:
     """A device and where it stands."""
 
-    name: str  # its name
+    name: str
     device: Device | RigidBody  # the device; a rigid body alone is one mass at its anchor
     at: tuple[Place, ...] = ()  # body and port of each anchor; none for matrices alone
 
@@ -104,7 +104,7 @@ class MountedDevice:
 class MountedHistory:
     """One device, at the samples of the loads."""
 
-    name: str  # its name
+    name: str
     # F of the device on the floor at its anchors, shape (6 p, n_t) [N, N m]: N, F and M of its
     # base. The floor's on the device is -F
     force: Array

@@ -43,7 +43,7 @@ Array = npt.NDArray[np.float64]
 class InputResponse:
     """Response to one component of one anchor."""
 
-    spectrum: AnchorSpectrum  # the input
+    spectrum: AnchorSpectrum
     # pseudo-acceleration S of each mode, shape (m,) [m/s2, rad/s2]; 0 for a mode that the component
     # does not move
     ordinate: Array
@@ -59,8 +59,8 @@ class InputResponse:
 class SpectrumResponse:
     """Largest responses of a device."""
 
-    device: str  # its name
-    modes: DeviceModes  # the modes used
+    device: str
+    modes: DeviceModes
     quantities: Quantities  # what was computed, n_q quantities
     inputs: tuple[InputResponse, ...]  # the part of each input
     columns: tuple[int, ...]  # which component of the anchors each input is

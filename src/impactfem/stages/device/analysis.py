@@ -69,7 +69,7 @@ def supports_of(plans: Sequence[SpectrumPlan]) -> tuple[Support, ...]:
 class DeviceResult:
     """One device at one of its anchors under one load."""
 
-    support: Support  # the anchor
+    support: Support
     detailed: MountedHistory  # its response in the 3D model; forces and motions of this anchor
     # absolute acceleration of the anchor without the device, shape (6, n_t) [m/s2, rad/s2]
     anchor: Array

@@ -82,7 +82,7 @@ def prepare(
     parts, _, _ = read_parts(case, mesh_file)
     path = transient.forces or forces_file
     forces = read_forces(path)
-    motions = tuple(ground_motions(case.motions))
+    motions, devices = tuple(ground_motions(case.motions)), checked_devices(case)
     return Prepared(
         parts=parts,
         storey_factor=storey_factor,
@@ -97,7 +97,7 @@ def prepare(
                 supports=analysis.supports,
                 given=given_spectra(setup.spectra or ()),
             )
-            for device, setup in zip(checked_devices(case), case.devices, strict=True)
+            for device, setup in zip(devices, case.devices, strict=True)
         ),
         own=case.building(structure.building).damping.rayleigh,
         loads=case_loads(
@@ -120,7 +120,7 @@ class DampedStudy:
     """The devices with one damping of the buildings."""
 
     name: str  # name of the damping case
-    damping: Rayleigh  # the damping
+    damping: Rayleigh
     epsilon: float | None  # restitution of the pounding; None where the laws kept theirs
     calibrated: bool  # whether it comes from the impact on the wall with this damping
     loads: Loads  # ground motion and impacts
@@ -132,11 +132,11 @@ class DampedStudy:
 class DeviceStudy:
     """What the stage computed."""
 
-    case: Case  # the case
+    case: Case
     prepared: Prepared  # what it was given
-    model: CompleteModel  # the reduced model
+    model: CompleteModel
     cases: tuple[DampedStudy, ...]  # the devices by damping; that of the building's own first
-    # With the detailed analysis in full order the largest relative difference of a peak force by
+    # with the detailed analysis in full order the largest relative difference of a peak force by
     # the reduced model from it, both at the same step; None otherwise
     full_error: float | None = None
 

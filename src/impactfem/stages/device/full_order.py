@@ -53,7 +53,7 @@ class FullSystem(Held):
     M: Any  # mass, PETSc AIJ
     C: Any  # C₊, PETSc AIJ
     patterns: Array  # patterns of the loads at this rank's rows, shape (n_local, n_patterns)
-    devices: tuple[MountedDevice, ...]  # the devices
+    devices: tuple[MountedDevice, ...]
     attached: Attached  # their matrices
     rows: Index  # global rows that W has columns for, shape (N,)
     W: Array  # from these rows to y, shape (N, N)

@@ -69,7 +69,7 @@ Analyses = dict[SpectrumChoice, SpectrumResponse]
 class SpectrumPlan:
     """What is done with the spectra of a device's anchors."""
 
-    device: Device  # the device
+    device: Device
     rules: Mapping[ModeRule, Rules]  # by combination of the modes and method of their rigid part
     rotations: bool  # whether analyses with rotational spectra are done, too
     broadening: float  # of the peaks of spectra for further analyses; none when 0
