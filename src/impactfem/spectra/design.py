@@ -178,19 +178,12 @@ LARGEST_DAMPING = 0.10
 
 @dataclass(frozen=True)
 class ClippedPeak:
-    """A peak that was reduced.
+    """A peak that was reduced."""
 
-    Args:
-        frequency: Of the peak [Hz].
-        bandwidth: B of (2) [-].
-        before: Its amplitude P, in the unit of the spectrum.
-        after: What it was reduced to.
-    """
-
-    frequency: float
-    bandwidth: float
-    before: float
-    after: float
+    frequency: float  # of the peak [Hz]
+    bandwidth: float  # B of (2) [-]
+    before: float  # its amplitude P, in the unit of the spectrum
+    after: float  # what it was reduced to
 
 
 def clip_peaks(

@@ -43,27 +43,16 @@ _SERIES_TERMS = 20  # 1 / 21! is below the round-off of the sum for |y| <= 1
 
 @dataclass(frozen=True)
 class StepCoefficients:
-    """The coefficients of equations (2) to (4), one entry an oscillator.
+    """The coefficients of equations (2) to (4), one entry an oscillator."""
 
-    Args:
-        omega: Circular frequency ω, shape (n,) [rad/s].
-        xi: Damping ratio ξ, shape (n,) [-].
-        omega_d: Damped circular frequency ω_d, shape (n,) [rad/s].
-        time_step: Step h [s].
-        rate: λ, shape (n,) [1/s].
-        propagator: e^(λh), shape (n,) [-].
-        input_gain: -h φ1², what a sample adds to the shifted state, shape (n,) [s].
-        feedthrough: -h φ2, so that z_n = w_n + feedthrough a_n, shape (n,) [s].
-    """
-
-    omega: FloatArray
-    xi: FloatArray
-    omega_d: FloatArray
-    time_step: float
-    rate: ComplexArray
-    propagator: ComplexArray
-    input_gain: ComplexArray
-    feedthrough: ComplexArray
+    omega: FloatArray  # circular frequency ω, shape (n,) [rad/s]
+    xi: FloatArray  # damping ratio ξ, shape (n,) [-]
+    omega_d: FloatArray  # damped circular frequency ω_d, shape (n,) [rad/s]
+    time_step: float  # step h [s]
+    rate: ComplexArray  # λ, shape (n,) [1/s]
+    propagator: ComplexArray  # e^(λh), shape (n,) [-]
+    input_gain: ComplexArray  # -h φ1², what a sample adds to the shifted state, shape (n,) [s]
+    feedthrough: ComplexArray  # -h φ2, so that z_n = w_n + feedthrough a_n, shape (n,) [s]
 
     @property
     def acceleration_gain(self) -> ComplexArray:
@@ -159,23 +148,14 @@ def phi_functions(y: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
 
 @dataclass(frozen=True)
 class OscillatorResponse:
-    """Histories of oscillators at the samples of the record, at rest before its first sample.
+    """Histories of oscillators at the samples of the record, at rest before its first sample."""
 
-    Args:
-        time: Shape (n,) [s], from 0.
-        frequency: Shape (n_f,) [Hz].
-        damping: Shape (n_d,) [-].
-        relative_displacement: x, shape (n_d, n_f, n) [m].
-        relative_velocity: x', shape (n_d, n_f, n) [m/s].
-        absolute_acceleration: x'' + a, shape (n_d, n_f, n) [m/s2].
-    """
-
-    time: FloatArray
-    frequency: FloatArray
-    damping: FloatArray
-    relative_displacement: FloatArray
-    relative_velocity: FloatArray
-    absolute_acceleration: FloatArray
+    time: FloatArray  # shape (n,) [s], from 0
+    frequency: FloatArray  # shape (n_f,) [Hz]
+    damping: FloatArray  # shape (n_d,) [-]
+    relative_displacement: FloatArray  # x, shape (n_d, n_f, n) [m]
+    relative_velocity: FloatArray  # x', shape (n_d, n_f, n) [m/s]
+    absolute_acceleration: FloatArray  # x'' + a, shape (n_d, n_f, n) [m/s2]
 
 
 def oscillator_response(

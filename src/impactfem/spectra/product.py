@@ -36,19 +36,12 @@ AXES = ("motion", "damping", "station", "direction", "frequency")
 
 @dataclass(frozen=True)
 class Station:
-    """Where spectra are given: points on a floor.
+    """Where spectra are given: points on a floor."""
 
-    Args:
-        building: Name of the building.
-        floor: Its number.
-        points: The points on it in words, at least one.
-        elevation: Of the points [m]; nan when they differ.
-    """
-
-    building: str
-    floor: str
-    points: tuple[str, ...]
-    elevation: float = float("nan")
+    building: str  # name of the building
+    floor: str  # its number
+    points: tuple[str, ...]  # the points on it in words, at least one
+    elevation: float = float("nan")  # of the points [m]; nan when they differ
 
     @property
     def label(self) -> str:
@@ -58,31 +51,20 @@ class Station:
 
 @dataclass(frozen=True, eq=False)
 class FloorSpectrumSet:
-    """Computed floor response spectra with everything that says what they are.
+    """Computed floor response spectra with everything that says what they are."""
 
-    Args:
-        frequency: Ascending, shape (n_f,) [Hz].
-        damping: Damping ratios of the oscillators, shape (n_d,) [-].
-        stations: n_s places.
-        directions: n_x names, "x", "y" or "z".
-        psa: Pseudo-acceleration, shape (n_m, n_d, n_s, n_x, n_f) [m/s2], one for each motion.
-        zpa: Zero-period acceleration, the largest acceleration of the floor, shape
-            (n_m, n_s, n_x) [m/s2].
-        motions: Names of the n_m motions.
-        title: Of the case.
-        method: How they were computed, in words.
-        over: Where the motion stands for a statistic over several, that in words; else empty.
-    """
-
-    frequency: FloatArray
-    damping: FloatArray
-    stations: tuple[Station, ...]
-    directions: tuple[str, ...]
+    frequency: FloatArray  # ascending, shape (n_f,) [Hz]
+    damping: FloatArray  # damping ratios of the oscillators, shape (n_d,) [-]
+    stations: tuple[Station, ...]  # n_s places
+    directions: tuple[str, ...]  # n_x names, "x", "y" or "z"
+    # pseudo-acceleration, shape (n_m, n_d, n_s, n_x, n_f) [m/s2], one for each motion
     psa: FloatArray
+    # zero-period acceleration, the largest acceleration of the floor, shape (n_m, n_s, n_x) [m/s2]
     zpa: FloatArray
-    motions: tuple[str, ...]
-    title: str
-    method: str
+    motions: tuple[str, ...]  # names of the n_m motions
+    title: str  # of the case
+    method: str  # how they were computed, in words
+    # where the motion stands for a statistic over several, that in words; else empty
     over: str = ""
 
     def __post_init__(self) -> None:
@@ -194,33 +176,23 @@ class FloorSpectrumSet:
 
 @dataclass(frozen=True, eq=False)
 class DesignFloorSpectra:
-    """Design floor response spectra, and the computed ones they were made of.
+    """Design floor response spectra, and the computed ones they were made of."""
 
-    Args:
-        source: The computed spectra of each motion.
-        frequency: Ascending, shape (n,) [Hz]: the list of the source, and the corners of plateaus.
-        psa: Broadened pseudo-acceleration, shape (n_d, n_s, n_x, n) [m/s2].
-        raw: The statistic over the motions, at the list of the source, shape
-            (n_d, n_s, n_x, n_f) [m/s2].
-        zpa: The same statistic of the zero-period acceleration, shape (n_s, n_x) [m/s2].
-        rigid: Frequency from which on ``raw`` stays within 5 % of ``zpa``, shape (n_d, n_s, n_x)
-            [Hz]; nan where the list ends before.
-        broadening: l and u [-].
-        clipping: Whether narrow peaks were to be reduced.
-        clipped: The peaks that were, by damping, station and direction.
-        statistic: Over the motions.
-    """
-
-    source: FloorSpectrumSet
+    source: FloorSpectrumSet  # the computed spectra of each motion
+    # ascending, shape (n,) [Hz]: the list of the source, and the corners of plateaus
     frequency: FloatArray
-    psa: FloatArray
+    psa: FloatArray  # broadened pseudo-acceleration, shape (n_d, n_s, n_x, n) [m/s2]
+    # the statistic over the motions, at the list of the source, shape (n_d, n_s, n_x, n_f) [m/s2]
     raw: FloatArray
-    zpa: FloatArray
+    zpa: FloatArray  # the same statistic of the zero-period acceleration, shape (n_s, n_x) [m/s2]
+    # frequency from which on `raw` stays within 5 % of `zpa`, shape (n_d, n_s, n_x) [Hz]; nan
+    # where the list ends before
     rigid: FloatArray
-    broadening: tuple[float, float]
-    clipping: bool
+    broadening: tuple[float, float]  # l and u [-]
+    clipping: bool  # whether narrow peaks were to be reduced
+    # the peaks that were, by damping, station and direction
     clipped: dict[tuple[int, ...], tuple[ClippedPeak, ...]]
-    statistic: Statistic
+    statistic: Statistic  # over the motions
 
     @property
     def motions_text(self) -> str:
