@@ -427,12 +427,13 @@ def _quadratic(points: Array, parts: list[Shells | Beams]) -> tuple[Array, list[
     for k, e in enumerate(ends):
         if first_order[k]:
             numbers = []
-            for a, b in e.reshape(-1, 2).tolist():
+            # The first sides of all cells, then the second ones.
+            for a, b in e.transpose(1, 0, 2).reshape(-1, 2).tolist():
                 if (a, b) not in middles:
                     middles[a, b] = len(points) + len(added)
                     added.append((a, b))
                 numbers.append(middles[a, b])
-            cells[k] = np.hstack([cells[k], np.array(numbers).reshape(len(cells[k]), -1)])
+            cells[k] = np.hstack([cells[k], np.array(numbers).reshape(-1, len(cells[k])).T])
     new = points[np.array(added, dtype=np.int64).reshape(-1, 2)].mean(axis=1)
     return np.concatenate([points, new]), cells
 
