@@ -115,27 +115,6 @@ class Numbering:
     owned: Ints  #: Nodes of this rank's rows in their order, shape (n_owned,).
 
 
-def number_nodes(comm: Any, n_nodes: int, cells: list[Ints], parts: list[Ints]) -> Numbering:
-    """Give each node to the lowest rank that has a cell with it.
-
-    Cells are one array (m, k) of nodes for each kind, parts one array (m,) of their ranks.
-
-    Raises:
-        SolutionError: A node belongs to no cell.
-    """
-    owner = np.full(n_nodes, comm.size, dtype=np.int64)
-    for nodes, ranks in zip(cells, parts, strict=True):
-        np.minimum.at(owner, nodes.ravel(), np.repeat(ranks, nodes.shape[1]))
-    if np.any(owner == comm.size):
-        alone = int(np.argmax(owner == comm.size))
-        raise SolutionError(f"node {alone} belongs to no shell and no beam")
-    order = np.argsort(owner, kind="stable")
-    place = np.empty(n_nodes, dtype=np.int64)
-    place[order] = np.arange(n_nodes)
-    first, last = np.searchsorted(owner[order], [comm.rank, comm.rank + 1])
-    return Numbering(comm, place, order[first:last])
-
-
 @dataclass(frozen=True)
 class Share:
     """A rank's share of a building."""
@@ -167,7 +146,18 @@ def shared_out(comm: Any, parts: BuildingParts) -> Share:
     weights = np.concatenate([np.full(len(k.cells), float(k.cells.shape[1])) for k in kinds])
     joint = bisect(centres, weights, comm.size)
     ranks = np.split(joint, np.cumsum([len(kind.cells) for kind in kinds])[:-1])
-    numbering = number_nodes(comm, len(mesh.nodes), [kind.cells for kind in kinds], ranks)
+    # Each node is of the lowest rank that has a cell with it.
+    owner = np.full(len(mesh.nodes), comm.size, dtype=np.int64)
+    for kind, rank in zip(kinds, ranks, strict=True):
+        np.minimum.at(owner, kind.cells.ravel(), np.repeat(rank, kind.cells.shape[1]))
+    if np.any(owner == comm.size):
+        alone = int(np.argmax(owner == comm.size))
+        raise SolutionError(f"node {alone} belongs to no shell and no beam")
+    order = np.argsort(owner, kind="stable")
+    place = np.empty(len(mesh.nodes), dtype=np.int64)
+    place[order] = np.arange(len(mesh.nodes))
+    first, last = np.searchsorted(owner[order], [comm.rank, comm.rank + 1])
+    numbering = Numbering(comm, place, order[first:last])
     cells_here = [np.flatnonzero(rank == comm.rank) for rank in ranks]
     return Share(kinds, cells_here, numbering, mesh.base)
 
