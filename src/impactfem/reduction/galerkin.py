@@ -11,8 +11,7 @@ All come from the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
 
 So the space holds the response with all, none or some of the points at rest, as component modes of
 a free and a fixed interface do (Craig and Bampton, AIAA Journal 6 (1968) 1313); the model on it is
-Galerkin's. Krylov vectors of all contact forces would do, too, but take many
-times as many.
+Galerkin's. Krylov vectors of all contact forces would do, too, but take many times as many.
 """
 
 from __future__ import annotations

@@ -55,7 +55,6 @@ class BuildingStudy:
     masses: FloorMasses  #: Masses of the floors.
     report: MeshReport  #: Report of the mesh.
     factor: float  #: Storey stiffness factor.
-    n_free: int  #: Number of free degrees of freedom.
     frequency: Array  #: Of the modes, shape (n_modes,) [Hz].
     #: Displacements of all nodes in each mode with φᵀ M φ = 1, shape (n_modes, n_nodes, 3); without
     #: nodes on other ranks than 0.
@@ -103,7 +102,6 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
         masses=masses,
         report=report,
         factor=factor,
-        n_free=model.n_free,
         frequency=result.frequency,
         shapes=_gathered(model, result.shapes),
         participation=comm.allreduce(result.shapes.T @ ground),
