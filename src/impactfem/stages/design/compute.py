@@ -42,7 +42,7 @@ from impactfem.stages.device.analysis import Analyst, supports_of
 from impactfem.stages.device.compute import Prepared as DevicePrepared
 from impactfem.stages.device.compute import analyst_of
 from impactfem.stages.device.spectrum_plan import SpectrumChoice, headline_of
-from impactfem.stages.ensemble.compute import Member, member_key, members_of
+from impactfem.stages.ensemble.compute import member_key, members_of
 from impactfem.stages.stores import of_run
 from impactfem.stages.transient.prepared import Prepared, transient_of
 from impactfem.system.errors import ImpactfemError
@@ -113,7 +113,9 @@ def run_design(
     whole = on_root(
         lambda: read_whole_floors(folder / "transient_maps.nc", probes["elevation"].values)
     )
-    members = carried_members(case)
+    # The first of the ensemble.
+    count = 0 if case.ensemble is None else case.ensemble.structure_motions
+    members = members_of(case)[:count] if count else []
     key = hashlib.sha256(f"{key}{_search_key(whole)}".encode()).hexdigest()
     keys = {member.name: member_key(member, key) for member in members}
     files = {name: folder / FOLDER / f"{name}.npz" for name in keys}
@@ -150,7 +152,16 @@ def run_design(
     spectra = None
     if whole is not None and comm.rank == 0:
         with step("vertices"):
-            spectra = _of_vertices(case, prepared, _basis_of(reduced), whole)
+            basis, own = _basis_of(reduced), prepared.loads
+            modal = modal_histories(basis, own, prepared.damping).acceleration
+            records = point_records(basis, own, modal, whole.governing)
+            spectra = record_spectra(records, own.time_step, case.spectra)
+        LOGGER.info(
+            "design: %d vertices govern the envelopes of the floors, each along one direction, of"
+            " %d vertices",
+            len(whole.governing),
+            whole.vertices.sum(),
+        )
     if waiting:
         carrier = None
         if comm.rank == 0:
@@ -184,12 +195,6 @@ def run_design(
     return DesignStudy(probes, whole, spectra, ensemble)
 
 
-def carried_members(case: Case) -> list[Member]:
-    """The members that are carried through the 3D building: the first of the ensemble."""
-    count = 0 if case.ensemble is None else case.ensemble.structure_motions
-    return members_of(case)[:count] if count else []
-
-
 def choice_of(equipment: DevicePrepared) -> SpectrumChoice:
     """The response spectrum analysis that counts: translations, spectra as computed."""
     return headline_of(equipment.plans[0].rules)
@@ -208,22 +213,6 @@ def _basis_of(reduced: ReducedBuilding | None) -> ReducedBasis:
     if reduced is None:
         raise ValueError("rank 0 has the reduced building")
     return reduced.basis
-
-
-def _of_vertices(
-    case: Case, prepared: Prepared, basis: ReducedBasis, whole: WholeFloors
-) -> ResponseSpectra:
-    """Spectra of the vertices that govern under the case's own motion."""
-    loads = prepared.loads
-    modal = modal_histories(basis, loads, prepared.damping).acceleration
-    records = point_records(basis, loads, modal, whole.governing)
-    LOGGER.info(
-        "design: %d vertices govern the envelopes of the floors, each along one direction, of %d"
-        " vertices",
-        len(whole.governing),
-        whole.vertices.sum(),
-    )
-    return record_spectra(records, loads.time_step, case.spectra)
 
 
 def _carrier(

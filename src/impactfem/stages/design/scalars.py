@@ -26,7 +26,16 @@ def design_scalars(store: xr.Dataset) -> list[Scalar]:
     """
     axis, members = str(store.attrs["shown_direction"]), "motion" in store.dims
     shown = store.isel(damping=0).sel(direction=axis)
-    own, ensemble = [], _of_members(shown) if members else []
+    own: list[Scalar] = []
+    ensemble: list[Scalar] = []
+    if members:
+        failed = names_of(store, "failed")
+        error = float(store["member_basis_error"].max())
+        ensemble = [
+            Scalar("ensemble3d.members", float(store.sizes["motion"]), "-"),
+            Scalar("ensemble3d.failed", float(len(failed)), "-", "; ".join(failed)),
+            Scalar("ensemble3d.basis_error", error, "-", "transfer functions at the points"),
+        ]
     for s, number in enumerate(store["station_floor"].values):
         one, name = shown.isel(station=s), f"frs.floor_{number}"
         note = _points(one, int(one["vertex_count"]))
@@ -53,16 +62,6 @@ def design_scalars(store: xr.Dataset) -> list[Scalar]:
 def largest_impact(store: xr.Dataset) -> Array:
     """Largest force of the sticks on the building, shape (n_m,) [N]; 0 without contact pairs."""
     return np.asarray(store["member_impact_force"].values.max(axis=1, initial=0.0))
-
-
-def _of_members(store: xr.Dataset) -> list[Scalar]:
-    failed = names_of(store, "failed")
-    error = float(store["member_basis_error"].max())
-    return [
-        Scalar("ensemble3d.members", float(store.sizes["motion"]), "-"),
-        Scalar("ensemble3d.failed", float(len(failed)), "-", "; ".join(failed)),
-        Scalar("ensemble3d.basis_error", error, "-", "transfer functions at the points"),
-    ]
 
 
 def _of_devices(store: xr.Dataset, axis: str) -> list[Scalar]:
