@@ -13,9 +13,19 @@ from impactfem import study
 from impactfem.case import Case, load_case
 from impactfem.run.estimate import estimate
 from impactfem.run.stages import STAGES
+from impactfem.stages.pounding.stage import POUNDING
 from impactfem.system.errors import InputError
 from two_models import BUILDINGS, CASE, DEVICE, PROBE, WALL, write_case
 
+CALIBRATION = """
+[calibration]
+targets = "targets.csv"
+direction = "y"
+stiffness_factor = [0.01, 1]
+rigid_depth = "0.3 m"
+height = "6 m"
+from_structure = true
+"""
 FULL = (WALL, DEVICE, PROBE)
 DAMPED = '\n[[damping_cases]]\nname = "light"\nratio = "2 %"\nfrequencies = ["1 Hz", "20 Hz"]\n'
 
@@ -106,19 +116,34 @@ def test_every_fault_of_both(tmp_path: Path, edited: Callable[..., Path]) -> Non
     }
 
 
-@pytest.mark.parametrize(("changed", "kept"), [(0, 1), (1, 0)])
-def test_another_model_computes_nothing_of_the_other(case: Case, changed: int, kept: int) -> None:
-    """A stage of one building depends on its own 3D model; what serves both on neither."""
+def test_sticks_depend_on_the_models_whose_modes_are_their_targets(tmp_path: Path) -> None:
+    (tmp_path / "targets.csv").write_text(
+        "building,mode,frequency [Hz],effective_mass [t]\nB,1,3,50\n", encoding="utf-8"
+    )
+    case = load_case(write_case(tmp_path, CALIBRATION))
+    for changed, depends in ((0, False), (1, True)):
+        assert (POUNDING.key(with_more_modes(case, changed)) != POUNDING.key(case)) == depends
+    assert [stage.labels(case) for stage in POUNDING.needs(case)] == [("B/building",)]
+
+
+def with_more_modes(case: Case, changed: int) -> Case:
+    """The case with another 3D model of its first or its second building."""
     structures = list(case.structures)
     structures[changed] = structures[changed].model_copy(update={"modes": 9})
-    other = case.model_copy(
+    return case.model_copy(
         update={"structure": structures[0], "further_structures": tuple(structures[1:])}
     )
+
+
+@pytest.mark.parametrize("changed", [0, 1])
+def test_another_model_computes_nothing_of_the_other(case: Case, changed: int) -> None:
+    """A stage of one building depends on its own 3D model; what serves both on neither."""
+    other = with_more_modes(case, changed)
     for stage in STAGES:
         for k, view in enumerate(case.views if stage.each else ()):
             if stage.lacks(view) is None:
                 same = stage.key(view) == stage.key(other.views[k])
-                assert same == (k == kept), (stage.name, view.structure.building)
+                assert same == (k != changed), (stage.name, view.structure.building)
         if not stage.each and stage.lacks(case) is None:
             assert stage.key(case) == stage.key(other)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from impactfem.case import Case
@@ -47,8 +48,16 @@ def _draw(case: Case, folder: Path) -> list[Path]:
 
 
 def _needs(case: Case) -> tuple[Stage, ...]:
-    needed = {BUILDING: from_structure(case), CALIBRATE: asks_calibration(case)}
-    return tuple(stage for stage, asked in needed.items() if asked)
+    calibration = (CALIBRATE,) if asks_calibration(case) else ()
+    if case.calibration is None or not from_structure(case):
+        return calibration
+    targets = {target.building for target in case.calibration.targets}
+
+    def lacks(view: Case) -> str | None:
+        return None if targets.intersection(one.building for one in view.structures) else "targets"
+
+    # Other 3D models than those whose modes are targets change nothing of the sticks.
+    return (replace(BUILDING, lacks=lacks), *calibration)
 
 
 def _facing(case: Case) -> str:
