@@ -53,17 +53,11 @@ if not _BASIX:
 
 @dataclass(frozen=True)
 class LocalMesh:
-    """A mesh of one rank's cells, with straight edges, in three dimensions.
+    """A mesh of one rank's cells, with straight edges, in three dimensions."""
 
-    Args:
-        mesh: dolfinx's mesh.
-        cells: The input's index of each of its cells, shape (n,).
-        corners: The input's vertex of each corner of each of its cells, shape (n, corners).
-    """
-
-    mesh: Any
-    cells: Index
-    corners: Index
+    mesh: Any  #: dolfinx's mesh
+    cells: Index  #: the input's index of each of its cells, shape (n,)
+    corners: Index  #: the input's vertex of each corner of each of its cells, shape (n, corners)
 
 
 def local_mesh(cells: Index, vertices: Array, shape: str) -> LocalMesh:

@@ -25,29 +25,17 @@ from impactfem.building.shell import FULL, REDUCED, halves
 
 @dataclass(frozen=True)
 class BeamFields:
-    """What the beam forms need, constant on each cell or on all.
+    """What the beam forms need, constant on each cell or on all."""
 
-    Args:
-        area: A [m2].
-        second_moments: I1, I2 as components [m4].
-        torsion: J [m4].
-        shear: k1, k2 as components.
-        reference: A vector in the plane of t and n2, not along t.
-        offset: e, from the nodes to the axis [m].
-        young_modulus: E [Pa].
-        poisson_ratio: ν.
-        density: ρ [kg/m3].
-    """
-
-    area: Any
-    second_moments: Any
-    torsion: Any
-    shear: Any
-    reference: Any
-    offset: Any
-    young_modulus: Any
-    poisson_ratio: Any
-    density: Any
+    area: Any  #: a [m2]
+    second_moments: Any  #: I1, I2 as components [m4]
+    torsion: Any  #: J [m4]
+    shear: Any  #: k1, k2 as components
+    reference: Any  #: a vector in the plane of t and n2, not along t
+    offset: Any  #: e, from the nodes to the axis [m]
+    young_modulus: Any  #: E [Pa]
+    poisson_ratio: Any  #: ν
+    density: Any  #: ρ [kg/m3]
 
 
 def beam_stiffness(space: Any, fields: BeamFields) -> Any:

@@ -55,23 +55,14 @@ Frame = tuple[Any, Any, Any]
 
 @dataclass(frozen=True)
 class ShellFields:
-    """What the shell forms need, constant on each cell or on all.
+    """What the shell forms need, constant on each cell or on all."""
 
-    Args:
-        thickness: t [m].
-        young_modulus: E [Pa].
-        poisson_ratio: ν.
-        density: ρ [kg/m3].
-        added_mass: Mass on the area that neither stiffens nor has rotary inertia [kg/m2].
-        drilling: Factor c of the drilling energy.
-    """
-
-    thickness: Any
-    young_modulus: Any
-    poisson_ratio: Any
-    density: Any
-    added_mass: Any
-    drilling: Any
+    thickness: Any  #: t [m]
+    young_modulus: Any  #: E [Pa]
+    poisson_ratio: Any  #: ν
+    density: Any  #: ρ [kg/m3]
+    added_mass: Any  #: mass on the area that neither stiffens nor has rotary inertia [kg/m2]
+    drilling: Any  #: factor c of the drilling energy
 
     @property
     def shear_modulus(self) -> Any:

@@ -76,15 +76,10 @@ class Leaf(ABC):
 
 @dataclass(frozen=True)
 class Written:
-    """A field whose value is written in another form in the case file.
+    """A field whose value is written in another form in the case file."""
 
-    Args:
-        form: The type of what is written.
-        finish: Makes the value of it.
-    """
-
-    form: Any
-    finish: Callable[[Any], Any]
+    form: Any  #: the type of what is written
+    finish: Callable[[Any], Any]  #: makes the value of it
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
         written = handler.generate_schema(self.form)

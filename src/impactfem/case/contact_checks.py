@@ -86,21 +86,14 @@ VERTICAL = "expected a horizontal normal: floors of a 3D building are struck on 
 
 @dataclass(frozen=True)
 class StruckEdge:
-    """The edge of a floor that can be struck.
+    """The edge of a floor that can be struck."""
 
-    Args:
-        outward: Horizontal unit vector at right angles to it, out of the building.
-        ends: From where to where it goes along x or y, whichever it is closer to [m].
-        low: Lowest x and y of the floor [m].
-        high: Highest x and y of the floor [m].
-        words: What says so, for messages.
-    """
-
-    outward: Vector
+    outward: Vector  #: horizontal unit vector at right angles to it, out of the building
+    #: From where to where it goes along x or y, whichever it is closer to [m].
     ends: tuple[float, float]
-    low: tuple[float, float]
-    high: tuple[float, float]
-    words: str
+    low: tuple[float, float]  #: lowest x and y of the floor [m]
+    high: tuple[float, float]  #: highest x and y of the floor [m]
+    words: str  #: what says so, for messages
 
     @property
     def along(self) -> int:

@@ -135,13 +135,10 @@ class SpectrumPoint(Section):
 
 @dataclass(frozen=True)
 class SpectrumTable:
-    """The points of a table by damping.
+    """The points of a table by damping."""
 
-    Args:
-        points: Frequencies [Hz], ascending, and pseudo-accelerations [m/s2] by damping ratio; the
-            key is None in a table without dampings.
-    """
-
+    #: Frequencies [Hz], ascending, and pseudo-accelerations [m/s2] by damping ratio; the key is
+    #: None in a table without dampings.
     points: dict[float | None, tuple[tuple[float, ...], tuple[float, ...]]]
 
     def at(self, damping: float) -> tuple[tuple[float, ...], tuple[float, ...]] | None:

@@ -71,14 +71,9 @@ SYMMETRIC = 1e-6
 
 @dataclass(frozen=True)
 class NamedMatrix:
-    """A matrix of a file.
+    """A matrix of a file."""
 
-    Args:
-        names: Its header.
-        rows: Its rows.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  #: its header
     rows: tuple[tuple[float, ...], ...]
 
 
@@ -231,14 +226,11 @@ class GivenSpectrum(Section):
 
 @dataclass(frozen=True)
 class GivenSpectra:
-    """The spectra of a file.
+    """The spectra of a file."""
 
-    Args:
-        curves: All of them; in place of the support 0, where the file names none.
-        places: Building and floor of each of them, in the products of a run; else none.
-    """
-
+    #: All of them; in place of the support 0, where the file names none.
     curves: tuple[GivenSpectrum, ...]
+    #: Building and floor of each of them, in the products of a run; else none.
     places: tuple[tuple[str, str], ...] = ()
 
     def at(self, building: str, floors: Sequence[int]) -> tuple[GivenSpectrum, ...]:

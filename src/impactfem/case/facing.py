@@ -47,25 +47,16 @@ Span = tuple[float, float]
 
 @dataclass(frozen=True)
 class Facing:
-    """A floor and what it faces, which are in no contact pair.
+    """A floor and what it faces, which are in no contact pair."""
 
-    Args:
-        a: The floor; the offset goes to the middle of the facing edges, at the floor's level.
-        b: What it faces, at the same place: a floor, or a point inside a storey.
-        normal: Unit vector from a to b, along x or y.
-        gap: Distance at rest [m]; negative where the plans overlap.
-        level: Elevation [m].
-        half: Half of the length over which the edges face each other [m].
-        reach: How far both may move towards each other by a drift of `DRIFT` [m].
-    """
-
+    #: The floor; the offset goes to the middle of the facing edges, at the floor's level.
     a: ContactPoint
-    b: ContactPoint
-    normal: tuple[float, float, float]
-    gap: float
-    level: float
-    half: float
-    reach: float
+    b: ContactPoint  #: what it faces, at the same place: a floor, or a point inside a storey
+    normal: tuple[float, float, float]  #: unit vector from a to b, along x or y
+    gap: float  #: distance at rest [m]; negative where the plans overlap
+    level: float  #: elevation [m]
+    half: float  #: half of the length over which the edges face each other [m]
+    reach: float  #: how far both may move towards each other by a drift of `DRIFT` [m]
 
     @property
     def name(self) -> str:
@@ -81,17 +72,13 @@ class Facing:
 
 @dataclass(frozen=True)
 class FacingFloors:
-    """What was found in a case.
+    """What was found in a case."""
 
-    Args:
-        pairs: Floors and what they face outside, in no pair.
-        overlapping: The same of plans that overlap: buildings one inside the other.
-        unknown: Names of two buildings that have floors in no pair at the same level, and of those
-            of them whose plan is not known well enough to tell whether these face each other.
-    """
-
-    pairs: tuple[Facing, ...] = ()
+    pairs: tuple[Facing, ...] = ()  #: floors and what they face outside, in no pair
+    #: The same of plans that overlap: buildings one inside the other.
     overlapping: tuple[Facing, ...] = ()
+    #: Names of two buildings that have floors in no pair at the same level, and of those of them
+    #: whose plan is not known well enough to tell whether these face each other.
     unknown: tuple[tuple[str, str, tuple[str, ...]], ...] = ()
 
     @property
@@ -190,19 +177,12 @@ class _Tower:
 
 @dataclass(frozen=True)
 class _Place:
-    """A floor, or a point of a storey, with its level.
+    """A floor, or a point of a storey, with its level."""
 
-    Args:
-        tower: Its building.
-        index: Index of the floor, or of the floor above the storey.
-        relative_height: Height in the storey, 0 to 1; None for a floor.
-        level: Elevation [m]: of a floor its mass centre, of a storey that of the point.
-    """
-
-    tower: _Tower
-    index: int
-    relative_height: float | None
-    level: float
+    tower: _Tower  #: its building
+    index: int  #: index of the floor, or of the floor above the storey
+    relative_height: float | None  #: height in the storey, 0 to 1; None for a floor
+    level: float  #: elevation [m]: of a floor its mass centre, of a storey that of the point
 
     @property
     def building(self) -> Building:

@@ -102,21 +102,13 @@ class FloorsByBuilding(Wholes):
 
 @dataclass(frozen=True)
 class Words(Leaf):
-    """A text that is not empty and shows as it is; with ``pattern`` it must match.
+    """A text that is not empty and shows as it is; with ``pattern`` it must match."""
 
-    Args:
-        words: What is expected, in words.
-        pattern: A regular expression for all of it, or None.
-        longest: Largest number of characters.
-        lines: Whether it may have several lines.
-        file: Whether files are named by it: what some systems reserve is refused.
-    """
-
-    words: str = "a text in quotes"
-    pattern: str | None = None
-    longest: int = 1000
-    lines: bool = False
-    file: bool = False
+    words: str = "a text in quotes"  #: what is expected, in words
+    pattern: str | None = None  #: a regular expression for all of it, or None
+    longest: int = 1000  #: largest number of characters
+    lines: bool = False  #: whether it may have several lines
+    file: bool = False  #: whether files are named by it: what some systems reserve is refused
 
     @property
     def phrase(self) -> str:
@@ -142,15 +134,10 @@ class Words(Leaf):
 
 @dataclass(frozen=True)
 class NameOf(Leaf):
-    """The name of a table defined elsewhere in the case file.
+    """The name of a table defined elsewhere in the case file."""
 
-    Args:
-        group: Where the names are: ``materials``, ``buildings`` or ``contact_laws``.
-        word: What one of them is called in a message.
-    """
-
-    group: str
-    word: str
+    group: str  #: where the names are: ``materials``, ``buildings`` or ``contact_laws``
+    word: str  #: what one of them is called in a message
 
     @property
     def phrase(self) -> str:
@@ -170,15 +157,11 @@ class NameOf(Leaf):
 
 @dataclass(frozen=True)
 class ModelledBuilding(NameOf):
-    """The name of a building with a 3D model; left out, that of the only one.
-
-    Args:
-        whose: What is of it, for messages; "" where it may be left out of several.
-    """
+    """The name of a building with a 3D model; left out, that of the only one."""
 
     group: str = "buildings"
     word: str = "building"
-    whose: str = ""
+    whose: str = ""  #: what is of it, for messages; "" where it may be left out of several
 
     @property
     def phrase(self) -> str:
@@ -199,13 +182,9 @@ class ModelledBuilding(NameOf):
 
 @dataclass(frozen=True)
 class FileName(Leaf):
-    """A file or folder; in a case file relative to its folder, held relative to the working folder.
+    """A file or folder, relative to the working folder; in a case file to that of the file."""
 
-    Args:
-        what: What the file is to be, for messages, where it is to be read: ``a record``.
-    """
-
-    what: str = ""
+    what: str = ""  #: what the file is to be, for messages, where it is to be read: ``a record``
 
     @property
     def phrase(self) -> str:
@@ -248,13 +227,9 @@ class OneOrMore(Leaf):
 
 @dataclass(frozen=True)
 class Levels(Leaf):
-    """Numbers in a cell of a table, ``1``, ``2-8`` or ``1 3 5-7``; held as a tuple of all.
+    """Numbers in a cell of a table, ``1``, ``2-8`` or ``1 3 5-7``; held as a tuple of all."""
 
-    Args:
-        word: What is numbered: ``storeys`` or ``floors``.
-    """
-
-    word: str
+    word: str  #: what is numbered: ``storeys`` or ``floors``
 
     @property
     def phrase(self) -> str:

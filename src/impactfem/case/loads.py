@@ -70,17 +70,11 @@ _Force = Annotated[float, Quantity(FORCE)]
 
 @dataclass(frozen=True, eq=False)
 class ForceTable:
-    """The forces of a file.
+    """The forces of a file."""
 
-    Args:
-        time: Increasing, shape (n,) [s].
-        floors: Building and floor of each column.
-        force: Shape (n, m) [N].
-    """
-
-    time: Array
-    floors: tuple[tuple[str, int], ...]
-    force: Array
+    time: Array  #: increasing, shape (n,) [s]
+    floors: tuple[tuple[str, int], ...]  #: building and floor of each column
+    force: Array  #: shape (n, m) [N]
 
     def at(self, time: Array) -> Array:
         """The forces at any times, zero outside of the table's, shape (n_t, m) [N]."""

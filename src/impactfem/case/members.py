@@ -33,16 +33,11 @@ MemberName = Annotated[
 
 @dataclass(frozen=True)
 class Site:
-    """What the tables of a structure are checked against; None is not known, and not checked.
+    """What the tables of a structure are checked against; None is not known, and not checked."""
 
-    Args:
-        length: Length of the plan along x [m].
-        width: Width of the plan along y [m].
-        heights: Height of each storey [m] by its number, which is that of the floor above it.
-    """
-
-    length: float | None = None
-    width: float | None = None
+    length: float | None = None  #: length of the plan along x [m]
+    width: float | None = None  #: width of the plan along y [m]
+    #: Height of each storey [m] by its number, which is that of the floor above it.
     heights: dict[int, float] | None = None
 
 

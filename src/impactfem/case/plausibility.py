@@ -25,20 +25,14 @@ from impactfem.system.errors import Fault
 
 @dataclass(frozen=True)
 class Usual:
-    """The usual range of a value.
+    """The usual range of a value."""
 
-    Args:
-        keys: Its place in the case file; ``*`` is any name or index, ``row`` any row of a
-            table (CSV) that a key names.
-        low: Least usual value in SI.
-        high: Largest usual value in SI.
-        words: What is usual.
-    """
-
+    #: Its place in the case file; ``*`` is any name or index, ``row`` any row of a table (CSV) that
+    #: a key names.
     keys: str
-    low: float
-    high: float
-    words: str
+    low: float  #: least usual value in SI
+    high: float  #: largest usual value in SI
+    words: str  #: what is usual
 
 
 MODEL = "buildings.*.structure."

@@ -48,19 +48,12 @@ def _number(value: Any) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class _Bounded(Leaf):
-    """A number, in SI, between bounds.
+    """A number, in SI, between bounds."""
 
-    Args:
-        above: Open lower bound, or None.
-        at_least: Closed lower bound, or None.
-        below: Open upper bound, or None.
-        at_most: Closed upper bound, or None.
-    """
-
-    above: float | None = None
-    at_least: float | None = None
-    below: float | None = None
-    at_most: float | None = None
+    above: float | None = None  #: open lower bound, or None
+    at_least: float | None = None  #: closed lower bound, or None
+    below: float | None = None  #: open upper bound, or None
+    at_most: float | None = None  #: closed upper bound, or None
 
     @property
     def _unit(self) -> str:
@@ -91,13 +84,9 @@ class _Bounded(Leaf):
 
 @dataclass(frozen=True)
 class Quantity(_Bounded):
-    """A physical quantity, written with its unit, held as an SI float.
+    """A physical quantity, written with its unit, held as an SI float."""
 
-    Args:
-        kind: The kind of quantity.
-    """
-
-    kind: Kind
+    kind: Kind  #: the kind of quantity
 
     @property
     def _unit(self) -> str:
@@ -155,13 +144,9 @@ class Quantity(_Bounded):
 
 @dataclass(frozen=True)
 class Ratio(_Bounded):
-    """A number without dimension, bare or in percent.
+    """A number without dimension, bare or in percent."""
 
-    Args:
-        percent: Whether ``5 %`` may be written for 0.05.
-    """
-
-    percent: bool = True
+    percent: bool = True  #: whether ``5 %`` may be written for 0.05
 
     @property
     def phrase(self) -> str:

@@ -28,25 +28,21 @@ class Reading:
 
     Names are taken from the file as it stands, so that a reference to a table that has a fault of
     its own is no second fault.
-
-    Args:
-        source: The case file, whose content may have any faults.
-        faults: What is wrong in the files that it names.
-        contents: Their bytes, by their name in the case file.
-        lenient: Whether a file that cannot be read counts as empty, so that what does not depend on
-            it is checked as well.
-        left_out: Names of the sections with a fault, and of those that are of no use without them.
-        kept: Of arrays of which tables are left out, the indices of those that are not.
-        building: Name of the building whose 3D model is being read; "" outside of them.
     """
 
+    #: The case file, whose content may have any faults.
     source: Source = field(default_factory=lambda: Source(Path()))
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[Fault] = field(default_factory=list)  #: what is wrong in the files that it names
+    #: Their bytes, by their name in the case file.
     contents: dict[str, bytes] = field(default_factory=dict)
+    #: Whether a file that cannot be read counts as empty, so that what does not depend on it is
+    #: checked as well.
     lenient: bool = False
+    #: Names of the sections with a fault, and of those that are of no use without them.
     left_out: set[str] = field(default_factory=set)
+    #: Of arrays of which tables are left out, the indices of those that are not.
     kept: dict[str, list[int]] = field(default_factory=dict)
-    building: str = ""
+    building: str = ""  #: name of the building whose 3D model is being read; "" outside of them
     _tables: dict[tuple[Path, str, str], Any] = field(default_factory=dict)
 
     def fault(self, place: Place, value: Any, expected: str) -> Fault:
@@ -188,18 +184,13 @@ def reading_of(info: ValidationInfo) -> Reading:
 
 @dataclass(frozen=True)
 class TableFile(FileName):
-    """The name of a file in a case file, held as what is in the file.
+    """The name of a file in a case file, held as what is in the file."""
 
-    Args:
-        read: Reads it: its path and a list for faults, and where `sited` the information of the
-            validation, lead to what is in it, or None.
-        empty: Stands for a file with faults, where only the other ones are looked for.
-        sited: As said.
-    """
-
+    #: Reads it: its path and a list for faults, and where `sited` the information of the
+    #: validation, lead to what is in it, or None.
     read: Callable[..., Any] = lambda path, faults: None
-    empty: Any = ()
-    sited: bool = False
+    empty: Any = ()  #: stands for a file with faults, where only the other ones are looked for
+    sited: bool = False  #: as said
 
     def check(self, value: Any, info: ValidationInfo) -> Any:
         """Read the file; a model made from Python has what is in it already."""

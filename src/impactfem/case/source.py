@@ -28,22 +28,18 @@ _CASE_FILE = "a case file (TOML)"
 
 @dataclass(frozen=True)
 class Source:
-    """What a case file says, with the files it extends.
+    """What a case file says, with the files it extends."""
 
-    Args:
-        path: The case file.
-        raw: The content of all files laid over one another, which may have any faults. Names of
-            files are relative to the folder of ``path``, whichever file says them.
-        texts: The text of each file by its name relative to the folder of ``path``; the case file
-            comes first and has no name.
-        speakers: The file that says a key, by the place of the key.
-        written: Names of files as they are written, by their place, where ``raw`` has others.
-    """
-
-    path: Path
+    path: Path  #: the case file
+    #: The content of all files laid over one another, which may have any faults. Names of files are
+    #: relative to the folder of ``path``, whichever file says them.
     raw: dict[str, Any] = field(default_factory=dict)
+    #: The text of each file by its name relative to the folder of ``path``; the case file comes
+    #: first and has no name.
     texts: dict[str, str] = field(default_factory=dict)
+    #: The file that says a key, by the place of the key.
     speakers: dict[Place, Path] = field(default_factory=dict)
+    #: Names of files as they are written, by their place, where ``raw`` has others.
     written: dict[Place, str] = field(default_factory=dict)
 
     def file_of(self, place: Place) -> Path:

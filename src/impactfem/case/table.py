@@ -42,19 +42,12 @@ _HEADER = re.compile(r"\s*([^\[\]]*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
 
 @dataclass(frozen=True)
 class Table(Generic[Row]):
-    """The rows of a table.
+    """The rows of a table."""
 
-    Args:
-        path: The file.
-        rows: One model a row, SI.
-        lines: Number of the line each row stands on, from 1.
-        headers: The header of each column as written, by the name of the field.
-    """
-
-    path: Path
-    rows: tuple[Row, ...]
-    lines: tuple[int, ...]
-    headers: dict[str, str]
+    path: Path  #: the file
+    rows: tuple[Row, ...]  #: one model a row, SI
+    lines: tuple[int, ...]  #: number of the line each row stands on, from 1
+    headers: dict[str, str]  #: the header of each column as written, by the name of the field
 
     def __iter__(self) -> Iterator[tuple[int, Row]]:
         """The rows with their lines."""
@@ -105,7 +98,7 @@ class _Column:
     header: str
     field: str
     leaf: CellLeaf
-    factor: float | None  # None when the unit could not be used: its cells are not read
+    factor: float | None  #: None when the unit could not be used: its cells are not read
 
 
 def read_lines(

@@ -17,23 +17,17 @@ class UnitError(ValueError):
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of physical quantity.
+    """A kind of physical quantity."""
 
-    Args:
-        name: What it is called in a message, with its article: ``a length``.
-        unit: Its SI unit, which all values have inside the program.
-        example: A value as it may be written in a case file.
-        symbols: The only units it may be built of, by pint's names; None when the dimension alone
-            decides. A frequency in rad/s has the dimension of one in Hz and is 2π off, so
-            frequencies are asked for in hertz.
-        one_of: Units of which it must have one, by pint's names: a moment per angle has the
-            dimension of an energy.
-    """
-
-    name: str
-    unit: str
-    example: str
+    name: str  #: what it is called in a message, with its article: ``a length``
+    unit: str  #: its SI unit, which all values have inside the program
+    example: str  #: a value as it may be written in a case file
+    #: The only units it may be built of, by pint's names; None when the dimension alone decides. A
+    #: frequency in rad/s has the dimension of one in Hz and is 2π off, so frequencies are asked for
+    #: in hertz.
     symbols: frozenset[str] | None = None
+    #: Units of which it must have one, by pint's names: a moment per angle has the dimension of an
+    #: energy.
     one_of: frozenset[str] = frozenset()
 
     @property

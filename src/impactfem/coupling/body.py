@@ -36,9 +36,9 @@ ROUNDING = 1e-9
 class Port:
     """A named place of a body where forces act."""
 
-    shapes: Array  # Φ, its motion by the coordinates, shape (components, r)
-    rigid: Array  # R, its motion by a rigid motion of the base, shape (components, 6)
-    components: tuple[str, ...] = COMPONENTS[:3]  # names of the components
+    shapes: Array  #: Φ, its motion by the coordinates, shape (components, r)
+    rigid: Array  #: R, its motion by a rigid motion of the base, shape (components, 6)
+    components: tuple[str, ...] = COMPONENTS[:3]  #: names of the components
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +50,14 @@ class Body:
             is not positive definite; the message names the body.
     """
 
-    name: str  # unique name
-    eigenvalue: Array  # λ, shape (r,) [1/s2]
-    damping: Damping  # gives d of λ
-    participation: Array  # P for translations and rotations of the base, shape (r, 6)
-    rigid_mass: Array  # M_b, shape (6, 6) [kg, kg m, kg m2]
-    ports: Mapping[str, Port] = field(default_factory=dict)  # the ports by name
-    mass: Array | None = None  # μ, ones or zeros, shape (r,); ones when None
-    free_base: bool = False  # whether the base moves by (2); it is clamped to the ground otherwise
+    name: str  #: unique name
+    eigenvalue: Array  #: λ, shape (r,) [1/s2]
+    damping: Damping  #: gives d of λ
+    participation: Array  #: P for translations and rotations of the base, shape (r, 6)
+    rigid_mass: Array  #: M_b, shape (6, 6) [kg, kg m, kg m2]
+    ports: Mapping[str, Port] = field(default_factory=dict)  #: the ports by name
+    mass: Array | None = None  #: μ, ones or zeros, shape (r,); ones when None
+    free_base: bool = False  #: whether the base moves by (2); it is clamped to the ground otherwise
 
     def __post_init__(self) -> None:
         r = len(self.eigenvalue)

@@ -39,9 +39,9 @@ LIMIT = 50
 class Complementary:
     """A solution."""
 
-    p: Array  # p ≥ 0, shape (m,)
-    w: Array  # W p + q, shape (m,); zero where p is not
-    active: Mask  # where p is not zero, shape (m,); starts the next, similar problem
+    p: Array  #: p ≥ 0, shape (m,)
+    w: Array  #: W p + q, shape (m,); zero where p is not
+    active: Mask  #: where p is not zero, shape (m,); starts the next, similar problem
 
 
 class Complementarity:

@@ -92,15 +92,15 @@ N_PARAMETERS = 4
 class Law:
     """A contact law for one pair, ready for the loop."""
 
-    name: str  # what it is, in the words of the case file
-    code: int  # which compiled law; above JANKOWSKI, the address of a user-defined one
-    # Its parameters, shape (N_PARAMETERS,): the stiffness K [N/m or N/m^1.5], then those of the
-    # law's function.
+    name: str  #: what it is, in the words of the case file
+    code: int  #: which compiled law; above JANKOWSKI, the address of a user-defined one
+    #: Its parameters, shape (N_PARAMETERS,): the stiffness K [N/m or N/m^1.5], then those of the
+    #: law's function.
     parameters: Array
-    asked: float  # the restitution asked [-]
-    epsilon: float  # the restitution that two free masses get from it [-]
-    xi: float  # its damping ratio [-]; nan for a law that has none
-    mass: float  # effective mass of the two points [kg]
+    asked: float  #: the restitution asked [-]
+    epsilon: float  #: the restitution that two free masses get from it [-]
+    xi: float  #: its damping ratio [-]; nan for a law that has none
+    mass: float  #: effective mass of the two points [kg]
 
     @property
     def stiffness(self) -> float:

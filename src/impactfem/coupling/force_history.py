@@ -52,16 +52,16 @@ class PairEnds:
     Each is None where the file does not have it.
     """
 
-    building_a: tuple[str, ...] | None = None  # names of the first buildings
-    building_b: tuple[str, ...] | None = None  # names of the second ones; empty for a rigid wall
-    # Numbers of the floors on the first buildings, or of those above the storeys.
+    building_a: tuple[str, ...] | None = None  #: names of the first buildings
+    building_b: tuple[str, ...] | None = None  #: names of the second ones; empty for a rigid wall
+    #: Numbers of the floors on the first buildings, or of those above the storeys.
     floor_a: tuple[int, ...] | None = None
-    # The same on the second ones; without meaning for a rigid wall.
+    #: The same on the second ones; without meaning for a rigid wall.
     floor_b: tuple[int, ...] | None = None
-    # Heights in the storeys, 0 to 1, nan on the floors themselves; shape (m,).
+    #: Heights in the storeys, 0 to 1, nan on the floors themselves; shape (m,).
     relative_height_a: Array | None = None
-    relative_height_b: Array | None = None  # the same on the second buildings
-    normal: Array | None = None  # unit vectors from a to b, shape (m, 3)
+    relative_height_b: Array | None = None  #: the same on the second buildings
+    normal: Array | None = None  #: unit vectors from a to b, shape (m, 3)
 
     def of(self, columns: Sequence[int]) -> PairEnds:
         """Those of some of the pairs, by their indices."""
@@ -120,12 +120,12 @@ REQUIRED = {"time": "s", "force": "N"}
 class ForceHistory:
     """Impact forces over time."""
 
-    time: Array  # times, uniform, shape (n_t,) [s]
-    pairs: tuple[str, ...]  # unique names of the pairs
-    force: Array  # forces, positive in compression, shape (n_t, m) [N]
-    case_hash: str = ""  # hash of the case that made them; empty where unknown
-    inputs: str = ""  # hash of what the stage that made them depends on; empty where unknown
-    # What the pairs are between, as far as the file says so.
+    time: Array  #: times, uniform, shape (n_t,) [s]
+    pairs: tuple[str, ...]  #: unique names of the pairs
+    force: Array  #: forces, positive in compression, shape (n_t, m) [N]
+    case_hash: str = ""  #: hash of the case that made them; empty where unknown
+    inputs: str = ""  #: hash of what the stage that made them depends on; empty where unknown
+    #: What the pairs are between, as far as the file says so.
     ends: PairEnds = field(default_factory=PairEnds)
 
     @classmethod

@@ -22,23 +22,23 @@ class Impact:
     """One impact of one pair: a run of steps with a contact force."""
 
     pair: Pair
-    index: int  # its index in the system
-    first: int  # index of the first time with a force
-    last: int  # index of the last time with a force
-    start: float  # time when the gap closed, interpolated [s]
-    end: float  # time when the force ended, interpolated [s]
-    peak_time: float  # time of the largest force [s]
-    peak_force: float  # largest force [N]
-    impulse: float  # time integral of the force [N s]
-    penetration: float  # largest penetration [m]
-    approach: float  # speed of approach at the last time before the force, positive [m/s]
-    # Speed of separation at the first time after it, positive when they part [m/s].
+    index: int  #: its index in the system
+    first: int  #: index of the first time with a force
+    last: int  #: index of the last time with a force
+    start: float  #: time when the gap closed, interpolated [s]
+    end: float  #: time when the force ended, interpolated [s]
+    peak_time: float  #: time of the largest force [s]
+    peak_force: float  #: largest force [N]
+    impulse: float  #: time integral of the force [N s]
+    penetration: float  #: largest penetration [m]
+    approach: float  #: speed of approach at the last time before the force, positive [m/s]
+    #: Speed of separation at the first time after it, positive when they part [m/s].
     separation: float
-    # Energy that the contact law took over the impact, by the work of the force [J].
+    #: Energy that the contact law took over the impact, by the work of the force [J].
     dissipated: float
-    # What the time stepping took besides the law: minus the work of the force on the buildings,
-    # less what the law takes along the same motion [J]; positive when energy was lost, negative
-    # when it was added.
+    #: What the time stepping took besides the law: minus the work of the force on the buildings,
+    #: less what the law takes along the same motion [J]; positive when energy was lost, negative
+    #: when it was added.
     defect: float
 
     @property
@@ -133,9 +133,9 @@ class Separation:
     """How far two points come together when nothing holds them, against their gap."""
 
     pair: Pair
-    # Gap that would have prevented contact, the largest approach without contact [m].
+    #: Gap that would have prevented contact, the largest approach without contact [m].
     required: float
-    touched: bool  # whether the points touch with contact
+    touched: bool  #: whether the points touch with contact
 
     @property
     def margin(self) -> float:
@@ -158,18 +158,18 @@ class ImpactCheck:
     """What an impact demands of the buildings while it lasts."""
 
     impact: Impact
-    # Peak force over the bearing area [Pa]; nan where the area is not known.
+    #: Peak force over the bearing area [Pa]; nan where the area is not known.
     bearing_pressure: float
-    # That over the lower compressive strength of the two buildings [-]; nan where none is known.
+    #: That over the lower compressive strength of the two buildings [-]; nan where none is known.
     bearing_ratio: float
-    # Largest elastic storey shear along the normal's horizontal part in the two buildings [N]; nan
-    # for a vertical normal.
+    #: Largest elastic storey shear along the normal's horizontal part in the two buildings [N]; nan
+    #: for a vertical normal.
     storey_shear: float
-    # Largest shear over the shear area of its storey, n_x² A_vx + n_y² A_vy [Pa].
+    #: Largest shear over the shear area of its storey, n_x² A_vx + n_y² A_vy [Pa].
     shear_stress: float
-    # Largest shear stress over the mean tensile strength f_ctm = 0.30 f_ck^(2/3) MPa (EN 1992-1-1,
-    # table 3.1) [-]; above 1 the storey cracks in shear, and linear analysis overrates its
-    # stiffness; nan where no strength is known.
+    #: Largest shear stress over the mean tensile strength f_ctm = 0.30 f_ck^(2/3) MPa (EN 1992-1-1,
+    #: table 3.1) [-]; above 1 the storey cracks in shear, and linear analysis overrates its
+    #: stiffness; nan where no strength is known.
     cracking_ratio: float
 
 
@@ -215,9 +215,9 @@ def impact_checks(
 class Approach:
     """The nearest that two places of neighbouring buildings come in a run."""
 
-    facing: Facing  # the places, their normal and their distance at rest
-    distance: float  # smallest distance along the normal [m]; negative where they overlap
-    time: float  # when [s]
+    facing: Facing  #: the places, their normal and their distance at rest
+    distance: float  #: smallest distance along the normal [m]; negative where they overlap
+    time: float  #: when [s]
 
 
 def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:

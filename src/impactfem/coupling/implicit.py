@@ -46,15 +46,15 @@ _SUMS = {"contract", "reassoc"}
 class Motion:
     """What bodies and links did, at the samples of the loads, relative to the ground."""
 
-    moving: NDArray[np.int64]  # indices of the coordinates that move at all
-    u: Array  # these coordinates, shape (n_t, moving); without rows when they are not recorded
-    v: Array  # their velocities, same shape
-    force: Array  # F of the links, positive in compression, shape (n_t, m) [N]
-    displacement: Array  # y of what is attached, shape (n_t, N)
-    velocity: Array  # ẏ, same shape
-    acceleration: Array  # ÿ, same shape
-    reaction: Array  # T on the bodies at the rows of what is attached, shape (n_t, N_a)
-    energy: Energy  # equation (3), summed up
+    moving: NDArray[np.int64]  #: indices of the coordinates that move at all
+    u: Array  #: these coordinates, shape (n_t, moving); without rows when they are not recorded
+    v: Array  #: their velocities, same shape
+    force: Array  #: F of the links, positive in compression, shape (n_t, m) [N]
+    displacement: Array  #: y of what is attached, shape (n_t, N)
+    velocity: Array  #: ẏ, same shape
+    acceleration: Array  #: ÿ, same shape
+    reaction: Array  #: T on the bodies at the rows of what is attached, shape (n_t, N_a)
+    energy: Energy  #: equation (3), summed up
 
 
 def respond(

@@ -43,46 +43,46 @@ Place = tuple[str, str]
 class Link:
     """A law between two ports; the force F acts as -F n on a and +F n on b."""
 
-    name: str  # unique name
-    a: Place  # the first port
-    b: Place | None  # the second one; None for the ground
-    direction: Array  # n over the components of the ports, from a to b
-    gap: float = 0.0  # g at rest [m]
-    law: Law | None = None  # the law; None for a unilateral constraint, δ ≥ 0
+    name: str  #: unique name
+    a: Place  #: the first port
+    b: Place | None  #: the second one; None for the ground
+    direction: Array  #: n over the components of the ports, from a to b
+    gap: float = 0.0  #: g at rest [m]
+    law: Law | None = None  #: the law; None for a unilateral constraint, δ ≥ 0
 
 
 @dataclass(frozen=True, eq=False)
 class Spring:
     """Springs and dashpots between all components of two ports, or of one and the ground."""
 
-    a: Place  # the first port
-    b: Place | None  # the second one; None for the ground
-    stiffness: Array  # K, shape (components, components)
-    damping: Array  # C, same shape
+    a: Place  #: the first port
+    b: Place | None  #: the second one; None for the ground
+    stiffness: Array  #: K, shape (components, components)
+    damping: Array  #: C, same shape
 
 
 @dataclass(frozen=True, eq=False)
 class Mount:
     """A body whose supports are fixed to ports, by its matrices; equation (1)."""
 
-    at: tuple[Place, ...]  # the ports that bear it; their components come first in y
-    fixed: int  # number of these components
-    M: Array  # M_y, shape (N, N)
-    C: Array  # C_y
-    K: Array  # K_y
-    ground: Array  # motion of y by that of the ground, shape (N, 3): N = M_y times it
+    at: tuple[Place, ...]  #: the ports that bear it; their components come first in y
+    fixed: int  #: number of these components
+    M: Array  #: M_y, shape (N, N)
+    C: Array  #: C_y
+    K: Array  #: K_y
+    ground: Array  #: motion of y by that of the ground, shape (N, 3): N = M_y times it
 
 
 @dataclass(frozen=True, eq=False)
 class Attached:
     """All that hangs on the bodies, equation (1); rows of each part in order."""
 
-    rows: Array  # B, shape (N_a, r)
-    M: Array  # M_y, shape (N, N); the rows of B come first
-    C: Array  # C_y
-    K: Array  # K_y
-    push: Array  # -N, shape (N, 3)
-    # Rows in y of each mount: those that are fixed, then its own.
+    rows: Array  #: B, shape (N_a, r)
+    M: Array  #: M_y, shape (N, N); the rows of B come first
+    C: Array  #: C_y
+    K: Array  #: K_y
+    push: Array  #: -N, shape (N, 3)
+    #: Rows in y of each mount: those that are fixed, then its own.
     mounts: tuple[tuple[NDArray[np.int64], NDArray[np.int64]], ...]
 
 

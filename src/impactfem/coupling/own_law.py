@@ -29,8 +29,8 @@ _LIKE = 1e-3
 class OwnLaw(Law):
     """A user-defined contact law for one pair; `own_law` makes it."""
 
-    unit: str  # unit of its first parameter, the stiffness
-    compiled: Any  # its compiled function, whose address is the code of the law
+    unit: str  #: unit of its first parameter, the stiffness
+    compiled: Any  #: its compiled function, whose address is the code of the law
 
     @property
     def linear(self) -> bool:

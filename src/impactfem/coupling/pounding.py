@@ -37,11 +37,11 @@ UNSTABLE = (
 class End:
     """One end of a pair: a point tied to a master of a stick."""
 
-    building: str  # name of the stick
-    master: int  # index of the master
-    offset: tuple[float, float, float]  # from the master to the point [m]
-    floor: int  # number of the floor, or of the floor above for a point inside a storey
-    # Height in the storey's flexible part, 0 to 1; None for a point of a floor.
+    building: str  #: name of the stick
+    master: int  #: index of the master
+    offset: tuple[float, float, float]  #: from the master to the point [m]
+    floor: int  #: number of the floor, or of the floor above for a point inside a storey
+    #: Height in the storey's flexible part, 0 to 1; None for a point of a floor.
     relative_height: float | None = None
 
     @classmethod
@@ -60,9 +60,9 @@ class End:
 class Load:
     """An external force on a point, in addition to the ground motion."""
 
-    at: End  # the point
-    direction: Array  # unit vector along which a positive force acts, shape (3,)
-    force: Array  # its history at the times of the response, shape (n_t,) [N]
+    at: End  #: the point
+    direction: Array  #: unit vector along which a positive force acts, shape (3,)
+    force: Array  #: its history at the times of the response, shape (n_t,) [N]
 
 
 @dataclass(frozen=True)
@@ -73,21 +73,21 @@ class Pair:
     -F n on a and +F n on b.
     """
 
-    name: str  # unique name
-    a: End  # the first end
-    b: End | None  # the second end; None for a rigid wall that moves with the ground
-    normal: Array  # unit vector n from a to b, shape (3,)
-    gap: float  # gap g at rest [m]
-    law: Law  # the contact law
-    area: float | None = None  # bearing area [m2]; None where unknown
+    name: str  #: unique name
+    a: End  #: the first end
+    b: End | None  #: the second end; None for a rigid wall that moves with the ground
+    normal: Array  #: unit vector n from a to b, shape (3,)
+    gap: float  #: gap g at rest [m]
+    law: Law  #: the contact law
+    area: float | None = None  #: bearing area [m2]; None where unknown
 
 
 @dataclass(frozen=True)
 class System:
     """Sticks side by side and the pairs between them; matrices are block diagonal."""
 
-    sticks: tuple[Stick, ...]  # the buildings
-    pairs: tuple[Pair, ...]  # the pairs of points that may touch
+    sticks: tuple[Stick, ...]  #: the buildings
+    pairs: tuple[Pair, ...]  #: the pairs of points that may touch
 
     @cached_property
     def offsets(self) -> dict[str, int]:
@@ -214,13 +214,13 @@ class Response:
     """What `simulate` computed, relative to the ground."""
 
     system: System
-    time_step: float  # time step [s]
-    u: Array  # displacements, shape (n_t, n) [m, rad]
-    v: Array  # velocities, shape (n_t, n)
-    force: Array  # contact forces, positive in compression, shape (n_t, m) [N]
-    ground: Array  # ground acceleration along x, y, z, shape (n_t, 3) [m/s2]
-    energy: Energy  # the energies
-    loads: tuple[Load, ...] = ()  # external forces in addition to it
+    time_step: float  #: time step [s]
+    u: Array  #: displacements, shape (n_t, n) [m, rad]
+    v: Array  #: velocities, shape (n_t, n)
+    force: Array  #: contact forces, positive in compression, shape (n_t, m) [N]
+    ground: Array  #: ground acceleration along x, y, z, shape (n_t, 3) [m/s2]
+    energy: Energy  #: the energies
+    loads: tuple[Load, ...] = ()  #: external forces in addition to it
 
     @cached_property
     def time(self) -> Array:

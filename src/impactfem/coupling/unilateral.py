@@ -50,19 +50,19 @@ REPORT = 50
 class ContactHistory:
     """The response between unilateral constraints, the same on all ranks."""
 
-    time: Array  # shape (n_t,) [s]
-    # P of each constraint in the step that ends at the time, shape (n_t, m) [N s for columns of G
-    # without a unit]; the first row is zero. P / h is the mean force of the step, and G P / h that
-    # on the structure.
+    time: Array  #: shape (n_t,) [s]
+    #: P of each constraint in the step that ends at the time, shape (n_t, m) [N s for columns of G
+    #: without a unit]; the first row is zero. P / h is the mean force of the step, and G P / h that
+    #: on the structure.
     impulse: Array
-    gap: Array  # γ − Gᵀ u, shape (n_t, m) [m for such columns]
-    displacement: Array  # Lᵀ u of the probes, shape (n_t, n_probes)
-    velocity: Array  # Lᵀ v of the probes, shape (n_t, n_probes)
-    # How far velocities and impulses after the step are from complementary: the largest of min(w,
-    # P) over the constraints that take part, each made comparable by the diagonal of the Delassus
-    # operator, over the largest speed of a constraint so far, shape (n_t,) [-].
+    gap: Array  #: γ − Gᵀ u, shape (n_t, m) [m for such columns]
+    displacement: Array  #: Lᵀ u of the probes, shape (n_t, n_probes)
+    velocity: Array  #: Lᵀ v of the probes, shape (n_t, n_probes)
+    #: How far velocities and impulses after the step are from complementary: the largest of min(w,
+    #: P) over the constraints that take part, each made comparable by the diagonal of the Delassus
+    #: operator, over the largest speed of a constraint so far, shape (n_t,) [-].
     residual: Array
-    energy: Energy  # the energies
+    energy: Energy  #: the energies
 
     @property
     def force(self) -> Array:

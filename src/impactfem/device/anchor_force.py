@@ -52,11 +52,11 @@ class Quantities:
         ImpactfemError: Shapes do not fit each other.
     """
 
-    names: tuple[str, ...]  # what they are, n_q of them
+    names: tuple[str, ...]  #: what they are, n_q of them
     units: tuple[str, ...]
-    own: Array  # c, shape (n_q, n)
-    acceleration: Array  # d, shape (n_q, 6 p)
-    displacement: Array  # e, shape (n_q, 6 p)
+    own: Array  #: c, shape (n_q, n)
+    acceleration: Array  #: d, shape (n_q, 6 p)
+    displacement: Array  #: e, shape (n_q, 6 p)
 
     def __post_init__(self) -> None:
         n_q = len(self.names)
@@ -202,13 +202,13 @@ def base_imbalance(
 class AnchorForce:
     """Histories at the samples of the motion, the device at rest at the first one."""
 
-    time: Array  # shape (n_t,) [s]
-    force: Array  # F of the device on the floor, shape (6 p, n_t) [N, N m]
-    motion: Array  # own coordinates x relative to the anchors, shape (n, n_t) [m, rad]
-    modal: Array  # z of the modes used, shape (m, n_t)
-    modes: DeviceModes  # those
-    # largest difference of (1) and (2), of the largest force or the largest moment [-]; nan where
-    # all motions of the base are blocked
+    time: Array  #: shape (n_t,) [s]
+    force: Array  #: F of the device on the floor, shape (6 p, n_t) [N, N m]
+    motion: Array  #: own coordinates x relative to the anchors, shape (n, n_t) [m, rad]
+    modal: Array  #: z of the modes used, shape (m, n_t)
+    modes: DeviceModes  #: those
+    #: largest difference of (1) and (2), of the largest force or the largest moment [-]; nan where
+    #: all motions of the base are blocked
     imbalance: float
 
     @property

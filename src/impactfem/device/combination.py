@@ -179,8 +179,8 @@ class Gupta:
         ImpactfemError: The frequencies do not ascend.
     """
 
-    f1: float | None = None  # f₁ [Hz]; from the spectrum when None
-    f2: float | None = None  # f₂ [Hz]; from the spectrum when None
+    f1: float | None = None  #: f₁ [Hz]; from the spectrum when None
+    f2: float | None = None  #: f₂ [Hz]; from the spectrum when None
 
     def __post_init__(self) -> None:
         f1 = 0.0 if self.f1 is None else self.f1
@@ -244,18 +244,18 @@ RigidResponse = Gupta | LindleyYow
 class Rules:
     """How responses are combined."""
 
-    modes: Combination = "cqc"  # combination of modes
-    duration: float | None = None  # of the strong motion, for the double sum [s]
-    rigid: RigidResponse | None = None  # rigid part of the modes; none when None
-    # whether R_m of `device.spectrum_analysis`, what the modes in use do not carry,
-    # is added
+    modes: Combination = "cqc"  #: combination of modes
+    duration: float | None = None  #: of the strong motion, for the double sum [s]
+    rigid: RigidResponse | None = None  #: rigid part of the modes; none when None
+    #: whether R_m of `device.spectrum_analysis`, what the modes in use do not carry,
+    #: is added
     missing_mass: bool = True
-    # modes above it count as missing mass [Hz]; all are used when None
+    #: modes above it count as missing mass [Hz]; all are used when None
     maximum_frequency: float | None = None
-    # combination of the same component of several anchors: "srss" when they move independently,
-    # "algebraic" when they move together, or "abs"
+    #: combination of the same component of several anchors: "srss" when they move independently,
+    #: "algebraic" when they move together, or "abs"
     supports: SupportRule = "srss"
-    rotations: InputRule = "srss"  # combination of a rotation with the translation it comes with
-    directions: InputRule = "srss"  # combination of these pairs
-    displacements: InputRule = "srss"  # combination of the displacements of the anchors
-    whole: InputRule = "srss"  # combination of these with all the rest: "srss" or "abs"
+    rotations: InputRule = "srss"  #: combination of a rotation with the translation it comes with
+    directions: InputRule = "srss"  #: combination of these pairs
+    displacements: InputRule = "srss"  #: combination of the displacements of the anchors
+    whole: InputRule = "srss"  #: combination of these with all the rest: "srss" or "abs"

@@ -77,17 +77,17 @@ class Device:
     """
 
     name: str
-    motions: tuple[str, ...]  # names of the own coordinates, n of them
-    M: Array  # mass, symmetric, not indefinite, shape (n, n) [kg, kg m, kg m2]
-    K: Array  # stiffness, symmetric and positive definite, shape (n, n) [N/m, N, N m]
-    L: Array  # coupling mass, shape (n, 6 p)
-    J: Array  # mass of the rigid device about its anchors, shape (6 p, 6 p)
-    r: Array  # own coordinates by unit motions of the anchors, shape (n, 6 p) [-, m, 1/m]
-    # Rayleigh damping of the own coordinates, or one ratio for all modes [-]
+    motions: tuple[str, ...]  #: names of the own coordinates, n of them
+    M: Array  #: mass, symmetric, not indefinite, shape (n, n) [kg, kg m, kg m2]
+    K: Array  #: stiffness, symmetric and positive definite, shape (n, n) [N/m, N, N m]
+    L: Array  #: coupling mass, shape (n, 6 p)
+    J: Array  #: mass of the rigid device about its anchors, shape (6 p, 6 p)
+    r: Array  #: own coordinates by unit motions of the anchors, shape (n, 6 p) [-, m, 1/m]
+    #: Rayleigh damping of the own coordinates, or one ratio for all modes [-]
     damping: Rayleigh | float
-    # damping matrix of what is added to it, shape (n, n); none when left out
+    #: damping matrix of what is added to it, shape (n, n); none when left out
     dampers: Array | None = None
-    anchor_stiffness: Array | None = None  # K_a, shape (6 p, 6 p); zero when left out
+    anchor_stiffness: Array | None = None  #: K_a, shape (6 p, 6 p); zero when left out
     C: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -167,12 +167,12 @@ ROUNDING = 1e-6
 class TableMode:
     """One mode."""
 
-    frequency: float  # [Hz]
-    direction: str  # "x", "y", "z", "rx", "ry" or "rz": how it moves
-    effective_mass: float  # of this direction [kg], or about this axis [kg m2]
-    # where it acts above the anchor, for a horizontal direction [m]: overturning moment over force
+    frequency: float  #: [Hz]
+    direction: str  #: "x", "y", "z", "rx", "ry" or "rz": how it moves
+    effective_mass: float  #: of this direction [kg], or about this axis [kg m2]
+    #: where it acts above the anchor, for a horizontal direction [m]: overturning moment over force
     height: float = 0.0
-    damping: float | None = None  # ratio of its own; that of the device when None [-]
+    damping: float | None = None  #: ratio of its own; that of the device when None [-]
 
 
 def from_modes(

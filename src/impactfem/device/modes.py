@@ -39,12 +39,12 @@ PROPORTIONAL = 1e-9
 class DeviceModes:
     """Modes in ascending frequency."""
 
-    frequency: Array  # natural frequencies, shape (m,) [Hz]
-    damping: Array  # damping ratios ξ = φᵀ C φ / (2 ω), shape (m,) [-]
-    shape: Array  # φ with φᵀ M φ = 1, shape (n, m)
-    participation: Array  # Γ of every component of the anchors, shape (6 p, m) [√kg, √kg m]
-    total: Array  # J of the device, shape (6 p, 6 p)
-    proportional: bool  # whether damping does not couple the modes
+    frequency: Array  #: natural frequencies, shape (m,) [Hz]
+    damping: Array  #: damping ratios ξ = φᵀ C φ / (2 ω), shape (m,) [-]
+    shape: Array  #: φ with φᵀ M φ = 1, shape (n, m)
+    participation: Array  #: Γ of every component of the anchors, shape (6 p, m) [√kg, √kg m]
+    total: Array  #: J of the device, shape (6 p, 6 p)
+    proportional: bool  #: whether damping does not couple the modes
 
     @property
     def omega(self) -> Array:

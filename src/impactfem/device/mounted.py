@@ -48,8 +48,8 @@ class MountedDevice:
     """A device and where it stands."""
 
     name: str
-    device: Device | RigidBody  # the device; a rigid body alone is one mass at its anchor
-    at: tuple[Place, ...] = ()  # body and port of each anchor; none for matrices alone
+    device: Device | RigidBody  #: the device; a rigid body alone is one mass at its anchor
+    at: tuple[Place, ...] = ()  #: body and port of each anchor; none for matrices alone
 
     @property
     def mass(self) -> Array:
@@ -105,17 +105,17 @@ class MountedHistory:
     """One device, at the samples of the loads."""
 
     name: str
-    # F of the device on the floor at its anchors, shape (6 p, n_t) [N, N m]: N, F and M of its
-    # base. The floor's on the device is -F
+    #: F of the device on the floor at its anchors, shape (6 p, n_t) [N, N m]: N, F and M of its
+    #: base. The floor's on the device is -F
     force: Array
-    anchor_displacement: Array  # relative to the ground, shape (6 p, n_t) [m, rad]
-    anchor_velocity: Array  # relative to the ground, same shape [m/s, rad/s]
-    anchor_acceleration: Array  # absolute, same shape [m/s2, rad/s2]
-    motion: Array  # own coordinates x relative to the anchors, shape (n, n_t) [m, rad]
-    # own coordinates' absolute acceleration ẍ + r ä, shape (n, n_t) [m/s2, rad/s2]
+    anchor_displacement: Array  #: relative to the ground, shape (6 p, n_t) [m, rad]
+    anchor_velocity: Array  #: relative to the ground, same shape [m/s, rad/s]
+    anchor_acceleration: Array  #: absolute, same shape [m/s2, rad/s2]
+    motion: Array  #: own coordinates x relative to the anchors, shape (n, n_t) [m, rad]
+    #: own coordinates' absolute acceleration ẍ + r ä, shape (n, n_t) [m/s2, rad/s2]
     acceleration: Array
-    # largest difference of inertia forces and spring forces at the base, of the largest force or
-    # moment [-]; nan where all motions of the base are blocked
+    #: largest difference of inertia forces and spring forces at the base, of the largest force or
+    #: moment [-]; nan where all motions of the base are blocked
     imbalance: float
 
     @property
@@ -128,10 +128,10 @@ class MountedHistory:
 class MountedResponse:
     """All devices."""
 
-    time: Array  # shape (n_t,) [s]
-    devices: tuple[MountedHistory, ...]  # in the order they were given
-    link_force: Array  # F of the links between the bodies, shape (n_t, n_links) [N]
-    energy: Energy  # of bodies and devices, by velocities relative to the ground
+    time: Array  #: shape (n_t,) [s]
+    devices: tuple[MountedHistory, ...]  #: in the order they were given
+    link_force: Array  #: F of the links between the bodies, shape (n_t, n_links) [N]
+    energy: Energy  #: of bodies and devices, by velocities relative to the ground
 
 
 def mounted_response(

@@ -22,10 +22,10 @@ class BaseSprings:
         ImpactfemError: The matrix is not symmetric and finite in the motions that are free.
     """
 
-    # symmetric matrix, shape (6, 6) [N/m, N, N m/rad] in the order of COMPONENTS. Rows and columns
-    # of the blocked motions are not read
+    #: symmetric matrix, shape (6, 6) [N/m, N, N m/rad] in the order of COMPONENTS. Rows and columns
+    #: of the blocked motions are not read
     stiffness: Array
-    # which motions the base shares with the anchor, as if their spring were rigid, shape (6,)
+    #: which motions the base shares with the anchor, as if their spring were rigid, shape (6,)
     blocked: npt.NDArray[np.bool_]
 
     def __post_init__(self) -> None:
@@ -73,9 +73,9 @@ class RigidBody:
             negative in a direction.
     """
 
-    mass: float  # m, positive [kg]
-    centre: Array  # mass centre, from the anchor, shape (3,) [m]; (0, 0, h) is at the height h
-    inertia: Array  # tensor about the mass centre along the axes, shape (3, 3) [kg m2]
+    mass: float  #: m, positive [kg]
+    centre: Array  #: mass centre, from the anchor, shape (3,) [m]; (0, 0, h) is at the height h
+    inertia: Array  #: tensor about the mass centre along the axes, shape (3, 3) [kg m2]
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.mass) and self.mass > 0.0):
@@ -133,15 +133,15 @@ class Beam:
             no element.
     """
 
-    length: float  # l [m]
-    bending_x: float  # E I for bending about x, which moves it along y [N m2]
-    bending_y: float  # E I for bending about y, which moves it along x [N m2]
-    shear_x: float = math.inf  # shear stiffness G A_v along x [N]; infinite when left out
-    shear_y: float = math.inf  # along y
-    stretching: float = math.inf  # E A [N]; infinite when left out
-    twisting: float = math.inf  # G J [N m2]; infinite when left out
-    mass: float = 0.0  # of the whole beam, evenly distributed [kg]; its rotary inertia is left out
-    elements: int = 4  # number of elements
+    length: float  #: l [m]
+    bending_x: float  #: E I for bending about x, which moves it along y [N m2]
+    bending_y: float  #: E I for bending about y, which moves it along x [N m2]
+    shear_x: float = math.inf  #: shear stiffness G A_v along x [N]; infinite when left out
+    shear_y: float = math.inf  #: along y
+    stretching: float = math.inf  #: E A [N]; infinite when left out
+    twisting: float = math.inf  #: G J [N m2]; infinite when left out
+    mass: float = 0.0  #: of the whole beam, evenly distributed [kg]; its rotary inertia is left out
+    elements: int = 4  #: number of elements
 
     def __post_init__(self) -> None:
         for name in ("length", "bending_x", "bending_y"):

@@ -50,13 +50,13 @@ class AnchorSpectrum:
         ImpactfemError: The spectra or their labels are not usable.
     """
 
-    component: str  # "x" to "rz"
-    frequency: Array  # ascending, shape (n_f,) [Hz]
-    damping: Array  # damping ratios, ascending, shape (n_d,) [-]
-    psa: Array  # pseudo-acceleration, shape (n_d, n_f) [m/s2, rad/s2]
-    zpa: float  # zero-period acceleration: the largest acceleration of the anchor [m/s2, rad/s2]
-    anchor: int = 1  # number of the anchor, from 1
-    displacement: float = 0.0  # largest displacement of the anchor against the other ones [m, rad]
+    component: str  #: "x" to "rz"
+    frequency: Array  #: ascending, shape (n_f,) [Hz]
+    damping: Array  #: damping ratios, ascending, shape (n_d,) [-]
+    psa: Array  #: pseudo-acceleration, shape (n_d, n_f) [m/s2, rad/s2]
+    zpa: float  #: zero-period acceleration: the largest acceleration of the anchor [m/s2, rad/s2]
+    anchor: int = 1  #: number of the anchor, from 1
+    displacement: float = 0.0  #: largest displacement of the anchor against the other ones [m, rad]
 
     def __post_init__(self) -> None:
         if self.component not in COMPONENTS or self.anchor < 1:

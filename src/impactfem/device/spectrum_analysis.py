@@ -44,15 +44,15 @@ class InputResponse:
     """Response to one component of one anchor."""
 
     spectrum: AnchorSpectrum
-    # pseudo-acceleration S of each mode, shape (m,) [m/s2, rad/s2]; 0 for a mode that the component
-    # does not move
+    #: Pseudo-acceleration S of each mode, shape (m,) [m/s2, rad/s2]; 0 for a mode that the
+    #: component does not move.
     ordinate: Array
-    rigid_fraction: Array  # α, shape (m,) [-]
-    modal: Array  # R_i with its sign, shape (n_q, m)
-    missing: Array  # R_m, shape (n_q,)
-    periodic: Array  # R_p, shape (n_q,)
-    rigid: Array  # R_r, shape (n_q,)
-    total: Array  # R, shape (n_q,)
+    rigid_fraction: Array  #: α, shape (m,) [-]
+    modal: Array  #: R_i with its sign, shape (n_q, m)
+    missing: Array  #: R_m, shape (n_q,)
+    periodic: Array  #: R_p, shape (n_q,)
+    rigid: Array  #: R_r, shape (n_q,)
+    total: Array  #: R, shape (n_q,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,14 +61,14 @@ class SpectrumResponse:
 
     device: str
     modes: DeviceModes
-    quantities: Quantities  # what was computed, n_q quantities
-    inputs: tuple[InputResponse, ...]  # the part of each input
-    columns: tuple[int, ...]  # which component of the anchors each input is
-    by_component: dict[str, Array]  # R of each component over all anchors, shape (n_q,)
-    inertial: Array  # all components combined, shape (n_q,)
-    displacement: Array  # of the displacements of the anchors against each other, shape (n_q,)
-    notes: tuple[str, ...]  # what was assumed, in words
-    whole: InputRule = "srss"  # combination of the last two parts: "srss" or "abs"
+    quantities: Quantities  #: what was computed, n_q quantities
+    inputs: tuple[InputResponse, ...]  #: the part of each input
+    columns: tuple[int, ...]  #: which component of the anchors each input is
+    by_component: dict[str, Array]  #: R of each component over all anchors, shape (n_q,)
+    inertial: Array  #: all components combined, shape (n_q,)
+    displacement: Array  #: of the displacements of the anchors against each other, shape (n_q,)
+    notes: tuple[str, ...]  #: what was assumed, in words
+    whole: InputRule = "srss"  #: combination of the last two parts: "srss" or "abs"
 
     @property
     def total(self) -> Array:

@@ -31,9 +31,9 @@ _BINS = 4.0  # of width 1/T_D that the mean of the density must hold to say anyt
 class Misfit:
     """Pseudo-acceleration of a motion and its target, shape (n,), and their ratio r."""
 
-    frequency: FloatArray  # equidistant on a logarithmic axis [Hz]
-    computed: FloatArray  # of the motion at the target's damping [m/s2]
-    target: FloatArray  # the design spectrum [m/s2]
+    frequency: FloatArray  #: equidistant on a logarithmic axis [Hz]
+    computed: FloatArray  #: of the motion at the target's damping [m/s2]
+    target: FloatArray  #: the design spectrum [m/s2]
 
     @property
     def ratio(self) -> FloatArray:
@@ -98,15 +98,15 @@ class Criteria:
     `derived_psd_share` is a choice of this program: see :func:`acceptance`.
     """
 
-    per_decade: int = 100  # points in a decade, at least
-    lower: float = 0.9  # smallest ratio of spectrum to target
-    upper: float = 1.3  # largest ratio
-    longest_below: int = 9  # most points in a row below the target
-    duration: float = 20.0  # at least [s]
-    strong_phase: float = 6.0  # least time from 5 % to 75 % of the Arias intensity [s]
-    nyquist: float = 50.0  # least Nyquist frequency [Hz]
-    psd_share: float = 0.8  # smallest ratio of the power spectral density to a target given
-    derived_psd_share: float = 0.4  # the same, to the density derived from the design spectrum
+    per_decade: int = 100  #: points in a decade, at least
+    lower: float = 0.9  #: smallest ratio of spectrum to target
+    upper: float = 1.3  #: largest ratio
+    longest_below: int = 9  #: most points in a row below the target
+    duration: float = 20.0  #: at least [s]
+    strong_phase: float = 6.0  #: least time from 5 % to 75 % of the Arias intensity [s]
+    nyquist: float = 50.0  #: least Nyquist frequency [Hz]
+    psd_share: float = 0.8  #: smallest ratio of the power spectral density to a target given
+    derived_psd_share: float = 0.4  #: the same, to the density derived from the design spectrum
 
 
 @dataclass(frozen=True)
@@ -131,9 +131,9 @@ class Acceptance:
 
     misfit: Misfit
     strong_phase: StrongPhase
-    psd_frequency: FloatArray  # (n_p,) [Hz]; empty for a strong phase too short to say anything
-    psd: FloatArray  # one-sided density of the strong phase, smoothed, (n_p,) [m²/s³]
-    psd_target: FloatArray  # what it is compared with, (n_p,) [m²/s³]
+    psd_frequency: FloatArray  #: (n_p,) [Hz]; empty for a strong phase too short to say anything
+    psd: FloatArray  #: one-sided density of the strong phase, smoothed, (n_p,) [m²/s³]
+    psd_target: FloatArray  #: what it is compared with, (n_p,) [m²/s³]
     verdicts: tuple[Verdict, ...]
 
     @property

@@ -49,10 +49,10 @@ class DesignSpectrum:
     and periods that do not ascend, are refused.
     """
 
-    ground_acceleration: float  # A, soil factor included: that at zero period [m/s2]
-    corner_periods: tuple[float, float, float]  # T_B, T_C, T_D [s]
-    amplification: float = 2.5  # F of the plateau at 5 % damping
-    damping: float = 0.05  # ξ
+    ground_acceleration: float  #: A, soil factor included: that at zero period [m/s2]
+    corner_periods: tuple[float, float, float]  #: T_B, T_C, T_D [s]
+    amplification: float = 2.5  #: F of the plateau at 5 % damping
+    damping: float = 0.05  #: ξ
 
     def __post_init__(self) -> None:
         if not 0.0 < self.ground_acceleration < math.inf:
@@ -96,9 +96,9 @@ class TableSpectrum:
     Values that are not positive, and frequencies that do not ascend, are refused.
     """
 
-    frequency: FloatArray  # (n,), n >= 2 [Hz]
-    acceleration: FloatArray  # (n,) [m/s2]
-    damping: float = 0.05  # ξ that the table was made for
+    frequency: FloatArray  #: (n,), n >= 2 [Hz]
+    acceleration: FloatArray  #: (n,) [m/s2]
+    damping: float = 0.05  #: ξ that the table was made for
 
     def __post_init__(self) -> None:
         f = np.array(self.frequency, dtype=np.float64)

@@ -35,7 +35,7 @@ class GroundMotion:
     accelerogram: Accelerogram
     measures: Measures
     spectrum: ResponseSpectra
-    target: npt.NDArray[np.float64] | None  # at the frequencies of the spectrum, (n_f,) [m/s2]
+    target: npt.NDArray[np.float64] | None  #: at the frequencies of the spectrum, (n_f,) [m/s2]
     misfit: Misfit | None
     acceptance: Acceptance | None = None
 

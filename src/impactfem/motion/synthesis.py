@@ -57,8 +57,8 @@ class SyntheticMotion:
 
     accelerogram: Accelerogram
     target: Target
-    misfit: Misfit  # of its response spectrum, over the matched frequencies
-    iterations: int  # corrections (2) that the motion went through; those after it did worse
+    misfit: Misfit  #: of its response spectrum, over the matched frequencies
+    iterations: int  #: corrections (2) that the motion went through; those after it did worse
 
 
 def synthesise(

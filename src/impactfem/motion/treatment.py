@@ -45,9 +45,9 @@ class Treatment:
     """
 
     baseline: Baseline = "none"
-    taper: float | None = None  # length of either taper [s]
-    band: tuple[float, float] | None = None  # low and high corner frequency [Hz]
-    resample: float | None = None  # new time step [s]
+    taper: float | None = None  #: length of either taper [s]
+    band: tuple[float, float] | None = None  #: low and high corner frequency [Hz]
+    resample: float | None = None  #: new time step [s]
 
     def __post_init__(self) -> None:
         if self.taper is not None and not 0.0 < self.taper < math.inf:

@@ -35,62 +35,36 @@ BAND = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A curve of a panel.
+    """A curve of a panel."""
 
-    Args:
-        x: Ascending, shape (n,).
-        y: Shape (n,).
-        label: Its name in the legend; "" for none.
-        colour: As matplotlib takes it.
-        dash: As matplotlib takes it; "" for points alone.
-        width: Of the line.
-        marker: As matplotlib takes it; "" for none.
-        band: Lower and upper values of a band, shape (n,) each; None for none.
-        further: Whether it is in the page alone, where a click in the legend shows it.
-    """
-
-    x: Array
-    y: Array
-    label: str = ""
-    colour: Any = BLUE
-    dash: str = "-"
-    width: float = 1.0
-    marker: str = ""
+    x: Array  #: ascending, shape (n,)
+    y: Array  #: shape (n,)
+    label: str = ""  #: its name in the legend; "" for none
+    colour: Any = BLUE  #: as matplotlib takes it
+    dash: str = "-"  #: as matplotlib takes it; "" for points alone
+    width: float = 1.0  #: of the line
+    marker: str = ""  #: as matplotlib takes it; "" for none
+    #: Lower and upper values of a band, shape (n,) each; None for none.
     band: tuple[Array, Array] | None = None
-    further: bool = False
+    further: bool = False  #: whether it is in the page alone, where a click in the legend shows it
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Axes with curves.
+    """Axes with curves."""
 
-    Args:
-        xlabel: Quantity along x with its unit.
-        ylabel: The same along y.
-        curves: The curves; later ones are drawn over earlier ones.
-        title: Of the panel; "" for none.
-        log: "x" or "xy" for logarithmic axes; "" for none.
-        bottom: Lower end along y; None for that of the curves.
-        room: Room above the curves, over their extent, as for a legend.
-        marks: Where dotted vertical lines stand.
-        hatched: Range along x that is hatched; grey in the page.
-        note: Text in the middle; "" for none.
-        legend: Place of the legend; "" for none.
-        reverse: Whether the legend lists the last curve first.
-    """
-
-    xlabel: str
-    ylabel: str
-    curves: Sequence[Curve]
-    title: str = ""
-    log: str = ""
-    bottom: float | None = None
-    room: float = 0.0
-    marks: Sequence[float] = ()
-    hatched: tuple[float, float] | None = None
-    note: str = ""
-    legend: Any = "upper right"
-    reverse: bool = False
+    xlabel: str  #: quantity along x with its unit
+    ylabel: str  #: the same along y
+    curves: Sequence[Curve]  #: the curves; later ones are drawn over earlier ones
+    title: str = ""  #: of the panel; "" for none
+    log: str = ""  #: "x" or "xy" for logarithmic axes; "" for none
+    bottom: float | None = None  #: lower end along y; None for that of the curves
+    room: float = 0.0  #: room above the curves, over their extent, as for a legend
+    marks: Sequence[float] = ()  #: where dotted vertical lines stand
+    hatched: tuple[float, float] | None = None  #: range along x that is hatched; grey in the page
+    note: str = ""  #: text in the middle; "" for none
+    legend: Any = "upper right"  #: place of the legend; "" for none
+    reverse: bool = False  #: whether the legend lists the last curve first
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -138,27 +112,17 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class CurveFigure:
-    """A figure of panels with curves.
+    """A figure of panels with curves."""
 
-    Args:
-        name: Name of its file without ending.
-        caption: What it shows.
-        panels: The panels, row by row.
-        columns: Panels in a row.
-        size: Width and height of the PNG without the caption [inch].
-        alike: Whether all panels have the range along y of the largest.
-        lettered: Whether panels have letters, (a), (b), ...
-        above: Whether one legend above the panels serves all.
-    """
-
-    name: str
-    caption: str
-    panels: Sequence[Panel]
-    columns: int = 2
+    name: str  #: name of its file without ending
+    caption: str  #: what it shows
+    panels: Sequence[Panel]  #: the panels, row by row
+    columns: int = 2  #: panels in a row
+    #: Width and height of the PNG without the caption [inch].
     size: tuple[float, float] = (9.0, 4.0)
-    alike: bool = False
-    lettered: bool = True
-    above: bool = False
+    alike: bool = False  #: whether all panels have the range along y of the largest
+    lettered: bool = True  #: whether panels have letters, (a), (b), ..
+    above: bool = False  #: whether one legend above the panels serves all
 
     @property
     def rows(self) -> int:

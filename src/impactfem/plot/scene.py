@@ -44,21 +44,13 @@ SHADING = {"ambient": 0.6, "diffuse": 0.4, "specular": 0.0}
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A scene as it is seen in parallel projection.
+    """A scene as it is seen in parallel projection."""
 
-    Args:
-        image: Its pixels, shape (height, width, 3).
-        right: Unit vector to the right in it, shape (3,).
-        up: Unit vector upwards in it, shape (3,).
-        corner: Its upper left corner along both [m].
-        scale: Pixels in a metre.
-    """
-
-    image: NDArray[np.uint8]
-    right: Array
-    up: Array
-    corner: tuple[float, float]
-    scale: float
+    image: NDArray[np.uint8]  #: its pixels, shape (height, width, 3)
+    right: Array  #: unit vector to the right in it, shape (3,)
+    up: Array  #: unit vector upwards in it, shape (3,)
+    corner: tuple[float, float]  #: its upper left corner along both [m]
+    scale: float  #: pixels in a metre
 
     def place(self, points: Array) -> Array:
         """Where points are in it, shape (n, 2): to the right and downwards [pixel]."""

@@ -62,19 +62,12 @@ def beside_published(
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
+    """A table."""
 
-    Args:
-        name: File name without ending.
-        title: What it shows.
-        columns: Name and unit of each column; "" for a column of words.
-        rows: The cells; None where there is no value.
-    """
-
-    name: str
-    title: str
-    columns: tuple[tuple[str, str], ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    name: str  #: file name without ending
+    title: str  #: what it shows
+    columns: tuple[tuple[str, str], ...]  #: name and unit of each column; "" for a column of words
+    rows: tuple[tuple[Cell, ...], ...]  #: the cells; None where there is no value
 
     def comparing(self, names: Collection[str], words: str = "") -> Table:
         """The table without columns that have nothing to compare with: all of them, or none.

@@ -22,10 +22,10 @@ class Accelerogram:
     or not finite, are refused.
     """
 
-    time_step: float  # h [s]
-    acceleration: FloatArray  # samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]
-    name: str = ""  # in tables and figures
-    origin: str = ""  # where it comes from: a file, or how it was made
+    time_step: float  #: h [s]
+    acceleration: FloatArray  #: samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]
+    name: str = ""  #: in tables and figures
+    origin: str = ""  #: where it comes from: a file, or how it was made
 
     def __post_init__(self) -> None:
         h = float(self.time_step)
@@ -96,14 +96,14 @@ class Measures:
     that is zero throughout; velocity and displacement of the end are those at the last sample.
     """
 
-    pga: float  # [m/s2]
-    time_of_pga: float  # [s]
-    pgv: float  # [m/s]
-    pgd: float  # [m]
-    arias: float  # [m/s]
-    duration_5_95: float  # [s]
-    end_velocity: float  # [m/s]
-    end_displacement: float  # [m]
+    pga: float  #: [m/s2]
+    time_of_pga: float  #: [s]
+    pgv: float  #: [m/s]
+    pgd: float  #: [m]
+    arias: float  #: [m/s]
+    duration_5_95: float  #: [s]
+    end_velocity: float  #: [m/s]
+    end_displacement: float  #: [m]
 
 
 def measures(accelerogram: Accelerogram) -> Measures:

@@ -161,11 +161,11 @@ class RecordFile:
 class Format:
     """A format of records."""
 
-    name: str  # what case files call it
-    expected: str  # what a file of it looks like, for messages
-    endings: tuple[str, ...]  # of the files that have this format alone, lower case, without dot
-    sign: re.Pattern[str]  # what one of the first lines has, and no file of another format
-    # Reads a component (None: the only one), in m/s2; raises the file's error with every fault.
+    name: str  #: what case files call it
+    expected: str  #: what a file of it looks like, for messages
+    endings: tuple[str, ...]  #: of the files that have this format alone, lower case, without dot
+    sign: re.Pattern[str]  #: what one of the first lines has, and no file of another format
+    #: Reads a component (None: the only one), in m/s2; raises the file's error with every fault.
     read: Callable[[RecordFile, str | None], Accelerogram]
 
 
@@ -173,16 +173,16 @@ class Format:
 class Channel:
     """An acceleration of a file that holds several, in fixed columns."""
 
-    number: str  # at the station, as text
-    orientation: str  # in the file's words ("90 Deg", "Up"); may be empty
-    code: str  # in the network ("HNE"); may be empty
-    title: str  # what it is a record of, for the origin of the accelerogram
-    announced: int  # number of the line that announces the samples, from 1
-    count: int  # of the samples announced
+    number: str  #: at the station, as text
+    orientation: str  #: in the file's words ("90 Deg", "Up"); may be empty
+    code: str  #: in the network ("HNE"); may be empty
+    title: str  #: what it is a record of, for the origin of the accelerogram
+    announced: int  #: number of the line that announces the samples, from 1
+    count: int  #: of the samples announced
     time_step: float
-    factor: float  # from the file's unit to m/s2
-    width: int  # characters in a column
-    stop: int  # number of the line behind the last one of samples
+    factor: float  #: from the file's unit to m/s2
+    width: int  #: characters in a column
+    stop: int  #: number of the line behind the last one of samples
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -39,32 +39,22 @@ PER_OCTAVE = 12
 
 @dataclass(frozen=True, eq=False)
 class ReducedBasis:
-    """A reduced model, those nested in it and around it, and their shapes at recorded nodes.
+    """A reduced model, those nested in it and around it, and their shapes at recorded nodes."""
 
-    Args:
-        loads: Names of the load patterns, in the order of the models' loads.
-        models: The reduced model, then those nested in it, which give an estimate of its error.
-        larger: Models that it is nested in, which give the band of its error; none where none were
-            requested.
-        nodes: Recorded nodes, ascending, shape (n,).
-        vectors: V at their displacements, shape (n, 3, size of the largest model); zero at clamped
-            nodes.
-        difference: Estimated error of the transfer functions at the probes that it was made for,
-            as of `error`.
-        certified: Nodes for which the rigorous bound is known, ascending, shape (m,).
-        norm: ‖l‖ of their displacements (see `error_band`), shape (m, 3).
-        gram: Qᵀ (K + σ0 M) Q of the basis, shape (n_tail, n_tail).
-    """
-
-    loads: tuple[str, ...]
+    loads: tuple[str, ...]  #: names of the load patterns, in the order of the models' loads
+    #: The reduced model, then those nested in it, which give an estimate of its error.
     models: tuple[ReducedModel, ...]
+    #: Models that it is nested in, which give the band of its error; none where none were
+    #: requested.
     larger: tuple[ReducedModel, ...]
-    nodes: Index
+    nodes: Index  #: recorded nodes, ascending, shape (n,)
+    #: V at their displacements, shape (n, 3, size of the largest model); zero at clamped nodes.
     vectors: Array
+    #: Estimated error of the transfer functions at the probes that it was made for, as of `error`.
     difference: float
-    certified: Index
-    norm: Array
-    gram: Array
+    certified: Index  #: nodes for which the rigorous bound is known, ascending, shape (m,)
+    norm: Array  #: ‖l‖ of their displacements (see `error_band`), shape (m, 3)
+    gram: Array  #: qᵀ (K + σ0 M) Q of the basis, shape (n_tail, n_tail)
 
     @property
     def model(self) -> ReducedModel:
@@ -187,32 +177,21 @@ def models_of_content(name: str, content: Mapping[str, Any]) -> tuple[ReducedMod
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How good a basis has to be.
-
-    Args:
-        damping: The damping.
-        maximum_frequency: Up to which the transfer functions must be accurate [Hz].
-        tolerance: Their largest relative error at the probes, as of `NestedModels.error`.
-        remedy: What to do where it is not met, in the words of the case.
-    """
+    """How good a basis has to be."""
 
     damping: Rayleigh
-    maximum_frequency: float
-    tolerance: float
+    maximum_frequency: float  #: up to which the transfer functions must be accurate [Hz]
+    tolerance: float  #: their largest relative error at the probes, as of `NestedModels.error`
+    #: What to do where it is not met, in the words of the case.
     remedy: str = "allow more with transient.largest_basis, or lower transient.maximum_frequency"
 
 
 @dataclass(frozen=True, eq=False)
 class NestedModels:
-    """A reduced model with those nested in it, and the probes by which its error is estimated.
+    """A reduced model with those nested in it, and the probes by which its error is estimated."""
 
-    Args:
-        models: The model, then those nested in it.
-        rows: V at the probes, shape (n_probes, 3, size of the model).
-    """
-
-    models: tuple[ReducedModel, ...]
-    rows: Array
+    models: tuple[ReducedModel, ...]  #: the model, then those nested in it
+    rows: Array  #: V at the probes, shape (n_probes, 3, size of the model)
 
     def error(self, damping: Rayleigh, maximum_frequency: float) -> float:
         """Largest estimated error of the accelerations at the probes under any one of the loads.
@@ -229,23 +208,15 @@ class NestedModels:
 
 @dataclass(frozen=True, eq=False)
 class Grown:
-    """What is known of a basis that was grown until it is accurate.
+    """What is known of a basis that was grown until it is accurate."""
 
-    Args:
-        coarse: As accurate as the first accuracy asks.
-        fine: As accurate as all of them: the same, or of more vectors.
-        larger: Models that the coarse one is nested in; none where none were requested.
-        differences: Error at each accuracy, of the model that met it.
-        gram: Qᵀ (K + σ0 M) Q of the coarse model, shape (n_tail, n_tail).
-        norm: ‖l‖ of the probes' displacements (see `error_band`), shape (n_probes, 3).
-    """
-
-    coarse: NestedModels
-    fine: NestedModels
+    coarse: NestedModels  #: as accurate as the first accuracy asks
+    fine: NestedModels  #: as accurate as all of them: the same, or of more vectors
+    #: Models that the coarse one is nested in; none where none were requested.
     larger: tuple[ReducedModel, ...]
-    differences: tuple[float, ...]
-    gram: Array
-    norm: Array
+    differences: tuple[float, ...]  #: error at each accuracy, of the model that met it
+    gram: Array  #: qᵀ (K + σ0 M) Q of the coarse model, shape (n_tail, n_tail)
+    norm: Array  #: ‖l‖ of the probes' displacements (see `error_band`), shape (n_probes, 3)
 
 
 def grow_basis(

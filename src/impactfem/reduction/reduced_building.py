@@ -54,35 +54,21 @@ PUSH = "push"
 
 @dataclass(frozen=True, eq=False)
 class ReductionPlan:
-    """What a building is reduced for.
+    """What a building is reduced for."""
 
-    Args:
-        probes: Nodes where the transfer functions must be accurate, ascending.
-        nodes: Nodes whose motion is wanted, probes included, ascending.
-        accuracies: How accurate: first the model of `ReducedBasis`, then the whole space.
-        directions: Components (0, 1, 2) in which the ground moves.
-        floors: Numbers of the floors whose edges may be hit.
-        eccentricity: Of the loads on edges, along them [m].
-        base_plates: Of the devices, in the order of their anchors.
-        points: Nodes whose six components the complete model keeps.
-        wall: The wall that the building may hit; None without one.
-        shift: Frequency that the basis is expanded about [Hz].
-        largest: Most vectors of the Krylov space.
-        larger: Whether larger models are made, for the error band.
-    """
-
-    probes: Index
-    nodes: Index
+    probes: Index  #: nodes where the transfer functions must be accurate, ascending
+    nodes: Index  #: nodes whose motion is wanted, probes included, ascending
+    #: How accurate: first the model of `ReducedBasis`, then the whole space.
     accuracies: tuple[Accuracy, ...]
-    directions: tuple[int, ...] = ()
-    floors: tuple[int, ...] = ()
-    eccentricity: float = 0.0
-    base_plates: tuple[BasePlate, ...] = ()
-    points: tuple[int, ...] = ()
-    wall: Wall | None = None
-    shift: float = SHIFT
-    largest: int = LARGEST_BASIS
-    larger: bool = False
+    directions: tuple[int, ...] = ()  #: components (0, 1, 2) in which the ground moves
+    floors: tuple[int, ...] = ()  #: numbers of the floors whose edges may be hit
+    eccentricity: float = 0.0  #: of the loads on edges, along them [m]
+    base_plates: tuple[BasePlate, ...] = ()  #: of the devices, in the order of their anchors
+    points: tuple[int, ...] = ()  #: nodes whose six components the complete model keeps
+    wall: Wall | None = None  #: the wall that the building may hit; None without one
+    shift: float = SHIFT  #: frequency that the basis is expanded about [Hz]
+    largest: int = LARGEST_BASIS  #: most vectors of the Krylov space
+    larger: bool = False  #: whether larger models are made, for the error band
 
     @property
     def loads(self) -> tuple[str, ...]:
@@ -99,27 +85,16 @@ class ReductionPlan:
 
 @dataclass(frozen=True, eq=False)
 class CompleteModel:
-    """Modal equations z̈ + d ż + λ z = b p for any damping.
+    """Modal equations z̈ + d ż + λ z = b p for any damping."""
 
-    Args:
-        eigenvalue: λ, shape (r,) [1/s2].
-        ground: b of a unit ground acceleration along x, y, z, shape (r, 3).
-        floors: Numbers of the floors with an edge, shape (n_floors,).
-        edges: b of 1 N on the edge of each, into the building, shape (r, n_floors).
-        anchors: Φ of the anchors' six components, shape (n_anchors, 6, r).
-        points: Φ of the six components of further points, shape (n_points, 6, r).
-        difference: Estimated error of the transfer functions of the free building.
-        wall: The same with the contacts of the wall experiment; None without one.
-    """
-
-    eigenvalue: Array
-    ground: Array
-    floors: Index
-    edges: Array
-    anchors: Array
-    points: Array
-    difference: float
-    wall: WallModel | None
+    eigenvalue: Array  #: λ, shape (r,) [1/s2]
+    ground: Array  #: b of a unit ground acceleration along x, y, z, shape (r, 3)
+    floors: Index  #: numbers of the floors with an edge, shape (n_floors,)
+    edges: Array  #: b of 1 N on the edge of each, into the building, shape (r, n_floors)
+    anchors: Array  #: Φ of the anchors' six components, shape (n_anchors, 6, r)
+    points: Array  #: Φ of the six components of further points, shape (n_points, 6, r)
+    difference: float  #: estimated error of the transfer functions of the free building
+    wall: WallModel | None  #: the same with the contacts of the wall experiment; None without one
 
     def load(self, loads: Loads) -> Array:
         """The b of the patterns of loads, in their order, shape (r, n_patterns).
@@ -142,19 +117,12 @@ class CompleteModel:
 
 @dataclass(frozen=True, eq=False)
 class ReducedBuilding:
-    """The reduced model of a building.
+    """The reduced model of a building."""
 
-    Args:
-        basis: The Krylov space as accurate as the first accuracy asks, at nodes.
-        complete: Galerkin's model on all vectors.
-        fine: The whole Krylov space at the probes.
-        errors: At each accuracy of its plan, as of `NestedModels.error`.
-    """
-
-    basis: ReducedBasis
-    complete: CompleteModel
-    fine: NestedModels
-    errors: tuple[float, ...]
+    basis: ReducedBasis  #: the Krylov space as accurate as the first accuracy asks, at nodes
+    complete: CompleteModel  #: galerkin's model on all vectors
+    fine: NestedModels  #: the whole Krylov space at the probes
+    errors: tuple[float, ...]  #: at each accuracy of its plan, as of `NestedModels.error`
 
     def serving(self, plan: ReductionPlan) -> tuple[ReducedBuilding | None, str]:
         """The same for another plan of the same building, wall and devices, without a new basis.

@@ -21,33 +21,23 @@ REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, ABSENT, SHOWN = (
 
 @dataclass(frozen=True)
 class Compared:
-    """One result and its published value.
+    """One result and its published value."""
 
-    Args:
-        name: Name of the result.
-        ours: Ours, SI; None where it was not computed, or the stage ran and has none.
-        published: The published one, SI.
-        unit: Their SI unit.
-        difference: (ours − published) / |published|; None without one of them, or when it is zero.
-        tolerance: Largest |difference| that counts as reproduced.
-        relation: What the publication says: "=", or ">" or "<" its value, which holds or does not,
-            whatever the tolerance.
-        kind: What ours is: "result", or "input", "fitted", "scaled", "selected" or "derived", which
-            counts as `GIVEN` where it comes near.
-        status: `REPRODUCED`, `GIVEN`, `DIFFERS` or `ABSENT`.
-        reason: Why it differs; "" when it does not.
-    """
-
-    name: str
-    ours: float | None
-    published: float | None
-    unit: str
+    name: str  #: name of the result
+    ours: float | None  #: ours, SI; None where it was not computed, or the stage ran and has none
+    published: float | None  #: the published one, SI
+    unit: str  #: their SI unit
+    #: (ours − published) / |published|; None without one of them, or when it is zero.
     difference: float | None
-    tolerance: float
+    tolerance: float  #: largest |difference| that counts as reproduced
+    #: What the publication says: "=", or ">" or "<" its value, which holds or does not, whatever
+    #: the tolerance.
     relation: str
+    #: What ours is: "result", or "input", "fitted", "scaled", "selected" or "derived", which counts
+    #: as `GIVEN` where it comes near.
     kind: str
-    status: str
-    reason: str
+    status: str  #: `REPRODUCED`, `GIVEN`, `DIFFERS` or `ABSENT`
+    reason: str  #: why it differs; "" when it does not
 
     @property
     def distance(self) -> float:
@@ -59,19 +49,12 @@ class Compared:
 
 @dataclass(frozen=True)
 class Place:
-    """An equation, figure or table of the publication with ours.
+    """An equation, figure or table of the publication with ours."""
 
-    Args:
-        item: Its kind, number, title and what the case tells of it.
-        shows: Files of the run that show ours, relative to its folder.
-        lacking: Patterns of files that no stage of the run wrote.
-        compared: The results with a published value.
-    """
-
-    item: Mapping[str, Any]
-    shows: Sequence[str]
-    lacking: Sequence[str]
-    compared: Sequence[Compared]
+    item: Mapping[str, Any]  #: its kind, number, title and what the case tells of it
+    shows: Sequence[str]  #: files of the run that show ours, relative to its folder
+    lacking: Sequence[str]  #: patterns of files that no stage of the run wrote
+    compared: Sequence[Compared]  #: the results with a published value
 
     @property
     def status(self) -> str:

@@ -31,19 +31,12 @@ LEAST = 20
 
 @dataclass(frozen=True)
 class Side:
-    """One of the two runs.
+    """One of the two runs."""
 
-    Args:
-        response: Its `transient.nc`.
-        building: Its `building.nc`.
-        case_file: Name of its case file.
-        folder: Its folder, as the user wrote it.
-    """
-
-    response: xr.Dataset
-    building: xr.Dataset
-    case_file: str
-    folder: Path
+    response: xr.Dataset  #: its `transient.nc`
+    building: xr.Dataset  #: its `building.nc`
+    case_file: str  #: name of its case file
+    folder: Path  #: its folder, as the user wrote it
 
     @property
     def frequency(self) -> Array:

@@ -56,16 +56,11 @@ FAVICONS = re.compile(r"`https?://[^`]*favicon[^`]*`")
 
 @dataclass
 class Notes:
-    """Notes next to the building.
+    """Notes next to the building."""
 
-    Args:
-        title: Of the page.
-        entries: Label and colour of each part.
-        scale: Label of the scale of colours, and its first and last value; None for one colour.
-    """
-
-    title: str
-    entries: list[tuple[str, str]] = field(default_factory=list)
+    title: str  #: of the page
+    entries: list[tuple[str, str]] = field(default_factory=list)  #: label and colour of each part
+    #: Label of the scale of colours, and its first and last value; None for one colour.
     scale: tuple[str, float, float] | None = None
 
 

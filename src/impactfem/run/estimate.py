@@ -46,36 +46,22 @@ DAY = 86400.0
 
 @dataclass(frozen=True)
 class StageCost:
-    """What a stage takes.
-
-    Args:
-        name: Its name.
-        seconds: On one core, or on all of them where it uses them [s].
-        memory: Largest memory [byte].
-        file: Part of the memory that goes to a file where memory is short [byte].
-    """
+    """What a stage takes."""
 
     name: str
-    seconds: float
-    memory: float
-    file: float = 0.0
+    seconds: float  #: on one core, or on all of them where it uses them [s]
+    memory: float  #: largest memory [byte]
+    file: float = 0.0  #: part of the memory that goes to a file where memory is short [byte]
 
 
 @dataclass(frozen=True)
 class ModelSize:
-    """How large a 3D model is.
+    """How large a 3D model is."""
 
-    Args:
-        name: How it is called in lines.
-        dofs: Degrees of freedom.
-        meshed: Whether they are counted, not estimated from areas and element sizes.
-        vectors: Number of vectors of the reduced basis of each stage that has one.
-    """
-
-    name: str
-    dofs: int
-    meshed: bool
-    vectors: dict[str, int]
+    name: str  #: how it is called in lines
+    dofs: int  #: degrees of freedom
+    meshed: bool  #: whether they are counted, not estimated from areas and element sizes
+    vectors: dict[str, int]  #: number of vectors of the reduced basis of each stage that has one
 
     @property
     def line(self) -> str:
@@ -88,19 +74,12 @@ class ModelSize:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a run will take.
+    """What a run will take."""
 
-    Args:
-        steps: Number of steps of each time loop, by what moves in it.
-        models: The 3D models, which run one after another.
-        stages: What each stage takes.
-        longest: Duration of the longest ground motion [s].
-    """
-
-    steps: dict[str, int]
-    models: tuple[ModelSize, ...]
-    stages: tuple[StageCost, ...]
-    longest: float
+    steps: dict[str, int]  #: number of steps of each time loop, by what moves in it
+    models: tuple[ModelSize, ...]  #: the 3D models, which run one after another
+    stages: tuple[StageCost, ...]  #: what each stage takes
+    longest: float  #: duration of the longest ground motion [s]
 
     def of(self, names: set[str]) -> Estimate:
         """The estimate of some stages; of all where none is named, as of a case at fault."""

@@ -42,24 +42,18 @@ from impactfem.system.scalar import Scalar, of_building, scalars_of
 
 @dataclass
 class Run:
-    """The results of a run.
-
-    Args:
-        folder: Its folder.
-        scalars: All scalar results, in the order of the stages.
-        published: Published values by the name of the result.
-        checks: The checks of each stage, by its label: whether it is met, and what it says.
-        reused: Labels of the stages whose stores were reused.
-        times: Wall time of each step when it ran, by stage and step [s].
-        memory: Largest resident memory of each stage when it ran [byte], None where not known.
-    """
+    """The results of a run."""
 
     folder: Path
-    scalars: list[Scalar]
-    published: dict[str, Published]
+    scalars: list[Scalar]  #: all scalar results, in the order of the stages
+    published: dict[str, Published]  #: published values by the name of the result
+    #: The checks of each stage, by its label: whether it is met, and what it says.
     checks: dict[str, list[Check]] = field(default_factory=dict)
+    #: Labels of the stages whose stores were reused.
     reused: list[str] = field(default_factory=list)
+    #: Wall time of each step when it ran, by stage and step [s].
     times: dict[str, float] = field(default_factory=dict)
+    #: Largest resident memory of each stage when it ran [byte], None where not known.
     memory: dict[str, float | None] = field(default_factory=dict)
 
 

@@ -37,25 +37,17 @@ STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}
 
 @dataclass(frozen=True)
 class Entry:
-    """A scalar result as `summary.json` has it.
+    """A scalar result as `summary.json` has it."""
 
-    Args:
-        name: Dotted name.
-        value: In SI; None when it does not exist.
-        unit: SI unit; "-" when it has none.
-        paper: The published value; None where there is none.
-        note: What to know when reading it.
-        relation: What the publication states: "=", or ">" or "<" its value; None without.
-        kind: "result", or "input", "fitted", "scaled", "selected" or "derived", where the published
-            value tests nothing; None without.
-    """
-
-    name: str
-    value: float | None
-    unit: str
-    paper: float | None
-    note: str
+    name: str  #: dotted name
+    value: float | None  #: in SI; None when it does not exist
+    unit: str  #: SI unit; "-" when it has none
+    paper: float | None  #: the published value; None where there is none
+    note: str  #: what to know when reading it
+    #: What the publication states: "=", or ">" or "<" its value; None without.
     relation: str | None = None
+    #: "result", or "input", "fitted", "scaled", "selected" or "derived", where the published value
+    #: tests nothing; None without.
     kind: str | None = None
 
 

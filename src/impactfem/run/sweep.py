@@ -44,19 +44,12 @@ LOG = "sweep.log"  # distinguishes the folder of a sweep from any other
 
 @dataclass(frozen=True)
 class Sweep:
-    """The results of a sweep.
-
-    Args:
-        folder: Its folder.
-        table: The variants with their values and results.
-        shown: Names of the results that are shown.
-        files: The table and the figure.
-    """
+    """The results of a sweep."""
 
     folder: Path
-    table: SweepTable
-    shown: tuple[str, ...]
-    files: tuple[Path, ...]
+    table: SweepTable  #: the variants with their values and results
+    shown: tuple[str, ...]  #: names of the results that are shown
+    files: tuple[Path, ...]  #: the table and the figure
 
     @property
     def failed(self) -> int:

@@ -28,27 +28,16 @@ SHOWN = 6
 
 @dataclass(frozen=True, eq=False)
 class SweepTable:
-    """The variants of a sweep and their results; rows of all tables are named by the variants.
+    """The variants of a sweep and their results; rows of all tables are named by the variants."""
 
-    Args:
-        title: Title of the case.
-        keys: SI unit of the values of each swept key; "" for words.
-        values: The swept values, a column a key: in SI, or words.
-        units: Unit of each result.
-        results: The results in SI, a column each; nan where there is none.
-        errors: Why a variant failed; "" when it did not.
-        published: Published values in SI by the name of the result.
-        zipped: Whether the keys ran together: all variants are on one line.
-    """
-
-    title: str
-    keys: Mapping[str, str]
-    values: pd.DataFrame
-    units: Mapping[str, str]
-    results: pd.DataFrame
-    errors: pd.Series
-    published: Mapping[str, float]
-    zipped: bool = False
+    title: str  #: title of the case
+    keys: Mapping[str, str]  #: SI unit of the values of each swept key; "" for words
+    values: pd.DataFrame  #: the swept values, a column a key: in SI, or words
+    units: Mapping[str, str]  #: unit of each result
+    results: pd.DataFrame  #: the results in SI, a column each; nan where there is none
+    errors: pd.Series  #: why a variant failed; "" when it did not
+    published: Mapping[str, float]  #: published values in SI by the name of the result
+    zipped: bool = False  #: whether the keys ran together: all variants are on one line
 
     @classmethod
     def of(

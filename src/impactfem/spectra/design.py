@@ -180,10 +180,10 @@ LARGEST_DAMPING = 0.10
 class ClippedPeak:
     """A peak that was reduced."""
 
-    frequency: float  # of the peak [Hz]
-    bandwidth: float  # B of (2) [-]
-    before: float  # its amplitude P, in the unit of the spectrum
-    after: float  # what it was reduced to
+    frequency: float  #: of the peak [Hz]
+    bandwidth: float  #: B of (2) [-]
+    before: float  #: its amplitude P, in the unit of the spectrum
+    after: float  #: what it was reduced to
 
 
 def clip_peaks(

@@ -45,14 +45,14 @@ _SERIES_TERMS = 20  # 1 / 21! is below the round-off of the sum for |y| <= 1
 class StepCoefficients:
     """The coefficients of equations (2) to (4), one entry an oscillator."""
 
-    omega: FloatArray  # circular frequency ω, shape (n,) [rad/s]
-    xi: FloatArray  # damping ratio ξ, shape (n,) [-]
-    omega_d: FloatArray  # damped circular frequency ω_d, shape (n,) [rad/s]
-    time_step: float  # step h [s]
-    rate: ComplexArray  # λ, shape (n,) [1/s]
-    propagator: ComplexArray  # e^(λh), shape (n,) [-]
-    input_gain: ComplexArray  # -h φ1², what a sample adds to the shifted state, shape (n,) [s]
-    feedthrough: ComplexArray  # -h φ2, so that z_n = w_n + feedthrough a_n, shape (n,) [s]
+    omega: FloatArray  #: circular frequency ω, shape (n,) [rad/s]
+    xi: FloatArray  #: damping ratio ξ, shape (n,) [-]
+    omega_d: FloatArray  #: damped circular frequency ω_d, shape (n,) [rad/s]
+    time_step: float  #: step h [s]
+    rate: ComplexArray  #: λ, shape (n,) [1/s]
+    propagator: ComplexArray  #: e^(λh), shape (n,) [-]
+    input_gain: ComplexArray  #: -h φ1², what a sample adds to the shifted state, shape (n,) [s]
+    feedthrough: ComplexArray  #: -h φ2, so that z_n = w_n + feedthrough a_n, shape (n,) [s]
 
     @property
     def acceleration_gain(self) -> ComplexArray:
@@ -150,12 +150,12 @@ def phi_functions(y: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
 class OscillatorResponse:
     """Histories of oscillators at the samples of the record, at rest before its first sample."""
 
-    time: FloatArray  # shape (n,) [s], from 0
-    frequency: FloatArray  # shape (n_f,) [Hz]
-    damping: FloatArray  # shape (n_d,) [-]
-    relative_displacement: FloatArray  # x, shape (n_d, n_f, n) [m]
-    relative_velocity: FloatArray  # x', shape (n_d, n_f, n) [m/s]
-    absolute_acceleration: FloatArray  # x'' + a, shape (n_d, n_f, n) [m/s2]
+    time: FloatArray  #: shape (n,) [s], from 0
+    frequency: FloatArray  #: shape (n_f,) [Hz]
+    damping: FloatArray  #: shape (n_d,) [-]
+    relative_displacement: FloatArray  #: x, shape (n_d, n_f, n) [m]
+    relative_velocity: FloatArray  #: x', shape (n_d, n_f, n) [m/s]
+    absolute_acceleration: FloatArray  #: x'' + a, shape (n_d, n_f, n) [m/s2]
 
 
 def oscillator_response(

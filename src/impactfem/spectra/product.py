@@ -38,10 +38,10 @@ AXES = ("motion", "damping", "station", "direction", "frequency")
 class Station:
     """Where spectra are given: points on a floor."""
 
-    building: str  # name of the building
-    floor: str  # its number
-    points: tuple[str, ...]  # the points on it in words, at least one
-    elevation: float = float("nan")  # of the points [m]; nan when they differ
+    building: str  #: name of the building
+    floor: str  #: its number
+    points: tuple[str, ...]  #: the points on it in words, at least one
+    elevation: float = float("nan")  #: of the points [m]; nan when they differ
 
     @property
     def label(self) -> str:
@@ -53,18 +53,18 @@ class Station:
 class FloorSpectrumSet:
     """Computed floor response spectra with everything that says what they are."""
 
-    frequency: FloatArray  # ascending, shape (n_f,) [Hz]
-    damping: FloatArray  # damping ratios of the oscillators, shape (n_d,) [-]
-    stations: tuple[Station, ...]  # n_s places
-    directions: tuple[str, ...]  # n_x names, "x", "y" or "z"
-    # pseudo-acceleration, shape (n_m, n_d, n_s, n_x, n_f) [m/s2], one for each motion
+    frequency: FloatArray  #: ascending, shape (n_f,) [Hz]
+    damping: FloatArray  #: damping ratios of the oscillators, shape (n_d,) [-]
+    stations: tuple[Station, ...]  #: n_s places
+    directions: tuple[str, ...]  #: n_x names, "x", "y" or "z"
+    #: pseudo-acceleration, shape (n_m, n_d, n_s, n_x, n_f) [m/s2], one for each motion
     psa: FloatArray
-    # zero-period acceleration, the largest acceleration of the floor, shape (n_m, n_s, n_x) [m/s2]
+    #: zero-period acceleration, the largest acceleration of the floor, shape (n_m, n_s, n_x) [m/s2]
     zpa: FloatArray
-    motions: tuple[str, ...]  # names of the n_m motions
-    title: str  # of the case
-    method: str  # how they were computed, in words
-    # where the motion stands for a statistic over several, that in words; else empty
+    motions: tuple[str, ...]  #: names of the n_m motions
+    title: str  #: of the case
+    method: str  #: how they were computed, in words
+    #: where the motion stands for a statistic over several, that in words; else empty
     over: str = ""
 
     def __post_init__(self) -> None:
@@ -178,21 +178,21 @@ class FloorSpectrumSet:
 class DesignFloorSpectra:
     """Design floor response spectra, and the computed ones they were made of."""
 
-    source: FloorSpectrumSet  # the computed spectra of each motion
-    # ascending, shape (n,) [Hz]: the list of the source, and the corners of plateaus
+    source: FloorSpectrumSet  #: the computed spectra of each motion
+    #: ascending, shape (n,) [Hz]: the list of the source, and the corners of plateaus
     frequency: FloatArray
-    psa: FloatArray  # broadened pseudo-acceleration, shape (n_d, n_s, n_x, n) [m/s2]
-    # the statistic over the motions, at the list of the source, shape (n_d, n_s, n_x, n_f) [m/s2]
+    psa: FloatArray  #: broadened pseudo-acceleration, shape (n_d, n_s, n_x, n) [m/s2]
+    #: the statistic over the motions, at the list of the source, shape (n_d, n_s, n_x, n_f) [m/s2]
     raw: FloatArray
-    zpa: FloatArray  # the same statistic of the zero-period acceleration, shape (n_s, n_x) [m/s2]
-    # frequency from which on `raw` stays within 5 % of `zpa`, shape (n_d, n_s, n_x) [Hz]; nan
-    # where the list ends before
+    zpa: FloatArray  #: the same statistic of the zero-period acceleration, shape (n_s, n_x) [m/s2]
+    #: frequency from which on `raw` stays within 5 % of `zpa`, shape (n_d, n_s, n_x) [Hz]; nan
+    #: where the list ends before
     rigid: FloatArray
-    broadening: tuple[float, float]  # l and u [-]
-    clipping: bool  # whether narrow peaks were to be reduced
-    # the peaks that were, by damping, station and direction
+    broadening: tuple[float, float]  #: l and u [-]
+    clipping: bool  #: whether narrow peaks were to be reduced
+    #: the peaks that were, by damping, station and direction
     clipped: dict[tuple[int, ...], tuple[ClippedPeak, ...]]
-    statistic: Statistic  # over the motions
+    statistic: Statistic  #: over the motions
 
     @property
     def motions_text(self) -> str:

@@ -23,31 +23,32 @@ _LONGEST_RECORD = 2**27  # samples of one upsampled record: 1 GiB, and more whil
 class ResponseSpectra:
     """Spectra of n_r records at n_d dampings and n_f frequencies, and how well they are sampled."""
 
-    frequency: FloatArray  # shape (n_f,) [Hz]
-    damping: FloatArray  # shape (n_d,) [-]
-    sd: FloatArray  # relative displacement max |x|, shape (n_d, n_r, n_f) [m]
-    psv: FloatArray  # pseudo-velocity ω Sd, shape (n_d, n_r, n_f) [m/s]
-    psa: FloatArray  # pseudo-acceleration ω² Sd, shape (n_d, n_r, n_f) [m/s2]
-    sa: FloatArray  # absolute acceleration max |x'' + a|, shape (n_d, n_r, n_f) [m/s2]
-    # zero-period acceleration, the largest |a| of the samples given, shape (n_r,) [m/s2]
+    frequency: FloatArray  #: shape (n_f,) [Hz]
+    damping: FloatArray  #: shape (n_d,) [-]
+    sd: FloatArray  #: relative displacement max |x|, shape (n_d, n_r, n_f) [m]
+    psv: FloatArray  #: pseudo-velocity ω Sd, shape (n_d, n_r, n_f) [m/s]
+    psa: FloatArray  #: pseudo-acceleration ω² Sd, shape (n_d, n_r, n_f) [m/s2]
+    sa: FloatArray  #: absolute acceleration max |x'' + a|, shape (n_d, n_r, n_f) [m/s2]
+    #: zero-period acceleration, the largest |a| of the samples given, shape (n_r,) [m/s2]
     zpa: FloatArray
-    # the same of the series that the oscillators saw, shape (n_r,) [m/s2]: the limit of `sa` and
-    # `psa` at high frequency. Equal to `zpa` when nothing was upsampled
+    #: the same of the series that the oscillators saw, shape (n_r,) [m/s2]: the limit of `sa` and
+    #: `psa` at high frequency. Equal to `zpa` when nothing was upsampled
     zpa_interpolated: FloatArray
-    method: Method  # "upsampled" or "in-step"
-    upsampling_factor: int  # how many new steps an old one was cut into; 1 when none was needed [-]
-    points_per_cycle: float  # samples in one cycle of the highest frequency, after upsampling [-]
-    # bound of the relative loss of `sd`, `psv` and `psa` by the samples,
-    # `sampling.sampling_loss` at `points_per_cycle`: straight lines
-    # between the samples and peaks at the samples, both. For what the records hold up to the
-    # highest frequency; what they hold above it loses more. 0 for "in-step", exact where the
-    # records are straight lines [-]
+    method: Method  #: "upsampled" or "in-step"
+    #: How many new steps an old one was cut into; 1 when none was needed [-].
+    upsampling_factor: int
+    points_per_cycle: float  #: samples in one cycle of the highest frequency, after upsampling [-]
+    #: bound of the relative loss of `sd`, `psv` and `psa` by the samples,
+    #: `sampling.sampling_loss` at `points_per_cycle`: straight lines
+    #: between the samples and peaks at the samples, both. For what the records hold up to the
+    #: highest frequency; what they hold above it loses more. 0 for "in-step", exact where the
+    #: records are straight lines [-]
     peak_error_bound: float
-    # sinc²(1 / points_per_cycle): the amplitude that the straight lines between the samples leave
-    # of input at the highest frequency [-]
+    #: sinc²(1 / points_per_cycle): the amplitude that the straight lines between the samples leave
+    #: of input at the highest frequency [-]
     interpolation_factor: float
-    # of the records as given [Hz]. Above it the records hold nothing; an oscillator above it is
-    # legitimate and its peak tends to the zero-period acceleration
+    #: of the records as given [Hz]. Above it the records hold nothing; an oscillator above it is
+    #: legitimate and its peak tends to the zero-period acceleration
     nyquist_frequency: float
 
 

@@ -26,54 +26,43 @@ class Stage:
     A finished stage is computed again when its `key` changes: when a section of the case, a file,
     the program that computes it or a stage that it needs does. Tables and figures are drawn again
     from its stores when the program that draws them changes, or a published value.
-
-    Args:
-        name: Its name on the command line, and of its folder in `impactfem.stages`.
-        title: Its heading in the report.
-        about: What it does, in a sentence of the report.
-        headlines: Lines of the flowchart, ``{name}`` for a result; one that is not there leaves its
-            line out.
-        steps: Its steps and their share of its time; `DRAWING` is the last one.
-        sections: Sections of the case file that it depends on, in addition to those of its needs.
-        computed_by: Modules of its folder that compute it and write its stores.
-        drawn_by: Modules that draw its tables and figures: of its folder, or with their package.
-        stores: Its files by the name under which `open_run` has them; the scalars are in the first.
-        compute: Computes and writes stores; gives the files that it wrote, on rank 0.
-        draw: Writes tables and figures from the stores of the run; gives their files. On rank 0.
-        checks: The checks of its results in words.
-        curves: Figures of curves that the report shows to zoom into, from the stores of the run.
-        needs: The stages whose files it reads; those that these need follow.
-        files: Files whose content counts, in addition to those of its sections.
-        further: What else counts, as text.
-        announces: Logs what is known of its results before anything is computed.
-        lacks: The section of the case file without which the stage has nothing to do; None when
-            nothing is missing.
-        derived: Scalars that are read off the run's stores, beside those in its own store.
-        collective: Whether all ranks compute it together; else rank 0 does.
-        each: Whether it is done for each building with a 3D model, on a view of the case for it and
-            in the folder of the view; else once for the whole case, in that of the run.
     """
 
-    name: str
-    title: str
-    about: str
+    name: str  #: its name on the command line, and of its folder in `impactfem.stages`
+    title: str  #: its heading in the report
+    about: str  #: what it does, in a sentence of the report
+    #: Lines of the flowchart, ``{name}`` for a result; one that is not there leaves its line out.
     headlines: tuple[str, ...]
-    steps: Mapping[str, float]
+    steps: Mapping[str, float]  #: its steps and their share of its time; `DRAWING` is the last one
+    #: Sections of the case file that it depends on, in addition to those of its needs.
     sections: tuple[str, ...]
-    computed_by: tuple[str, ...]
+    computed_by: tuple[str, ...]  #: modules of its folder that compute it and write its stores
+    #: Modules that draw its tables and figures: of its folder, or with their package.
     drawn_by: tuple[str, ...]
+    #: Its files by the name under which `open_run` has them; the scalars are in the first.
     stores: Mapping[str, str]
+    #: Computes and writes stores; gives the files that it wrote, on rank 0.
     compute: Callable[[Case, Path, str, Steps], list[Path]]
+    #: Writes tables and figures from the stores of the run; gives their files. On rank 0.
     draw: Callable[[Case, Path], list[Path]]
-    checks: Callable[[Case, Path], list[Check]]
+    checks: Callable[[Case, Path], list[Check]]  #: the checks of its results in words
+    #: Figures of curves that the report shows to zoom into, from the stores of the run.
     curves: Callable[[Path], Sequence[CurveFigure]] = lambda folder: ()
+    #: The stages whose files it reads; those that these need follow.
     needs: Callable[[Case], tuple[Stage, ...]] = lambda case: ()
+    #: Files whose content counts, in addition to those of its sections.
     files: Callable[[Case], tuple[Path, ...]] = lambda case: ()
-    further: Callable[[Case], str] = lambda case: ""
+    further: Callable[[Case], str] = lambda case: ""  #: what else counts, as text
+    #: Logs what is known of its results before anything is computed.
     announces: Callable[[Case], None] = lambda case: None
+    #: The section of the case file without which the stage has nothing to do; None when nothing is
+    #: missing.
     lacks: Callable[[Case], str | None] = lambda case: None
+    #: Scalars that are read off the run's stores, beside those in its own store.
     derived: Callable[[Path], list[Scalar]] = lambda folder: []
-    collective: bool = False
+    collective: bool = False  #: whether all ranks compute it together; else rank 0 does
+    #: Whether it is done for each building with a 3D model, on a view of the case for it and in the
+    #: folder of the view; else once for the whole case, in that of the run.
     each: bool = False
 
     def cases(self, case: Case) -> tuple[Case, ...]:

@@ -32,19 +32,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Output:
-    """The declaration of one variable of a store.
+    """The declaration of one variable of a store."""
 
-    Args:
-        dims: Its dimensions, by a blank between them; "" for a single number.
-        unit: SI unit, "-" for a number without one; "" for words, numbers of things and flags.
-        long_name: What it is, where its name does not say it.
-        label: Whether it says what the entries of its dimension are.
-    """
-
-    dims: str
+    dims: str  #: its dimensions, by a blank between them; "" for a single number
+    #: SI unit, "-" for a number without one; "" for words, numbers of things and flags.
     unit: str = ""
-    long_name: str = ""
-    label: bool = False
+    long_name: str = ""  #: what it is, where its name does not say it
+    label: bool = False  #: whether it says what the entries of its dimension are
 
 
 def dataset(

@@ -21,43 +21,43 @@ Array = NDArray[np.float64]
 class Target:
     """What one mode of one building should be."""
 
-    building: str  # name of the building
-    mode: int  # number of the mode in its family, from 1, in natural order
-    frequency: float  # natural frequency [Hz]
-    effective_mass: float | None  # effective modal mass [kg]; None where it is not a target
-    frequency_weight: float = 1.0  # weight of the relative error of the frequency [-]
-    mass_weight: float = 1.0  # weight of the relative error of the effective mass [-]
+    building: str  #: name of the building
+    mode: int  #: number of the mode in its family, from 1, in natural order
+    frequency: float  #: natural frequency [Hz]
+    effective_mass: float | None  #: effective modal mass [kg]; None where it is not a target
+    frequency_weight: float = 1.0  #: weight of the relative error of the frequency [-]
+    mass_weight: float = 1.0  #: weight of the relative error of the effective mass [-]
 
 
 @dataclass(frozen=True)
 class Bounds:
     """What the calibration may change, and how far."""
 
-    factor: tuple[float, float]  # least and largest storey stiffness factor [-]
-    height_min: Array  # least height of each storey, shape (n_storeys,) [m]
-    height_max: Array  # largest height of each storey, shape (n_storeys,) [m]
-    height: float  # height of the top mass centre above the base, kept [m]
-    rigid_depth: float  # rigid depth of a floor, lower plus upper part, kept [m]
+    factor: tuple[float, float]  #: least and largest storey stiffness factor [-]
+    height_min: Array  #: least height of each storey, shape (n_storeys,) [m]
+    height_max: Array  #: largest height of each storey, shape (n_storeys,) [m]
+    height: float  #: height of the top mass centre above the base, kept [m]
+    rigid_depth: float  #: rigid depth of a floor, lower plus upper part, kept [m]
 
 
 @dataclass(frozen=True)
 class Parameters:
     """The calibrated values, shared by all buildings of the targets."""
 
-    factor: float  # storey stiffness factor [-]
-    heights: Array  # storey heights, mass centre to mass centre, shape (n_storeys,) [m]
-    below: float  # rigid depth below the mass centre [m]
-    above: float  # rigid depth above it [m]
+    factor: float  #: storey stiffness factor [-]
+    heights: Array  #: storey heights, mass centre to mass centre, shape (n_storeys,) [m]
+    below: float  #: rigid depth below the mass centre [m]
+    above: float  #: rigid depth above it [m]
 
 
 @dataclass(frozen=True)
 class Calibration:
     """The result of a calibration."""
 
-    parameters: Parameters  # the calibrated values
+    parameters: Parameters  #: the calibrated values
     targets: tuple[Target, ...]
-    frequency: Array  # the frequency of each target's mode [Hz]
-    effective_mass: Array  # its effective mass [kg]
+    frequency: Array  #: the frequency of each target's mode [Hz]
+    effective_mass: Array  #: its effective mass [kg]
 
     @property
     def frequency_error(self) -> Array:

@@ -17,14 +17,14 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 class Section:
     """Cross-section and material of a vertical member, in the building's axes."""
 
-    E: float  # Young's modulus [Pa]
-    G: float  # shear modulus [Pa]
-    A: float  # area [m2]
-    Avx: float  # shear area along x [m2]
-    Avy: float  # shear area along y [m2]
-    Ix: float  # second moment of area about x, for bending that moves the member along y [m4]
-    Iy: float  # second moment of area about y, for bending that moves the member along x [m4]
-    Iz: float  # torsion constant about the member's axis [m4]
+    E: float  #: Young's modulus [Pa]
+    G: float  #: shear modulus [Pa]
+    A: float  #: area [m2]
+    Avx: float  #: shear area along x [m2]
+    Avy: float  #: shear area along y [m2]
+    Ix: float  #: second moment of area about x, for bending that moves the member along y [m4]
+    Iy: float  #: second moment of area about y, for bending that moves the member along x [m4]
+    Iz: float  #: torsion constant about the member's axis [m4]
 
 
 def bending_stiffness(L: float, EI: float, GAv: float) -> Array:

@@ -22,12 +22,12 @@ FAMILIES = {"x": (0, 4), "y": (1, 3), "z": (2,), "rz": (5,)}
 class Modes:
     """Modes in ascending frequency, normalised so that φᵀ M φ = 1."""
 
-    frequency: Array  # natural frequencies, shape (n_modes,) [Hz]
-    shape: Array  # mode shapes, shape (n, n_modes)
-    # Factors Γ = φᵀ M r for the six rigid-body motions about the base, shape (6, n_modes).
+    frequency: Array  #: natural frequencies, shape (n_modes,) [Hz]
+    shape: Array  #: mode shapes, shape (n, n_modes)
+    #: Factors Γ = φᵀ M r for the six rigid-body motions about the base, shape (6, n_modes).
     participation: Array
-    family: tuple[str, ...]  # name of the family (a key of FAMILIES) of each mode
-    total: Array  # mass and inertia of each direction, rᵀ M r, shape (6,) [kg, kg m2]
+    family: tuple[str, ...]  #: name of the family (a key of FAMILIES) of each mode
+    total: Array  #: mass and inertia of each direction, rᵀ M r, shape (6,) [kg, kg m2]
 
     @property
     def effective_mass(self) -> Array:

@@ -22,26 +22,26 @@ Array = NDArray[np.float64]
 class Floor:
     """A floor as a rigid body, and the storey below it."""
 
-    number: int  # the floor's number, unique in its building
-    mass: float  # mass M [kg]
-    # Moments of inertia (J_x, J_y, J_z) about the mass centre [kg m2].
+    number: int  #: the floor's number, unique in its building
+    mass: float  #: mass M [kg]
+    #: Moments of inertia (J_x, J_y, J_z) about the mass centre [kg m2].
     inertia: tuple[float, float, float]
-    height: float  # from the mass centre below (or the base) to this mass centre [m]
-    section: Section  # section of the storey below the floor, stiffness factors included
-    damping: Rayleigh  # Rayleigh coefficients of the storey (β) and of the floor's mass (α)
-    below: float = 0.0  # from the mass centre down to the lower edge of the rigid zone [m]
-    above: float = 0.0  # from the mass centre up to its upper edge [m]
+    height: float  #: from the mass centre below (or the base) to this mass centre [m]
+    section: Section  #: section of the storey below the floor, stiffness factors included
+    damping: Rayleigh  #: Rayleigh coefficients of the storey (β) and of the floor's mass (α)
+    below: float = 0.0  #: from the mass centre down to the lower edge of the rigid zone [m]
+    above: float = 0.0  #: from the mass centre up to its upper edge [m]
 
 
 @dataclass(frozen=True)
 class StoreyElement:
     """One beam element: its master nodes, its links to them, and its stiffness."""
 
-    storey: int  # index of the storey, from 0 at the base
-    dofs: NDArray[np.int64]  # degrees of freedom of the two masters, shape (12,); -1 where clamped
-    T: Array  # from the masters' components to the element's ends, shape (12, 12)
-    k: Array  # stiffness between the element's ends, shape (12, 12)
-    beta: float  # stiffness-proportional damping coefficient [s]
+    storey: int  #: index of the storey, from 0 at the base
+    dofs: NDArray[np.int64]  #: degrees of freedom of the two masters, shape (12,); -1 where clamped
+    T: Array  #: from the masters' components to the element's ends, shape (12, 12)
+    k: Array  #: stiffness between the element's ends, shape (12, 12)
+    beta: float  #: stiffness-proportional damping coefficient [s]
 
 
 @dataclass(frozen=True)
@@ -52,16 +52,16 @@ class Stick:
     storeys. Each has the components (ux, uy, uz, rx, ry, rz), so n = 6 n_masters.
     """
 
-    name: str  # the building's name
-    floors: tuple[Floor, ...]  # the floors, bottom to top
-    axis: tuple[float, float]  # plan position (x, y) of the stick [m]
-    base: float  # elevation of the clamped base [m]
-    positions: Array  # position of each master, shape (n_masters, 3) [m]
-    M: Array  # mass matrix, shape (n, n) [kg, kg m2]
-    C: Array  # damping matrix, shape (n, n) [N s/m, N m s]
-    K: Array  # stiffness matrix, shape (n, n) [N/m, N m]
-    elements: tuple[StoreyElement, ...]  # the beam elements, for the forces in the storeys
-    # Master of each (storey number, relative height) added for contact.
+    name: str  #: the building's name
+    floors: tuple[Floor, ...]  #: the floors, bottom to top
+    axis: tuple[float, float]  #: plan position (x, y) of the stick [m]
+    base: float  #: elevation of the clamped base [m]
+    positions: Array  #: position of each master, shape (n_masters, 3) [m]
+    M: Array  #: mass matrix, shape (n, n) [kg, kg m2]
+    C: Array  #: damping matrix, shape (n, n) [N s/m, N m s]
+    K: Array  #: stiffness matrix, shape (n, n) [N/m, N m]
+    elements: tuple[StoreyElement, ...]  #: the beam elements, for the forces in the storeys
+    #: Master of each (storey number, relative height) added for contact.
     storey_points: Mapping[tuple[int, float], int] = field(default_factory=dict)
 
     @property

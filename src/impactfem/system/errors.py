@@ -30,19 +30,12 @@ class ImpactfemError(Exception):
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault of an input.
+    """One fault of an input."""
 
-    Args:
-        file: The file that holds the fault.
-        key: Dotted key (``buildings[0].floors``) or ``line 12``; "" for the file as a whole.
-        value: The value as written; None where there is none.
-        expected: What was expected, in words that say how to mend it.
-    """
-
-    file: Path | str
-    key: str
-    value: object | None
-    expected: str
+    file: Path | str  #: the file that holds the fault
+    key: str  #: dotted key (``buildings[0].floors``) or ``line 12``; "" for the file as a whole
+    value: object | None  #: the value as written; None where there is none
+    expected: str  #: what was expected, in words that say how to mend it
 
     def __str__(self) -> str:
         where = f"{self.file}: {_cut(self.key, 160)}" if self.key else f"{self.file}"

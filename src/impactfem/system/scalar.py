@@ -12,19 +12,13 @@ import xarray as xr
 
 @dataclass(frozen=True)
 class Scalar:
-    """One scalar result.
+    """One scalar result."""
 
-    Args:
-        name: Dotted name, for example ``pounding.peak_force.floor_8``.
-        value: Its value in SI units; None when it does not exist (no impact, for example).
-        unit: SI unit; "-" when it has none.
-        note: What to know when reading it.
-    """
-
-    name: str
+    name: str  #: dotted name, for example ``pounding.peak_force.floor_8``
+    #: Its value in SI units; None when it does not exist (no impact, for example).
     value: float | None
-    unit: str
-    note: str = ""
+    unit: str  #: SI unit; "-" when it has none
+    note: str = ""  #: what to know when reading it
 
 
 def with_scalars(store: xr.Dataset, scalars: Iterable[Scalar]) -> xr.Dataset:

@@ -16,30 +16,20 @@ Parameters = ParamSpec("Parameters")
 
 @dataclass(frozen=True)
 class Row:
-    """A computed value against its reference.
+    """A computed value against its reference."""
 
-    Args:
-        name: The benchmark.
-        quantity: What is compared.
-        reference: The reference.
-        computed: What the program computes.
-        unit: Unit of both; "-" when they have none.
-        tolerance: Largest error allowed: relative to the reference, or as it is with `absolute`.
-        source: Where the reference comes from.
-        absolute: Whether the error is the plain difference, for references that are zero or
-            bounds.
-        at_least: Whether the reference is a lower bound: the error is what is missing to it, the
-            plain difference.
-    """
-
-    name: str
-    quantity: str
+    name: str  #: the benchmark
+    quantity: str  #: what is compared
     reference: float
-    computed: float
-    unit: str
+    computed: float  #: what the program computes
+    unit: str  #: unit of both; "-" when they have none
+    #: Largest error allowed: relative to the reference, or as it is with `absolute`.
     tolerance: float
-    source: str
+    source: str  #: where the reference comes from
+    #: Whether the error is the plain difference, for references that are zero or bounds.
     absolute: bool = False
+    #: Whether the reference is a lower bound: the error is what is missing to it, the plain
+    #: difference.
     at_least: bool = False
 
     @property

@@ -45,14 +45,14 @@ Step = Callable[[str], AbstractContextManager[None]]
 class Prepared:
     """What a run needs in addition to the matrices."""
 
-    parts: BuildingParts  # the building
-    mass: Array  # masses of the floors that may hit, shape (n_floors,) [kg]
+    parts: BuildingParts  #: the building
+    mass: Array  #: masses of the floors that may hit, shape (n_floors,) [kg]
     experiment: WallExperiment
-    # The building's own damping, then by name that of each damping case with a calibrated
-    # restitution.
+    #: The building's own damping, then by name that of each damping case with a calibrated
+    #: restitution.
     dampings: dict[str, Rayleigh]
-    position: Array  # place of each contact constraint along its edge, shape (m,) [m]
-    length: Array  # length of edge that it stands for, shape (m,) [m]
+    position: Array  #: place of each contact constraint along its edge, shape (m,) [m]
+    length: Array  #: length of edge that it stands for, shape (m,) [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +69,9 @@ class DampedRun:
 
     name: str
     damping: Rayleigh
-    run: BuildingRun  # what the 3D model did
-    impacts: tuple[FloorImpacts, ...]  # impacts of its floors that may hit, bottom to top
-    penalty: PenaltyParameters  # ε, ξ_c and K_Ceq from the top one of them
+    run: BuildingRun  #: what the 3D model did
+    impacts: tuple[FloorImpacts, ...]  #: impacts of its floors that may hit, bottom to top
+    penalty: PenaltyParameters  #: ε, ξ_c and K_Ceq from the top one of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +79,11 @@ class CalibrationStudy:
     """What the stage computed."""
 
     case: Case
-    prepared: Prepared  # what it was given
-    model: WallModel  # the reduced 3D model
-    cases: tuple[DampedRun, ...]  # the experiment by damping; that of the building's own first
-    stick: WallHistory  # histories of the stick with the penalty parameters of the first one
-    comparison: WallComparison  # stick and 3D model at the top one of the floors that may hit
+    prepared: Prepared  #: what it was given
+    model: WallModel  #: the reduced 3D model
+    cases: tuple[DampedRun, ...]  #: the experiment by damping; that of the building's own first
+    stick: WallHistory  #: histories of the stick with the penalty parameters of the first one
+    comparison: WallComparison  #: stick and 3D model at the top one of the floors that may hit
 
 
 def prepare(case: Case, mesh_file: Path) -> Prepared:

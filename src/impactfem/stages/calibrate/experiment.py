@@ -39,18 +39,18 @@ class WallExperiment:
             for instance.
     """
 
-    floors: tuple[int, ...]  # numbers of the floors that may hit the wall, each once
-    displaced_floor: int  # number of the floor that is displaced
-    # Its displacement along n, negative away from the wall; under a load that of its mass centre
-    # [m].
+    floors: tuple[int, ...]  #: numbers of the floors that may hit the wall, each once
+    displaced_floor: int  #: number of the floor that is displaced
+    #: Its displacement along n, negative away from the wall; under a load that of its mass centre
+    #: [m].
     displacement: float
-    gap: float  # gap g at rest [m]
-    duration: float  # length of the window in time [s]
-    time_step: float  # time step [s]
-    side: Side = "y+"  # side of the building on which the wall stands: "x-", "x+", "y-" or "y+"
-    pull: Pull = "whole_floor"  # how the floor is drawn aside
-    theta: float = 0.5  # θ of the time stepping of the 3D model, from ½ to 1
-    separation: float = SEPARATION  # shortest time without force between two impacts [s]
+    gap: float  #: gap g at rest [m]
+    duration: float  #: length of the window in time [s]
+    time_step: float  #: time step [s]
+    side: Side = "y+"  #: side of the building on which the wall stands: "x-", "x+", "y-" or "y+"
+    pull: Pull = "whole_floor"  #: how the floor is drawn aside
+    theta: float = 0.5  #: θ of the time stepping of the 3D model, from ½ to 1
+    separation: float = SEPARATION  #: shortest time without force between two impacts [s]
 
     def __post_init__(self) -> None:
         if not self.floors or len(set(self.floors)) < len(self.floors):
@@ -120,15 +120,15 @@ class WallHistory:
         ImpactfemError: Shapes do not fit, or a value is not finite.
     """
 
-    floors: tuple[int, ...]  # numbers of the floors
-    mass: Array  # their masses, shape (n_floors,) [kg]
-    gap: float  # gap at rest [m]
-    time_step: float  # time step Δt [s]
-    displacement: Array  # of the mass centres, shape (n_t, n_floors) [m]
-    velocity: Array  # of the mass centres, shape (n_t, n_floors) [m/s]
-    force: Array  # resultants of the contact forces on the floors, shape (n_t, n_floors) [N]
-    # Distance of the wall from the nearest point of each floor, negative where it penetrates, shape
-    # (n_t, n_floors) [m]; None when it is not known.
+    floors: tuple[int, ...]  #: numbers of the floors
+    mass: Array  #: their masses, shape (n_floors,) [kg]
+    gap: float  #: gap at rest [m]
+    time_step: float  #: time step Δt [s]
+    displacement: Array  #: of the mass centres, shape (n_t, n_floors) [m]
+    velocity: Array  #: of the mass centres, shape (n_t, n_floors) [m/s]
+    force: Array  #: resultants of the contact forces on the floors, shape (n_t, n_floors) [N]
+    #: Distance of the wall from the nearest point of each floor, negative where it penetrates,
+    #: shape (n_t, n_floors) [m]; None when it is not known.
     opening: Array | None = None
 
     def __post_init__(self) -> None:

@@ -25,23 +25,23 @@ THRESHOLD = 1e-6
 class WallImpact:
     """One impact of one floor."""
 
-    floor: int  # number of the floor
-    mass: float  # its mass M [kg]
-    first: int  # index of the first time with a force
-    last: int  # index of the last time with a force
-    pulses: int  # number of pulses that were taken together
-    start: float  # time when the gap closed [s]
-    end: float  # time when it opened again [s]
-    impulse: float  # time integral of the force over the impact, ∫ F dt [N s]
-    # Largest value that the integral has on its way, P of the paper's equation 5 [N s]; above
-    # `impulse` when the force pulls at the end.
+    floor: int  #: number of the floor
+    mass: float  #: its mass M [kg]
+    first: int  #: index of the first time with a force
+    last: int  #: index of the last time with a force
+    pulses: int  #: number of pulses that were taken together
+    start: float  #: time when the gap closed [s]
+    end: float  #: time when it opened again [s]
+    impulse: float  #: time integral of the force over the impact, ∫ F dt [N s]
+    #: Largest value that the integral has on its way, P of the paper's equation 5 [N s]; above
+    #: `impulse` when the force pulls at the end.
     largest_impulse: float
-    peak_force: float  # largest force [N]
-    approach: float  # velocity u̇⁻ of the mass centre at the last time before the force [m/s]
-    # Velocity of the mass centre at the first time after it, away from the wall [m/s].
+    peak_force: float  #: largest force [N]
+    approach: float  #: velocity u̇⁻ of the mass centre at the last time before the force [m/s]
+    #: Velocity of the mass centre at the first time after it, away from the wall [m/s].
     rebound: float
-    work: float  # energy that the force took from the motion of the mass centre, ∫ F du [J]
-    complete: bool  # whether the force is seen to be over before the window ends
+    work: float  #: energy that the force took from the motion of the mass centre, ∫ F du [J]
+    complete: bool  #: whether the force is seen to be over before the window ends
 
     @property
     def duration(self) -> float:
@@ -70,13 +70,13 @@ class WallImpact:
 class FloorImpacts:
     """What one floor did at the wall."""
 
-    floor: int  # number of the floor
-    impacts: tuple[WallImpact, ...]  # its impacts in order of time, none when it never touched
-    gap: float  # gap at rest [m]
-    # Smallest distance from the wall: of the floor's nearest point where the history has it, else
-    # of its mass centre as if it were at the edge [m].
+    floor: int  #: number of the floor
+    impacts: tuple[WallImpact, ...]  #: its impacts in order of time, none when it never touched
+    gap: float  #: gap at rest [m]
+    #: Smallest distance from the wall: of the floor's nearest point where the history has it, else
+    #: of its mass centre as if it were at the edge [m].
     closest: float
-    window: float  # time of the last sample [s]
+    window: float  #: time of the last sample [s]
 
     @property
     def number(self) -> int:
@@ -219,10 +219,10 @@ def _steps_to_wall(near: float, far: float, limits: tuple[float, float], unknown
 class PenaltyParameters:
     """What makes a mass on Kelvin-Voigt contact behave like the floor at the wall."""
 
-    epsilon: float  # restitution ε [-]
-    xi_c: float  # damping ratio at contact ξ_c [-]
-    K_Ceq: float  # penalty stiffness [N/m]
-    tension: bool  # whether the contact may pull at its end
+    epsilon: float  #: restitution ε [-]
+    xi_c: float  #: damping ratio at contact ξ_c [-]
+    K_Ceq: float  #: penalty stiffness [N/m]
+    tension: bool  #: whether the contact may pull at its end
 
 
 def penalty_parameters(
@@ -281,14 +281,14 @@ def penalty_parameters(
 class WallComparison:
     """How the stick differs from the model it stands for, at one floor."""
 
-    stick: FloorImpacts  # impacts of the stick's floor
-    model: FloorImpacts  # impacts of the model's floor
-    # Largest displacement away from the wall after the first impact, the stick's over the model's,
-    # less 1 [-]; None when one of them does not swing back behind its position at rest and turn
-    # there within its window.
+    stick: FloorImpacts  #: impacts of the stick's floor
+    model: FloorImpacts  #: impacts of the model's floor
+    #: Largest displacement away from the wall after the first impact, the stick's over the model's,
+    #: less 1 [-]; None when one of them does not swing back behind its position at rest and turn
+    #: there within its window.
     rebound_overshoot: float | None
-    # The same of the largest displacement towards the wall after that [-]; None when one of them
-    # has not turned again by the end of its window.
+    #: The same of the largest displacement towards the wall after that [-]; None when one of them
+    #: has not turned again by the end of its window.
     return_overshoot: float | None
 
     @property

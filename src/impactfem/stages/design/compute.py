@@ -59,19 +59,14 @@ motions: 33 in a decade."""
 
 @dataclass(frozen=True, eq=False)
 class DesignStudy:
-    """What the stage computed; on rank 0.
+    """What the stage computed; on rank 0."""
 
-    Args:
-        probes: The spectra of the probes under the case's own motion, as of `read_probes`.
-        whole: Those over whole floors; None without fields over the floors.
-        vertex_spectra: Of the vertices that govern, in their order; None without fields.
-        ensemble: The ensemble; None without one.
-    """
-
+    #: The spectra of the probes under the case's own motion, as of `read_probes`.
     probes: xr.Dataset
-    whole: WholeFloors | None
+    whole: WholeFloors | None  #: those over whole floors; None without fields over the floors
+    #: Of the vertices that govern, in their order; None without fields.
     vertex_spectra: ResponseSpectra | None
-    ensemble: Ensemble | None
+    ensemble: Ensemble | None  #: the ensemble; None without one
 
 
 def run_design(

@@ -51,23 +51,16 @@ WORDS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """What the motions gave; those that failed are left out of all arrays.
+    """What the motions gave; those that failed are left out of all arrays."""
 
-    Args:
-        motions: Names of the n_m motions.
-        failed: Name and reason of those that failed.
-        edges: Numbers of the n_e floors that contact pairs touch.
-        devices: Names of the n_a anchors of the devices: that of a device with one is its own.
-        analysis: Name of the response spectrum analysis of them; empty without devices.
-        results: What `carry` gives, with the motions first, and `impact_force`, the largest force
-            of the sticks on each edge, shape (n_m, n_e) [N].
-    """
-
-    motions: tuple[str, ...]
-    failed: dict[str, str]
-    edges: tuple[int, ...]
+    motions: tuple[str, ...]  #: names of the n_m motions
+    failed: dict[str, str]  #: name and reason of those that failed
+    edges: tuple[int, ...]  #: numbers of the n_e floors that contact pairs touch
+    #: Names of the n_a anchors of the devices: that of a device with one is its own.
     devices: tuple[str, ...]
-    analysis: str
+    analysis: str  #: name of the response spectrum analysis of them; empty without devices
+    #: What `carry` gives, with the motions first, and `impact_force`, the largest force of the
+    #: sticks on each edge, shape (n_m, n_e) [N].
     results: Arrays
 
 
@@ -118,32 +111,22 @@ def motion_loads(
 
 @dataclass(frozen=True, eq=False)
 class Carrier:
-    """What all motions share.
+    """What all motions share."""
 
-    Args:
-        basis: The reduced basis of the building, at all nodes of the points and candidates.
-        points: The probes of the floors, as of `probe_points`.
-        centres: Which of them are at the mass centre of their floor, shape (n_points,).
-        candidates: Among which the vertices that govern are sought; none without fields over the
-            floors, where the probes stand alone for them.
-        frequency: At which frequencies they are sought [Hz].
-        search_damping: With which damping of the oscillators [-].
-        damping: Of the building.
-        spectra: The case's floor spectra.
-        analyst: Of the devices; None without devices.
-        choice: Which response spectrum analysis counts; None without devices.
-    """
-
+    #: The reduced basis of the building, at all nodes of the points and candidates.
     basis: ReducedBasis
-    points: pd.DataFrame
+    points: pd.DataFrame  #: the probes of the floors, as of `probe_points`
+    #: Which of them are at the mass centre of their floor, shape (n_points,).
     centres: NDArray[np.bool_]
+    #: Among which the vertices that govern are sought; none without fields over the floors, where
+    #: the probes stand alone for them.
     candidates: pd.DataFrame
-    frequency: Array
-    search_damping: float
-    damping: Rayleigh
-    spectra: Spectra
-    analyst: Analyst | None
-    choice: SpectrumChoice | None
+    frequency: Array  #: at which frequencies they are sought [Hz]
+    search_damping: float  #: with which damping of the oscillators [-]
+    damping: Rayleigh  #: of the building
+    spectra: Spectra  #: the case's floor spectra
+    analyst: Analyst | None  #: of the devices; None without devices
+    choice: SpectrumChoice | None  #: which response spectrum analysis counts; None without devices
 
 
 def point_records(

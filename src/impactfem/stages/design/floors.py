@@ -143,28 +143,19 @@ def fewest(curves: Array, *, missed: float = MISSED, most: int = MOST) -> list[i
 
 @dataclass(frozen=True, eq=False)
 class WholeFloors:
-    """The largest ordinates of all vertices of each floor, and which vertices have them.
+    """The largest ordinates of all vertices of each floor, and which vertices have them."""
 
-    Args:
-        frequency: Shape (n_f,) [Hz].
-        damping: Of the oscillators [-].
-        points_per_cycle: Samples of the records in a cycle of the highest frequency.
-        envelope: Pseudo-acceleration along x, y, z, and as the last ordinate the peak acceleration,
-            shape (n_floors, 3, n_f + 1) [m/s2]; zero for a floor without a vertex.
-        reached: The same of the vertices that govern alone.
-        vertices: Number of vertices of each floor, shape (n_floors,).
-        governing: The fewest vertices that come near the envelope (see `fewest`).
-        candidates: Those among which the governing ones of other motions are sought: these, and
-            the `LARGEST` of each floor at each frequency at which not the whole floor moves alike.
-    """
-
-    frequency: Array
-    damping: float
-    points_per_cycle: float
+    frequency: Array  #: shape (n_f,) [Hz]
+    damping: float  #: of the oscillators [-]
+    points_per_cycle: float  #: samples of the records in a cycle of the highest frequency
+    #: Pseudo-acceleration along x, y, z, and as the last ordinate the peak acceleration, shape
+    #: (n_floors, 3, n_f + 1) [m/s2]; zero for a floor without a vertex.
     envelope: Array
-    reached: Array
-    vertices: Index
-    governing: pd.DataFrame
+    reached: Array  #: the same of the vertices that govern alone
+    vertices: Index  #: number of vertices of each floor, shape (n_floors,)
+    governing: pd.DataFrame  #: the fewest vertices that come near the envelope (see `fewest`)
+    #: Those among which the governing ones of other motions are sought: these, and the `LARGEST` of
+    #: each floor at each frequency at which not the whole floor moves alike.
     candidates: pd.DataFrame
 
 

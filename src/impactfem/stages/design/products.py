@@ -69,20 +69,14 @@ def share_reached(store: xr.Dataset) -> xr.DataArray:
 
 @dataclass(frozen=True, eq=False)
 class DesignProducts:
-    """The design spectra of a run.
+    """The design spectra of a run."""
 
-    Args:
-        store: `design.nc`.
-        case: Under the case's own motion.
-        sticks: The same of the sticks at their mass centres, as a store.
-        members: Under the motions of an ensemble, as computed; None without one.
-        statistics: Over the members of an ensemble, by name; none without one.
-    """
-
-    store: xr.Dataset
-    case: DesignFloorSpectra
-    sticks: xr.Dataset
+    store: xr.Dataset  #: `design.nc`
+    case: DesignFloorSpectra  #: under the case's own motion
+    sticks: xr.Dataset  #: the same of the sticks at their mass centres, as a store
+    #: Under the motions of an ensemble, as computed; None without one.
     members: FloorSpectrumSet | None
+    #: Over the members of an ensemble, by name; none without one.
     statistics: dict[str, DesignFloorSpectra]
 
     def of_stick(self, place: Place) -> tuple[Array, Array] | None:

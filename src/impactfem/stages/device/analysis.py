@@ -36,10 +36,10 @@ STILL = 1e-9
 class Support:
     """One anchor of one device."""
 
-    device: int  # number of the device, from 0
-    number: int  # number of the anchor, from 1
-    name: str  # the device's name; with several anchors, with the number of the anchor
-    several: bool  # whether the device has several
+    device: int  #: number of the device, from 0
+    number: int  #: number of the anchor, from 1
+    name: str  #: the device's name; with several anchors, with the number of the anchor
+    several: bool  #: whether the device has several
 
     @property
     def rows(self) -> slice:
@@ -70,16 +70,16 @@ class DeviceResult:
     """One device at one of its anchors under one load."""
 
     support: Support
-    detailed: MountedHistory  # its response in the 3D model; forces and motions of this anchor
-    # absolute acceleration of the anchor without the device, shape (6, n_t) [m/s2, rad/s2]
+    detailed: MountedHistory  #: its response in the 3D model; forces and motions of this anchor
+    #: absolute acceleration of the anchor without the device, shape (6, n_t) [m/s2, rad/s2]
     anchor: Array
-    # of the components of all anchors of the device that move, at the dampings of its modes: the
-    # spectra, or their envelope with those of further points
+    #: of the components of all anchors of the device that move, at the dampings of its modes: the
+    #: spectra, or their envelope with those of further points
     covering: tuple[AnchorSpectrum, ...]
-    # pseudo-acceleration of the floor at the first damping of the device along x, y, z, at the
-    # frequencies of the case, shape (3, n_f) [m/s2]
+    #: pseudo-acceleration of the floor at the first damping of the device along x, y, z, at the
+    #: frequencies of the case, shape (3, n_f) [m/s2]
     shown: Array
-    # the response spectrum analyses of the device
+    #: the response spectrum analyses of the device
     by_spectrum: Mapping[SpectrumChoice, SpectrumResponse]
 
     def value(self, choice: SpectrumChoice, word: str) -> float:
@@ -100,14 +100,14 @@ class DeviceResult:
 class Analyst:
     """What all analyses of a study share."""
 
-    model: CompleteModel  # the reduced model of the building
-    # the devices, in the order of the model's anchors, and their analyses
+    model: CompleteModel  #: the reduced model of the building
+    #: the devices, in the order of the model's anchors, and their analyses
     plans: Sequence[SpectrumPlan]
-    positions: Array  # of all anchors, shape (n_anchors, 3) [m]
-    # of each anchor, numbers of the model's points that an envelope covers, too
+    positions: Array  #: of all anchors, shape (n_anchors, 3) [m]
+    #: of each anchor, numbers of the model's points that an envelope covers, too
     covered: Sequence[Sequence[int]]
-    spectra: Spectra  # the case's floor spectra
-    substeps: int  # steps of the detailed analysis in one of the loads
+    spectra: Spectra  #: the case's floor spectra
+    substeps: int  #: steps of the detailed analysis in one of the loads
 
     def analyse(self, loads: Loads, damping: Rayleigh) -> list[DeviceResult]:
         """All devices at all their anchors under loads, with a damping of the building.

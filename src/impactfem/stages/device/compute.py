@@ -41,16 +41,16 @@ class Prepared:
     """What a run needs beside the matrices."""
 
     parts: BuildingParts
-    storey_factor: float  # factor on walls and columns
-    base_plates: tuple[BasePlate, ...]  # where they are anchored, one for each anchor of each
-    points: CoveredPoints  # further points, which envelopes of spectra cover
-    plans: tuple[SpectrumPlan, ...]  # response spectrum analyses of each
-    own: Rayleigh  # damping of the building, α [1/s] and β [s]
-    loads: Loads  # ground motion and impact forces with that damping, at the step of the 3D model
+    storey_factor: float  #: factor on walls and columns
+    base_plates: tuple[BasePlate, ...]  #: where they are anchored, one for each anchor of each
+    points: CoveredPoints  #: further points, which envelopes of spectra cover
+    plans: tuple[SpectrumPlan, ...]  #: response spectrum analyses of each
+    own: Rayleigh  #: damping of the building, α [1/s] and β [s]
+    loads: Loads  #: ground motion and impact forces with that damping, at the step of the 3D model
     motions: tuple[GroundMotion, ...]
-    # contact laws that left their restitution to the impact on the wall; empty where none did
+    #: contact laws that left their restitution to the impact on the wall; empty where none did
     calibrated_laws: frozenset[str] = frozenset()
-    # what that gave by damping case; empty where there is none
+    #: what that gave by damping case; empty where there is none
     restitution: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -119,12 +119,12 @@ def _analysis_of(case: Case) -> DeviceAnalysis:
 class DampedStudy:
     """The devices with one damping of the buildings."""
 
-    name: str  # name of the damping case
+    name: str  #: name of the damping case
     damping: Rayleigh
-    epsilon: float | None  # restitution of the pounding; None where the laws kept theirs
-    calibrated: bool  # whether it comes from the impact on the wall with this damping
-    loads: Loads  # ground motion and impacts
-    # the devices without the impacts, and with them
+    epsilon: float | None  #: restitution of the pounding; None where the laws kept theirs
+    calibrated: bool  #: whether it comes from the impact on the wall with this damping
+    loads: Loads  #: ground motion and impacts
+    #: the devices without the impacts, and with them
     results: tuple[list[DeviceResult], list[DeviceResult]]
 
 
@@ -133,11 +133,11 @@ class DeviceStudy:
     """What the stage computed."""
 
     case: Case
-    prepared: Prepared  # what it was given
+    prepared: Prepared  #: what it was given
     model: CompleteModel
-    cases: tuple[DampedStudy, ...]  # the devices by damping; that of the building's own first
-    # with the detailed analysis in full order the largest relative difference of a peak force by
-    # the reduced model from it, both at the same step; None otherwise
+    cases: tuple[DampedStudy, ...]  #: the devices by damping; that of the building's own first
+    #: with the detailed analysis in full order the largest relative difference of a peak force by
+    #: the reduced model from it, both at the same step; None otherwise
     full_error: float | None = None
 
     @property

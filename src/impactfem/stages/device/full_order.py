@@ -49,14 +49,14 @@ RUNS = ("no_impact", "impact")
 class FullSystem(Held):
     """Matrices of a building with its devices. A context manager that frees their memory."""
 
-    K: Any  # stiffness, PETSc AIJ
-    M: Any  # mass, PETSc AIJ
-    C: Any  # C₊, PETSc AIJ
-    patterns: Array  # patterns of the loads at this rank's rows, shape (n_local, n_patterns)
+    K: Any  #: stiffness, PETSc AIJ
+    M: Any  #: mass, PETSc AIJ
+    C: Any  #: C₊, PETSc AIJ
+    patterns: Array  #: patterns of the loads at this rank's rows, shape (n_local, n_patterns)
     devices: tuple[MountedDevice, ...]
-    attached: Attached  # their matrices
-    rows: Index  # global rows that W has columns for, shape (N,)
-    W: Array  # from these rows to y, shape (N, N)
+    attached: Attached  #: their matrices
+    rows: Index  #: global rows that W has columns for, shape (N,)
+    W: Array  #: from these rows to y, shape (N, N)
 
     def destroy(self) -> None:
         """Free the matrices. Collective."""

@@ -27,13 +27,13 @@ PREFERRED: tuple[Combination, ...] = ("srss", "cqc")
 class SpectrumChoice:
     """One way of doing a response spectrum analysis."""
 
-    combination: Combination  # of the modes
-    rotations: bool = False  # whether the spectra of the anchor's rotations are inputs, too
-    broadened: bool = False  # whether the peaks of the spectra are broadened
-    source: Source = "computed"  # where the spectra come from
-    # combination of several supports, where it is not the first that was asked
+    combination: Combination  #: of the modes
+    rotations: bool = False  #: whether the spectra of the anchor's rotations are inputs, too
+    broadened: bool = False  #: whether the peaks of the spectra are broadened
+    source: Source = "computed"  #: where the spectra come from
+    #: combination of several supports, where it is not the first that was asked
     supports: SupportRule | None = None
-    rigid: RigidMethod = "none"  # Method of the rigid part of the modes
+    rigid: RigidMethod = "none"  #: Method of the rigid part of the modes
 
     @property
     def label(self) -> str:
@@ -70,12 +70,12 @@ class SpectrumPlan:
     """What is done with the spectra of a device's anchors."""
 
     device: Device
-    rules: Mapping[ModeRule, Rules]  # by combination of the modes and method of their rigid part
-    rotations: bool  # whether analyses with rotational spectra are done, too
-    broadening: float  # of the peaks of spectra for further analyses; none when 0
-    # Combinations of several supports, the first for all analyses
+    rules: Mapping[ModeRule, Rules]  #: by combination of the modes and method of their rigid part
+    rotations: bool  #: whether analyses with rotational spectra are done, too
+    broadening: float  #: of the peaks of spectra for further analyses; none when 0
+    #: Combinations of several supports, the first for all analyses
     supports: tuple[SupportRule, ...] = ("srss",)
-    # Spectra of a file for a further analysis; none when empty
+    #: Spectra of a file for a further analysis; none when empty
     given: tuple[AnchorSpectrum, ...] = ()
 
     @property

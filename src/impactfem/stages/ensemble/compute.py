@@ -34,21 +34,21 @@ AXES = ("directions", "frequency", "damping")
 class Member:
     """One member of an ensemble."""
 
-    name: str  # its seed or record, for messages and files
-    case: Case  # the case with its motions
+    name: str  #: its seed or record, for messages and files
+    case: Case  #: the case with its motions
 
 
 @dataclass(frozen=True, eq=False)
 class EnsembleResult:
     """What the members gave, without those that failed."""
 
-    scalars: pd.DataFrame  # scalars by member and name; nan where a member has none
-    units: dict[str, str]  # units of the scalars by name
-    failed: dict[str, str]  # name and reason of those that failed
-    # Floor spectra of the first building with contact, "psa", and without, "psa_free", shape (n_m,
-    # n_dampings, n_stations, n_directions, n_frequencies) [m/s2]; peak floor accelerations, "pfa"
-    # and "pfa_free", shape (n_m, n_stations, n_directions) [m/s2]; their "directions", "frequency"
-    # [Hz] and "damping".
+    scalars: pd.DataFrame  #: scalars by member and name; nan where a member has none
+    units: dict[str, str]  #: units of the scalars by name
+    failed: dict[str, str]  #: name and reason of those that failed
+    #: Floor spectra of the first building with contact, "psa", and without, "psa_free", shape (n_m,
+    #: n_dampings, n_stations, n_directions, n_frequencies) [m/s2]; peak floor accelerations, "pfa"
+    #: and "pfa_free", shape (n_m, n_stations, n_directions) [m/s2]; their "directions", "frequency"
+    #: [Hz] and "damping".
     spectra: dict[str, Any]
 
 

@@ -38,12 +38,12 @@ STEPS = {"motions": 1.0, "sticks": 3.0, "pounding": 2.0, "spectra": 4.0}
 class FloorSpectra:
     """Spectra of all floors in the directions in which they move."""
 
-    directions: tuple[str, ...]  # "x", "y", "z": those in which a floor moves
-    # Pseudo-acceleration, shape (n_dampings, n_stations, n_directions, n_frequencies) [m/s2].
+    directions: tuple[str, ...]  #: "x", "y", "z": those in which a floor moves
+    #: Pseudo-acceleration, shape (n_dampings, n_stations, n_directions, n_frequencies) [m/s2].
     psa: Array
-    sd: Array  # relative displacement, same shape [m]
-    pfa: Array  # peak floor acceleration, shape (n_stations, n_directions) [m/s2]
-    spectra: ResponseSpectra  # as computed, with frequencies, dampings and the sampling bound
+    sd: Array  #: relative displacement, same shape [m]
+    pfa: Array  #: peak floor acceleration, shape (n_stations, n_directions) [m/s2]
+    spectra: ResponseSpectra  #: as computed, with frequencies, dampings and the sampling bound
 
 
 @dataclass(frozen=True)
@@ -51,19 +51,19 @@ class StickStudy:
     """Everything that the stage computed; stations are the floors of all buildings in order."""
 
     case: Case
-    motions: tuple[GroundMotion, ...]  # the ground motions
-    calibration: Calibration | None  # the calibration; None when the case has none
-    system: System  # sticks and pairs
-    modes: tuple[Modes, ...]  # modes of each building, in the order of the sticks
-    response: Response  # the run with contact
-    free: Response  # the run without contact
-    impacts: tuple[Impact, ...]  # all impacts in order of time
-    checks: tuple[ImpactCheck, ...]  # what each impact asks of the buildings
-    separations: tuple[Separation, ...]  # required separation of each pair
-    # Closest approach of floors that face each other and are in no pair.
+    motions: tuple[GroundMotion, ...]  #: the ground motions
+    calibration: Calibration | None  #: the calibration; None when the case has none
+    system: System  #: sticks and pairs
+    modes: tuple[Modes, ...]  #: modes of each building, in the order of the sticks
+    response: Response  #: the run with contact
+    free: Response  #: the run without contact
+    impacts: tuple[Impact, ...]  #: all impacts in order of time
+    checks: tuple[ImpactCheck, ...]  #: what each impact asks of the buildings
+    separations: tuple[Separation, ...]  #: required separation of each pair
+    #: Closest approach of floors that face each other and are in no pair.
     facing: tuple[Approach, ...]
-    floors: FloorSpectra  # floor spectra with contact
-    floors_free: FloorSpectra  # floor spectra without contact
+    floors: FloorSpectra  #: floor spectra with contact
+    floors_free: FloorSpectra  #: floor spectra without contact
 
     @property
     def main_impact(self) -> Impact | None:

@@ -41,32 +41,21 @@ QUIET = 0.01
 
 @dataclass(frozen=True, eq=False)
 class TransientStudy:
-    """What the stage computed; on rank 0.
-
-    Args:
-        case: The case.
-        prepared: Building, probes, loads and damping.
-        response: Histories at the probes by the solver that was requested.
-        spectra: Their floor response spectra.
-        band: Half width of the error band of each PSa, shape (n_dampings, n_probes, 3,
-            n_frequencies) [m/s2]; zero for the full model.
-        pfa_band: Of each peak acceleration, shape (n_probes, 3) [m/s2].
-        basis: The reduced basis; None for the full model alone.
-        maps: Fields over the floors; None without.
-        full: The run in full order; None for the reduced model alone.
-        full_error: With both solvers the largest relative difference of a spectrum by the reduced
-            model from the full one's, both at the same step; None otherwise.
-    """
+    """What the stage computed; on rank 0."""
 
     case: Case
-    prepared: Prepared
-    response: NodeResponse
-    spectra: ResponseSpectra
+    prepared: Prepared  #: building, probes, loads and damping
+    response: NodeResponse  #: histories at the probes by the solver that was requested
+    spectra: ResponseSpectra  #: their floor response spectra
+    #: Half width of the error band of each PSa, shape (n_dampings, n_probes, 3, n_frequencies)
+    #: [m/s2]; zero for the full model.
     band: Array
-    pfa_band: Array
-    basis: ReducedBasis | None
-    maps: FloorMaps | None
-    full: FullRun | None
+    pfa_band: Array  #: of each peak acceleration, shape (n_probes, 3) [m/s2]
+    basis: ReducedBasis | None  #: the reduced basis; None for the full model alone
+    maps: FloorMaps | None  #: fields over the floors; None without
+    full: FullRun | None  #: the run in full order; None for the reduced model alone
+    #: With both solvers the largest relative difference of a spectrum by the reduced model from the
+    #: full one's, both at the same step; None otherwise.
     full_error: float | None
 
 

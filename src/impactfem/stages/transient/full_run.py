@@ -27,17 +27,11 @@ RECORDED = ("displacement", "acceleration")
 
 @dataclass(frozen=True, eq=False)
 class FullRun:
-    """The result of the full model.
+    """The result of the full model."""
 
-    Args:
-        response: Histories at the nodes.
-        energy: Energies at each step.
-        factor_memory: Memory of the factorisation; 0 when all steps had been made before [B].
-    """
-
-    response: NodeResponse
-    energy: Energy
-    factor_memory: float
+    response: NodeResponse  #: histories at the nodes
+    energy: Energy  #: energies at each step
+    factor_memory: float  #: memory of the factorisation; 0 when all steps had been made before [B]
 
 
 def run_full(

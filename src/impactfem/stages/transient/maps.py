@@ -35,42 +35,26 @@ MOST_FRAMES = 150
 
 @dataclass(frozen=True, eq=False)
 class FloorMaps:
-    """Fields at the vertices of the floors, and waves on one floor.
+    """Fields at the vertices of the floors, and waves on one floor."""
 
-    Args:
-        nodes: Vertices of all floors, ascending, shape (n,).
-        frequency: Of the spectra, shape (n_f,) [Hz].
-        damping: Of the spectra, the first of the case.
-        psa: Pseudo-acceleration, shape (n, 3, n_f) [m/s2].
-        pfa: Peak acceleration, shape (n, 3) [m/s2].
-        points_per_cycle: Samples in a cycle of the highest frequency.
-        sampling_loss: How much of a resonant peak may be lost between samples, at each
-            frequency (see `impactfem.spectra.sampling_loss`), shape (n_f,) [-].
-        wave_nodes: All nodes of the floor with the waves, ascending, shape (m,).
-        wave_times: Times of the snapshots, shape (s,) [s].
-        wave_displacement: Relative to the ground, shape (s, m, 3) [m].
-        wave_acceleration: Absolute, same shape [m/s2].
-        frame_times: Evenly spaced times about the main impact, shape (f,) [s].
-        frame_acceleration: Absolute, at these times, shape (f, m, 3) [m/s2].
-        membrane_force: Normal force along y of each triangle of that floor, shape (s, k) [N/m].
-        wave_triangles: Those triangles, shape (k,).
-    """
-
-    nodes: Index
-    frequency: Array
-    damping: float
-    psa: NDArray[np.float32]
-    pfa: Array
-    points_per_cycle: float
+    nodes: Index  #: vertices of all floors, ascending, shape (n,)
+    frequency: Array  #: of the spectra, shape (n_f,) [Hz]
+    damping: float  #: of the spectra, the first of the case
+    psa: NDArray[np.float32]  #: pseudo-acceleration, shape (n, 3, n_f) [m/s2]
+    pfa: Array  #: peak acceleration, shape (n, 3) [m/s2]
+    points_per_cycle: float  #: samples in a cycle of the highest frequency
+    #: How much of a resonant peak may be lost between samples, at each frequency (see
+    #: `impactfem.spectra.sampling_loss`), shape (n_f,) [-].
     sampling_loss: Array
-    wave_nodes: Index
-    wave_times: Array
-    wave_displacement: Array
-    wave_acceleration: Array
-    frame_times: Array
-    frame_acceleration: NDArray[np.float32]
+    wave_nodes: Index  #: all nodes of the floor with the waves, ascending, shape (m,)
+    wave_times: Array  #: times of the snapshots, shape (s,) [s]
+    wave_displacement: Array  #: relative to the ground, shape (s, m, 3) [m]
+    wave_acceleration: Array  #: absolute, same shape [m/s2]
+    frame_times: Array  #: evenly spaced times about the main impact, shape (f,) [s]
+    frame_acceleration: NDArray[np.float32]  #: absolute, at these times, shape (f, m, 3) [m/s2]
+    #: Normal force along y of each triangle of that floor, shape (s, k) [N/m].
     membrane_force: Array
-    wave_triangles: Index
+    wave_triangles: Index  #: those triangles, shape (k,)
 
 
 def floor_maps(

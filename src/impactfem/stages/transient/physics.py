@@ -112,15 +112,10 @@ def _zero(frequency: Array, values: Array, k: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Arrivals:
-    """When the wave of an impact arrives at points, nan where nothing does.
+    """When the wave of an impact arrives at points, nan where nothing does."""
 
-    Args:
-        peak: Of its peak, shape (n_points,) [s].
-        half: Of half of its peak, before it, shape (n_points,) [s].
-    """
-
-    peak: Array
-    half: Array
+    peak: Array  #: of its peak, shape (n_points,) [s]
+    half: Array  #: of half of its peak, before it, shape (n_points,) [s]
 
 
 def arrivals(
@@ -208,17 +203,11 @@ def line_arrivals(response: xr.Dataset) -> Arrivals | None:
 
 @dataclass(frozen=True, eq=False)
 class ForceSpectra:
-    """Power spectral densities of the main impacts.
+    """Power spectral densities of the main impacts."""
 
-    Args:
-        frequency: Shape (n_f,) [Hz].
-        density: One-sided, shape (n_forces, n_f) [N²/Hz].
-        duration: Over which the power is taken [s].
-    """
-
-    frequency: Array
-    density: Array
-    duration: float
+    frequency: Array  #: shape (n_f,) [Hz]
+    density: Array  #: one-sided, shape (n_forces, n_f) [N²/Hz]
+    duration: float  #: over which the power is taken [s]
 
 
 def power_spectrum(record: Array, time_step: float) -> tuple[Array, Array]:

@@ -24,25 +24,15 @@ from impactfem.system.errors import Fault, InputError
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What a run needs beside the matrices.
+    """What a run needs beside the matrices."""
 
-    Args:
-        parts: The building.
-        probes: Where it is looked.
-        loads: The loads.
-        storey_factor: Factor on walls and columns.
-        base_plates: Of the devices.
-        damping: The damping.
-        wave_floor: Number of the floor whose waves are looked at.
-    """
-
-    parts: BuildingParts
-    probes: tuple[Probe, ...]
+    parts: BuildingParts  #: the building
+    probes: tuple[Probe, ...]  #: where it is looked
     loads: Loads
-    storey_factor: float
-    base_plates: tuple[BasePlate, ...]
+    storey_factor: float  #: factor on walls and columns
+    base_plates: tuple[BasePlate, ...]  #: of the devices
     damping: Rayleigh
-    wave_floor: int
+    wave_floor: int  #: number of the floor whose waves are looked at
 
 
 def prepare(
