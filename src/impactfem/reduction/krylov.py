@@ -188,7 +188,7 @@ class KrylovBasis(Held):
         self._R = _padded(self._R, self.vectors.count, before + F.shape[1])
         self._R[:, before:] = coordinates
         self._MQ = np.hstack([self._MQ, image])
-        self._AQ = self.solve(self._MQ)
+        self._AQ = np.asfortranarray(np.hstack([self._AQ, self.solve(image)]))
         self.grow(1)
 
     def grow(self, steps: int) -> int:
