@@ -27,7 +27,7 @@ from impactfem.building.shell import FULL, REDUCED, halves
 class BeamFields:
     """What the beam forms need, constant on each cell or on all."""
 
-    area: Any  #: a [m2]
+    area: Any  #: A [m2]
     second_moments: Any  #: I1, I2 as components [m4]
     torsion: Any  #: J [m4]
     shear: Any  #: k1, k2 as components

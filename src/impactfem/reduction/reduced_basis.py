@@ -54,7 +54,7 @@ class ReducedBasis:
     difference: float
     certified: Index  #: nodes for which the rigorous bound is known, ascending, shape (m,)
     norm: Array  #: ‖l‖ of their displacements (see `error_band`), shape (m, 3)
-    gram: Array  #: qᵀ (K + σ0 M) Q of the basis, shape (n_tail, n_tail)
+    gram: Array  #: Qᵀ (K + σ0 M) Q of the basis, shape (n_tail, n_tail)
 
     @property
     def model(self) -> ReducedModel:
@@ -215,7 +215,7 @@ class Grown:
     #: Models that the coarse one is nested in; none where none were requested.
     larger: tuple[ReducedModel, ...]
     differences: tuple[float, ...]  #: error at each accuracy, of the model that met it
-    gram: Array  #: qᵀ (K + σ0 M) Q of the coarse model, shape (n_tail, n_tail)
+    gram: Array  #: Qᵀ (K + σ0 M) Q of the coarse model, shape (n_tail, n_tail)
     norm: Array  #: ‖l‖ of the probes' displacements (see `error_band`), shape (n_probes, 3)
 
 

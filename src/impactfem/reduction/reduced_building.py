@@ -120,7 +120,7 @@ class ReducedBuilding:
     """The reduced model of a building."""
 
     basis: ReducedBasis  #: the Krylov space as accurate as the first accuracy asks, at nodes
-    complete: CompleteModel  #: galerkin's model on all vectors
+    complete: CompleteModel  #: Galerkin's model on all vectors
     fine: NestedModels  #: the whole Krylov space at the probes
     errors: tuple[float, ...]  #: at each accuracy of its plan, as of `NestedModels.error`
 
