@@ -144,6 +144,15 @@ def test_pairs_of_others_do_not_act(case: Case) -> None:
     assert edge.floor == 2
 
 
+def test_two_pairs_on_one_edge_are_the_same_load(case: Case) -> None:
+    """Along the normal of the edge: those of pairs may differ a little, one name is one load."""
+    first = contact(point("B1", 2), point("B2", 2))
+    second = first.model_copy(update={"name": f"{first.name}#2", "normal": (1e-5, 1.0, 0.0)})
+    both = with_contacts(case, first, second)
+    _, (one, other) = checked_forces(forces_of(both), PATH, both, slabs(8), DURATION)
+    assert one == other
+
+
 def test_no_pairs(case: Case) -> None:
     none = with_contacts(case)
     found, edges = checked_forces(forces_of(none), PATH, none, slabs(8), DURATION)
