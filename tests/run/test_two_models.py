@@ -135,6 +135,21 @@ def with_more_modes(case: Case, changed: int) -> Case:
     )
 
 
+def test_a_second_model_computes_nothing_of_the_first(
+    tmp_path: Path, edited: Callable[..., Path]
+) -> None:
+    """Probes that name no building are those of the only one, and of each of two."""
+    more = PROBE.replace('building = "B"\n', "")
+    both = load_case(write_case(tmp_path, more))
+    text = BUILDINGS[1]
+    model = text[text.index("[buildings.structure]") :]
+    first = load_case(edited(write_case(tmp_path, more), (text, text.replace(model, ""))))
+    assert [view.numbered_probes[0][0] for view in both.views] == [0, 0]
+    for stage in STAGES:
+        if stage.lacks(first) is None:
+            assert stage.key(first) == stage.key(both.views[0]), stage.name
+
+
 @pytest.mark.parametrize("changed", [0, 1])
 def test_another_model_computes_nothing_of_the_other(case: Case, changed: int) -> None:
     """A stage of one building depends on its own 3D model; what serves both on neither."""

@@ -122,9 +122,15 @@ class Case(CaseFile):
         devices = tuple(device for device in self.devices if device.building == name)
         if transient is not None:
             floors = transient.floors
+            # By its name, as where it has the only 3D model: what was computed then is reused.
+            its = {"building": name}
             own = {
                 "floors": floors.get(name) if isinstance(floors, dict) else floors,
-                "probes": tuple(one for one in transient.probes if one.building in ("", name)),
+                "probes": tuple(
+                    one.model_copy(update=its)
+                    for one in transient.probes
+                    if one.building in ("", name)
+                ),
             }
             transient = transient.model_copy(update=own)
         update = {
@@ -144,10 +150,10 @@ class Case(CaseFile):
     @property
     def numbered_probes(self) -> tuple[tuple[int, Probe], ...]:
         """The probes of [transient] with their indices in the case file."""
-        own, every = self.transient, self.whole.transient
-        if own is None or every is None:
-            return ()
-        return tuple((k, one) for k, one in enumerate(every.probes) if one in own.probes)
+        transient = self.whole.transient
+        every = () if transient is None else transient.probes
+        names = {"", *(one.building for one in self.structures)}
+        return tuple((k, one) for k, one in enumerate(every) if one.building in names)
 
     @property
     def numbered_devices(self) -> tuple[tuple[int, DeviceSetup], ...]:
