@@ -47,6 +47,21 @@ def test_a_store_that_is_not_there(finished: Any) -> None:
                 getattr(run, name)
 
 
+def test_stores_of_a_further_building(tmp_path: Path) -> None:
+    """Its own ones and those of the whole run; what the first alone has is not taken for its."""
+    (tmp_path / "B").mkdir()
+    for name in ("building.nc", "calibrate.nc", "device.nc", "pounding.nc", "B/building.nc"):
+        (tmp_path / name).touch()
+    (tmp_path / "summary.json").write_text("[]")
+    models = {"structure": {"building": "A"}, "further_structures": [{"building": "B"}]}
+    (tmp_path / "case.json").write_text(json.dumps(models))
+    with open_run(tmp_path) as run:
+        assert run.stores == ("building", "calibrate", "pounding", "device")
+        assert run.of("B").stores == ("building", "pounding")
+        with pytest.raises(InputError, match=r"calibrate\.nc: missing"):
+            _ = run.of("B").calibrate
+
+
 def test_results_that_are_not_there(finished: Any, tmp_path: Path) -> None:
     with open_run(finished.folder) as run:
         expected = r"summary.json: motion\.pgaa: .*did you mean 'motion\.pga'\?"

@@ -27,12 +27,14 @@ import xarray as xr
 
 from impactfem.plot.table import Table
 from impactfem.run.stages import STAGES
-from impactfem.stages.stores import of_run, open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.scalar import alone
 
 STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}
 """Files of the stores by the name of the attribute that opens them."""
+SHARED = {name for stage in STAGES if not stage.each for name in stage.stores}
+"""Those that serve all buildings of a run."""
 
 
 @dataclass(frozen=True)
@@ -118,8 +120,8 @@ class RunFolder:
         return tuple(name for name in STORES if self._path(name).is_file())
 
     def _path(self, name: str) -> Path:
-        file = STORES[name]
-        return of_run(self.folder, file) if self._building else self.folder / file
+        shared = self._building and name in SHARED
+        return (self.folder.parent if shared else self.folder) / STORES[name]
 
     def value(self, name: str) -> float:
         """A scalar result in SI.
