@@ -170,6 +170,19 @@ def test_a_stage_of_another_run_is_refused(finished, tmp_path):
         write_report(tmp_path / "run", study.STAGES)
 
 
+def test_another_run_in_its_folder_is_left_alone(finished, tmp_path):
+    """Its stages are no part of the run, and its figures stay."""
+    outer, inner = tmp_path / "run", tmp_path / "run" / "second"
+    for folder in (outer, inner):
+        shutil.copytree(finished.folder, folder)
+    path = inner / "pounding.stage.json"
+    listed = json.loads(path.read_text(encoding="utf-8"))
+    listed["files"] = dict.fromkeys(listed["files"], "another digest")
+    path.write_text(json.dumps(listed), encoding="utf-8")
+    study.make_report(outer)
+    assert (inner / "figures" / FLOWCHART).is_file()
+
+
 def test_a_stage_of_before_may_be_tidied_up(finished, tmp_path):
     shutil.copytree(finished.folder, tmp_path / "run")
     other = tmp_path / "run" / "device.stage.json"

@@ -54,8 +54,10 @@ class RunFiles:
                 reason = f"the stage has other inputs than in {PROVENANCE}"
                 raise _damaged(manifest_file(folder, stage), reason)
             self._refuse_changed(manifest.every)
-        # In a folder of the run are the stages of a further building with a 3D model.
-        for path in sorted([*folder.glob("*.stage.json"), *folder.glob("*/*.stage.json")]):
+        # In a folder of the run are the stages of a further building with a 3D model, or all those
+        # of another run.
+        further = [one for one in folder.glob("*/*.stage.json") if not _in_run(one)]
+        for path in sorted([*folder.glob("*.stage.json"), *further]):
             stage = str(path.relative_to(folder)).removesuffix(".stage.json")
             # Of an earlier run, whose files may have been removed; a comparison is checked below.
             if stage not in made.inputs and stage != COMPARISON:
@@ -161,6 +163,11 @@ class RunFiles:
 
     def _json(self, name: str) -> Any:
         return json.loads((self.folder / name).read_text(encoding="utf-8"))
+
+
+def _in_run(path: Path) -> bool:
+    """Whether a file lies in the folder of a run, not in that of one of its buildings."""
+    return (path.parent / PROVENANCE).is_file()
 
 
 def _damaged(path: Path, reason: str) -> ImpactfemError:

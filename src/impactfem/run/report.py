@@ -51,10 +51,10 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
     with Steps(STEPS, f"stage {REPORT}", bar=bar) as steps:
         with steps.step("overview"):
             # Those of an earlier run show other results.
-            for path in (*folder.glob(f"**/{FLOWCHART}"), *folder.glob(f"**/{SCENE}")):
-                path.unlink()
+            (folder / "figures" / FLOWCHART).unlink(missing_ok=True)
             flowchart_figure(folder, STAGES)
             for one in (folder, *(folder / name for name in RunFiles(folder).further)):
+                (one / "figures" / SCENE).unlink(missing_ok=True)
                 write_scene(one)
         with steps.step("page"):
             page = write_report(folder, STAGES)
