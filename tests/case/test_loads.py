@@ -90,6 +90,7 @@ def test_loads_alone_leave_the_ground_at_rest(broken: Broken) -> None:
         ("[MN]", "[m]", "line 1, column B1.floor_8 [m]", "is a length"),
         ("[ms]", "[N]", "line 1, column time [N]", "is a force"),
         ("B1.floor_8", "roof", "line 1, column roof [MN]", "expected '<building>.floor_<k> [N]'"),
+        ("[kN]", "[kN] up", "line 1, column B2.floor_1 [kN] up", "or 'time [s]'"),
         ("B2.floor_1 [kN]", "B1.floor_8 [N]", "line 1, column B1.floor_8 [N]", "duplicate column"),
         ("5,2.5,-40", "5,2.5", "line 3", "expected 3 cells as in the header, found 2"),
         ("5,2.5,-40", "5,x,-40", "line 3, column B1.floor_8 [MN]", "a finite number"),

@@ -18,7 +18,7 @@ from impactfem.case.floors import floors_of
 from impactfem.case.leaf import FileName
 from impactfem.case.quantity import Number, Quantity
 from impactfem.case.reading import reading_of
-from impactfem.case.table import Table, read_lines, read_table
+from impactfem.case.table import Table, name_and_unit, read_lines, read_table
 from impactfem.case.unit import FORCE, TIME
 from impactfem.system.errors import Fault
 
@@ -88,7 +88,7 @@ class ForceTable:
 def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
     """Read a table of forces; None, and what is wrong with it, when there are faults."""
     header = read_lines(path, TABLE, TABLE, [], MOST_TIMES)
-    names = [name.partition("[")[0].strip() for name in header[0][1]] if header else []
+    names = [name_and_unit(one)[0] for one in header[0][1]] if header else []
     floors = {name: place for name in names if (place := _FLOOR.fullmatch(name))}
     fields: dict[str, Any] = {name: (_Force, Field(description="Force.")) for name in floors}
     model = create_model("Forces", __base__=_Time, **fields)

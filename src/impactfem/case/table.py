@@ -212,6 +212,12 @@ def leaf_of(info: FieldInfo) -> CellLeaf:
     raise TypeError(f"the field {info} of a table has no leaf")
 
 
+def name_and_unit(header: str) -> tuple[str, str | None]:
+    """The name and the unit of a header; all of it where it is no name with a unit in brackets."""
+    match = _HEADER.fullmatch(header)
+    return (match[1], match[2]) if match else (header, None)
+
+
 def _header_of(name: str, info: FieldInfo) -> str:
     leaf = leaf_of(info)
     return f"{name} [{leaf.kind.unit}]" if isinstance(leaf, Quantity) else name
@@ -225,8 +231,7 @@ def _columns(
     columns: list[_Column | None] = []
     found: set[str] = set()
     for header in headers:
-        match = _HEADER.fullmatch(header)
-        name, unit = (match[1], match[2]) if match else (header, None)
+        name, unit = name_and_unit(header)
         column, wrong = None, ""
         if name not in fields:
             if row_model.model_config.get("extra") != "ignore":
