@@ -83,6 +83,7 @@ def test_floors_from_the_lowest(transient, tmp_path):
         (lambda store: store.drop_vars("psa"), r"holds no spectra of probes: .*psa"),
         (lambda store: store.drop_vars("probe_kind"), r"holds no spectra of probes: .*probe_kind"),
         (lambda store: store.isel(probe=slice(2, None)), "no probe at the mass centre"),
+        (lambda store: store.isel(damping=0), r"cannot read spectra of probes from .*damping"),
         (None, "cannot read"),
     ],
 )
@@ -226,6 +227,7 @@ def test_a_direction_in_which_nothing_moves(fields, read):
 def test_without_fields(fields, tmp_path):
     path = tmp_path / "transient_maps.nc"
     assert read_whole_floors(path, ELEVATION) is None
-    write_netcdf(path, fields.drop_vars("psa"))
-    with pytest.raises(ImpactfemError, match="cannot read fields over the floors from"):
-        read_whole_floors(path, ELEVATION)
+    for fault in (fields.drop_vars("psa"), fields.isel(component=0)):
+        write_netcdf(path, fault)
+        with pytest.raises(ImpactfemError, match="cannot read fields over the floors from"):
+            read_whole_floors(path, ELEVATION)

@@ -63,13 +63,16 @@ def read_probes(path: Path) -> xr.Dataset:
             height = probes["probe_position"].sel(xyz="z").values
             centres = np.flatnonzero(probes["probe_kind"] == "centre")
             floors = probes["probe_floor"].values
+            probes = probes.transpose("damping", "probe", "component", "frequency", ...)
         except KeyError as error:
             raise ImpactfemError(f"{path} holds no spectra of probes: {error.args[0]}") from error
+        except (OSError, ValueError) as error:
+            raise ImpactfemError(f"cannot read spectra of probes from {path}: {error}") from error
     if not centres.size:
         raise ImpactfemError("no probe at the mass centre of a floor")
     centres = centres[np.argsort(height[centres])]
     level = np.abs(height[:, None] - height[centres]) <= LEVEL
-    return probes.transpose("damping", "probe", "component", "frequency", ...).assign(
+    return probes.assign(
         on_floor=(("probe", "station"), level),
         centre=("station", centres),
         station_floor=("station", floors[centres]),
@@ -181,9 +184,9 @@ def read_whole_floors(path: Path, elevation: Array) -> WholeFloors | None:
             node, position = store["node_number"].values, store["node_position"].values
             frequency = np.asarray(store["frequency"].values, dtype=np.float64)
             damping, samples = (float(store.attrs[k]) for k in ("damping", "points_per_cycle"))
-        except KeyError as error:
+        except (OSError, ValueError, KeyError) as error:
             raise ImpactfemError(
-                f"cannot read fields over the floors from {path}: {error.args[0]}"
+                f"cannot read fields over the floors from {path}: {error}"
             ) from error
     # Of single precision, as in the file, where all vertices are held; double for each floor.
     curves = np.concatenate([psa, pfa[..., None].astype(np.float32)], axis=2)
