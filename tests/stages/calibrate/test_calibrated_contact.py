@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from impactfem.case import Case, KelvinVoigtLaw, load_case
+from impactfem.case import Case, DampingCase, KelvinVoigtLaw, load_case
 from impactfem.coupling.from_case import system_of
 from impactfem.stages.calibrate.calibrated_contact import (
     asks_calibration,
     calibrated_laws,
+    calibrated_restitutions,
     with_calibrated_contact,
     with_contact_of_run,
 )
@@ -148,3 +149,20 @@ def test_a_store_without_the_values(
     folder = store(tmp_path, epsilon, **more)
     with pytest.raises(ImpactfemError, match=f"calibrate.nc has no {missing}, case own"):
         with_contact_of_run(case, folder)
+
+
+def test_restitutions_of_damping_cases(given: Case, tmp_path: Path) -> None:
+    """Of those that leave it to the wall, by name; none where there is no wall."""
+    other = DampingCase(name="other", ratio=0.07, frequencies=(1.0, 20.0))
+    dampings = other, other.model_copy(update={"name": "stiff", "restitution": 0.4})
+    case = given.model_copy(update={"damping_cases": dampings})
+    assert calibrated_restitutions(case, tmp_path / "nowhere") == {}
+    folder = store(tmp_path, EPSILON)
+    case = case.model_copy(update={"wall_impact": True})
+    assert calibrated_restitutions(case, folder) == {"other": 0.5}
+    lone = case.model_copy(update={"damping_cases": dampings[1:]})
+    assert calibrated_restitutions(lone, tmp_path / "nowhere") == {}
+    light = other.model_copy(update={"name": "light"})
+    lacking = case.model_copy(update={"damping_cases": (light,)})
+    with pytest.raises(ImpactfemError, match=r"calibrate\.nc has no epsilon, case light"):
+        calibrated_restitutions(lacking, folder)
