@@ -13,6 +13,7 @@ from impactfem import study
 from impactfem.case import Case, load_case
 from impactfem.run.estimate import estimate
 from impactfem.run.stages import STAGES
+from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.system.errors import InputError
 from two_models import BUILDINGS, CASE, DEVICE, PROBE, WALL, write_case
@@ -124,6 +125,19 @@ def test_sticks_depend_on_the_models_whose_modes_are_their_targets(tmp_path: Pat
     for changed, depends in ((0, False), (1, True)):
         assert (POUNDING.key(with_more_modes(case, changed)) != POUNDING.key(case)) == depends
     assert [stage.labels(case) for stage in POUNDING.needs(case)] == [("B/building",)]
+
+
+@pytest.mark.parametrize(("targets", "depends"), [("AB", True), ("B", False)])
+def test_the_stick_before_the_wall_has_the_modes_of_all_targets(
+    tmp_path: Path, targets: str, depends: bool
+) -> None:
+    """The wall hits B, whose stick is fitted together with that of A."""
+    rows = "".join(f"{name},1,3,50\n" for name in targets)
+    head = "building,mode,frequency [Hz],effective_mass [t]\n"
+    (tmp_path / "targets.csv").write_text(head + rows, encoding="utf-8")
+    case = load_case(write_case(tmp_path, WALL, CALIBRATION))
+    other = with_more_modes(case, 0)
+    assert (CALIBRATE.key(case.views[1]) != CALIBRATE.key(other.views[1])) == depends
 
 
 def with_more_modes(case: Case, changed: int) -> Case:

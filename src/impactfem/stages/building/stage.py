@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from impactfem.case import Case
@@ -9,6 +10,7 @@ from impactfem.case.members import Bay
 from impactfem.case.structure import GeneratedMesh, structure_files
 from impactfem.stages.building.pictures import building_pictures
 from impactfem.stages.building.tables import building_tables
+from impactfem.stages.building.targets import from_structure
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import published_values
 from impactfem.stages.stage import DRAWING, Stage
@@ -108,3 +110,16 @@ BUILDING = Stage(
     collective=True,
     each=True,
 )
+
+
+def target_models(case: Case) -> tuple[Stage, ...]:
+    """The stage building of the 3D models whose modes are targets of the sticks; none of others."""
+    if case.calibration is None or not from_structure(case):
+        return ()
+    targets = {target.building for target in case.calibration.targets}
+
+    def lacks(view: Case) -> str | None:
+        return None if targets.intersection(one.building for one in view.structures) else "targets"
+
+    # Other 3D models than those change nothing of the sticks.
+    return (replace(BUILDING, lacks=lacks),)

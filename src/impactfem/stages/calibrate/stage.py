@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from impactfem.case import Case
+from impactfem.stages.building.stage import target_models
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.checks import wall_checks
 from impactfem.stages.calibrate.figures import wall_figures
@@ -52,6 +53,8 @@ CALIBRATE = Stage(
         DRAWING: 4.0,
     },
     sections=("damping_cases", "calibration", "wall_impact", "pounding"),
+    # The stick before the wall is fitted to the modes of other buildings, too.
+    further=lambda case: "".join(stage.key(case.whole) for stage in target_models(case.whole)),
     computed_by=("compute", "store"),
     drawn_by=("figures", "tables"),
     stores={"calibrate": "calibrate.nc"},

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors
 from impactfem.coupling.force_history import ForceHistory, write_forces, write_forces_csv
 from impactfem.plot.floor_products import write_floor_products
-from impactfem.stages.building.stage import BUILDING
-from impactfem.stages.building.targets import from_structure, with_structure_targets
+from impactfem.stages.building.stage import target_models
+from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.calibrated_contact import asks_calibration, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.inputs import inputs_key, tolerances
@@ -48,16 +47,7 @@ def _draw(case: Case, folder: Path) -> list[Path]:
 
 
 def _needs(case: Case) -> tuple[Stage, ...]:
-    calibration = (CALIBRATE,) if asks_calibration(case) else ()
-    if case.calibration is None or not from_structure(case):
-        return calibration
-    targets = {target.building for target in case.calibration.targets}
-
-    def lacks(view: Case) -> str | None:
-        return None if targets.intersection(one.building for one in view.structures) else "targets"
-
-    # Other 3D models than those whose modes are targets change nothing of the sticks.
-    return (replace(BUILDING, lacks=lacks), *calibration)
+    return (*target_models(case), *((CALIBRATE,) if asks_calibration(case) else ()))
 
 
 def _facing(case: Case) -> str:
