@@ -5,6 +5,7 @@ from concurrent.futures import Executor, Future
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from impactfem.case import load_case
@@ -78,6 +79,16 @@ def test_percentiles_are_those_of_the_members(run):
     assert psa.shape[0] == 4 and np.ptp(psa, axis=0).max() > 0.0
     # What all members share is no band.
     assert not [name for name in result.scalars if name.startswith("sticks.")]
+
+
+def test_what_is_not_finite_is_in_no_percentile():
+    names = ["a", "b", "c", "d"]
+    table = pd.DataFrame({"x": [1.0, 3.0, np.inf, np.nan], "y": [np.inf] * 4}, index=names)
+    result = ensemble.EnsembleResult(table, {"x": "N", "y": "-"}, {}, {})
+    scalars = {s.name: s for s in ensemble_scalars(result)}
+    x, y = (scalars[f"ensemble.median.{name}"] for name in "xy")
+    assert (x.value, x.unit, x.note) == (2.0, "N", "over 2 members")
+    assert (y.value, y.unit, y.note) == (None, "-", "over 0 members")
 
 
 def test_a_member_is_the_run_of_its_seed(case, run):

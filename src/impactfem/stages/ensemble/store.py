@@ -24,7 +24,7 @@ def ensemble_scalars(result: EnsembleResult) -> list[Scalar]:
         Scalar("ensemble.failed", float(len(result.failed)), "-", "; ".join(result.failed)),
     ]
     for name, values in result.scalars.items():
-        known = values.dropna()
+        known = values[np.isfinite(values)]
         bands = np.percentile(known, PERCENTILES) if known.size else [None] * len(PERCENTILES)
         for label, value in zip(LABELS, bands, strict=True):
             at, unit = f"ensemble.{label}.{name}", result.units[str(name)]
