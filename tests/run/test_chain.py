@@ -91,9 +91,7 @@ def test_the_pump(done: study.Run) -> None:
         assert found[f"device.fy.{name}.impact"] > found[f"device.fy.{name}.no_impact"] > 0.0
     assert abs(found["device.relative_difference.no_impact"]) < 0.6
     assert found["device.fy.detailed.impact.light"] > found["device.fy.detailed.impact"]
-    # The pump's base plate makes the slab a little stiffer.
-    known = found["calibration.epsilon.light"]
-    assert found["device.epsilon.light"] == pytest.approx(known, abs=0.03)
+    assert found["device.epsilon.light"] == found["calibration.epsilon.light"]  # one value
     with xr.open_dataset(done.folder / "device.nc", engine="h5netcdf") as store:
         assert store["case"].values.tolist() == ["own", "light"]
         assert float(store["imbalance"].max()) < 1e-8
