@@ -165,5 +165,5 @@ def test_what_petsc_refuses_is_an_error():
     pc = PETSc.PC().create(PETSc.COMM_SELF)
     pc.setType("cholesky")
     with pytest.raises(PETSc.Error, match="73"):  # no matrix is set
-        factorisation._set_up(pc)
+        factorisation._unlocked("PCSetUp", pc)
     pc.destroy()

