@@ -110,7 +110,7 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
     others of N rows, in one pass or two and among themselves, 4 N k (n + k) a pass, 6 N k n for
     what rounding left; two an entry of the matrix and column for a product, also for what
     Galerkin's model is seen through. A block step takes rounding off while the next one is solved
-    for; so do contacts and anchors: operations of the solve count for what is done meanwhile.
+    for: both count as one.
     """
     case = load_case(in_source_tree(case_file))
     if case.structure is None:

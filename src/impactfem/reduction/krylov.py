@@ -15,8 +15,6 @@ damping, CDC 2005; full reorthogonalisation as in Grimme, Sorensen and Van Doore
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
-from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -26,7 +24,7 @@ from petsc4py import PETSc
 from impactfem.dynamics.columns import combined, inner, product
 from impactfem.dynamics.factorisation import Factorisation, Held
 from impactfem.reduction.orthonormal import Orthonormal
-from impactfem.system.parallel import all_blas_threads, meanwhile
+from impactfem.system.parallel import meanwhile
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -80,19 +78,16 @@ class KrylovBasis(Held):
         return self._factor.solve_block(F)
 
     def solutions(self, F: Any) -> Iterator[tuple[slice, Array]]:
-        """(K + σ0 M)⁻¹ F in parts of a few columns; the next is solved while one is in use.
+        """(K + σ0 M)⁻¹ F in parts of a few columns, with their slices. Collective, each part.
 
-        All at once would take as much memory as many vectors. Collective, each part.
+        All at once would take as much memory as many vectors.
 
         Args:
             F: Columns, shape (n_local, k), an array or of `scipy.sparse`.
         """
-        parts = [slice(first, first + AT_ONCE) for first in range(0, F.shape[1], AT_ONCE)]
-        X = self.solve(F[:, :AT_ONCE])
-        for part, following in zip_longest(parts, parts[1:], fillvalue=slice(0)):
-            with meanwhile(partial(self.solve, F[:, following])) as solved:
-                yield part, X
-            X = solved()
+        for first in range(0, F.shape[1], AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            yield part, self.solve(F[:, part])
 
     @property
     def size(self) -> int:
@@ -183,8 +178,7 @@ class KrylovBasis(Held):
             SolutionError: A pattern has values that are not numbers.
         """
         before = self._R.shape[1]
-        with all_blas_threads():
-            coordinates, image = self.vectors.append(self.solve(F))
+        coordinates, image = self.vectors.append(self.solve(F))
         self._R = _padded(self._R, self.vectors.count, before + F.shape[1])
         self._R[:, before:] = coordinates
         self._MQ = np.hstack([self._MQ, image])

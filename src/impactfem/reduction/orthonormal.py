@@ -13,6 +13,7 @@ from scipy.linalg.blas import dgemm
 from impactfem.dynamics.columns import inner, product, summed
 from impactfem.reduction.room import Room, room
 from impactfem.system.errors import SolutionError
+from impactfem.system.parallel import all_blas_threads
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -45,6 +46,7 @@ class Orthonormal:
         self.count = 0
         self._chunks: list[Room] = []
 
+    @all_blas_threads()
     def append(self, X: Array, near: int | None = None) -> tuple[Array, Array]:
         """Take in what X has outside the columns there are. X is overwritten.
 
