@@ -130,7 +130,7 @@ for one, style in ((known, "--"), (law, "-")):
     penetration = np.maximum(-1e3 * response.gap[:, 0], 0.0)
     left.plot(1e3 * response.time, force, style, label=one.name)
     right.plot(penetration, force, style, label=one.name)
-    print(f"{one.name}: restitution asked {epsilon}, found {impact.restitution:.5f}")
+    print(f"{one.name}: restitution requested {epsilon}, found {impact.restitution:.5f}")
 left.set(xlabel="time [ms]", ylabel="force [MN]", title=f"two floors at {speed} m/s")
 right.set(xlabel="penetration [mm]", ylabel="force [MN]", title="the loop is the energy lost")
 for panel in (left, right):
@@ -157,7 +157,7 @@ for steps, marker in ((8, "v-"), (16, "s-"), (64, "^-"), (256, "o-")):
     error = np.abs(np.array(found) - asked)
     axes.semilogy(asked, error, marker, ms=4, lw=0.8, label=f"{steps} steps an impact")
     print(f"{steps} steps an impact: largest difference {error.max():.1e}")
-axes.set(xlabel="restitution asked, closed form [-]", ylabel="difference of the one found [-]")
+axes.set(xlabel="restitution requested, closed form [-]", ylabel="difference of the one found [-]")
 axes.grid(alpha=0.3)
 axes.legend(fontsize=8)
 plt.show()

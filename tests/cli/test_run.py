@@ -77,7 +77,7 @@ class TestRun:
     def test_the_checks_are_told(self, program, copied, tmp_path):
         ended = program("run", copied, "--out", tmp_path / "run")
         assert re.search(r"pounding: \d+ impacts, the largest with .* MN at", ended.err)
-        assert re.search(r"steps: .* 16 asked", ended.err)
+        assert re.search(r"steps: .* 16 required", ended.err)
         assert "warning: linear? storey shear" in ended.err
 
     def test_a_computation_that_fails(self, program, new_case, tmp_path, monkeypatch):

@@ -202,7 +202,7 @@ def test_what_a_law_says_of_itself():
     soft = kelvin_voigt(1e11, 0.12, 3014e3)
     assert soft.linear and soft.name == "kelvin-voigt"
     assert soft.describe() == (
-        "kelvin-voigt: stiffness 1e+11 N/m, restitution asked 0.684043, of two free masses "
+        "kelvin-voigt: stiffness 1e+11 N/m, restitution requested 0.684043, of two free masses "
         "0.684043, effective mass 3014000 kg"
     )
     assert kelvin_voigt(1e11, 0.12, 1.0, tension=False).name == "kelvin-voigt without tension"
@@ -211,7 +211,9 @@ def test_what_a_law_says_of_itself():
         law = make(BETA, 0.4, MASS)
         assert law.name == name and not law.linear and law.stiffness == BETA
         words = law.describe()
-        assert words.startswith(f"{name}: stiffness 1.4e+12 N/m^1.5, restitution asked 0.4, of two")
+        assert words.startswith(
+            f"{name}: stiffness 1.4e+12 N/m^1.5, restitution requested 0.4, of two"
+        )
         assert f"{law.epsilon:.6g}" in words and "0.4, effective" not in words
         assert np.isnan(law.xi) == (make is not jankowski)
     elastic = hertz(BETA, MASS)

@@ -123,7 +123,9 @@ def test_what_it_says_of_itself():
     assert isinstance(law, OwnLaw) and not law.linear and math.isnan(law.xi)
     assert (law.name, law.stiffness, law.mass, law.asked) == ("mine", 2e9, 3e5, 0.9)
     assert law.parameters.tolist() == [2e9, 1e5, 0.0, 0.0]
-    assert law.describe().startswith("mine: stiffness 2e+09 kN/mm, restitution asked 0.9, of two")
+    assert law.describe().startswith(
+        "mine: stiffness 2e+09 kN/mm, restitution requested 0.9, of two"
+    )
 
 
 def test_both_kinds_of_laws_in_one_system(row, shake):

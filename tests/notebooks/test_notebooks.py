@@ -154,7 +154,7 @@ def test_damping_study(execute: Execute, built: Built, tmp_path: Path) -> None:
 def test_contact_law(execute: Execute, new_case: Callable[..., Path], tmp_path: Path) -> None:
     case = new_case(tmp_path)
     told = check(execute("contact_law", tmp_path, case_file=str(case), epsilon=0.5), 3)
-    found = re.findall(r"restitution asked 0\.5, found ([\d.]+)", told)
+    found = re.findall(r"restitution requested 0\.5, found ([\d.]+)", told)
     assert [float(value) for value in found] == pytest.approx([0.5, 0.5], abs=2e-3)
     errors = [float(e) for e in re.findall(r"steps an impact: largest difference (\S+)", told)]
     assert len(errors) == 4 and errors[-1] < 1e-4 and errors[0] > 100.0 * errors[-1]

@@ -66,7 +66,7 @@ class KelvinVoigtLaw(Section):
     stiffness: CalibratedStiffness
     """Stiffness K_C of the contact; calibrated by the paper's equation 6."""
     restitution: CalibratedRestitution | None = None
-    """Coefficient of restitution asked: velocity after over velocity before; calibrated by the
+    """Coefficient of restitution requested: velocity after over velocity before; calibrated by the
     paper's equation 5."""
     damping_ratio: DampingRatio | None = Field(default=None, validate_default=True)
     """Damping ratio ξ_C of the contact, with the reduced mass of the two floors."""
@@ -112,7 +112,7 @@ class _DampedHertzLaw(Section):
     stiffness: HertzStiffness
     """Stiffness K of the elastic part K p^1.5."""
     restitution: Restitution
-    """Coefficient of restitution asked: velocity after over velocity before."""
+    """Coefficient of restitution requested: velocity after over velocity before."""
     relation: Literal["published", "exact"] = "published"
     """How the damping follows from the restitution: by the formula of the law's authors, or so that
     two free masses get exactly what is asked."""

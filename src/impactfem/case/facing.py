@@ -123,7 +123,7 @@ def facing_lines(found: FacingFloors, most: int = 6) -> list[str]:
 
 
 def unknown_lines(found: FacingFloors) -> list[str]:
-    """What cannot be told, and which keys would tell it; a line for each two buildings."""
+    """What is not known, and which keys would say it; a line for each two buildings."""
     return [
         f"facing floors: whether floors of {a} and {b} that are in no pair meet cannot be checked "
         f"without the plan of {' and '.join(names)}: length and width of [[buildings]] give it"

@@ -174,7 +174,7 @@ class Case(CaseFile):
 
     @property
     def shown_direction(self) -> str:
-        """The direction "x", "y" or "z" of the motions that results are told along.
+        """The direction "x", "y" or "z" of the motions that results are reported along.
 
         The one in which the buildings pound: that of the motion most along a normal of the
         contacts; without contacts, or among equals, that of the first motion.

@@ -97,7 +97,7 @@ class Law:
     #: Its parameters, shape (N_PARAMETERS,): the stiffness K [N/m or N/m^1.5], then those of the
     #: law's function.
     parameters: Array
-    asked: float  #: the restitution asked [-]
+    asked: float  #: the restitution requested [-]
     epsilon: float  #: the restitution that two free masses get from it [-]
     xi: float  #: its damping ratio [-]; nan for a law that has none
     mass: float  #: effective mass of the two points [kg]
@@ -143,9 +143,9 @@ class Law:
     def describe(self) -> str:
         """The law in words and numbers, for other programs and people."""
         return (
-            f"{self.name}: stiffness {self.stiffness:.9g} {self.stiffness_unit}, restitution asked "
-            f"{self.asked:.6g}, of two free masses {self.epsilon:.6g}, effective mass "
-            f"{self.mass:.9g} kg"
+            f"{self.name}: stiffness {self.stiffness:.9g} {self.stiffness_unit}, "
+            f"restitution requested {self.asked:.6g}, of two free masses {self.epsilon:.6g}, "
+            f"effective mass {self.mass:.9g} kg"
         )
 
 

@@ -94,7 +94,7 @@ def own_law(
         parameters: Its parameters, one to four, the stiffness first.
         mass: Effective mass of the pair [kg].
         speed: Speed of approach at which it is tested and its restitution is reported [m/s].
-        asked: Restitution asked [-]; that of two free masses when None.
+        asked: Restitution requested [-]; that of two free masses when None.
         unit: Unit of the stiffness.
 
     Raises:

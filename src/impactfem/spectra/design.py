@@ -106,7 +106,7 @@ def corner_frequencies(
     curves: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]],
     ratio: Ratio = 0.15,
 ) -> FloatArray:
-    """Find the frequencies at which broadened spectra must be given beside their list.
+    """Find the frequencies at which broadened spectra must be given in addition to their list.
 
     Plateaus begin and end between listed frequencies. Candidates are the frequencies of the spectra
     times 1 - l and 1 + u, where (1) has its bends; as many of them are taken as are needed for

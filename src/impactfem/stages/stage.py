@@ -58,7 +58,7 @@ class Stage:
     #: The section of the case file without which the stage has nothing to do; None when nothing is
     #: missing.
     lacks: Callable[[Case], str | None] = lambda case: None
-    #: Scalars that are read off the run's stores, beside those in its own store.
+    #: Scalars that are read off the run's stores, in addition to those in its own store.
     derived: Callable[[Path], list[Scalar]] = lambda folder: []
     collective: bool = False  #: whether all ranks compute it together; else rank 0 does
     #: Whether it is done for each building with a 3D model, on a view of the case for it and in the

@@ -34,7 +34,7 @@ def test_points_that_miss_the_floor(tmp_path):
     missed = texts(tmp_path, False)
     assert len(missed) == 3
     assert "along y the points have at least 66.7 % of the envelope of all" in missed[1]
-    assert "at least 95 % is asked, missed on floor 1, floor 2" in missed[1]
+    assert "at least 95 % is required, missed on floor 1, floor 2" in missed[1]
 
 
 def test_a_peak_acceleration_that_the_points_miss(tmp_path):

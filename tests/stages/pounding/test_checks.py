@@ -118,7 +118,7 @@ def test_a_limit(checked, words, name, limits):
 
 
 def test_the_steps_asked_are_those_of_the_case(checked):
-    assert [one(checked(points=n), f"{n} asked")[0] for n in (16, 100)] == [True, False]
+    assert [one(checked(points=n), f"{n} required")[0] for n in (16, 100)] == [True, False]
     # With fewer steps an impact, or none measured, nothing is said of the speeds.
     assert any("effective restitution" in text for _, text in checked())
     assert not any("effective restitution" in text for _, text in checked(points=100))
@@ -158,7 +158,7 @@ def test_an_impact_that_other_forces_cut_short(checked, observed):
     good, text = one(checked(**{"pounding.steps_per_impact_observed": observed}), "steps:")
     assert good is True
     told = "; 7 in the shortest of the run, which other forces cut short"
-    assert text.endswith("16 asked" if observed > 16.0 else f"16 asked{told}")
+    assert text.endswith("16 required" if observed > 16.0 else f"16 required{told}")
 
 
 @pytest.mark.parametrize(("distance", "good"), [(0.0109, True), (0.02, False)])
@@ -169,8 +169,10 @@ def test_the_gap_beside_axis_and_offset(checked, distance, good):
 @pytest.mark.parametrize("missed", [False, True])
 def test_a_reviewers_criteria_are_told(checked, missed):
     notes = {
-        "motion.acceptance.duration": "missed: at least 20 is asked" if missed else "met: so it is",
-        "motion.correlation.x_y": "met: at most 0.16 in size is asked",
+        "motion.acceptance.duration": "missed: at least 20 is required"
+        if missed
+        else "met: so it is",
+        "motion.correlation.x_y": "met: at most 0.16 in size is required",
     }
     good, text = one(checked(notes=notes), "3.7.1")
     assert good is None
@@ -183,9 +185,9 @@ def test_targets_against_the_tolerances_of_the_reference(checked):
     assert good is True and text.endswith("each within its tolerance in the case's reference")
     good, text = one(checked(ASKED | {"sticks.one.frequency.2": 0.011}), "target frequency")
     assert good is False
-    assert text.endswith("reference: sticks.one.frequency.2 (1.2 %, 1.1 % asked)")
+    assert text.endswith("reference: sticks.one.frequency.2 (1.2 %, 1.1 % allowed)")
     good, text = one(checked(ASKED | {"sticks.one.effective_mass.1": 0.09}), "target frequency")
-    assert good is False and "sticks.one.effective_mass.1 (9.1 %, 9 % asked)" in text
+    assert good is False and "sticks.one.effective_mass.1 (9.1 %, 9 % allowed)" in text
 
 
 @pytest.mark.parametrize("lacking", ASKED)
@@ -219,7 +221,7 @@ def test_the_defect_against_what_the_laws_took(checked, defect, good, share):
     assert found == (
         good,
         "energy: time stepping in contact lost 7.0e-04 of the largest kinetic energy; without "
-        f"regard to the sign, impact by impact, {share} of what the contact laws took, 5 % asked",
+        f"regard to the sign, impact by impact, {share} of what the contact laws took, 5 % allowed",
     )
 
 
@@ -237,7 +239,7 @@ def test_a_stress_needs_a_strength(checked, ratio, words):
     assert one(checked(), words)[0] is None
     for value, good in ((0.29, True), (1.2, False)):
         found = one(checked(**{ratio: value}), words)
-        assert found[0] is good and "strength, 1 asked" in found[1]
+        assert found[0] is good and "strength, 1 allowed" in found[1]
 
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"

@@ -76,7 +76,7 @@ def test_components_are_independent_up_to_a_correlation(study, share, word):
     made = _motion(replace(study, motions=(motion, second)))
     (scalar,) = (s for s in made if s.name == f"motion.correlation.{motion.direction}_x")
     assert scalar.value == pytest.approx(share)
-    assert scalar.note == f"{word}: at most 0.16 in size is asked"
+    assert scalar.note == f"{word}: at most 0.16 in size is required"
 
 
 def test_modes_are_those_bending_about_x_in_natural_order(study, scalars):

@@ -59,7 +59,7 @@ def test_contact_parameters(read, store):
     table = read("contact_parameters")
     assert table["pair"] == [f"west.floor_{k}-east.floor_{k}" for k in (1, 2, 3)]
     assert numbers(table["gap [mm]"]) == pytest.approx([20.0] * 3)
-    assert numbers(table["restitution asked [-]"]) == pytest.approx([0.65] * 3)
+    assert numbers(table["restitution requested [-]"]) == pytest.approx([0.65] * 3)
     # Two equal floors of 240 t, and of 192 t, on the middle of their edges.
     assert numbers(table["effective mass [t]"]) == pytest.approx([120.0, 120.0, 96.0])
     # π/Ω_D of K = 1.2e10 N/m, in steps of 0.5 ms.

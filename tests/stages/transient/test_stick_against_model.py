@@ -67,7 +67,7 @@ def test_near_enough(checked: Checked, frequency: float, off: str) -> None:
     assert good is True
     assert text == (
         f"transient: the stick of wing sways along y at {frequency:.3g} Hz, its 3D model at 2 Hz: "
-        f"{off}, 20 % asked"
+        f"{off}, 20 % allowed"
     )
 
 

@@ -86,18 +86,18 @@ def _limits(store: xr.Dataset) -> list[Check]:
     lines: list[Check] = [
         (
             residual < COMPLEMENTARITY,
-            f"complementarity within {residual:.1e}, {COMPLEMENTARITY:g} asked",
+            f"complementarity within {residual:.1e}, {COMPLEMENTARITY:g} allowed",
         ),
-        (identity < ENERGY, f"energy identity to {identity:.1e}, {ENERGY:g} asked"),
+        (identity < ENERGY, f"energy identity to {identity:.1e}, {ENERGY:g} allowed"),
         (
             gained < ENERGY,
-            f"contact puts in at most {gained:.1e} of the energy in a step, {ENERGY:g} asked",
+            f"contact puts in at most {gained:.1e} of the energy in a step, {ENERGY:g} allowed",
         ),
     ]
     if error is not None:
         text = (
             f"transfer functions of the reduced basis within {100 * error:.2g} %, "
-            f"{100 * BASIS:g} % asked"
+            f"{100 * BASIS:g} % allowed"
         )
         lines.append((error <= BASIS, text))
     steps_of = store["impact_duration"] / time_step(store)
@@ -106,7 +106,9 @@ def _limits(store: xr.Dataset) -> list[Check]:
     stick = impacts_of(store, STICK)
     top, of_stick = stick[-1].floor, stick[-1].first_complete().duration / time_step(store)
     for steps, who in ((float(fewest), f"3D model{which}"), (of_stick, "stick")):
-        text = f"{steps:.3g} steps in the first impact of floor {top} of the {who}, {STEPS:g} asked"
+        text = (
+            f"{steps:.3g} steps in the first impact of floor {top} of the {who}, {STEPS:g} required"
+        )
         lines.append((steps >= STEPS, text))
     gap = float(store.attrs["gap"])
     if gap > 0.0:
@@ -116,5 +118,5 @@ def _limits(store: xr.Dataset) -> list[Check]:
             ("stick", into, PENALTY),
         ):
             text = f"the {who} penetrates {100 * depth / gap:.2g} % of the gap"
-            lines.append((depth / gap <= limit, f"{text}, {100 * limit:g} % asked"))
+            lines.append((depth / gap <= limit, f"{text}, {100 * limit:g} % allowed"))
     return lines

@@ -54,7 +54,7 @@ def _coverage(share: xr.DataArray) -> Check:
         f"design: along {worst['direction'].item()} the points have at least "
         f"{100.0 * float(worst):.3g} % of the envelope of all vertices of a floor at every "
         f"frequency (floor {worst['station_floor'].item()}, {where}); at least "
-        f"{100.0 * COVERED:g} % is asked"
+        f"{100.0 * COVERED:g} % is required"
     )
     if low.size:
         text += f", missed on {', '.join(f'floor {floor}' for floor in low)}"

@@ -94,7 +94,7 @@ def motion_loads(
     duration = transient.duration or float(response.time[-1])
     if response.time[-1] < duration - dt:
         raise SolutionError(
-            f"the sticks end at {response.time[-1]:g} s, the 3D model is asked up to {duration:g} s"
+            f"the sticks end at {response.time[-1]:g} s, the 3D model runs up to {duration:g} s"
         )
     every = [pair.name for pair in system.pairs]
     columns = [every.index(name) for name in names]

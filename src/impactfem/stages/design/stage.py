@@ -34,7 +34,7 @@ def _carried(case: Case) -> int:
 
 
 def _members_key(case: Case) -> str:
-    """Hash of what members depend on beside their motions."""
+    """Hash of what members depend on in addition to their motions."""
     sections = ("transient", "devices", "device_analysis", "structure")
     keys = [program_key(DESIGN.modules), motions_key(case, sections), REDUCE.key(case)]
     return hashlib.sha256("".join(keys).encode()).hexdigest()

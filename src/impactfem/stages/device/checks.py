@@ -36,7 +36,7 @@ def device_checks(folder: Path) -> list[Check]:
         error, vectors = values["device.basis_error"], values["device.basis_vectors"]
         basis = (
             f"transfer functions of the reduced basis of {vectors:.0f} vectors within "
-            f"{100.0 * error:.2g} %, {100.0 * BASIS:g} % asked"
+            f"{100.0 * error:.2g} %, {100.0 * BASIS:g} % allowed"
         )
         lines += [(error <= BASIS, basis), *_impacts(store)]
         # What the response spectrum analyses assumed.
@@ -56,7 +56,7 @@ def _of_device(store: xr.Dataset, name: str) -> list[Check]:
 
     _, floor, nodes = anchor_of(store, name)
     text = f"{name} is anchored to {nodes} node{'s' * (nodes > 1)} of floor {floor}, at least "
-    text += f"{NODES} asked"
+    text += f"{NODES} required"
     if nodes < NODES:
         text += ", which spread it over the slab: refine the mesh around its anchor"
     lines.append((nodes >= NODES, text))
@@ -75,7 +75,7 @@ def _of_device(store: xr.Dataset, name: str) -> list[Check]:
         return lines
     largest = imbalance.isel(imbalance.argmax(...))
     worst = float(largest)
-    text = f"action and reaction at the anchor of {name} within {worst:.1e}, {IMBALANCE:g} asked"
+    text = f"action and reaction at the anchor of {name} within {worst:.1e}, {IMBALANCE:g} allowed"
     if worst > IMBALANCE:
         text += f"; with the damping {largest['case'].item()} {LOADS[largest['impact'].item()]}"
     lines.append((worst <= IMBALANCE, text))

@@ -38,7 +38,7 @@ from impactfem.system.parallel import communicator, on_root
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What a run needs beside the matrices."""
+    """What a run needs in addition to the matrices."""
 
     parts: BuildingParts
     storey_factor: float  #: factor on walls and columns
@@ -142,7 +142,7 @@ class DeviceStudy:
 
     @property
     def supports(self) -> tuple[Support, ...]:
-        """The anchors of all devices, which results are told of."""
+        """The anchors of all devices, which results are reported for."""
         return supports_of(self.prepared.plans)
 
     @property

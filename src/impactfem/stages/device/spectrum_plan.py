@@ -31,7 +31,7 @@ class SpectrumChoice:
     rotations: bool = False  #: whether the spectra of the anchor's rotations are inputs, too
     broadened: bool = False  #: whether the peaks of the spectra are broadened
     source: Source = "computed"  #: where the spectra come from
-    #: combination of several supports, where it is not the first that was asked
+    #: combination of several supports, where it is not the one requested first
     supports: SupportRule | None = None
     rigid: RigidMethod = "none"  #: Method of the rigid part of the modes
 

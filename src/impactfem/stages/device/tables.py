@@ -263,7 +263,7 @@ def _analyses(store: xr.Dataset) -> Table:
         "all response spectrum analyses: combination of the modes; envelope: of the spectra of the "
         "anchor and further points; envelope-dampings: over all dampings; given: spectra of a "
         "file; spectra of the anchor's rotations as input; broadened peaks; supports: combination "
-        "of several anchors where it is not the first that was asked; difference of the force "
+        "of several anchors where it is not the one requested first; difference of the force "
         f"along {direction(store)}",
         heads(f"{LOAD}; analysis; {COMPONENTS}; difference [%]"),
         tuple(rows),

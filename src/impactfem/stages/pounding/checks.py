@@ -94,7 +94,7 @@ def stick_checks(
 
     Args:
         folder: The folder of the run.
-        points_per_impact: Least number of steps asked of an impact.
+        points_per_impact: Least number of steps required of an impact.
         tolerances: Largest relative difference from a published value that counts as reproduced,
             by the name of the result; empty for a case without a reference.
     """
@@ -162,7 +162,7 @@ def _calibration(
     if not errors or any(name not in tolerances for name in errors):
         return [(None, fitted), (None, text)]
     missed = [
-        f"{name} ({100 * error:.2g} %, {100 * tolerances[name]:g} % asked)"
+        f"{name} ({100 * error:.2g} %, {100 * tolerances[name]:g} % allowed)"
         for name, error in errors.items()
         if error > tolerances[name]
     ]
@@ -200,11 +200,11 @@ def _impacts(values: Mapping[str, float], restitution: list[float]) -> list[Chec
 def _accuracy(store: xr.Dataset, values: Mapping[str, float], asked: int) -> list[Check]:
     """Energy, steps in an impact, what the time stepping takes in contact, spectra."""
     residual = values["pounding.energy_residual"]
-    text = f"energy: discrete identity within {residual:.1e}, {IDENTITY:g} asked"
+    text = f"energy: discrete identity within {residual:.1e}, {IDENTITY:g} allowed"
     lines: list[Check] = [(residual <= IDENTITY, text)]
     if "pounding.steps_per_impact_min" in values:
         steps = values["pounding.steps_per_impact_min"]
-        text = f"steps: {steps:.3g} in the law's shortest impact (reduced mass), {asked} asked"
+        text = f"steps: {steps:.3g} in the law's shortest impact (reduced mass), {asked} required"
         fewest = values["pounding.steps_per_impact_observed"]
         if fewest < asked:
             text += f"; {fewest:.0f} in the shortest of the run, which other forces cut short"
@@ -221,13 +221,13 @@ def _accuracy(store: xr.Dataset, values: Mapping[str, float], asked: int) -> lis
             share = defect / by_laws
             text += (
                 f"; without regard to the sign, impact by impact, {100 * share:.2g} % of what the "
-                f"contact laws took, {100 * DEFECT:g} % asked"
+                f"contact laws took, {100 * DEFECT:g} % allowed"
             )
             lines.append((share <= DEFECT, text))
     points, bound = values["frs.points_per_cycle"], values["frs.peak_error_bound"]
     text = (
         f"spectra: {points:.3g} points in a cycle of the highest frequency, peaks at most "
-        f"{100 * bound:.2g} % low, {100 * BETWEEN:g} % asked"
+        f"{100 * bound:.2g} % low, {100 * BETWEEN:g} % allowed"
     )
     return [*lines, (bound <= BETWEEN, text)]
 
@@ -246,7 +246,7 @@ def _linearity(values: Mapping[str, float]) -> list[Check]:
     lines: list[Check] = []
     if "pounding.penetration_over_gap" in values:
         over = values["pounding.penetration_over_gap"]
-        text = f"contact: penetration up to {over:.2g} of the gap, {PENETRATION:g} asked"
+        text = f"contact: penetration up to {over:.2g} of the gap, {PENETRATION:g} allowed"
         lines.append((over <= PENETRATION, text))
     for name, ratio, kind, before, after in (
         ("bearing_pressure", "bearing_ratio", "compressive", "mean bearing pressure", ""),
@@ -266,6 +266,6 @@ def _linearity(values: Mapping[str, float]) -> list[Check]:
             met = None
             if over_strength is not None:
                 met = over_strength <= STRENGTH
-                text += f", {over_strength:.2g} of the {kind} strength, {STRENGTH:g} asked"
+                text += f", {over_strength:.2g} of the {kind} strength, {STRENGTH:g} allowed"
             lines.append((met, text + after))
     return lines

@@ -68,7 +68,8 @@ def _motion(study: StickStudy) -> list[Scalar]:
                     float(verdict.value),
                     verdict.unit,
                     f"{'met' if verdict.passed else 'missed'}: "
-                    f"{'at least' if verdict.at_least else 'at most'} {verdict.limit:g} is asked",
+                    f"{'at least' if verdict.at_least else 'at most'} {verdict.limit:g} "
+                    "is required",
                 )
                 for verdict in motion.acceptance.verdicts
             ]
@@ -76,7 +77,7 @@ def _motion(study: StickStudy) -> list[Scalar]:
         if a.accelerogram.time_step == b.accelerogram.time_step:
             rho = pair_correlation(a.accelerogram, b.accelerogram)
             word = "met" if abs(rho) <= CORRELATION_LIMIT else "missed"
-            note = f"{word}: at most {CORRELATION_LIMIT:g} in size is asked"
+            note = f"{word}: at most {CORRELATION_LIMIT:g} in size is required"
             name = f"motion.correlation.{a.direction}_{b.direction}"
             scalars.append(Scalar(name, rho, "-", note))
     return scalars
@@ -183,7 +184,7 @@ def _checks(study: StickStudy) -> list[Scalar]:
             "-",
             "shortest duration of the laws themselves over the step, with the effective masses of "
             f"the pairs, not with the mass of one floor; {study.case.pounding.points_per_impact} "
-            "are asked",
+            "are required",
         ),
         (
             "steps_per_impact_observed",

@@ -26,7 +26,7 @@ COLUMNS = {
         ("pair_young_modulus", "E", "GPa"),
         ("pair_poisson_ratio", "nu", "-"),
         ("pair_law", "law", ""),
-        ("pair_asked", "restitution asked", "-"),
+        ("pair_asked", "restitution requested", "-"),
         ("pair_restitution", "of the law", "-"),
         ("pair_damping_ratio", "damping ratio", "-"),
         ("pair_stiffness", "stiffness", "N/m, N/m^1.5"),

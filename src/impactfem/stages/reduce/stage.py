@@ -98,7 +98,7 @@ def _lacks(case: Case) -> str | None:
 
 
 def _checks(folder: Path) -> list[Check]:
-    """Whether the transfer functions are as accurate as asked, in words."""
+    """Whether the transfer functions are as accurate as required, in words."""
     with open_store(folder / "reduce.nc") as store:
         return [_check(store.isel(accuracy=k)) for k in range(store.sizes["accuracy"])]
 

@@ -17,7 +17,7 @@ OUTPUTS = {
     "mass_coefficient": Output("accuracy", "1/s", "α of the damping"),
     "stiffness_coefficient": Output("accuracy", "s", "β of the damping"),
     "maximum_frequency": Output("accuracy", "Hz", "up to which they are accurate"),
-    "tolerance": Output("accuracy", "-", "largest error that is asked for"),
+    "tolerance": Output("accuracy", "-", "largest error that is allowed"),
     "error": Output("accuracy", "-", "estimated error, by nested models"),
 }
 

@@ -59,7 +59,7 @@ def stick_against_model(folder: Path) -> list[Check]:
     off = stick / model - 1.0
     text = (
         f"transient: the stick of {name} sways along {direction} at {stick:.3g} Hz, its 3D model "
-        f"at {model:.3g} Hz: {100 * off:+.3g} %, {100 * APART:g} % asked"
+        f"at {model:.3g} Hz: {100 * off:+.3g} %, {100 * APART:g} % allowed"
     )
     if abs(off) > APART:
         text += (
@@ -89,7 +89,7 @@ def transient_checks(folder: Path) -> list[Check]:
         last, values = float(known(store)["frequency"][-1]), values_of(store)
         ended = end_check("transient", names_of(store, "probe"), "xyz", ends(store).values, last)
         numbers: list[Check] = [
-            (value < limit, f"transient: {text.format(factor * value, factor * limit)} asked")
+            (value < limit, f"transient: {text.format(factor * value, factor * limit)} allowed")
             for name, limit, factor, text in NUMBERS
             if (value := values.get(f"transient.{name}")) is not None
         ]
@@ -102,7 +102,7 @@ def _samples(step: float, highest: float) -> Check:
     met = points >= POINTS * (1.0 - 1e-9)
     text = (
         f"transient: {points:.1f} points in a cycle of {highest:g} Hz at the step of "
-        f"{1e3 * step:g} ms, {POINTS:g} asked"
+        f"{1e3 * step:g} ms, {POINTS:g} required"
     )
     return met, text if met else f"{text}, which there are up to {1.0 / (POINTS * step):.4g} Hz"
 

@@ -37,12 +37,12 @@ def exported_steps(
     """Numbers of the time steps that are written.
 
     Args:
-        transient: What is asked for.
+        transient: What is requested.
         loads: The loads.
         main_impact: Start and end of the main impact [s]; None without one.
 
     Raises:
-        SolutionError: The first time that is asked for is not computed.
+        SolutionError: The first time that is requested is not computed.
     """
     dt, last = loads.time_step, len(loads.ground) - 1
     start = transient.export_start
@@ -84,7 +84,7 @@ def write_motion(
 
     Raises:
         KeyError: The basis was not made for one of the nodes.
-        SolutionError: The first time that is asked for is not computed.
+        SolutionError: The first time that is requested is not computed.
         ImpactfemError: A file cannot be written.
     """
     transient, prepared, basis = transient_of(study.case), study.prepared, study.basis

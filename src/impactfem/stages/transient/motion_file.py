@@ -81,7 +81,7 @@ def motion_file(
 ) -> Iterator[Write]:
     """A file to write fields into, moved to its place when the block ends without an error.
 
-    Its room on the disk is taken at the beginning: a full disk is told before anything is computed.
+    Its room on the disk is taken at the beginning: a full disk ends it before anything is computed.
 
     Args:
         path: The file.

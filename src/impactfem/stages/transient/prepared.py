@@ -1,4 +1,4 @@
-"""What the stage `transient` needs beside the matrices: mesh, probes, loads and dampings."""
+"""What the stage `transient` needs in addition to matrices: mesh, probes, loads and dampings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from impactfem.system.errors import Fault, InputError
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What a run needs beside the matrices."""
+    """What a run needs in addition to the matrices."""
 
     parts: BuildingParts  #: the building
     probes: tuple[Probe, ...]  #: where it is looked
