@@ -23,7 +23,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from impactfem.dynamics.columns import product
+from impactfem.dynamics.columns import product, summed
 from impactfem.reduction.krylov import AT_ONCE, KrylovBasis
 from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.reduction.reduced import reduced_model
@@ -42,7 +42,6 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
         steps: Length of its chain.
     """
     M, vectors = free.M, free.vectors
-    comm = M.getComm().tompi4py()
     low = reduced_model(free).coordinates[:, :starts]
     X = free.solve(product(M, vectors.combination(low)))
     # H is kept as its coordinates in the basis, where it is now: as vectors it may be too much.
@@ -54,10 +53,10 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
         [np.zeros((vectors.count, 0))]
         + [np.pad(one, ((0, vectors.count - len(one)), (0, 0))) for one in coordinates]
     )
-    pressed = scipy.linalg.cho_factor(comm.allreduce(np.hstack(flexibility)))
+    pressed = scipy.linalg.cho_factor(summed(M, np.hstack(flexibility)))
     held = Orthonormal(M)
     for _ in range(steps):
-        forces = scipy.linalg.cho_solve(pressed, comm.allreduce(np.asarray(G.T @ X)))
+        forces = scipy.linalg.cho_solve(pressed, summed(M, np.asarray(G.T @ X)))
         X -= vectors.combination(known @ forces)
         _, MX = held.append(X)
         if MX.shape[1] == 0:
