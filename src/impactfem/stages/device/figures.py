@@ -46,6 +46,7 @@ from impactfem.stages.device.selection import (
     shown_modes,
 )
 from impactfem.stages.stores import names_of, open_stores
+from impactfem.system.parallel import meanwhile
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ def device_figures(folder: Path) -> list[Path]:
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
-    with open_stores(folder) as opened:
+    with meanwhile(lambda: device_pictures(folder)) as pictures, open_stores(folder) as opened:
         store = loaded(opened("device.nc"))
         building = opened("building.nc") if (folder / "building.nc").is_file() else None
         drawn = [one.write_png(target) for one in _curves(store)]
@@ -76,7 +77,7 @@ def device_figures(folder: Path) -> list[Path]:
                 path = target / f"{file_stem(store, stem, device)}.png"
                 draw(path, store, device)
                 drawn.append(path)
-    return sorted([*drawn, *device_pictures(folder)])
+    return sorted([*drawn, *pictures()])
 
 
 def device_curves(folder: Path) -> list[CurveFigure]:

@@ -19,6 +19,7 @@ from impactfem.stages.transient.floor_figures import (
 )
 from impactfem.stages.transient.pictures import transient_pictures
 from impactfem.stages.transient.selection import main_impact, of_kind, shown
+from impactfem.system.parallel import meanwhile
 
 FIELDS: tuple[str, ...] = Transient.model_fields["fields"].default
 FIELD_FREQUENCIES: tuple[float, ...] = Transient.model_fields["field_frequencies"].default
@@ -47,7 +48,7 @@ def transient_figures(
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
-    with open_stores(folder) as opened:
+    with meanwhile(lambda: transient_pictures(folder)) as pictures, open_stores(folder) as opened:
         response = shown(opened("transient.nc"))
         drawn = [one.write_png(target) for one in probe_figures(response, opened("pounding.nc"))]
         makers: dict[str, Callable[[Path], None]] = {}
@@ -70,4 +71,5 @@ def transient_figures(
         for name, draw in makers.items():
             draw(target / name)
             drawn.append(target / name)
-    return sorted([*drawn, *transient_pictures(folder), *wave_animation(folder)])
+        drawn += wave_animation(folder)
+    return sorted([*drawn, *pictures()])
