@@ -88,12 +88,17 @@ def test_vertices_along_the_edge(uneven_slab):
 
 
 @pytest.mark.parametrize("power", [0, 1, 2])
-def test_weighted_means_of_quadratic_motions(uneven_slab, power):
-    """∫ N_i x^p ds / w_i by quadrature, N_i the hat of a vertex."""
-    edge = contact_edge(uneven_slab.mesh, 1)
+@pytest.mark.parametrize(
+    ("spacing", "position"),
+    [(None, [0, 1, 3, 5, 6, 7]), (1.5, [0, 3, 5, 7]), (2.5, [0, 3, 7]), (9.0, [0, 7])],
+)
+def test_weighted_means_of_quadratic_motions(uneven_slab, power, spacing, position):
+    """∫ N_i x^p ds / w_i by quadrature, N_i the hat of a point of contact."""
+    edge = contact_edge(uneven_slab.mesh, 1, spacing)
+    assert edge.position == pytest.approx(position)
     ends = 3.0 + edge.position
     at, weight = np.polynomial.legendre.leggauss(4)
-    expected = np.zeros(6)
+    expected = np.zeros(len(position))
     for k, (a, b) in enumerate(itertools.pairwise(ends)):
         x, w = 0.5 * (a + b) + 0.5 * (b - a) * at, 0.5 * (b - a) * weight
         expected[k] += w @ ((b - x) / (b - a) * x**power)

@@ -95,11 +95,12 @@ class ContactEdge:
 
     a weighted mean over the sides next to the vertex. Its force P_i is the resultant of the line
     load P_i N_i / w_i; the resultant of the edge is Σ P_i. On quadratic sides nodal forces would
-    alternate between vertices and middles; these do not.
+    alternate between vertices and middles; these do not. Of vertices that are closer to each other
+    than a given distance only some have a constraint, and hats that reach to the next of these.
     """
 
     floor: int  #: Number of the floor.
-    #: Distance of each vertex from the first end of the edge, ascending, shape (m,) [m].
+    #: Distance of each constraint from the first end of the edge, ascending, shape (m,) [m].
     position: Array
     weight: Array  #: w_i, shape (m,) [m].
     nodes: Ints  #: Nodes of the edge, ascending, shape (n,).
@@ -111,8 +112,13 @@ class ContactEdge:
         return scipy.sparse.csr_matrix(model.along(self.nodes, normal) @ self.means)
 
 
-def contact_edge(mesh: BuildingMesh, floor: int) -> ContactEdge:
+def contact_edge(mesh: BuildingMesh, floor: int, spacing: float | None = None) -> ContactEdge:
     """Contact along the edge of a floor.
+
+    Args:
+        mesh: The mesh.
+        floor: Number of the floor.
+        spacing: Least distance of two constraints [m]; one at each vertex when None.
 
     Raises:
         KeyError: The floor has no edge.
@@ -137,7 +143,23 @@ def contact_edge(mesh: BuildingMesh, floor: int) -> ContactEdge:
     values = np.concatenate([h / 6.0, h / 3.0, h / 6.0, h / 3.0]) / weight[columns]
     shape = len(nodes), len(vertices)
     shares = scipy.sparse.csr_matrix((values, (rows, columns)), shape=shape)
-    return ContactEdge(floor, position, weight, nodes, shares)
+    # The hats N_I of fewer points are sums of those of all vertices: N_I = Σ_i N_I(s_i) N_i.
+    kept = _spread(position, spacing or 0.0)
+    hats = np.array([np.interp(position, position[kept], one) for one in np.eye(len(kept))]).T
+    coarse = hats.T @ weight
+    means = scipy.sparse.csr_matrix(shares @ (weight[:, None] * hats / coarse))
+    return ContactEdge(floor, position[kept], coarse, nodes, means)
+
+
+def _spread(position: Array, spacing: float) -> Ints:
+    """Both ends, and as many positions between as are no closer than a distance to each other."""
+    kept = [0]
+    last = len(position) - 1
+    for k in range(1, last):
+        near = (position[k] - position[kept[-1]], position[last] - position[k])
+        if min(near) >= spacing * (1.0 - 1e-9):
+            kept.append(k)
+    return np.array([*kept, last], dtype=np.int64)
 
 
 @dataclass(frozen=True)

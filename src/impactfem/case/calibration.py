@@ -193,6 +193,9 @@ class WallImpactSetup(Section):
     it."""
     separation: Time = 5e-3
     """Shortest time without a force that parts two impacts."""
+    contact_spacing: PositiveLength | None = None
+    """Least distance of two points of contact along an edge; left out, every vertex of the mesh is
+    one. Each costs a vector of the reduced building."""
 
     @field_validator("floors", "displaced_floor", mode="before")
     @classmethod

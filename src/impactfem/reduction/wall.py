@@ -163,6 +163,7 @@ class Wall:
     floors: tuple[int, ...]  #: Floors that may hit the wall.
     displaced_floor: int  #: The floor that is displaced.
     pull: Pull  #: How it is drawn aside.
+    spacing: float | None = None  #: Least distance of points of contact along an edge [m].
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +221,8 @@ def wall_patterns(model: BuildingModel, mesh: BuildingMesh, wall: Wall) -> WallP
     """
     floors, displaced = wall.floors, wall.displaced_floor
     normal = outward_normal(mesh, floors[-1])
-    contacts = [contact_edge(mesh, floor).columns(model, normal) for floor in floors]
+    edges = [contact_edge(mesh, floor, wall.spacing) for floor in floors]
+    contacts = [edge.columns(model, normal) for edge in edges]
     watched = np.array([*(mesh.centres[floor] for floor in floors), mesh.centres[displaced]])
     counts = [columns.shape[1] for columns in contacts]
     rows = model.rows(np.unique(mesh.triangles[mesh.slab(displaced)]))

@@ -294,13 +294,15 @@ def _floors(case: Case) -> set[int]:
 
 
 def _edge_nodes(case: Case) -> float:
-    """Corners of elements along the edge of a floor that may hit the wall, about."""
+    """Points of contact along the edge of a floor that may hit the wall, about."""
     structure = case.structure
     if structure is None or isinstance(structure.mesh, FileMesh):
         return 20.0
     mesh = structure.mesh
     edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
-    return 1.0 + edge / (mesh.floor_size or mesh.size)
+    wall = case.wall_impact
+    spacing = (wall.contact_spacing or 0.0) if wall is not None else 0.0
+    return 1.0 + edge / max(mesh.floor_size or mesh.size, spacing)
 
 
 def _histories(case: Case, records: float, step: float, steps: int) -> float:

@@ -102,12 +102,14 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
         raise ValueError("the case has no structure or no wall impact")
     parts, masses, _ = read_parts(case, mesh_file)
     side = wall_side(parts.mesh, setup.floors, mesh_file)
-    edges = [contact_edge(parts.mesh, floor) for floor in setup.floors]
+    edges = [contact_edge(parts.mesh, floor, setup.contact_spacing) for floor in setup.floors]
     own = case.building(structure.building).damping.rayleigh
     return Prepared(
         parts=parts,
         mass=masses.floors[[list(parts.mesh.floors).index(floor) for floor in setup.floors]],
-        experiment=WallExperiment(**setup.model_dump(exclude={"building"}), side=side),
+        experiment=WallExperiment(
+            **setup.model_dump(exclude={"building", "contact_spacing"}), side=side
+        ),
         dampings={OWN: own}
         | {one.name: one.rayleigh for one in case.damping_cases if one.restitution == CALIBRATED},
         position=np.concatenate([edge.position for edge in edges]),

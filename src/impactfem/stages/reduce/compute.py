@@ -70,7 +70,7 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
         asked = case.wall_impact
         wall_side(mesh, asked.floors, mesh_file)
         _check_pull(case, mesh, asked)
-        wall = Wall(asked.floors, asked.displaced_floor, asked.pull)
+        wall = Wall(asked.floors, asked.displaced_floor, asked.pull, asked.contact_spacing)
     probes = [plate.master for plate in plates] + list(covered.nodes)
     if wall is not None:
         probes += wall_probes(mesh, wall.floors)

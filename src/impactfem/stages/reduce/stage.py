@@ -55,7 +55,9 @@ def model_key(case: Case) -> str:
     transient, wall = case.transient, case.wall_impact
     own = "" if transient is None else transient.model_dump_json(include={"shift", "eccentricity"})
     if wall is not None:
-        own += wall.model_dump_json(include={"floors", "displaced_floor", "pull"})
+        own += wall.model_dump_json(
+            include={"floors", "displaced_floor", "pull", "contact_spacing"}
+        )
     placed = {"point", "radius", "supports", "envelope"}
     own += "".join(device.model_dump_json(include=placed) for device in case.devices)
     covered = any(anchor.envelope for device in case.devices for anchor in device.anchors)
