@@ -115,7 +115,7 @@ def test_fewer_floors_than_three(tmp_path: Path) -> None:
 @pytest.mark.parametrize("displacement", ["-2 cm", "9 mm"])
 def test_accepted_is_an_experiment(with_wall: With, displacement: str) -> None:
     setup = setup_of(with_wall(SHORT, ("-2 cm", displacement)))
-    assert WallExperiment(**setup.model_dump(exclude={"building"})).n_t > 2
+    assert WallExperiment(**setup.model_dump(exclude={"building", "contact_spacing"})).n_t > 2
 
 
 REFUSED = [
@@ -124,6 +124,7 @@ REFUSED = [
     ('"-2 cm"', '"2 cm"', "displacement", "expected less than the gap, 0.01 m"),
     ('"0.34 ms"', '"0.66 s"', "time_step", "0.66 s expected at most half of the duration, 1.3 s"),
     ('"0.34 ms"', '"0.34 ms"\nseparation = "2 s"', "separation", "2 s expected less than the dur"),
+    ('"0.34 ms"', '"0.34 ms"\ncontact_spacing = "0 m"', "contact_spacing", "above 0"),
     ('"0.34 ms"', '"0.34 ms"\nfloors = []', "floors", "the list is empty"),
     ('"0.34 ms"', '"0.34 ms"\nfloors = [8, 7, 8]', "floors", "each floor once, found 8 again"),
     ('"0.34 ms"', '"0.34 ms"\nfloors = [8, 9, 12]', "floors",
