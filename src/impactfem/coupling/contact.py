@@ -164,7 +164,7 @@ def law_of(name: str, entry: ContactLaw, mass: float) -> Law:
         if entry.stiffness == "calibrated" or entry.restitution == "calibrated":
             raise ValueError(
                 f"the contact law {name} still asks for calibrated values; "
-                "impactfem.stages.calibrate.calibrated_contact.with_calibrated_contact puts them in"
+                "impactfem.stages.calibrate.selection.with_calibrated_contact puts them in"
             )
         if (xi := entry.damping_ratio) is None:
             if entry.restitution is None:

@@ -1,16 +1,12 @@
 """Small sticks and histories that the tests here share."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
-
 import numpy as np
 import pytest
 
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory
 from impactfem.sticks.element import Section
-from impactfem.sticks.stick import Floor, Stick, build_stick
+from impactfem.sticks.stick import Floor, build_stick
 
 from ...dynamics.conftest import chain, membrane, petsc  # noqa: F401
 
@@ -19,7 +15,7 @@ SECTION = Section(E=30e9, G=12.5e9, A=3.4, Avx=1.1, Avy=0.9, Ix=0.8, Iy=1.3, Iz=
 
 
 @pytest.fixture(scope="session")
-def stick() -> Stick:
+def stick():
     """A building of three floors, lightly damped."""
     floors = [
         Floor(k, 240e3, (2.9e6, 8.0e6, 10.9e6), 3.5, SECTION, Rayleigh(0.3, 4e-4), 0.4, 0.1)
@@ -29,20 +25,18 @@ def stick() -> Stick:
 
 
 @pytest.fixture(scope="session")
-def experiment() -> WallExperiment:
+def experiment():
     """Floor 3 drawn 2 cm aside, the wall 1 cm before floors 2 and 3."""
     return WallExperiment((2, 3), 3, -0.02, 0.01, 0.6, 2e-4)
 
 
 @pytest.fixture(scope="session")
-def history() -> Callable[..., WallHistory]:
+def history():
     """A history of one floor, number 8: 1000 kg that flies at 1 m/s, and a force as given."""
 
-    def make(
-        force: Sequence[float] | np.ndarray, dt: float = 1e-3, **changes: object
-    ) -> WallHistory:
+    def make(force, dt=1e-3, **changes):
         F = np.asarray(force, dtype=float)[:, None]
-        values: dict = {
+        values = {
             "floors": (8,),
             "mass": np.array([1000.0]),
             "gap": 0.01,

@@ -18,7 +18,7 @@ from impactfem.reduction.galerkin import galerkin_modes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
-from impactfem.reduction.wall import Wall, WallModel, wall_model, wall_patterns
+from impactfem.reduction.wall import Wall, wall_model, wall_patterns
 from impactfem.stages.calibrate.compute import prepare, released, run_reduced
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.impact import floor_impacts
@@ -40,7 +40,7 @@ def frame():
     return model, model.stiffness(FACTOR), parts.mesh, damping, parts
 
 
-def wall_of(frame, pull) -> WallModel:
+def wall_of(frame, pull):
     """The reduced frame with its contacts."""
     mesh, damping, parts = frame[2], frame[3], frame[4]
     probes = np.array([mesh.centres[1], mesh.centres[2]])

@@ -1,17 +1,13 @@
 """Contact laws that take their values from the impact on a wall."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 import xarray as xr
 
-from impactfem.case import Case, DampingCase, KelvinVoigtLaw, load_case
+from impactfem.case import DampingCase, KelvinVoigtLaw, load_case
 from impactfem.coupling.from_case import system_of
-from impactfem.stages.calibrate.calibrated_contact import (
+from impactfem.stages.calibrate.selection import (
     asks_calibration,
     calibrated_laws,
     calibrated_restitutions,
@@ -26,28 +22,28 @@ EPSILON, K_CEQ = 0.687, 1.1e11
 
 
 @pytest.fixture(scope="module")
-def given(new_case: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Case:
+def given(new_case, tmp_path_factory):
     return load_case(new_case(tmp_path_factory.mktemp("given")))
 
 
-def asking(case: Case, **values: object) -> Case:
+def asking(case, **values):
     """The case with other values of its one law, unchecked."""
     law = case.contact_laws["floor"].model_copy(update=values)
     return case.model_copy(update={"contact_laws": {"floor": law}})
 
 
 @pytest.fixture(scope="module")
-def case(given: Case) -> Case:
+def case(given):
     return asking(given, stiffness="calibrated", restitution="calibrated")
 
 
-def law_of(case: Case) -> KelvinVoigtLaw:
+def law_of(case):
     law = case.contact_laws["floor"]
     assert isinstance(law, KelvinVoigtLaw)
     return law
 
 
-def store(folder: Path, epsilon: float, **more: float) -> Path:
+def store(folder, epsilon, **more):
     values = {"epsilon": [epsilon, 0.5]} | {name: [value, 1e9] for name, value in more.items()}
     xr.Dataset(
         {name: ("case", both) for name, both in values.items()}, coords={"case": ["own", "other"]}
@@ -55,12 +51,12 @@ def store(folder: Path, epsilon: float, **more: float) -> Path:
     return folder
 
 
-def test_which_laws_leave_their_restitution_open(given: Case, case: Case) -> None:
+def test_which_laws_leave_their_restitution_open(given, case):
     assert calibrated_laws(given) == calibrated_laws(asking(given, stiffness="calibrated")) == set()
     assert calibrated_laws(case) == {"floor"}
 
 
-def test_who_asks(given: Case, case: Case) -> None:
+def test_who_asks(given, case):
     assert not asks_calibration(given)
     assert POUNDING.needs(given) == ()
     for one in (
@@ -74,7 +70,7 @@ def test_who_asks(given: Case, case: Case) -> None:
     assert not asks_calibration(case.model_copy(update={"contacts": ()}))
 
 
-def test_numbers_in_place_of_the_words(given: Case, case: Case) -> None:
+def test_numbers_in_place_of_the_words(given, case):
     law = law_of(with_calibrated_contact(case, EPSILON, K_CEQ))
     assert (law.stiffness, law.restitution) == (pytest.approx(K_CEQ, rel=1e-15), EPSILON)
     assert law_of(case).calibrated  # a copy
@@ -87,11 +83,11 @@ def test_numbers_in_place_of_the_words(given: Case, case: Case) -> None:
     assert (law.restitution, law.damping_ratio) == (None, 0.1)
 
 
-def test_a_case_that_does_not_ask_stays(given: Case) -> None:
+def test_a_case_that_does_not_ask_stays(given):
     assert with_calibrated_contact(given, EPSILON, K_CEQ) is given
 
 
-def test_sticks_get_equations_4_and_6(case: Case) -> None:
+def test_sticks_get_equations_4_and_6(case):
     found = with_calibrated_contact(case, EPSILON, K_CEQ)
     for pair in system_of(found, None).pairs:
         assert pair.law.stiffness == pytest.approx(K_CEQ, rel=1e-15)
@@ -100,7 +96,7 @@ def test_sticks_get_equations_4_and_6(case: Case) -> None:
 
 
 @pytest.mark.parametrize("epsilon", [0.3, EPSILON, 1.0])
-def test_a_law_that_may_not_pull_keeps_the_duration(case: Case, epsilon: float) -> None:
+def test_a_law_that_may_not_pull_keeps_the_duration(case, epsilon):
     mass = 3014e3
     logarithm = math.log(epsilon)
     xi_c = -logarithm / math.hypot(math.pi, logarithm)
@@ -123,18 +119,18 @@ def test_a_law_that_may_not_pull_keeps_the_duration(case: Case, epsilon: float) 
 
 
 @pytest.mark.parametrize("values", [{"stiffness": 1e10}, {"restitution": 0.5}, {}])
-def test_sticks_never_see_the_word(case: Case, values: dict[str, float]) -> None:
+def test_sticks_never_see_the_word(case, values):
     with pytest.raises(ValueError, match="contact law floor still asks for calibrated values"):
         system_of(asking(case, **values), None)
 
 
-def test_a_law_without_any_damping_is_refused(given: Case) -> None:
+def test_a_law_without_any_damping_is_refused(given):
     words = "contact law floor has no restitution and no damping_ratio"
     with pytest.raises(ValueError, match=words):
         system_of(asking(given, restitution=None), None)
 
 
-def test_values_of_the_run(case: Case, given: Case, tmp_path: Path) -> None:
+def test_values_of_the_run(case, given, tmp_path):
     folder = store(tmp_path, EPSILON, K_Ceq=K_CEQ)
     assert with_contact_of_run(case, folder) == with_calibrated_contact(case, EPSILON, K_CEQ)
     assert with_contact_of_run(given, tmp_path / "nowhere") is given
@@ -143,15 +139,13 @@ def test_values_of_the_run(case: Case, given: Case, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("epsilon", "more", "missing"), [(math.nan, {"K_Ceq": K_CEQ}, "epsilon"), (0.6, {}, "K_Ceq")]
 )
-def test_a_store_without_the_values(
-    case: Case, tmp_path: Path, epsilon: float, more: dict[str, float], missing: str
-) -> None:
+def test_a_store_without_the_values(case, tmp_path, epsilon, more, missing):
     folder = store(tmp_path, epsilon, **more)
     with pytest.raises(ImpactfemError, match=f"calibrate.nc has no {missing}, case own"):
         with_contact_of_run(case, folder)
 
 
-def test_restitutions_of_damping_cases(given: Case, tmp_path: Path) -> None:
+def test_restitutions_of_damping_cases(given, tmp_path):
     """Of those that leave it to the wall, by name; none where there is no wall."""
     other = DampingCase(name="other", ratio=0.07, frequencies=(1.0, 20.0))
     dampings = other, other.model_copy(update={"name": "stiff", "restitution": 0.4})

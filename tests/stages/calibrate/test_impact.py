@@ -263,12 +263,6 @@ def run_before_wall(xi, omega=OMEGA, **changes):
     return run_stick(stick, replace(EXPERIMENT, **changes), K=K, xi=xi)
 
 
-def test_one_run_against_itself():
-    same = compare(run_before_wall(0.1), run_before_wall(0.1), 1)
-    assert (same.delay, same.rebound_overshoot) == (0.0, 0.0)
-    assert [same.ratio(of) for of in ("largest_impulse", "duration", "approach")] == [1.0, 1.0, 1.0]
-
-
 def test_less_restitution_rebounds_less():
     """Behind the wall the mass swings by ε u̇⁻ / ω and is back after half a period."""
     damped, lively = 0.2, 0.05

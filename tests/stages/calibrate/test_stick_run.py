@@ -19,7 +19,7 @@ from impactfem.stages.calibrate.experiment import (
 )
 from impactfem.stages.calibrate.impact import floor_impacts, penalty_parameters
 from impactfem.sticks.stick import build_stick, mass_on_spring
-from impactfem.system.errors import ImpactfemError, SolutionError
+from impactfem.system.errors import ImpactfemError
 
 # The floor of the paper; domain anchor B8 has the figures of its impact.
 M, K, XI, V = 3014e3, 1e11, 0.12, 0.163
@@ -188,22 +188,6 @@ def test_impacts_are_those_of_the_pounding_stage(stick, experiment):
         assert ours.rebound == pytest.approx(theirs.separation, rel=1e-9)
 
 
-def test_gap_and_displacement_scaled_together_change_no_parameter(stick, experiment):
-    """The problem is linear but for the wall, and that is a cone: all goes with the scale."""
-    half = replace(experiment, displacement=-0.01, gap=0.005)
-    narrow = replace(experiment, gap=0.005)
-    one, other, third = (
-        floor_impacts(run_stick(stick, e, K=2e11, xi=XI), 3).first_complete()
-        for e in (experiment, half, narrow)
-    )
-    assert other.impulse == pytest.approx(0.5 * one.impulse, rel=1e-9)
-    assert other.start == pytest.approx(one.start, rel=1e-9)
-    scaled, whole, not_scaled = (penalty_parameters(i) for i in (other, one, third))
-    assert scaled.epsilon == pytest.approx(whole.epsilon, rel=1e-9)
-    assert scaled.K_Ceq == pytest.approx(whole.K_Ceq, rel=1e-9)
-    assert abs(not_scaled.epsilon - whole.epsilon) > 1e-3
-
-
 def test_energy_is_never_gained(stick, experiment):
     """No damping but that of the contact: what the building loses is the work of all floors."""
     undamped = replace(stick, C=np.zeros_like(stick.C))
@@ -231,17 +215,6 @@ def test_a_wall_inside_the_building_that_another_floor_finds(stick, experiment):
     pushed = replace(experiment, displaced_floor=2, displacement=0.008)
     with pytest.raises(ImpactfemError, match=r"floor 3 is displaced by 1.* mm towards it, the gap"):
         run_stick(stick, pushed, K=1e10, xi=XI)
-
-
-def test_a_wall_too_far_and_a_window_too_short(stick, experiment):
-    far = run_stick(stick, replace(experiment, gap=0.02), K=1e10, xi=XI)
-    with pytest.raises(SolutionError, match=r"floor 3 does not touch the wall within 0\.6 s"):
-        floor_impacts(far, 3).first_complete()
-    whole = floor_impacts(run_stick(stick, experiment, K=1e10, xi=XI), 3).first_complete()
-    middle = 0.5 * (whole.start + whole.end)
-    short = run_stick(stick, replace(experiment, duration=middle), K=1e10, xi=XI)
-    with pytest.raises(SolutionError, match="still going on when the window ends"):
-        floor_impacts(short, 3).first_complete()
 
 
 def test_release_at_the_wall_is_no_force(stick, experiment):

@@ -1,16 +1,13 @@
 """Unilateral contact on the ranks of this program; rank 0 writes what is found.
 
-Run by test_unilateral_ranks.py: `mpirun -n 2 python unilateral_on_ranks.py MATRICES RESULTS`. On
+Run by test_unilateral_full.py: `mpirun -n 2 python unilateral_on_ranks.py MATRICES RESULTS`. On
 three ranks the one in the middle holds no row.
 """
-
-from __future__ import annotations
 
 import pickle
 import sys
 import traceback
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -27,13 +24,13 @@ Array = NDArray[np.float64]
 COMM = MPI.COMM_WORLD
 
 
-def my_rows(n: int) -> slice:
+def my_rows(n):
     """Rows of this rank: about a third and two thirds, on the first and the last."""
     bounds = {1: [0, n], 2: [0, n // 3, n], 3: [0, n // 3, n // 3, n]}[COMM.size]
     return slice(bounds[COMM.rank], bounds[COMM.rank + 1])
 
 
-def distributed(matrix: Array) -> PETSc.Mat:
+def distributed(matrix):
     n = len(matrix)
     rows = sp.csr_matrix(matrix[my_rows(n)])
     return PETSc.Mat().createAIJ(
@@ -41,7 +38,7 @@ def distributed(matrix: Array) -> PETSc.Mat:
     )
 
 
-def results(given: dict[str, Any]) -> dict[str, Any]:
+def results(given):
     n = len(given["K"])
     mine = my_rows(n)
     K, M = distributed(given["K"]), distributed(given["M"])

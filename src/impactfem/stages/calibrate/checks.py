@@ -26,28 +26,55 @@ RIGID, PENALTY = 0.05, 0.5
 def wall_checks(folder: Path) -> list[Check]:
     """The checks of the stage, from `calibrate.nc` in the folder of the run."""
     with open_store(folder / "calibrate.nc") as store:
-        lines = [*_course(store), *_limits(store)]
+        value = {name.removeprefix("calibration."): v for name, v in values_of(store).items()}
+        residual, identity = value["complementarity"], value["energy_residual"]
+        gained, error = value["energy_gained"], value.get("basis_error")
+        contact = f"contact puts in at most {gained:.1e} of the energy in a step"
+        lines = [
+            *_course(store, value),
+            (
+                residual < COMPLEMENTARITY,
+                f"complementarity within {residual:.1e}, {COMPLEMENTARITY:g} allowed",
+            ),
+            (identity < ENERGY, f"energy identity to {identity:.1e}, {ENERGY:g} allowed"),
+            (gained < ENERGY, f"{contact}, {ENERGY:g} allowed"),
+        ]
+        if error is not None:
+            text = f"transfer functions of the reduced basis within {100 * error:.2g} %"
+            lines.append((error <= BASIS, f"{text}, {100 * BASIS:g} % allowed"))
+        steps_of = store["impact_duration"] / time_step(store)
+        fewest = steps_of.isel(case=steps_of.argmin("case"))
+        which = f" with the damping {fewest['case'].item()}" if store.sizes["case"] > 1 else ""
+        stick = impacts_of(store, STICK)
+        top, of_stick = stick[-1].floor, stick[-1].first_complete().duration / time_step(store)
+        for steps, who in ((float(fewest), f"3D model{which}"), (of_stick, "stick")):
+            text = f"{steps:.3g} steps in the first impact of floor {top} of the {who}"
+            lines.append((steps >= STEPS, f"{text}, {STEPS:g} required"))
+        gap = float(store.attrs["gap"])
+        if gap > 0.0:
+            into = max(0.0, *(-found.closest for found in stick))
+            for who, depth, limit in (
+                ("3D model", value["penetration"], RIGID),
+                ("stick", into, PENALTY),
+            ):
+                text = f"the {who} penetrates {100 * depth / gap:.2g} % of the gap"
+                lines.append((depth / gap <= limit, f"{text}, {100 * limit:g} % allowed"))
     return [(met, f"calibrate: {text}") for met, text in lines]
 
 
-def _course(store: xr.Dataset) -> list[Check]:
+def _course(store: xr.Dataset, value: dict[str, float]) -> list[Check]:
     """What happened: start, first impact, stick, floors that do not hit or are not free again."""
-    value = {name.removeprefix("calibration."): v for name, v in values_of(store).items()}
     floors = {"3D model": impacts_of(store, MODEL), "stick": impacts_of(store, STICK)}
     pull, uneven, later = store.attrs["pull"], value["start_unevenness"], value["stick_delay"]
     start = (
         f"floor {store.attrs['displaced_floor']} starts at "
         f"{1e3 * store.attrs['displacement_at_start']:.4g} mm"
     )
-    at_start: Check = (
-        None,
-        f"{start} at its mass centre, its slab within {uneven:.2g} of it (pull = {pull})",
-    )
+    text = f"{start} at its mass centre, its slab within {uneven:.2g} of it (pull = {pull})"
+    at_start: Check = (None, text)
     if pull == "whole_floor":
-        at_start = (
-            uneven <= EVEN,
-            f"{start}, all of its slab within {uneven:.1e} (limit {EVEN:g})",
-        )
+        text = f"{start}, all of its slab within {uneven:.1e} (limit {EVEN:g})"
+        at_start = (uneven <= EVEN, text)
     top = floors["3D model"][-1]
     first = top.first_complete()
     lines: list[Check] = [
@@ -75,48 +102,4 @@ def _course(store: xr.Dataset) -> list[Check]:
                 begun = found.impacts[-1].start
                 text = f"{who} is still at the wall when the window ends, since {begun:.4g} s"
                 lines.append((False, text))
-    return lines
-
-
-def _limits(store: xr.Dataset) -> list[Check]:
-    """Numbers with limits: contact, energy, basis, steps, penetration."""
-    value = {name.removeprefix("calibration."): v for name, v in values_of(store).items()}
-    residual, identity = value["complementarity"], value["energy_residual"]
-    gained, error = value["energy_gained"], value.get("basis_error")
-    lines: list[Check] = [
-        (
-            residual < COMPLEMENTARITY,
-            f"complementarity within {residual:.1e}, {COMPLEMENTARITY:g} allowed",
-        ),
-        (identity < ENERGY, f"energy identity to {identity:.1e}, {ENERGY:g} allowed"),
-        (
-            gained < ENERGY,
-            f"contact puts in at most {gained:.1e} of the energy in a step, {ENERGY:g} allowed",
-        ),
-    ]
-    if error is not None:
-        text = (
-            f"transfer functions of the reduced basis within {100 * error:.2g} %, "
-            f"{100 * BASIS:g} % allowed"
-        )
-        lines.append((error <= BASIS, text))
-    steps_of = store["impact_duration"] / time_step(store)
-    fewest = steps_of.isel(case=steps_of.argmin("case"))
-    which = f" with the damping {fewest['case'].item()}" if store.sizes["case"] > 1 else ""
-    stick = impacts_of(store, STICK)
-    top, of_stick = stick[-1].floor, stick[-1].first_complete().duration / time_step(store)
-    for steps, who in ((float(fewest), f"3D model{which}"), (of_stick, "stick")):
-        text = (
-            f"{steps:.3g} steps in the first impact of floor {top} of the {who}, {STEPS:g} required"
-        )
-        lines.append((steps >= STEPS, text))
-    gap = float(store.attrs["gap"])
-    if gap > 0.0:
-        into = max(0.0, *(-found.closest for found in stick))
-        for who, depth, limit in (
-            ("3D model", value["penetration"], RIGID),
-            ("stick", into, PENALTY),
-        ):
-            text = f"the {who} penetrates {100 * depth / gap:.2g} % of the gap"
-            lines.append((depth / gap <= limit, f"{text}, {100 * limit:g} % allowed"))
     return lines

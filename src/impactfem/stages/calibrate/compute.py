@@ -87,11 +87,7 @@ class CalibrationStudy:
 
 
 def prepare(case: Case, mesh_file: Path) -> Prepared:
-    """Read the mesh and make the experiment. Not collective.
-
-    Args:
-        case: The case; it has a structure and a wall impact.
-        mesh_file: The mesh of the building.
+    """Read the mesh, and make the experiment. Not collective.
 
     Raises:
         InputError: The mesh is not usable.
@@ -118,13 +114,7 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
 
 
 def run_calibrate(case: Case, prepared: Prepared, model: WallModel, step: Step) -> CalibrationStudy:
-    """Run the stage. Not collective.
-
-    Args:
-        case: The case, with the targets of its sticks.
-        prepared: What `prepare` gave.
-        model: The reduced 3D model with its contacts.
-        step: Called with the name of each step ("impact", "stick"), which runs inside its context.
+    """Run the stage; "impact" and "stick" run inside the context of `step`. Not collective.
 
     Raises:
         ImpactfemError: The wall starts inside the building.
@@ -163,13 +153,9 @@ def run_calibrate(case: Case, prepared: Prepared, model: WallModel, step: Step) 
 def run_reduced(
     model: WallModel, experiment: WallExperiment, mass: Array, damping: Rayleigh
 ) -> BuildingRun:
-    """Run the experiment with the reduced model. Not collective.
+    """Run the experiment with the reduced model and the masses of the floors that may hit [kg].
 
-    Args:
-        model: The model.
-        experiment: The experiment.
-        mass: Masses of the floors that may hit, shape (n_floors,) [kg].
-        damping: The damping.
+    Not collective.
 
     Raises:
         ImpactfemError: The wall starts inside the building.

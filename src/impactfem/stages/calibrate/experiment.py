@@ -211,7 +211,7 @@ def run_stick(
     tension: bool = True,
     update: Update = "implicit",
 ) -> WallHistory:
-    """Run the experiment with the stick on the penalty law.
+    """Run the experiment with the stick on the penalty law, K_Ceq [N/m] and ξ_c [-].
 
     Args:
         stick: The stick.
@@ -219,8 +219,7 @@ def run_stick(
         K: Penalty stiffness K_Ceq [N/m].
         xi: Damping ratio at contact ξ_c [-].
         tension: Whether the contact may pull at its end, as in the paper.
-        update: Whether the contact force is "implicit", or "lagged" one step as equation 2 of the
-            paper prints it.
+        update: "implicit", or "lagged": one step late, as equation 2 of the paper prints it.
 
     Raises:
         ImpactfemError: The stick has no such floor, or the wall starts inside the building.

@@ -305,13 +305,7 @@ class WallComparison:
 def compare(
     stick: WallHistory, model: WallHistory, floor: int, *, separation: float = SEPARATION
 ) -> WallComparison:
-    """Compare two runs of the same experiment at one floor.
-
-    Args:
-        stick: Histories of the stick.
-        model: Histories of the model, with any time step.
-        floor: Number of the floor.
-        separation: See `floor_impacts`.
+    """Compare the histories of stick and model, each with any time step, at one floor.
 
     Raises:
         ImpactfemError: The floor is not in both, or their gaps differ.
@@ -323,21 +317,16 @@ def compare(
             f"{1e3 * stick.gap:.6g} and {1e3 * model.gap:.6g} mm"
         )
     found = [floor_impacts(history, floor, separation=separation) for history in (stick, model)]
-    turns = [
-        _turns(history.displacement[:, history.column(floor)], impacts.first_complete().last)
-        for history, impacts in zip((stick, model), found, strict=True)
-    ]
+    # Where they turn after the impact: away from the wall, then towards it [m].
+    turns = np.full((2, 2), np.nan)
+    for k, (history, impacts) in enumerate(zip((stick, model), found, strict=True)):
+        u, last = history.displacement[:, history.column(floor)], impacts.first_complete().last
+        far = last + int(np.argmin(u[last:]))
+        if far < u.size - 1 and u[far] < 0.0:
+            near = far + int(np.argmax(u[far:]))
+            turns[k] = u[far], u[near] if near < u.size - 1 else np.nan
     rebound, back = (
-        None if u_stick is None or u_model is None else u_stick / u_model - 1.0
-        for u_stick, u_model in zip(*turns, strict=True)
+        float(u_stick / u_model) - 1.0 if np.isfinite([u_stick, u_model]).all() else None
+        for u_stick, u_model in turns.T
     )
     return WallComparison(found[0], found[1], rebound, back)
-
-
-def _turns(u: Array, last: int) -> tuple[float | None, float | None]:
-    """Where a floor turns after an impact: away from the wall, then towards it [m]."""
-    far = last + int(np.argmin(u[last:]))
-    if far == u.size - 1 or u[far] >= 0.0:
-        return None, None
-    near = far + int(np.argmax(u[far:]))
-    return float(u[far]), None if near == u.size - 1 else float(u[near])

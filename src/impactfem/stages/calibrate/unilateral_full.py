@@ -113,8 +113,7 @@ class FullMotion(Held):
     def start(self, displacement: Array | None, velocity: Array | None) -> tuple[Array, Array]:
         """Set u and v, rows of this rank, zero when None; what is seen of both.
 
-        Raises:
-            SolutionError: One has another shape.
+        A SolutionError where one has another shape.
         """
         n = len(self.displacement)
         self.displacement = state_of(displacement, n, f"{n} rows of this rank")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from impactfem.case import Case
 from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
-from impactfem.stages.calibrate.calibrated_contact import with_contact_of_run
+from impactfem.stages.calibrate.selection import with_contact_of_run
 from impactfem.stages.design.checks import design_checks
 from impactfem.stages.design.figures import design_curves, design_figures
 from impactfem.stages.design.products import design_products_of, write_design_products

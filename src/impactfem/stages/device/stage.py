@@ -8,7 +8,7 @@ from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
-from impactfem.stages.calibrate.calibrated_contact import (
+from impactfem.stages.calibrate.selection import (
     calibrated_laws,
     calibrated_restitutions,
     with_contact_of_run,

@@ -8,7 +8,7 @@ from impactfem.case import Case
 from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.plot.floor_products import write_floor_products
 from impactfem.stages.building.targets import with_structure_targets
-from impactfem.stages.calibrate.calibrated_contact import with_contact_of_run
+from impactfem.stages.calibrate.selection import with_contact_of_run
 from impactfem.stages.ensemble.compute import run_ensemble
 from impactfem.stages.ensemble.figures import ensemble_checks, ensemble_curves, ensemble_results
 from impactfem.stages.ensemble.store import write_ensemble

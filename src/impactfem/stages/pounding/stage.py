@@ -10,7 +10,7 @@ from impactfem.coupling.force_history import ForceHistory, write_forces, write_f
 from impactfem.plot.floor_products import write_floor_products
 from impactfem.stages.building.stage import target_models
 from impactfem.stages.building.targets import with_structure_targets
-from impactfem.stages.calibrate.calibrated_contact import asks_calibration, with_contact_of_run
+from impactfem.stages.calibrate.selection import asks_calibration, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.inputs import inputs_key, tolerances
 from impactfem.stages.pounding.checks import facing_checks, stick_checks
@@ -95,12 +95,7 @@ POUNDING = Stage(
 
 
 def motions_key(case: Case, sections: tuple[str, ...] = ()) -> str:
-    """Hash of what the response to a motion depends on, but for the motion.
-
-    Args:
-        case: The case.
-        sections: Further sections that count.
-    """
+    """Hash of what the response to a motion depends on, these sections included, but the motion."""
     rest = tuple(section for section in POUNDING.sections if section != "motions")
     whole = case.whole
     needed = [stage.key(whole) for stage in _needs(whole)]
