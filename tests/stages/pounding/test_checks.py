@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.case import Case, load_case
+from impactfem.case import load_case
 from impactfem.plot.table import columns_of
 from impactfem.stages.pounding.checks import distance_check, facing_checks, stick_checks
 from impactfem.stages.pounding.tables import COLUMNS
@@ -245,11 +245,11 @@ def test_a_stress_needs_a_strength(checked, ratio, words):
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 
 
-def words(*values: str) -> tuple[str, np.ndarray]:
+def words(*values):
     return "facing", np.array(values, dtype=object)
 
 
-def store(nearest: float) -> xr.Dataset:
+def store(nearest):
     return xr.Dataset(
         {
             "facing_a": words("B.floor_4", "C.floor_1", "B.floor_3"),
@@ -263,7 +263,7 @@ def store(nearest: float) -> xr.Dataset:
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
+def case():
     return load_case(GEOMETRY / "row_of_three.toml")
 
 
@@ -290,17 +290,17 @@ def case() -> Case:
         ),
     ],
 )
-def test_facing_floors(tmp_path: Path, case: Case, nearest: float, good: bool, text: str) -> None:
+def test_facing_floors(tmp_path, case, nearest, good, text):
     store(nearest).to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
     assert facing_checks(tmp_path, case) == [(good, text)]
 
 
-def test_all_in_pairs(tmp_path: Path, case: Case) -> None:
+def test_all_in_pairs(tmp_path, case):
     xr.Dataset().to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
     assert facing_checks(tmp_path, case) == []
 
 
-def test_a_plan_that_is_not_known(tmp_path: Path, case: Case) -> None:
+def test_a_plan_that_is_not_known(tmp_path, case):
     xr.Dataset().to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
     bare = {"length": None, "width": None}
     buildings = tuple(one.model_copy(update=bare) for one in case.buildings)
@@ -310,7 +310,7 @@ def test_a_plan_that_is_not_known(tmp_path: Path, case: Case) -> None:
     assert "whether floors of B and C that are in no pair meet cannot be checked" in text
 
 
-def test_the_table_of_facing_floors() -> None:
+def test_the_table_of_facing_floors():
     content = store(-0.0138).assign(overlap=("facing", [True, False, True]))
     table = columns_of(content, "facing_floors", "", COLUMNS["facing_floors"])
     assert table.rows[0][:3] == ("B.floor_4", "C.floor_3", 12.0)
@@ -331,7 +331,7 @@ def test_the_table_of_facing_floors() -> None:
         (1.2, 0.03, False),
     ],
 )
-def test_one_pair(gap: float, distance: float, good: bool) -> None:
+def test_one_pair(gap, distance, good):
     ((found, text),) = distance_check(["a-b"], [gap], [distance])
     assert found is good
     if good:
@@ -341,7 +341,7 @@ def test_one_pair(gap: float, distance: float, good: bool) -> None:
         assert f"its gap is {gap:.4g} m; the gap counts" in text
 
 
-def test_the_worst_is_named() -> None:
+def test_the_worst_is_named():
     names, gaps = ["a-b", "b-c", "c-d", "d-e"], [0.01, 0.01, 0.01, 0.01]
     ((good, text),) = distance_check(names, gaps, [0.03, 0.5, 0.01, np.nan])
     assert good is False
@@ -349,6 +349,6 @@ def test_the_worst_is_named() -> None:
 
 
 @pytest.mark.parametrize("distances", [[], [np.nan, np.nan]])
-def test_nothing_is_known(distances: list[float]) -> None:
+def test_nothing_is_known(distances):
     names, gaps = ["a-b"] * len(distances), [np.inf] * len(distances)
     assert distance_check(names, gaps, distances) == []

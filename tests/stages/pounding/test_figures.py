@@ -6,11 +6,13 @@ from contextlib import nullcontext
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from impactfem.case import load_case
 from impactfem.coupling.force_history import write_forces
+from impactfem.plot import style
 from impactfem.plot.style import (
     BUILDINGS,
     figure,
@@ -19,7 +21,7 @@ from impactfem.plot.style import (
     letter,
     ordered_looks,
 )
-from impactfem.stages.pounding import model_figures as figures_models
+from impactfem.stages.pounding import figures
 from impactfem.stages.pounding.compute import run_sticks
 from impactfem.stages.pounding.figures import stick_figures
 from impactfem.stages.pounding.store import write_motion, write_sticks
@@ -105,11 +107,15 @@ CASES = {
 }
 
 
-@pytest.fixture
-def draw(new_case, tmp_path):
-    """Compute a case and draw its figures, as the stage does."""
+STORES = {"case_figure": ("motion", "pounding", "forces"), "contact_figure": ("pounding", "forces")}
 
-    def run(change):
+
+@pytest.fixture
+def draw(new_case, tmp_path, monkeypatch):
+    """Compute a case and draw its figures, as the stage does, coarsely; or one of them."""
+    monkeypatch.setitem(style.SETTINGS, "savefig.dpi", 60.0)
+
+    def run(change, one=None):
         path = new_case(tmp_path, *FASTER)
         floors = (tmp_path / "small_floors.csv").read_text(encoding="utf-8")
         (tmp_path / "one_floor.csv").write_text(floors[: floors.index("\n2,")], encoding="utf-8")
@@ -118,7 +124,12 @@ def draw(new_case, tmp_path):
         write_motion(tmp_path / "motion.nc", study, "")
         write_sticks(tmp_path / "pounding.nc", study, "")
         write_forces(tmp_path / "forces.nc", study.response, "", "")
-        return stick_figures(tmp_path)
+        if one is None:
+            return stick_figures(tmp_path)
+        stores = [
+            xr.load_dataset(tmp_path / f"{name}.nc", engine="h5netcdf") for name in STORES[one]
+        ]
+        return getattr(figures, one)(tmp_path / "one.png", *stores)
 
     return run
 
@@ -144,9 +155,9 @@ def test_a_case(draw, tmp_path, name):
     assert sorted(path.name for path in drawn) == [f"figure_{kind}.png" for kind in expected]
     assert sorted((tmp_path / "figures").iterdir()) == sorted(drawn)
     for path in drawn:
-        assert path.stat().st_size > 5000
+        assert path.stat().st_size > 2000
         width, height, colours = picture(path)
-        assert 800 < width < 2000 and 400 < height < 2000 and colours > 50
+        assert 320 < width < 800 and 160 < height < 800 and colours > 50
 
 
 def captions(monkeypatch):
@@ -167,7 +178,7 @@ def test_the_law_of_figure_5(draw, monkeypatch, hertz):
     told = captions(monkeypatch)
     linear = 'type = "kelvin-voigt"\nstiffness = "1.2e10 N/m" '
     other = 'type = "hunt-crossley"\nstiffness = "3e11 N/m^1.5" #'
-    draw(changed((linear, other)) if hertz else changed())
+    draw(changed((linear, other)) if hertz else changed(), "contact_figure")
     (words,) = (text for text in told if text.startswith("Figure 5"))
     assert ("The laws are hunt-crossley" in words) == hertz
 
@@ -176,10 +187,10 @@ def test_buildings_are_as_wide_as_their_points_say(draw, monkeypatch):
     """A tower of 10 m beside a wing of 12 m, 2 cm apart."""
     drawn = []
     monkeypatch.setattr(
-        figures_models, "Rectangle", lambda at, width, *_, **__: drawn.append((at[0], width))
+        figures, "Rectangle", lambda at, width, *_, **__: drawn.append((at[0], width))
     )
     monkeypatch.setattr(Axes, "add_patch", lambda *_: None)
-    draw(changed(('"18.02 m"', '"17.02 m"'), ('"-6 m"', '"-5 m"')))
+    draw(changed(('"18.02 m"', '"17.02 m"'), ('"-6 m"', '"-5 m"')), "case_figure")
     # Left side and width of each.
     assert np.array(drawn) == pytest.approx(np.array([(0.0, 12.0), (12.02, 10.0)]))
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.coupling.contact import kelvin_voigt
-from impactfem.stages.pounding.scalars import _motion, stick_scalars
+from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.sticks.calibration import Calibration, Parameters, Target
 from impactfem.sticks.element import COMPONENTS
 
@@ -73,7 +73,7 @@ def test_components_are_independent_up_to_a_correlation(study, share, word):
     second = replace(
         motion, direction="x", accelerogram=replace(motion.accelerogram, acceleration=mixed)
     )
-    made = _motion(replace(study, motions=(motion, second)))
+    made = stick_scalars(replace(study, motions=(motion, second)))
     (scalar,) = (s for s in made if s.name == f"motion.correlation.{motion.direction}_x")
     assert scalar.value == pytest.approx(share)
     assert scalar.note == f"{word}: at most 0.16 in size is required"

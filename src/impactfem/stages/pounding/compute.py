@@ -99,7 +99,7 @@ def run_sticks(
     Args:
         case: The case.
         step: Called with the name of each step of `STEPS`; the step runs inside its context.
-        ready: Calibration and system where they are known, as with contact laws of one's own; made
+        ready: Calibration and system where they are known, as with user-defined contact laws; made
             from the case when None.
         buildings: Number of buildings, from the first on, whose floor spectra are made; all when
             None.
@@ -163,13 +163,9 @@ def floor_spectra(
     *,
     buildings: int | None = None,
 ) -> FloorSpectra:
-    """Floor response spectra at the mass centres.
+    """Floor response spectra at the mass centres of the first buildings, of all when None.
 
-    Args:
-        case: Gives dampings, frequencies and how they are sampled.
-        response: A run.
-        directions: Which of "x", "y", "z"; those in which a floor moves when None.
-        buildings: Number of buildings, from the first on; all when None.
+    Along the directions in which a floor moves, or along these.
     """
     dofs = station_dofs(response.system, buildings)
     acceleration = response.absolute_acceleration
@@ -207,11 +203,7 @@ def pounded(
 ) -> Response:
     """Run the pounding of the sticks alone, under given ground motions.
 
-    Args:
-        case: The case, with the damping and the laws that are meant.
-        calibration: Of the sticks, which does not depend on damping.
-        motions: The ground motions.
-        duration: Time that is computed, to the end of a step at least [s].
+    The calibration does not depend on damping; damping and laws are those of the case.
 
     Raises:
         SolutionError: The contact forces do not converge, or lagged ones create energy.

@@ -1,15 +1,39 @@
-"""The figures of the stage `pounding`, from its stores, in the paper's layout and numbering."""
+"""The figures of the stage `pounding`, from its stores, in the paper's layout and numbering.
+
+What is modelled is drawn in figures 2 (the case), 3 (stick and first mode) and 5 (the contact).
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
 
 from impactfem.plot.curves import Curve, CurveFigure, Panel
-from impactfem.plot.style import BUILDINGS, DASHES, GREEN, floor_looks
-from impactfem.stages.pounding.model_figures import case_figure, contact_figure, stick_figure
+from impactfem.plot.style import (
+    BLUE,
+    BUILDINGS,
+    DASHES,
+    GREEN,
+    ORANGE,
+    RED,
+    figure,
+    floor_looks,
+    letter,
+)
 from impactfem.stages.stores import open_store
+
+Array = NDArray[np.float64]
+GREY = "0.35"
+Point = tuple[float, float]
+MOST_ROOM = 4.0
+"""Of a pair of points in figure 5 [m]."""
 
 
 def stick_figures(folder: Path) -> list[Path]:
@@ -32,7 +56,7 @@ def stick_figures(folder: Path) -> list[Path]:
             drawn.append(target / "figure_05_contact.png")
             contact_figure(drawn[-1], sticks, forces)
             curves.append(_forces(sticks, forces))
-        return [*drawn, *(figure.write_png(target) for figure in curves)]
+        return [*drawn, *(one.write_png(target) for one in curves)]
 
 
 def stick_curves(folder: Path) -> list[CurveFigure]:
@@ -154,3 +178,261 @@ def _floor_spectra(sticks: xr.Dataset) -> CurveFigure:
         for name, legend in (("psa", ""), ("psa_free", "upper right"))
     ]
     return CurveFigure("figure_10_floor_spectra", caption, panels, alike=True)
+
+
+@dataclass(frozen=True)
+class Elevation:
+    """A building seen across the shown direction; its position is that of its axis along it [m]."""
+
+    name: str
+    centre: float
+    base: float
+    floors: Array
+    below: Array
+    above: Array
+    numbers: NDArray[np.int64]
+
+    @property
+    def top(self) -> float:
+        """Elevation of its upper edge [m]."""
+        return float(self.floors[-1] + self.above[-1])
+
+
+def _elevations(sticks: xr.Dataset) -> list[Elevation]:
+    """The buildings of a store, in order."""
+    along = sticks.sel(plan=str(sticks.attrs["elevation_direction"]))
+    result = []
+    for name in sticks["building"].values:
+        one = along.sel(building=name).isel(station=sticks["station_building"] == name)
+        parts = ("elevation", "rigid_below", "rigid_above", "station_floor")
+        place = float(one["building_axis"]), float(one["building_base"])
+        result.append(Elevation(str(name), *place, *(one[part].values for part in parts)))
+    return result
+
+
+def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.Dataset) -> None:
+    """Figure 2: the buildings, the ground acceleration, its response spectrum."""
+    direction = str(sticks.attrs["shown_direction"])
+    shown = motion.isel(motion=int((motion["direction"] == direction).argmax("motion")))
+    record, spectra = shown.dropna("sample"), shown.drop_vars("target").dropna("oscillator")
+    t, a = record["time"].values, record["acceleration"].values
+    f, psa = spectra["frequency"].values, spectra["spectrum"].values
+    pga, top = [int(np.argmax(np.abs(a)))], [int(np.argmax(psa))]
+    caption = (
+        f"Figure 2: Configuration of the case (a), ground acceleration along $e_{direction}$ (b), "
+        "and its pseudo-acceleration response spectrum at "
+        f"{100 * float(shown['damping']):g} % damping (c)."
+    )
+    history = [Curve(t, a, width=0.6), Curve(t[pga], a[pga], "", RED, "", marker="o")]
+    spectrum = [Curve(f, psa, "motion")]
+    target = shown.dropna("oscillator", subset=["target"])
+    if target.sizes["oscillator"]:
+        label = "design spectrum"
+        known = target["frequency"].values, target["target"].values
+        spectrum.append(Curve(*known, label, ORANGE, "--"))
+    label = f"{psa[top[0]]:.2f} m/s² at {f[top[0]]:.2f} Hz"
+    spectrum.append(Curve(f[top], psa[top], label, RED, "", marker="o"))
+    with figure(path, (1, 3), (10.0, 3.4), caption) as (_, axes):
+        _draw_buildings(axes[0], sticks, forces)
+        Panel("time [s]", "ground acceleration [m/s²]", history).draw(axes[1])
+        axes[1].annotate(
+            f"{abs(a[pga[0]]):.2f} m/s² at {t[pga[0]]:.2f} s",
+            (t[pga[0]], a[pga[0]]),
+            xytext=(8, 0),
+            textcoords="offset points",
+            va="center",
+        )
+        quantities = ("frequency [Hz]", "pseudo-acceleration [m/s²]")
+        Panel(*quantities, spectrum, log="x", bottom=0.0, room=0.45).draw(axes[2])
+        letter(axes)
+
+
+def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None:
+    """Elevation to scale."""
+    drawn = _elevations(sticks)
+    along = str(sticks.attrs["elevation_direction"])
+    gap = float(sticks["pair_rest_gap"].values.min()) if sticks.sizes["pair"] else 0.0
+    # Points of contact are on the faces of a building. One without such points is as wide as the
+    # distance to the next building lets it be.
+    usual = 0.5 * float(drawn[0].floors[-1])
+    spacing = min(np.diff(sorted(building.centre for building in drawn)), default=usual)
+    usual = spacing - gap if spacing > gap else usual
+    widths = {}
+    for building in drawn:
+        reach = 0.0
+        for side in "ab":
+            mine = (forces[f"building_{side}"] == building.name).values
+            offsets = np.abs(forces[f"offset_{side}"].sel(axis=along).values[mine])
+            reach = max(reach, float(offsets.max(initial=0.0)))
+        widths[building.name] = 2.0 * reach if reach > 0.0 else usual
+    for k, building in enumerate(drawn):
+        width, height = widths[building.name], building.top - building.base
+        left, colour = building.centre - width / 2.0, BUILDINGS[k % len(BUILDINGS)]
+        panel.add_patch(Rectangle((left, building.base), width, height, fill=False, ec=colour))
+        for z, number in zip(building.floors, building.numbers, strict=True):
+            panel.plot([left, left + width], [z, z], color=colour, lw=1.5)
+            small: dict[str, Any] = {"fontsize": 6.5, "color": GREY, "va": "top"}
+            panel.text(left + 0.03 * width, z - 0.25, f"{number}", **small)
+        panel.text(building.centre, building.top + 0.8, building.name, ha="center", color=colour)
+    low, high = min(one.base for one in drawn), max(one.top for one in drawn)
+    if len(drawn) > 1 and gap > 0.0:
+        nearest = forces.isel(pair=int(sticks["pair_rest_gap"].argmin("pair")))
+        named = {building.name: building for building in drawn}
+        a, b = (named[str(nearest[f"building_{side}"].item())] for side in "ab")
+        way = np.sign(b.centre - a.centre)
+        faces = a.centre + 0.5 * way * widths[a.name], b.centre - 0.5 * way * widths[b.name]
+        between = 0.5 * sum(faces)
+        panel.annotate(
+            f"gap {100 * gap:g} cm",
+            (between, high),
+            xytext=(between, high + 4.6),
+            ha="center",
+            arrowprops={"arrowstyle": "->", "color": GREY},
+        )
+    panel.axhline(low, color="black", lw=2.0)
+    panel.set_ylim(low - 1.0, high + 6.5)
+    left = min(one.centre - 0.65 * widths[one.name] for one in drawn)
+    panel.set_xlim(left, max(one.centre + 0.65 * widths[one.name] for one in drawn))
+    panel.set_aspect("equal")
+    panel.set_xlabel(f"{along} [m]")
+    panel.set_ylabel("z [m]")
+    panel.grid(False)
+
+
+def stick_figure(path: Path, sticks: xr.Dataset) -> None:
+    """Figure 3 (b) and (c): the stick of the studied building and its first bending mode."""
+    building = _elevations(sticks)[0]
+    direction = str(sticks.attrs["shown_direction"])
+    if direction not in "xy":
+        direction = str(sticks.attrs["elevation_direction"])
+    modes = sticks.sel(building=building.name)
+    modes = modes.isel(
+        station=modes["station_building"] == building.name, mode=modes["mode_family"] == direction
+    )
+    axis = {"x": "y", "y": "x"}.get(direction, direction)
+    caption = (
+        f"Figure 3: Stick model of building {building.name} (b), with the rigid zones of the "
+        "floors, their mass centres and the Timoshenko storeys between them, and its first mode "
+        f"of bending along $e_{direction}$, about $e_{axis}$ (c)."
+    )
+    with figure(path, (1, 2), (6.5, 4.6), caption) as (_, axes):
+        _draw_stick(axes[0], building)
+        for z, number in zip(building.floors, building.numbers, strict=True):
+            axes[0].text(0.12, z, f"floor {number}", va="center", fontsize=7.5)
+        if modes.sizes["mode"]:
+            mode = modes.isel(mode=0)
+            shape = mode["mode_shape"].sel(mode_component=direction).values
+            shape = 0.7 * shape / np.abs(shape).max() * np.sign(shape[-1])
+            axes[1].plot([0.0, 0.0], [building.base, building.floors[-1]], ":", color=GREY)
+            _draw_stick(axes[1], building, shift=shape)
+            text = f"f = {float(mode['mode_frequency']):.2f} Hz"
+            axes[1].text(0.03, 0.97, text, transform=axes[1].transAxes, va="top")
+        axes[0].set_xlim(-0.4, 1.4)
+        axes[1].set_xlim(-0.6, 0.9)
+        axes[0].legend(loc="center right")
+        for panel in axes:
+            panel.set_ylabel("z [m]")
+            panel.set_xticks([])
+            panel.grid(False)
+        letter(axes)
+        for panel, name in zip(axes, "bc", strict=True):
+            panel.set_title(f"({name})", loc="left", fontsize=9.0)
+
+
+def _draw_stick(
+    panel: Axes, building: Elevation, origin: float = 0.0, shift: Array | float = 0.0
+) -> None:
+    """A stick on its base at `origin`, its floors shifted sideways."""
+    low, high = building.floors - building.below, building.floors + building.above
+    x = origin + shift + np.zeros_like(low)
+    starts, ends = np.append(origin, x[:-1]), np.append(building.base, high[:-1])
+    look: dict[str, Any] = {"color": GREEN, "lw": 4.0, "solid_capstyle": "butt"}
+    for k in range(len(x)):
+        storey, rigid = ("storey", "rigid floor") if k == 0 else (None, None)
+        panel.plot([starts[k], x[k]], [ends[k], low[k]], color=BLUE, label=storey)
+        panel.plot([x[k], x[k]], [low[k], high[k]], label=rigid, **look)
+    panel.plot(x, building.floors, "o", color=RED, ms=4, label="mass centre")
+    panel.plot([origin - 0.15, origin + 0.15], [building.base] * 2, color="black", lw=3.0)
+
+
+def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
+    """Figure 5: which points of which sticks face each other, and what acts between them."""
+    drawn = {building.name: building for building in _elevations(sticks)}
+    names = list(drawn)
+    laws = list(dict.fromkeys(str(name) for name in sticks["pair_law"].values))
+    caption = (
+        "Figure 5: Pairs of points that may touch. Each pair k carries a gap g and, in contact, a "
+        "stiffness K and a dashpot C; the force is zero while the gap is open."
+    )
+    if any(not name.startswith("kelvin-voigt") for name in laws):
+        caption += (
+            f" The laws are {' and '.join(laws)}: where not kelvin-voigt, K and C stand for forces "
+            "that go with powers of the penetration."
+        )
+    with figure(path, (1, 1), (6.5, 4.6), caption) as (_, axes):
+        panel = axes[0]
+        for position, name in enumerate(names):
+            building = drawn[name]
+            _draw_stick(panel, building, 2.0 * position)
+            panel.text(2.0 * position, building.top + 0.8, name, ha="center")
+        # The pairs between two buildings: ends from left to right, and number.
+        pairs = []
+        for k in range(forces.sizes["pair"]):
+            ends: list[Point] = []
+            for side in "ab":
+                name, floor_number, s, offset = (
+                    forces[f"{of}_{side}"].values[k]
+                    for of in ("building", "floor", "relative_height", "offset")
+                )
+                if name not in drawn:
+                    continue
+                one = drawn[name]
+                floor = int(np.flatnonzero(one.numbers == floor_number)[0])
+                z = float(one.floors[floor])
+                if not np.isnan(s):
+                    high = z - float(one.below[floor])
+                    low = float(one.floors[floor - 1] + one.above[floor - 1]) if floor else one.base
+                    z = low + float(s) * (high - low)
+                ends.append((2.0 * names.index(name), z + float(offset[2])))
+            if len(ends) == 2:
+                pairs.append((min(ends), max(ends), k + 1))
+        # Rounded: pairs side by side at one height need no room above each other.
+        heights = np.unique(np.round([0.5 * (left[1] + right[1]) for left, right, _ in pairs], 6))
+        room = float(np.diff(heights).min(initial=MOST_ROOM))
+        for left, right, number in pairs:
+            _draw_pair(panel, left, right, f"{number}", room)
+        panel.set_xlim(-0.6, 2.0 * (len(names) - 1) + 0.6)
+        panel.set_ylim(top=panel.get_ylim()[1] + 1.5)
+        panel.set_xticks([])
+        panel.set_ylabel("z [m]")
+        panel.grid(False)
+
+
+def _draw_pair(panel: Axes, left: Point, right: Point, label: str, room: float) -> None:
+    """A spring K above a dashpot C, and a gap g, with `room` [m] to the next pair.
+
+    Between two ends (x, z) at unequal heights they are drawn in the middle.
+    """
+    (x0, z0), (x1, z1) = left, right
+    z = 0.5 * (z0 + z1)
+    start, end, u = x0 + 0.45, x0 + 1.2, 0.25 * room
+    middle = 0.5 * (start + end)
+    panel.plot([x0, start], [z0, z], color=GREY, lw=0.8)
+    for x in (start, end):
+        panel.plot([x, x], [z - u, z + u], color=GREY, lw=0.8)
+    coils = np.array([0, 0, 1, -1, 1, -1, 1, -1, 1, -1, 0, 0])
+    panel.plot(np.linspace(start, end, coils.size), z + u * (1.0 + 0.5 * coils), color=ORANGE)
+    panel.plot([start, middle - 0.02], [z - u] * 2, color=ORANGE)
+    panel.plot([middle - 0.02] * 2, [z - 1.4 * u, z - 0.6 * u], color=ORANGE, lw=2.0)
+    cup = np.array([-0.7, -0.7, 0.06, 0.06, -0.7, -0.7]) + 0.64
+    edge = np.array([-0.5, -0.5, -0.5, -1.5, -1.5, -1.5])
+    panel.plot(middle + 0.1 * (cup - 0.7), z + u * edge, color=ORANGE)
+    panel.plot([middle, end], [z - u] * 2, color=ORANGE)
+    panel.plot([end, end + 0.15], [z, z], color=GREY, lw=0.8)
+    for x in (end + 0.15, end + 0.3):
+        panel.plot([x, x], [z - 0.8 * u, z + 0.8 * u], color=GREY, lw=1.5)
+    panel.plot([end + 0.3, x1], [z, z1], color=GREY, lw=0.8)
+    panel.text(x0 + 0.22, z + 0.3 * u, label, ha="center", va="bottom", fontsize=7.5)
+    for x, height, name in ((start - 0.05, z + u, "K"), (start - 0.05, z - u, "C")):
+        panel.text(x, height, name, ha="center", va="center", fontsize=7.0)
+    panel.text(end + 0.225, z + 0.9 * u, "g", ha="center", va="bottom", fontsize=7.0)

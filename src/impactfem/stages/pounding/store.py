@@ -189,29 +189,20 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
             "calibrated_frequency": study.calibration.frequency,
             "calibrated_effective_mass": study.calibration.effective_mass,
         }
+    # The horizontal direction in which the buildings stand side by side.
+    spans = [np.abs(pair.normal[:2]) for pair in study.system.pairs]
+    spans.append(np.ptp([stick.axis for stick in study.system.sticks], axis=0)[:2])
+    other = "x" if study.motions[0].direction == "x" else "y"
     attributes = {
         "title": study.case.title,
         "inputs": key,
         "case_hash": study.case.content_hash(),
         "studied_building": study.system.sticks[0].name,
         "shown_direction": study.case.shown_direction,
-        "elevation_direction": _elevation_direction(study),
+        "elevation_direction": next(("x" if x > y else "y" for x, y in spans if x != y), other),
     }
     scalars = stick_scalars(study)
     write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
-
-
-def _elevation_direction(study: StickStudy) -> str:
-    """The horizontal direction in which the buildings stand side by side."""
-    for pair in study.system.pairs:
-        x, y = np.abs(pair.normal[:2])
-        if x != y:
-            return "x" if x > y else "y"
-    spread = np.ptp([stick.axis for stick in study.system.sticks], axis=0)
-    if spread[0] != spread[1]:
-        return "x" if spread[0] > spread[1] else "y"
-    first = study.motions[0].direction
-    return first if first in "xy" else "y"
 
 
 def _histories(study: StickStudy) -> dict[str, Any]:
