@@ -2,7 +2,6 @@
 
 import shutil
 from concurrent.futures import Executor, Future
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -174,11 +173,6 @@ def test_store(case, run, tmp_path):
         names = {s.name for s in scalars_of(store)}
     assert {"ensemble.p05.motion.pgd", "ensemble.p95.motion.pgd"} <= names
     shutil.rmtree(tmp_path / "members")
-
-
-def test_folder_is_left_alone(run, tmp_path):
-    run()
-    assert all(path.suffix == ".npz" for path in Path(tmp_path / "members").iterdir())
 
 
 def test_a_damaged_member_is_computed_again(run, tmp_path, caplog):

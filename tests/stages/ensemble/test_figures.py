@@ -74,8 +74,7 @@ def test_inside_or_not(folder):
 
 
 def test_checks(folder):
-    with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
-        members = store.load()
+    members = xr.load_dataset(folder / "ensemble.nc", engine="h5netcdf")
     for failed, good in ((0.0, True), (2.0, False)):
         counts = {"ensemble.members": 40.0, "ensemble.failed": failed}
         scalars = [Scalar(name, x, "-") for name, x in counts.items()]
@@ -90,8 +89,7 @@ def test_checks(folder):
 @pytest.mark.parametrize(("shift", "count"), [(0.0, 0), (-2.5, 3)])
 def test_floors_in_no_pair(folder, shift, count):
     """The scalar of their closest approach: below zero they overlap."""
-    with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
-        members = store.load()
+    members = xr.load_dataset(folder / "ensemble.nc", engine="h5netcdf")
     members["scalar"] = np.array(["pounding.facing_distance_min", "c.d", "e"], dtype=object)
     members["value"][:, 0] += shift
     scalars = [Scalar("ensemble.members", 40.0, "-"), Scalar("ensemble.failed", 0.0, "-")]

@@ -164,12 +164,7 @@ def run_member(ready: tuple[Calibration | None, System], member: Member) -> dict
 
 
 def member_key(member: Member, key: str) -> str:
-    """Hash of what the results of a member depend on.
-
-    Args:
-        member: The member.
-        key: Hash of what all members depend on, besides their motions.
-    """
+    """Hash of what a member depends on: its motions, and the key of what all members depend on."""
     digest = hashlib.sha256(key.encode())
     for motion in member.case.motions:
         digest.update(motion.model_dump_json(exclude={"file"}).encode())

@@ -27,10 +27,28 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
         table = bands(store, published)
         files = [table.comparing({"published", "inside"}).write_csv(folder / "tables")]
         files.append(_spectra_figure(store).write_png(folder / "figures"))
-        if any(row[-2] is not None for row in table.rows):
-            files.append(folder / "figures" / "ensemble_published.png")
-            _published_figure(files[-1], table)
-    return files
+    if all(row[-2] is None for row in table.rows):
+        return files
+    rows = [row for row in table.rows[::-1] if row[-2] is not None and float(row[-2]) != 0.0]
+    caption = (
+        "Ensemble over published value: median, 16 % to 84 % (thick) and 5 % to 95 % (thin). "
+        "Blue: the published value, 1, is inside 5 % to 95 %; red: outside."
+    )
+    path, size = folder / "figures" / "ensemble_published.png", (7.5, 0.26 * len(rows) + 0.8)
+    with figure(path, (1, 1), size, caption) as (_, axes):
+        panel = axes[0]
+        for y, row in enumerate(rows):
+            paper = float(row[-2] or 1.0)
+            p05, p16, p50, p84, p95 = (float(value or 0.0) / paper for value in row[2:7])
+            colour = BLUE if row[-1] == "yes" else RED
+            panel.plot([p05, p95], [y, y], color=colour, lw=1.0)
+            panel.plot([p16, p84], [y, y], color=colour, lw=4.0, solid_capstyle="butt")
+            panel.plot(p50, y, "o", color="black", ms=3.5)
+        panel.axvline(1.0, color="black", lw=0.8, ls="--")
+        panel.set_yticks(range(len(rows)), [str(row[0]) for row in rows], fontsize=7.5)
+        panel.set_xlabel("over the published value [-]")
+        panel.set_xlim(left=0.0)
+    return [*files, path]
 
 
 def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]:
@@ -133,24 +151,3 @@ def _with_band(spectra: xr.DataArray, colour: str, label: str) -> list[Curve]:
             y, name = spectra.sel(percentile=q).values, f"{label}, {q:g} %"
             curves.append(Curve(frequency, y, name, colour, ":", further=True))
     return curves
-
-
-def _published_figure(path: Path, table: Table) -> None:
-    rows = [row for row in table.rows if row[-2] is not None and float(row[-2]) != 0.0]
-    caption = (
-        "Ensemble over published value: median, 16 % to 84 % (thick) and 5 % to 95 % (thin). "
-        "Blue: the published value, 1, is inside 5 % to 95 %; red: outside."
-    )
-    with figure(path, (1, 1), (7.5, 0.26 * len(rows) + 0.8), caption) as (_, axes):
-        panel = axes[0]
-        for y, row in enumerate(rows[::-1]):
-            paper = float(row[-2] or 1.0)
-            p05, p16, p50, p84, p95 = (float(value or 0.0) / paper for value in row[2:7])
-            colour = BLUE if row[-1] == "yes" else RED
-            panel.plot([p05, p95], [y, y], color=colour, lw=1.0)
-            panel.plot([p16, p84], [y, y], color=colour, lw=4.0, solid_capstyle="butt")
-            panel.plot(p50, y, "o", color="black", ms=3.5)
-        panel.axvline(1.0, color="black", lw=0.8, ls="--")
-        panel.set_yticks(range(len(rows)), [str(row[0]) for row in rows[::-1]], fontsize=7.5)
-        panel.set_xlabel("over the published value [-]")
-        panel.set_xlim(left=0.0)
