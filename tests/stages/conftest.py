@@ -11,8 +11,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from impactfem.stages.building import store as building
+from impactfem.stages.pounding import store as pounding
+from impactfem.stages.stores import dataset
+from impactfem.stages.transient import store as transient
+from impactfem.stages.transient.maps import MAP_OUTPUTS
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, with_scalars
+from impactfem.system.scalar import Scalar
 
 from .wall_store import WantedWall, calibrate_store
 
@@ -114,32 +119,23 @@ def _slab(direction: str) -> Slab:
 
 def _building(asked: Wanted, slab: Slab) -> xr.Dataset:
     """The slabs above one another, on columns at two corners."""
-    n = len(slab.plan)
-    levels = len(asked.floors)
+    n, levels = len(slab.plan), range(len(asked.floors))
     base = np.column_stack([slab.plan[[0, n - 1]], np.zeros(2)])
-    slabs = [np.column_stack([slab.plan, np.full(n, 4.0 * (k + 1))]) for k in range(levels)]
-    foot = n * levels
-    columns = [[foot + c, corner, corner] for c, corner in enumerate((0, n - 1))]
-    return xr.Dataset(
-        {
-            "node_position": (("node", "xyz"), np.concatenate([*slabs, base])),
-            "triangle_node": (
-                ("triangle", "triangle_corner"),
-                np.concatenate([slab.cells + n * k for k in range(levels)]),
-            ),
-            "triangle_part": ("triangle", np.repeat(np.arange(levels), len(slab.cells))),
-            "shell_part_name": ("shell_part", [f"floor_{k}" for k in asked.floors]),
-            "line_node": (("line", "line_corner"), np.array(columns)),
-            "line_part": ("line", np.zeros(2, dtype=np.int32)),
-            "beam_part_name": ("beam_part", [f"column_{asked.floors[0]}"]),
-            "edge_line": (
-                ("edge", "line_corner"),
-                np.concatenate([slab.edge + n * k for k in range(levels)]),
-            ),
-            "edge_floor": ("edge", np.repeat(asked.floors, len(slab.edge))),
-            "centre": ("floor", slab.centre + n * np.arange(levels)),
-        }
-    )
+    slabs = [np.column_stack([slab.plan, np.full(n, 4.0 * (k + 1))]) for k in levels]
+    foot = n * len(levels)
+    values = {
+        "node_position": np.concatenate([*slabs, base]),
+        "triangle_node": np.concatenate([slab.cells + n * k for k in levels]),
+        "triangle_part": np.repeat(levels, len(slab.cells)),
+        "shell_part_name": [f"floor_{k}" for k in asked.floors],
+        "line_node": [[foot + c, corner, corner] for c, corner in enumerate((0, n - 1))],
+        "line_part": [0, 0],
+        "beam_part_name": [f"column_{asked.floors[0]}"],
+        "edge_line": np.concatenate([slab.edge + n * k for k in levels]),
+        "edge_floor": np.repeat(asked.floors, len(slab.edge)),
+        "centre": slab.centre + n * np.array(levels),
+    }
+    return dataset(building.OUTPUTS, values, attributes={})
 
 
 def _sticks(asked: Wanted) -> xr.Dataset:
@@ -148,25 +144,19 @@ def _sticks(asked: Wanted) -> xr.Dataset:
     stations = len(asked.floors)
     wave = np.sin(2.0 * np.pi * 2.0 * time)[:, None, None] * np.ones((1, stations, 1))
     psa = 20.0 * np.exp(-(np.log(frequency / 20.0) ** 2)) + 0.1
-    return xr.Dataset(
-        {
-            "displacement": (("time", "station", "component"), 0.01 * wave),
-            "acceleration": (("time", "station", "component"), 2.0 * wave),
-            "psa": (
-                ("damping", "station", "direction", "frequency"),
-                np.broadcast_to(psa, (len(asked.dampings), stations, 1, len(psa))).copy(),
-            ),
-        },
-        coords={
-            "time": time,
-            "station_building": ("station", np.array(["one"] * stations, dtype=object)),
-            "station_floor": ("station", np.array(asked.floors)),
-            "component": [asked.direction],
-            "direction": [asked.direction],
-            "damping": list(asked.dampings),
-            "frequency": frequency,
-        },
-    )
+    values = {
+        "time": time,
+        "displacement": 0.01 * wave,
+        "acceleration": 2.0 * wave,
+        "psa": np.broadcast_to(psa, (len(asked.dampings), stations, 1, len(psa))),
+        "station_building": ["one"] * stations,
+        "station_floor": asked.floors,
+        "component": [asked.direction],
+        "direction": [asked.direction],
+        "damping": asked.dampings,
+        "frequency": frequency,
+    }
+    return dataset(pounding.OUTPUTS, values, attributes={})
 
 
 def pulse(time: np.ndarray) -> np.ndarray:
@@ -198,56 +188,50 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
     force = np.zeros((STEPS, len(asked.loads)))
     for k in range(len(asked.loads)):
         force[:, k] = 1e7 * (k + 1) * pulse(time - START)
-    edges = np.array([f"floor {k}" for k in asked.loads], dtype=object)
-    labels = {
-        "edge": ("edge", edges),
-        "edge_floor": ("edge", np.array(asked.loads, dtype=int)),
-        "probe_kind": ("probe", np.array(kinds, dtype=object)),
-        "probe_floor": ("probe", np.array(floors)),
-    }
-    fields = {
-        "time": ("time", time),
-        "displacement": (("time", "probe", "component"), displacement),
-        "acceleration": (("time", "probe", "component"), acceleration),
-        "probe_position": (("probe", "xyz"), position),
-        "probe_node": ("probe", np.array(nodes)),
-        "probe_distance": ("probe", np.zeros(len(nodes))),
-        "psa": (("damping", "probe", "component", "frequency"), psa),
-        "psa_band": (("damping", "probe", "component", "frequency"), band),
-        "sd": (
-            ("damping", "probe", "component", "frequency"),
-            psa / (2.0 * np.pi * frequency) ** 2,
-        ),
-        "pfa": (("probe", "component"), np.abs(acceleration).max(axis=0)),
-        "pfa_band": (("probe", "component"), np.zeros((len(nodes), 3))),
-        "pfa_interpolated": (("probe", "component"), np.abs(acceleration).max(axis=0)),
-        "ground_acceleration": (("time", "component"), np.zeros((STEPS, 3))),
-        "edge_force": (("time", "edge"), force),
+    edges = [f"floor {k}" for k in asked.loads]
+    pfa = np.abs(acceleration).max(axis=0)
+    values = {
+        "time": time,
+        "component": XYZ,
+        "xyz": XYZ,
+        "probe": names,
+        "probe_kind": kinds,
+        "probe_floor": floors,
+        "probe_position": position,
+        "probe_node": nodes,
+        "probe_distance": np.zeros(len(nodes)),
+        "displacement": displacement,
+        "acceleration": acceleration,
+        "frequency": frequency,
+        "damping": asked.dampings,
+        "psa": psa,
+        "psa_band": band,
+        "sd": psa / (2.0 * np.pi * frequency) ** 2,
+        "pfa": pfa,
+        "pfa_band": np.zeros((len(nodes), 3)),
+        "pfa_interpolated": pfa,
+        "ground_acceleration": np.zeros((STEPS, 3)),
+        "edge": edges,
+        "edge_floor": np.array(asked.loads, dtype=int),
+        "edge_force": force,
     }
     if asked.solver != "full":
         tf = np.geomspace(0.5, 500.0, 50)
-        dims = ("transfer_frequency", "transfer_load", "probe", "component")
         shape = (len(tf), len(asked.loads), len(nodes), 3)
-        value = 1e-6 * (1.0 + np.log(tf / 0.5))[:, None, None, None] * np.ones(shape)
-        fields |= {
-            "transfer_frequency": ("transfer_frequency", tf),
-            "transfer_re": (dims, value),
-            "transfer_im": (dims, np.zeros(shape)),
-            "transfer_bound": (dims, np.full(shape, np.inf)),
-        }
-        labels |= {
-            "transfer_load": ("transfer_load", edges.copy()),
-            "transfer_load_floor": ("transfer_load", np.array(asked.loads, dtype=int)),
+        values |= {
+            "transfer_frequency": tf,
+            "transfer_load": edges,
+            "transfer_load_floor": np.array(asked.loads, dtype=int),
+            "transfer_re": 1e-6 * (1.0 + np.log(tf / 0.5))[:, None, None, None] * np.ones(shape),
+            "transfer_im": np.zeros(shape),
+            "transfer_bound": np.full(shape, np.inf),
         }
     if asked.plates:
-        here, places = ["pump", "tank"], position[[len(asked.floors) - 1, -1]]
-        fields |= {
-            "base_plate_position": (("base_plate", "xyz"), places),
-            "base_plate_radius": ("base_plate", [0.8, 0.5]),
-        }
-        labels |= {
-            "base_plate": ("base_plate", np.array(here, dtype=object)),
-            "base_plate_floor": ("base_plate", [asked.floors[-1], 0]),
+        values |= {
+            "base_plate": ["pump", "tank"],
+            "base_plate_floor": [asked.floors[-1], 0],
+            "base_plate_position": position[[len(asked.floors) - 1, -1]],
+            "base_plate_radius": [0.8, 0.5],
         }
     scalars = [
         Scalar("transient.wave_speed", SPEED / 1.6, "m/s"),
@@ -255,26 +239,15 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
         Scalar("transient.loaded_wave_speed", SPEED, "m/s"),
         Scalar("transient.loaded_wave_crossing", 6.0 / SPEED, "s"),
     ]
-    store = xr.Dataset(
-        fields,
-        coords={
-            "probe": ("probe", np.array(names, dtype=object)),
-            "component": XYZ,
-            "xyz": XYZ,
-            "damping": list(asked.dampings),
-            "frequency": frequency,
-            **labels,
-        },
-        attrs={
-            "building": "one",
-            "shown_direction": asked.direction,
-            "wave_floor": max(asked.floors),
-            "solver": asked.solver,
-            "maximum_frequency": 450.0,
-            "main_impact": [START, START + LASTS] if asked.loads else [],
-        },
-    )
-    return with_scalars(store, scalars)
+    attributes = {
+        "building": "one",
+        "shown_direction": asked.direction,
+        "wave_floor": max(asked.floors),
+        "solver": asked.solver,
+        "maximum_frequency": 450.0,
+        "main_impact": [START, START + LASTS] if asked.loads else [],
+    }
+    return dataset(transient.OUTPUTS, values, attributes=attributes, scalars=scalars)
 
 
 def _probes(asked: Wanted, slab: Slab) -> tuple[tuple, tuple, tuple, tuple]:
@@ -309,40 +282,31 @@ def _maps(asked: Wanted, slab: Slab) -> xr.Dataset:
     snapshots = START + LASTS * np.array([0.0, 0.5, 1.0]) if asked.loads else np.zeros(0)
     wave = np.zeros((len(snapshots), n, 3))
     wave[:, :, c] = np.sin(position[top, c]) + np.arange(len(snapshots))[:, None]
-    dims = ("snapshot", "wave_node", "component")
     frames = START + STEP * np.arange(-10, 43) if asked.loads else np.zeros(0)
     moving = np.zeros((len(frames), n, 3), dtype=np.float32)
     distance = position[top, c].max() - position[top, c]
     moving[:, :, c] = -50.0 * pulse(frames[:, None] - START - distance / SPEED)
-    film = {"frame_acceleration": (("frame", "wave_node", "component"), moving)}
-    times = {"frame": frames}
-    return xr.Dataset(
-        {
-            "node_number": ("node", nodes),
-            "node_position": (("node", "xyz"), position[nodes]),
-            "floor_triangle_node": (
-                ("floor_triangle", "vertex"),
-                np.searchsorted(nodes, np.concatenate([slab.cells[:, :3] + n * k for k in levels])),
-            ),
-            "pfa": (("node", "component"), pfa),
-            "psa": (("node", "component", "frequency"), psa.astype(np.float32)),
-            "wave_node_number": ("wave_node", top),
-            "wave_node_position": (("wave_node", "xyz"), position[top]),
-            "wave_triangle_node": (("wave_triangle", "triangle_corner"), slab.cells),
-            "wave_displacement": (dims, 1e-3 * wave),
-            "wave_acceleration": (dims, 30.0 * wave),
-            "membrane_force": (
-                ("snapshot", "wave_triangle"),
-                1e6 * np.ones((len(snapshots), 1)) * np.arange(len(slab.cells)),
-            ),
-            **(film if asked.frames else {}),
-        },
-        coords={
-            "component": XYZ,
-            "frequency": frequency,
-            "snapshot": snapshots,
-            "floor_triangle_floor": ("floor_triangle", np.repeat(asked.floors, len(slab.cells))),
-            **(times if asked.frames else {}),
-        },
-        attrs={"damping": asked.dampings[0], "points_per_cycle": 2.0},
-    )
+    values = {
+        "component": XYZ,
+        "xyz": XYZ,
+        "node_number": nodes,
+        "node_position": position[nodes],
+        "floor_triangle_node": np.searchsorted(
+            nodes, np.concatenate([slab.cells[:, :3] + n * k for k in levels])
+        ),
+        "floor_triangle_floor": np.repeat(asked.floors, len(slab.cells)),
+        "frequency": frequency,
+        "pfa": pfa,
+        "psa": psa.astype(np.float32),
+        "wave_node_number": top,
+        "wave_node_position": position[top],
+        "wave_triangle_node": slab.cells,
+        "snapshot": snapshots,
+        "wave_displacement": 1e-3 * wave,
+        "wave_acceleration": 30.0 * wave,
+        "membrane_force": 1e6 * np.ones((len(snapshots), 1)) * np.arange(len(slab.cells)),
+    }
+    if asked.frames:
+        values |= {"frame": frames, "frame_acceleration": moving}
+    attributes = {"damping": asked.dampings[0], "points_per_cycle": 2.0}
+    return dataset(MAP_OUTPUTS, values, attributes=attributes)

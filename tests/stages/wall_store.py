@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from impactfem.system.scalar import Scalar, with_scalars
+from impactfem.stages.calibrate.store import OUTPUTS
+from impactfem.stages.stores import dataset
+from impactfem.system.scalar import Scalar
 
 Hits = dict[int, tuple[tuple[float, float, float], ...]]
 WALL_STEP = 0.5e-3
@@ -81,7 +83,6 @@ def calibrate_store(asked: WantedWall) -> xr.Dataset:
     damped, contact = 50e3 * time, -8e3 * (time > start)
     numerical = asked.numerical * time / time[-1]
     names = list(DAMPINGS)[: asked.dampings]
-    count = len(names)
     by_case = {
         "mass_coefficient": [DAMPINGS[name][0] for name in names],
         "stiffness_coefficient": [DAMPINGS[name][1] for name in names],
@@ -96,52 +97,41 @@ def calibrate_store(asked: WantedWall) -> xr.Dataset:
     scalars = [
         Scalar(f"calibration.{k}", v, "-") for k, v in (WALL_SCALARS | asked.scalars).items()
     ]
-    store = xr.Dataset(
-        {
-            **histories,
-            "floor_mass": ("floor", np.full(len(floors), FLOOR_MASS)),
-            "kinetic_energy": ("time", kinetic),
-            "elastic_energy": ("time", 170e3 - kinetic - damped - numerical + contact),
-            "damped_energy": ("time", damped),
-            "numerical_energy": ("time", numerical),
-            "contact_work": ("time", contact),
-            "constraint_position": ("constraint", np.tile(EDGE, len(floors))),
-            "constraint_length": ("constraint", np.tile(length, len(floors))),
-            "constraint_force": (
-                ("step", "constraint"),
-                np.kron(histories["force"][1][near], length / EDGE[-1]),
-            ),
-            **{name: ("case", np.array(values[:count])) for name, values in by_case.items()},
-        },
-        coords={
-            "time": ("time", time),
-            "step": ("step", time[near]),
-            "floor": ("floor", np.array(floors)),
-            "constraint_floor": ("constraint", np.repeat(floors, len(EDGE))),
-            "case": ("case", np.array(names, dtype=object)),
-        },
-        attrs={
-            "building": "one",
-            "side": "y+",
-            "gap": GAP,
-            "separation": asked.separation,
-            "stick_contact_update": "implicit",
-            "displaced_floor": 8,
-            "displacement_at_start": -0.02,
-            "pull": asked.pull,
-        },
-    )
-    return with_scalars(store, scalars)
-
-
-def _histories(time: np.ndarray, hits: Hits, prefix: str) -> dict[str, tuple]:
-    columns = [_at_wall(time, hits[floor]) for floor in sorted(hits)]
-    names = ("displacement", "velocity", "force", "opening")
-    both = ("time", "floor")
-    return {
-        f"{prefix}{name}": (both, np.column_stack([column[k] for column in columns]))
-        for k, name in enumerate(names)
+    values = {
+        **histories,
+        "time": time,
+        "step": time[near],
+        "floor": floors,
+        "case": names,
+        "floor_mass": np.full(len(floors), FLOOR_MASS),
+        "kinetic_energy": kinetic,
+        "elastic_energy": 170e3 - kinetic - damped - numerical + contact,
+        "damped_energy": damped,
+        "numerical_energy": numerical,
+        "contact_work": contact,
+        "constraint_floor": np.repeat(floors, len(EDGE)),
+        "constraint_position": np.tile(EDGE, len(floors)),
+        "constraint_length": np.tile(length, len(floors)),
+        "constraint_force": np.kron(histories["force"][near], length / EDGE[-1]),
+        **{name: values[: len(names)] for name, values in by_case.items()},
     }
+    attributes = {
+        "building": "one",
+        "side": "y+",
+        "gap": GAP,
+        "separation": asked.separation,
+        "stick_contact_update": "implicit",
+        "displaced_floor": 8,
+        "displacement_at_start": -0.02,
+        "pull": asked.pull,
+    }
+    return dataset(OUTPUTS, values, attributes=attributes, scalars=scalars)
+
+
+def _histories(time: np.ndarray, hits: Hits, prefix: str) -> dict[str, np.ndarray]:
+    columns = zip(*(_at_wall(time, hits[floor]) for floor in sorted(hits)), strict=True)
+    names = ("displacement", "velocity", "force", "opening")
+    return {f"{prefix}{n}": np.column_stack(of) for n, of in zip(names, columns, strict=True)}
 
 
 def _at_wall(

@@ -1,7 +1,5 @@
 """What the stage `reduce` makes of a case."""
 
-from __future__ import annotations
-
 from dataclasses import astuple, replace
 from pathlib import Path
 
@@ -9,7 +7,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.from_case import read_parts
-from impactfem.case import Case, Damping, DampingCase, load_case
+from impactfem.case import Damping, DampingCase, load_case
 from impactfem.case.calibration import WallImpactSetup
 from impactfem.case.transient import Transient
 from impactfem.stages.reduce import compute as stage
@@ -20,7 +18,7 @@ GEOMETRY = Path(__file__).parents[3] / "geometry"
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
+def case():
     """The shipped frame in front of a wall."""
     wall = WallImpactSetup(
         floors=(1, 2), displaced_floor=2, gap=0.01, displacement=-0.02, duration=1.3, time_step=1e-3
@@ -28,7 +26,7 @@ def case() -> Case:
     return load_case(GEOMETRY / "frame.toml").model_copy(update={"wall_impact": wall})
 
 
-def test_a_clamped_floor_cannot_be_held_as_a_whole(case: Case, monkeypatch) -> None:
+def test_a_clamped_floor_cannot_be_held_as_a_whole(case, monkeypatch):
     """A mesh whose floor 2 is clamped at one node: a load can draw it aside, holding it cannot."""
     parts, masses, report = read_parts(case, GEOMETRY / "frame.msh")
     slab = parts.mesh.triangles[parts.mesh.slab(2)]
@@ -51,9 +49,7 @@ def test_a_clamped_floor_cannot_be_held_as_a_whole(case: Case, monkeypatch) -> N
         (False, ("0.5 %", "9 %"), 0.05),
     ],
 )
-def test_lightest_damping(
-    case: Case, served: bool, ratios: tuple[str, str], lightest: float
-) -> None:
+def test_lightest_damping(case, served, ratios, lightest):
     dampings = [
         DampingCase(name=name, ratio=ratio, frequencies=(1.0, 20.0))
         for name, ratio in zip(("first", "second"), ratios, strict=True)
@@ -67,7 +63,7 @@ def test_lightest_damping(
     assert (first.maximum_frequency, first.tolerance) == (450.0, 0.001)
 
 
-def test_what_helps_where_the_basis_is_not_accurate_enough(case: Case) -> None:
+def test_what_helps_where_the_basis_is_not_accurate_enough(case):
     """Keys of a section are named only where the case has it, and where they do help."""
     [alone] = accuracies(case)
     assert alone.remedy == "more than 1200 need a section [transient] with a larger largest_basis"
@@ -77,7 +73,7 @@ def test_what_helps_where_the_basis_is_not_accurate_enough(case: Case) -> None:
     assert own.remedy == f"{wall.remedy}, or lower transient.maximum_frequency"
 
 
-def test_a_floor_without_an_edge(case: Case) -> None:
+def test_a_floor_without_an_edge(case):
     transient = Transient(time_step=1e-3, floors=(1, 3))
     asked = case.model_copy(update={"transient": transient})
     match = r"transient\.floors = \[1, 3\]: floor 3 has no edge .*, which has 1, 2"

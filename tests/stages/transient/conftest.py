@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 
 from frame_case import QUICK, floors_meet, neighbour
 from impactfem import study
@@ -22,13 +21,13 @@ from impactfem.building.from_case import read_parts
 from impactfem.building.links import Displacements
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
-from impactfem.case import Case, Spectra, load_case
+from impactfem.case import Case, load_case
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.loads import EdgeForce, Loads, make_loads
+from impactfem.reduction.loads import EdgeForce, make_loads
 from impactfem.reduction.probes import recorded_nodes, standard_probes
-from impactfem.reduction.reduced_basis import Accuracy, ReducedBasis, build_basis
-from impactfem.stages.transient.full_run import FullRun, run_full
+from impactfem.reduction.reduced_basis import Accuracy, build_basis
+from impactfem.stages.transient.full_run import run_full
 from no_pictures import no_pictures
 
 Array = NDArray[np.float64]
@@ -60,7 +59,7 @@ checkpoint_every = "0.2 s"
 INWARDS = {k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in (1, 2)}
 
 
-def pulses(time: Array) -> ForceHistory:
+def pulses(time):
     """A smooth impact on floor 2, and on floor 1 a later and shorter one with kinks."""
     upper = np.where(np.abs(time - 0.31) < 0.01, np.cos(50 * np.pi * (time - 0.31)) ** 2, 0.0)
     lower = np.where(np.abs(time - 0.405) < 0.005, np.cos(100 * np.pi * (time - 0.405)), 0.0)
@@ -89,7 +88,7 @@ class Frame:
     damping: Rayleigh
     light: tuple[float, float]
 
-    def loads(self, time_step: float = TIME_STEP, steps: int = STEPS) -> Loads:
+    def loads(self, time_step=TIME_STEP, steps=STEPS):
         """A ground motion along y with the impacts of `pulses`, both from one fine grid."""
         time = np.linspace(0.0, 0.8, 3201)
         # It rises and fades as sin²; frequencies up to some 20 Hz.
@@ -97,12 +96,10 @@ class Frame:
         edges = [INWARDS[2], INWARDS[1]]
         return make_loads([(1, 0.25e-3, 3.0 * ground)], pulses(time), edges, time_step, steps)
 
-    def patterns(self, loads: Loads, eccentricity: float = 0.3) -> Array:
+    def patterns(self, loads, eccentricity=0.3):
         return loads.patterns(self.model, self.parts.mesh, eccentricity)
 
-    def full(
-        self, loads: Loads, damping: Rayleigh, folder: Path, nodes: Index | None = None
-    ) -> FullRun:
+    def full(self, loads, damping, folder, nodes=None):
         """The full model without interruption."""
         return run_full(
             self.model,
@@ -116,9 +113,9 @@ class Frame:
             every=10**6,
         )
 
-    def basis(self, loads: Loads, **changes: Any) -> ReducedBasis:
+    def basis(self, loads, **changes):
         """A reduced basis for the light damping."""
-        asked: dict[str, Any] = {
+        asked = {
             "probes": self.nodes,
             "nodes": recorded_nodes(self.parts.mesh, self.nodes),
             "shift": 60.0,
@@ -130,7 +127,7 @@ class Frame:
 
 
 @pytest.fixture(scope="session")
-def frame() -> Frame:
+def frame():
     case = load_case(GEOMETRY / "frame.toml")
     parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
     model = assemble_building(MPI.COMM_SELF, parts)
@@ -147,19 +144,17 @@ def frame() -> Frame:
 
 
 @pytest.fixture(scope="session")
-def loads(frame: Frame) -> Loads:
+def loads(frame):
     return frame.loads()
 
 
 @pytest.fixture(scope="session")
-def basis(frame: Frame, loads: Loads) -> ReducedBasis:
+def basis(frame, loads):
     return frame.basis(loads)
 
 
 @pytest.fixture(scope="session")
-def full_runs(
-    frame: Frame, loads: Loads, tmp_path_factory: pytest.TempPathFactory
-) -> dict[str, tuple[tuple[float, float], FullRun]]:
+def full_runs(frame, loads, tmp_path_factory):
     """By name of the damping, the damping and the full model under it."""
     dampings = {"the case's": frame.damping, "light": frame.light}
     return {
@@ -169,24 +164,24 @@ def full_runs(
 
 
 @pytest.fixture(scope="session")
-def spectra(frame: Frame) -> Spectra:
+def spectra(frame):
     """Up to the highest frequency of the basis."""
     frequencies = tuple(np.geomspace(0.5, HIGHEST, 100))
     return frame.case.spectra.model_copy(update={"frequencies": frequencies, "damping": (0.05,)})
 
 
 @pytest.fixture(scope="session")
-def csc() -> Callable[[Any], csc_matrix]:
+def csc():
     """A matrix of PETSc on one rank as one of SciPy."""
 
-    def converted(matrix: Any) -> csc_matrix:
+    def converted(matrix):
         indptr, indices, values = matrix.getValuesCSR()
         return csr_matrix((values, indices, indptr), shape=matrix.getSize()).tocsc()
 
     return converted
 
 
-def write_forces(path: Path, largest: float = 4e5) -> None:
+def write_forces(path, largest=4e5):
     """Two impacts of floor 2 and none of floor 1, at 0.5 ms."""
     time = 0.5e-3 * np.arange(2001)
     force = np.zeros(2001)
@@ -198,19 +193,19 @@ def write_forces(path: Path, largest: float = 4e5) -> None:
     np.savetxt(path, values, delimiter=",", header=header, comments="", fmt="%.9g")
 
 
-def command(name: str, case: Path, *options: str) -> list[str]:
+def command(name, case, *options):
     """The stage of a case, killed while it writes a file of this name; none has the name "-"."""
     script = Path(__file__).with_name("interrupted.py")
     return [sys.executable, str(script), name, str(case), str(case.parent / "run"), *options]
 
 
-def killed(name: str, case: Path, *options: str) -> subprocess.CompletedProcess[str]:
+def killed(name, case, *options):
     words = command(name, case, *options)
     return subprocess.run(words, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="session")
-def begun(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def begun(edited, tmp_path_factory):
     """The case's folder, with a run of the stages before; not to be changed."""
     folder = tmp_path_factory.mktemp("begun")
     for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
@@ -228,7 +223,7 @@ def begun(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def reduced(begun: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, study.Run]:
+def reduced(begun, tmp_path_factory):
     """The same with the stage by the reduced model, and its run; not to be changed."""
     folder = tmp_path_factory.mktemp("reduced")
     shutil.copytree(begun, folder, dirs_exist_ok=True)
@@ -239,7 +234,7 @@ def reduced(begun: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path
 
 
 @pytest.fixture
-def again(reduced: tuple[Path, study.Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def again(reduced, tmp_path, monkeypatch):
     """A copy of the case after it."""
     no_pictures(monkeypatch)
     shutil.copytree(reduced[0], tmp_path, dirs_exist_ok=True)

@@ -4,14 +4,10 @@ Run by test_interruption.py: `python interrupted.py NAME CASE FOLDER [OPTION...]
 `impactfem run`; no file has the name "-".
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
-from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from impactfem.cli import main
 from impactfem.stages.transient import motion_file
@@ -23,7 +19,7 @@ name, case, folder, *options = sys.argv[1:]
 
 
 @contextmanager
-def interrupted(path: Path) -> Iterator[Path]:
+def interrupted(path):
     """As `atomic`; the file at hand is only half there when the process ends."""
     with whole(path) as temporary:
         yield temporary

@@ -3,14 +3,11 @@
 Run by test_ranks.py: `mpirun -n 2 python on_ranks.py FRAME FOLDER RESULTS`.
 """
 
-from __future__ import annotations
-
 import logging
 import pickle
 import sys
 import traceback
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from mpi4py import MPI
@@ -21,7 +18,7 @@ from impactfem.building.model import assemble_building
 from impactfem.reduction.reduced_basis import Accuracy, build_basis
 from impactfem.reduction.response import modal_histories, node_response
 from impactfem.stages.transient import stage as transient
-from impactfem.stages.transient.full_run import FullRun, run_full
+from impactfem.stages.transient.full_run import run_full
 from impactfem.system.log import LOGGER
 
 
@@ -32,15 +29,15 @@ class KilledError(Exception):
 class Lines(logging.Handler):
     """What the log says on this rank."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__(logging.INFO)
-        self.lines: list[str] = []
+        self.lines = []
 
-    def emit(self, record: logging.LogRecord) -> None:
+    def emit(self, record):
         self.lines.append(record.getMessage())
 
 
-def numbers(run: FullRun) -> dict[str, Any]:
+def numbers(run):
     """What must not depend on ranks."""
     return {
         "displacement": run.response.displacement,
@@ -53,7 +50,7 @@ def numbers(run: FullRun) -> dict[str, Any]:
     }
 
 
-def results(comm: Any, given: dict[str, Any], folder: Path) -> dict[str, Any]:
+def results(comm, given, folder):
     """Both solvers, and the full one interrupted; on all ranks."""
     log, level = Lines(), LOGGER.level
     LOGGER.addHandler(log)
@@ -63,8 +60,8 @@ def results(comm: Any, given: dict[str, Any], folder: Path) -> dict[str, Any]:
     loads, nodes, damping = given["loads"], given["nodes"], given["damping"]
     patterns = loads.patterns(model, given["parts"].mesh, 0.3)
 
-    def full(name: str, until: float = 2.0) -> FullRun | None:
-        def progress(part: float) -> None:
+    def full(name, until=2.0):
+        def progress(part):
             if part > until:
                 raise KilledError
 
@@ -84,7 +81,7 @@ def results(comm: Any, given: dict[str, Any], folder: Path) -> dict[str, Any]:
         except KilledError:
             return None
 
-    found: dict[str, Any] = {}
+    found = {}
     # What another number of ranks has left here is of no use.
     found["full"] = numbers(full("left"))
     found["log of what was left"] = list(log.lines)
@@ -126,13 +123,13 @@ def results(comm: Any, given: dict[str, Any], folder: Path) -> dict[str, Any]:
     return found
 
 
-def whole_stage(case: Path) -> None:
+def whole_stage(case):
     """The stage of a study, without its pictures; the stages before are there."""
     transient.transient_figures = lambda *_, **__: []
     study.run(case, out=case.parent / "run", stage="transient")
 
 
-def main(frame: Path, folder: Path, found: Path) -> None:
+def main(frame, folder, found):
     comm = MPI.COMM_WORLD
     given = pickle.loads(frame.read_bytes())
     made = results(comm, given, folder)

@@ -3,8 +3,6 @@
 Run by test_export.py and test_motion_file.py: `python read_motion.py FILE FOUND`.
 """
 
-from __future__ import annotations
-
 import pickle
 import sys
 from pathlib import Path
@@ -14,7 +12,7 @@ import pyvista
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 
 
-def main(path: str, found: Path) -> None:
+def main(path, found):
     reader = pyvista.get_reader(path).reader
     reader.UpdateInformation()
     information = reader.GetOutputInformation(0)

@@ -1,18 +1,15 @@
 """The checks of the stage `transient` in words."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from impactfem.spectra import response_spectra
-from impactfem.stages.check import end_check, log_checks
-from impactfem.stages.transient.checks import log_samples, transient_checks
+from impactfem.stages.check import Check, end_check, log_checks
+from impactfem.stages.transient.checks import samples_check, stick_against_model, transient_checks
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
 
@@ -37,15 +34,12 @@ Logged = Callable[..., list[tuple[str, str]]]
 
 
 @pytest.fixture
-def logged(transient_folder: Callable[..., Path], caplog: pytest.LogCaptureFixture) -> Logged:
+def logged(transient_folder, caplog):
     """What is logged for a store with other scalars, highest frequency [Hz] or ratios of peaks."""
 
-    def log(
-        highest: float = 100.0, end: float = 1.02, between: float = 1.0, **changes: float | None
-    ) -> list[tuple[str, str]]:
+    def log(highest=100.0, end=1.02, between=1.0, **changes):
         path = transient_folder() / "transient.nc"
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            store = dataset.load()
+        store = xr.load_dataset(path, engine="h5netcdf")
         scalars = [Scalar(f"transient.{name}", x, "-") for name, x in {**GOOD, **changes}.items()]
         store = with_scalars(store, scalars).assign_attrs(maximum_frequency=highest)
         # At one point the spectrum ends elsewhere, or a peak is between the samples.
@@ -63,11 +57,11 @@ def logged(transient_folder: Callable[..., Path], caplog: pytest.LogCaptureFixtu
     return log
 
 
-def test_all_is_well(logged: Logged) -> None:
+def test_all_is_well(logged):
     assert logged() == [("INFO", line) for line in LINES]
 
 
-def test_one_solver_alone(logged: Logged) -> None:
+def test_one_solver_alone(logged):
     nothing = dict.fromkeys(("energy_residual", "reduced_against_full"))
     assert [line for _, line in logged(**nothing)] == LINES[:4]
 
@@ -106,23 +100,23 @@ def test_one_solver_alone(logged: Logged) -> None:
         ),
     ],
 )
-def test_what_fails_is_a_warning(logged: Logged, change: dict[str, float], line: str) -> None:
+def test_what_fails_is_a_warning(logged, change, line):
     found = logged(**change)
     assert [text for level, text in found if level == "WARNING"] == [f"warning: transient: {line}"]
     assert len(found) == len(LINES)
 
 
-def test_how_much_finer_is_what_the_spectra_did() -> None:
+def test_how_much_finer_is_what_the_spectra_did():
     record = np.sin(np.arange(64.0))
     spectra = response_spectra(record, 1e-3, [0.5, 500.0], [0.05], points_per_cycle=20)
     assert spectra.upsampling_factor == round(spectra.points_per_cycle * 1e-3 * 500.0) == 10
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.25, 0.5])
-def test_a_peak_between_ten_samples(phase: float) -> None:
+def test_a_peak_between_ten_samples(phase):
     """The 4.9 % that the line names are never exceeded with ten samples, and with nine they are."""
 
-    def lost(points: float) -> float:
+    def lost(points):
         samples = np.cos(2.0 * np.pi * (np.arange(40) + phase) / points)
         return float(1.0 - samples.max())
 
@@ -131,7 +125,7 @@ def test_a_peak_between_ten_samples(phase: float) -> None:
 
 
 @pytest.mark.parametrize(("content", "ended"), [(25.0, True), (35.0, False)])
-def test_where_a_spectrum_ends(content: float, ended: bool) -> None:
+def test_where_a_spectrum_ends(content, ended):
     """A sine that rises slowly, below and above 0.3 of the last frequency of 100 Hz."""
     time = np.arange(0.0, 4.0, 1e-4)
     record = np.sin(2.0 * np.pi * content * time) * np.sin(np.pi * time / 4.0) ** 2
@@ -141,32 +135,85 @@ def test_where_a_spectrum_ends(content: float, ended: bool) -> None:
     assert end_check("any", ["p"], ["y"], ratio, 100.0)[0] is ended
 
 
-def test_the_end_of_nothing() -> None:
+def test_the_end_of_nothing():
     assert end_check("any", ["p"], ["y"], np.array([[np.nan]]), 100.0)[0] is None
 
 
 @pytest.mark.parametrize(
-    ("step", "level", "line"),
-    [
-        (
-            1e-3,
-            "INFO",
-            "transient: 20.0 points in a cycle of 50 Hz at the step of 1 ms, 10 required",
-        ),
-        (
-            2e-3,
-            "INFO",
-            "transient: 10.0 points in a cycle of 50 Hz at the step of 2 ms, 10 required",
-        ),
-        (
-            4e-3,
-            "WARNING",
-            "warning: transient: 5.0 points in a cycle of 50 Hz at the step of 4 ms, 10 required, "
-            "which there are up to 25 Hz",
-        ),
-    ],
+    ("step", "points", "more"),
+    [(1e-3, "20.0", ""), (2e-3, "10.0", ""), (4e-3, "5.0", ", which there are up to 25 Hz")],
 )
-def test_samples(caplog: pytest.LogCaptureFixture, step: float, level: str, line: str) -> None:
-    with caplog.at_level(logging.INFO, "impactfem"):
-        log_samples(step, 50.0)
-    assert [(record.levelname, record.getMessage()) for record in caplog.records] == [(level, line)]
+def test_samples(step, points, more):
+    text = f"points in a cycle of 50 Hz at the step of {1e3 * step:g} ms, 10 required{more}"
+    assert samples_check(step, 50.0) == (not more, f"transient: {points} {text}")
+
+
+Checked = Callable[..., list[Check]]
+
+
+@pytest.fixture
+def checked(tmp_path):
+    """The check of a stick with this frequency along y beside a 3D model of 2 Hz."""
+
+    def check(frequency, direction="y"):
+        # Mode 1 of the 3D model twists and moves a twentieth of the mass along y.
+        building = xr.Dataset(
+            {
+                "frequency": ("mode", np.array([1.5, 2.0, 3.0, 7.0])),
+                "effective_mass": (
+                    ("mode", "direction"),
+                    np.array([[0.0, 5.0], [0.0, 70.0], [80.0, 0.0], [0.0, 15.0]]),
+                ),
+            },
+            coords={"direction": ["x", "y"]},
+            attrs={"building": "wing"},
+        )
+        # The tower, which has one mode fewer, stands before the wing.
+        sticks = xr.Dataset(
+            {
+                "building": ("building", ["tower", "wing"]),
+                "mode_frequency": (
+                    ("building", "mode"),
+                    np.array([[9.0, 9.5, np.nan], [frequency, 3.0, 5.0 * frequency]]),
+                ),
+                "mode_effective_mass": (
+                    ("building", "mode_direction", "mode"),
+                    np.array(
+                        [
+                            [[90.0, 0.0, np.nan], [0.0, 90.0, np.nan]],
+                            [[0.0, 80.0, 0.0], [75.0, 0.0, 20.0]],
+                        ]
+                    ),
+                ),
+                "mode_direction": ("mode_direction", ["x", "y"]),
+            },
+            attrs={"shown_direction": direction},
+        )
+        write_netcdf(tmp_path / "building.nc", building)
+        write_netcdf(tmp_path / "pounding.nc", sticks)
+        return stick_against_model(tmp_path)
+
+    return check
+
+
+@pytest.mark.parametrize(("frequency", "off"), [(2.1, "+5 %"), (1.62, "-19 %"), (2.38, "+19 %")])
+def test_near_enough(checked, frequency, off):
+    ((good, text),) = checked(frequency)
+    assert good is True
+    assert text == (
+        f"transient: the stick of wing sways along y at {frequency:.3g} Hz, its 3D model at 2 Hz: "
+        f"{off}, 20 % allowed"
+    )
+
+
+@pytest.mark.parametrize("frequency", [5.66, 2.42, 1.41])
+def test_another_building(checked, frequency):
+    ((good, text),) = checked(frequency)
+    assert good is False
+    assert f"at {frequency:.3g} Hz, its 3D model at 2 Hz" in text and "from_structure" in text
+
+
+def test_along_the_direction_that_is_shown(checked):
+    ((good, text),) = checked(5.66, "x")
+    assert good is True and "along x at 3 Hz, its 3D model at 3 Hz: +0 %" in text
+    assert checked(5.66, "z") == []

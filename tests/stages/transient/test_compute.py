@@ -1,13 +1,8 @@
 """The stage `transient` of a study on the shipped frame, with forces of another program."""
 
-from __future__ import annotations
-
 import logging
 import re
 import shutil
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -31,13 +26,13 @@ frequencies = ["1 Hz", "20 Hz"]
 AFTER = ("spectra", "maps", "stores", "tables and figures")
 
 
-def add_probe(case: Path, height: str) -> None:
+def add_probe(case, height):
     probe = f'\n[[transient.probes]]\nname = "low"\npoint = ["0 m", "0 m", "{height}"]\n'
     case.write_text(case.read_text() + probe)
 
 
 @pytest.fixture
-def case(begun: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def case(begun, tmp_path, monkeypatch):
     """A copy of the case before the stage."""
     no_pictures(monkeypatch)
     shutil.copytree(begun, tmp_path, dirs_exist_ok=True)
@@ -45,10 +40,10 @@ def case(begun: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def run(caplog: pytest.LogCaptureFixture) -> Callable[[Path], tuple[study.Run, list[str]]]:
+def run(caplog):
     """Run the stage of a case, with what the log says of it."""
 
-    def running(case: Path) -> tuple[study.Run, list[str]]:
+    def running(case):
         caplog.clear()
         with caplog.at_level(logging.INFO, "impactfem"):
             done = study.run(case, out=case.parent / "run", stage="transient")
@@ -59,20 +54,19 @@ def run(caplog: pytest.LogCaptureFixture) -> Callable[[Path], tuple[study.Run, l
     return running
 
 
-def loaded(run: study.Run, name: str = "transient.nc") -> xr.Dataset:
-    with xr.open_dataset(run.folder / name, engine="h5netcdf") as opened:
-        return opened.load()
+def loaded(run, name="transient.nc"):
+    return xr.load_dataset(run.folder / name, engine="h5netcdf")
 
 
-def steps_of(run: study.Run) -> set[str]:
+def steps_of(run):
     return {name.removeprefix("transient: ") for name in run.times if "transient" in name}
 
 
-def scalars_of(run: study.Run) -> dict[str, float]:
+def scalars_of(run):
     return {s.name: s.value for s in run.scalars if s.name.startswith("transient.")}
 
 
-def test_reduced(reduced: tuple[Path, study.Run]) -> None:
+def test_reduced(reduced):
     folder, done = reduced
     assert done.reused == ["building", "pounding"]
     assert steps_of(done) == {"inputs", *AFTER} and "reduce: basis" in done.times
@@ -101,7 +95,7 @@ def test_reduced(reduced: tuple[Path, study.Run]) -> None:
     assert maps.pfa[node].values == pytest.approx(centre.pfa.values, rel=1e-6)
 
 
-def test_full_and_both(run: Any, again: Path, reduced: tuple[Path, study.Run], edited: Any) -> None:
+def test_full_and_both(run, again, reduced, edited):
     """The same answer, one after the other in the same folder: nothing of the one before stays."""
     known = loaded(reduced[1])
     edited(again, ('solver = "reduced"', 'solver = "full"'))
@@ -129,9 +123,7 @@ def test_full_and_both(run: Any, again: Path, reduced: tuple[Path, study.Run], e
     assert any("spectra of reduced and full differ by" in line for line in told)
 
 
-def test_second_run_reuses_the_stage(
-    run: Any, again: Path, reduced: tuple[Path, study.Run]
-) -> None:
+def test_second_run_reuses_the_stage(run, again, reduced):
     second, told = run(again)
     assert second.reused == ["building", "reduce", "pounding", "transient"]
     assert scalars_of(second) == scalars_of(reduced[1])
@@ -140,9 +132,7 @@ def test_second_run_reuses_the_stage(
     assert any("points in a cycle" in line for line in told)
 
 
-def test_band_by_larger_and_by_smaller_bases(
-    run: Any, again: Path, reduced: tuple[Path, study.Run], edited: Any
-) -> None:
+def test_band_by_larger_and_by_smaller_bases(run, again, reduced, edited):
     """One basis tells both; one that was made for the latter does not tell the former."""
     known = loaded(reduced[1])
     assert known.psa_band.attrs["note"] == "by larger bases, safety factor 1.75"
@@ -166,9 +156,7 @@ def test_band_by_larger_and_by_smaller_bases(
 
 
 @pytest.mark.parametrize("change", ["motion", "forces and step", "damping", "probe"])
-def test_basis_serves_other_motions_and_forces(
-    run: Any, again: Path, reduced: tuple[Path, study.Run], edited: Any, change: str
-) -> None:
+def test_basis_serves_other_motions_and_forces(run, again, reduced, edited, change):
     """And more damping, and a further probe on a floor: 3D model and basis are not made again."""
     if change == "motion":
         edited(again, ("seed = 1", "seed = 2"))
@@ -203,9 +191,7 @@ def test_basis_serves_other_motions_and_forces(
         ("damaged", None),
     ],
 )
-def test_basis_that_does_not_serve_is_made_again(
-    run: Any, again: Path, edited: Any, change: str, why: str | None
-) -> None:
+def test_basis_that_does_not_serve_is_made_again(run, again, edited, change, why):
     mesh, path = again.with_name("frame.msh"), again.with_name("forces_of_another.csv")
     if change == "load":  # floor 1 was never hit in the forces before
         values = np.loadtxt(path, delimiter=",", skiprows=1)[:, [0, 2, 2]]
@@ -238,7 +224,7 @@ def test_basis_that_does_not_serve_is_made_again(
     assert ("low" in found.probe.values) == (change == "probe")
 
 
-def test_basis_that_serves_the_damping_cases(run: Any, again: Path, edited: Any) -> None:
+def test_basis_that_serves_the_damping_cases(run, again, edited):
     """It is made for the lightest one of them, and the response of the case itself stays."""
     # So that the basis of the case itself is good for its own damping alone.
     edited(again, ('"50 Hz"\nforces', '"50 Hz"\ntolerance = "0.002 %"\nforces'))
@@ -272,10 +258,9 @@ def test_basis_that_serves_the_damping_cases(run: Any, again: Path, edited: Any)
 
 
 @pytest.mark.parametrize("other", [False, True])
-def test_forces_of_an_own_run_by_name(run: Any, again: Path, edited: Any, other: bool) -> None:
+def test_forces_of_an_own_run_by_name(run, again, edited, other):
     """They are those of this case's sticks, or it is told that they are not."""
-    with xr.open_dataset(again.parent / "run" / "forces.nc", engine="h5netcdf") as opened:
-        forces = opened.load()
+    forces = xr.load_dataset(again.parent / "run" / "forces.nc", engine="h5netcdf")
     if other:
         forces.attrs["inputs"] = "another"
     forces.to_netcdf(again.parent / "own.nc", engine="h5netcdf")
@@ -284,7 +269,7 @@ def test_forces_of_an_own_run_by_name(run: Any, again: Path, edited: Any, other:
     assert any("own.nc was made from another case" in line for line in told) == other
 
 
-def test_unreadable_forces_are_told_by_check(again: Path) -> None:
+def test_unreadable_forces_are_told_by_check(again):
     """Before the stages that come first are computed."""
     study.check(again)
     path = again.with_name("forces_of_another.csv")
@@ -293,7 +278,7 @@ def test_unreadable_forces_are_told_by_check(again: Path) -> None:
         study.check(again)
 
 
-def test_stage_runs_what_it_needs(case: Path) -> None:
+def test_stage_runs_what_it_needs(case):
     done = study.run(case, out=case.parent / "new", stage="transient")
     finished = {path.name for path in done.folder.glob("*.stage.json")}
     stages = ("building", "reduce", "pounding", "transient")
@@ -301,7 +286,7 @@ def test_stage_runs_what_it_needs(case: Path) -> None:
     assert done.reused == []
 
 
-def test_forces_of_the_sticks_without_an_impact(run: Any, again: Path, edited: Any) -> None:
+def test_forces_of_the_sticks_without_an_impact(run, again, edited):
     """The ground motion alone; there is no main impact and no wave, and nothing of them before."""
     edited(again, ('forces = "forces_of_another.csv"\n', ""))
     done, _ = run(again)
@@ -332,9 +317,7 @@ def test_forces_of_the_sticks_without_an_impact(run: Any, again: Path, edited: A
         ),
     ],
 )
-def test_bad_input(
-    run: Any, case: Path, edited: Any, old: str, new: str, error: type[Exception], match: str
-) -> None:
+def test_bad_input(run, case, edited, old, new, error, match):
     edited(case, (old, new))
     with pytest.raises(error, match=match):
         run(case)

@@ -1,12 +1,7 @@
 """Damping by part in full order: the shipped frame, and the stage of its study."""
 
-from __future__ import annotations
-
 import shutil
 import signal
-from collections.abc import Callable
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -18,15 +13,10 @@ from impactfem.building.links import Displacements
 from impactfem.building.model import damping_matrix
 from impactfem.building.parts import PartDamping
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.stages.transient.full_run import FullRun, run_full
+from impactfem.stages.transient.full_run import run_full
 from impactfem.system.errors import InputError
 
 from .conftest import STOREY_FACTOR, command, killed, no_pictures
-
-if TYPE_CHECKING:
-    from impactfem.reduction.loads import Loads
-
-    from .conftest import Frame
 
 OTHER = Rayleigh(0.05, 1e-4)
 ENTRY = """
@@ -38,15 +28,15 @@ frequencies = ["1 Hz", "20 Hz"]
 
 
 @pytest.fixture(scope="module")
-def short(frame: Frame) -> Loads:
+def short(frame):
     return frame.loads(1e-3, 420)
 
 
 @pytest.fixture
-def run(frame: Frame, short: Loads, tmp_path: Path) -> Callable[..., FullRun]:
+def run(frame, short, tmp_path):
     """The full model with a damping, and another one of some families of parts."""
 
-    def running(whole: Rayleigh, own: Rayleigh | None, families: str = "") -> FullRun:
+    def running(whole, own, families=""):
         mesh = frame.parts.mesh
         C = None
         if own is not None:
@@ -72,7 +62,7 @@ def run(frame: Frame, short: Loads, tmp_path: Path) -> Callable[..., FullRun]:
     return running
 
 
-def apart(one: FullRun, other: FullRun) -> float:
+def apart(one, other):
     return max(
         float(np.abs(getattr(one.response, name) - value).max() / np.abs(value).max())
         for name in ("displacement", "acceleration")
@@ -80,7 +70,7 @@ def apart(one: FullRun, other: FullRun) -> float:
     )
 
 
-def test_all_parts_alike_are_the_whole(frame: Frame, run: Callable[..., FullRun]) -> None:
+def test_all_parts_alike_are_the_whole(frame, run):
     every = "floor storey beam column"
     same = run(frame.damping, None)
     # From a lighter and from a heavier damping of the building, which then holds for no part.
@@ -94,7 +84,7 @@ def test_all_parts_alike_are_the_whole(frame: Frame, run: Callable[..., FullRun]
     assert apart(run(frame.damping, OTHER, "beam column storey"), same) > 0.05
 
 
-def test_energy_by_part(frame: Frame, run: Callable[..., FullRun]) -> None:
+def test_energy_by_part(frame, run):
     """What parts dissipate is counted; less damping of the slabs leaves more energy."""
     same = run(frame.damping, None)
     parts = run(frame.damping, OTHER, "floor")
@@ -109,17 +99,15 @@ def test_energy_by_part(frame: Frame, run: Callable[..., FullRun]) -> None:
 
 
 @pytest.fixture
-def case(
-    begun: Path, edited: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., Path]:
+def case(begun, edited, tmp_path, monkeypatch):
     """The case by the full solver with a damping of some parts."""
     no_pictures(monkeypatch)
 
-    def made(name: str, parts: str = "", ratio: str = "1") -> Path:
+    def made(name, parts="", ratio="1"):
         folder = tmp_path / name
         shutil.copytree(begun, folder)
         asked = 'solver = "full"\nduration = "0.5 s"\n'
-        path: Path = edited(folder / "frame.toml", ('solver = "reduced"\n', asked))
+        path = edited(folder / "frame.toml", ('solver = "reduced"\n', asked))
         if parts:
             entry = f"{ENTRY.format(parts=parts, ratio=ratio)}[buildings.structure.mesh]"
             path.write_text(path.read_text().replace("[buildings.structure.mesh]", entry, 1))
@@ -128,7 +116,7 @@ def case(
     return made
 
 
-def computed(case: Path) -> xr.Dataset:
+def computed(case):
     done = study.run(case, out=case.parent / "run", stage="transient")
     assert done.reused == ["building", "pounding"]
     residual = [s.value for s in done.scalars if s.name == "transient.energy_residual"]
@@ -136,12 +124,11 @@ def computed(case: Path) -> xr.Dataset:
     return loaded(case)
 
 
-def loaded(case: Path) -> xr.Dataset:
-    with xr.open_dataset(case.parent / "run" / "transient.nc", engine="h5netcdf") as opened:
-        return opened.load()
+def loaded(case):
+    return xr.load_dataset(case.parent / "run" / "transient.nc", engine="h5netcdf")
 
 
-def test_stage(case: Callable[..., Path], edited: Any) -> None:
+def test_stage(case, edited):
     """What is the same for all parts is [damping]; the modes do not depend on it."""
     plain = computed(case("plain"))
     path = case("alike", "*", "5")
@@ -153,7 +140,7 @@ def test_stage(case: Callable[..., Path], edited: Any) -> None:
     assert float(np.abs(light.acceleration - plain.acceleration).max()) > 0.05 * largest
 
 
-def test_patterns_without_a_part(case: Callable[..., Path]) -> None:
+def test_patterns_without_a_part(case):
     path = case("unknown", "roof_*")
     match = r"structure\.damping\[0\]\.parts\[0\].*roof_\*.*expected a pattern.*: floor_1, floor_2"
     with pytest.raises(InputError, match=match):
@@ -161,9 +148,7 @@ def test_patterns_without_a_part(case: Callable[..., Path]) -> None:
 
 
 @pytest.mark.slow
-def test_resumed_and_on_two_ranks(
-    case: Callable[..., Path], under_mpirun: Callable[..., Any]
-) -> None:
+def test_resumed_and_on_two_ranks(case, under_mpirun):
     whole = computed(case("whole", "storey_*"))
     path = case("killed", "storey_*")
     assert killed("history_400.npz", path).returncode == -signal.SIGKILL

@@ -1,16 +1,12 @@
 """The motion of the whole model, beside the histories of the probes."""
 
-from __future__ import annotations
-
 import pickle
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -26,11 +22,6 @@ from impactfem.system.errors import InputError, SolutionError
 
 from .conftest import no_pictures
 
-if TYPE_CHECKING:
-    from impactfem.reduction.loads import Loads
-
-    from .conftest import Frame
-
 NAMES = ("displacement", "acceleration")
 FILES = ["transient_motion.vtkhdf", "transient_motion.xdmf"]
 ON = ('checkpoint_every = "0.2 s"', 'checkpoint_every = "0.2 s"\nexport = true')
@@ -38,9 +29,7 @@ IMPACT = (0.31, 0.33)
 
 
 @pytest.fixture(scope="module")
-def exported(
-    reduced: tuple[Path, study.Run], edited: Any, tmp_path_factory: pytest.TempPathFactory
-) -> study.Run:
+def exported(reduced, edited, tmp_path_factory):
     """The reduced run again with its motion."""
     folder = tmp_path_factory.mktemp("exported")
     shutil.copytree(reduced[0], folder, dirs_exist_ok=True)
@@ -51,28 +40,26 @@ def exported(
 
 
 @pytest.fixture(scope="module")
-def seen(exported: study.Run, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def seen(exported, tmp_path_factory):
     """What VTK reads of it."""
     found = tmp_path_factory.mktemp("seen") / "found"
     script = Path(__file__).with_name("read_motion.py")
     command = [sys.executable, "-P", str(script), str(exported.folder / FILES[0]), str(found)]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stderr
-    content: dict[str, Any] = pickle.loads(found.read_bytes())
-    return content
+    return pickle.loads(found.read_bytes())
 
 
 @pytest.fixture
-def store(exported: study.Run) -> xr.Dataset:
-    with xr.open_dataset(exported.folder / "transient.nc", engine="h5netcdf") as opened:
-        return opened.load()
+def store(exported):
+    return xr.load_dataset(exported.folder / "transient.nc", engine="h5netcdf")
 
 
-def steps_of(run: study.Run) -> set[str]:
+def steps_of(run):
     return {name.removeprefix("transient: ") for name in run.times if "transient" in name}
 
 
-def test_what_is_written(exported: study.Run, seen: dict[str, Any], frame: Frame) -> None:
+def test_what_is_written(exported, seen, frame):
     """The default: 0.2 s at every step, from 10 ms before the impact of 0.7 s, at all vertices."""
     listed = (exported.folder / "transient.stage.json").read_text()
     assert all(name in listed for name in FILES)
@@ -87,9 +74,7 @@ def test_what_is_written(exported: study.Run, seen: dict[str, Any], frame: Frame
     assert "is without some of the nodes whose motion is wanted, and made again" in log
 
 
-def test_histories_are_those_of_the_probes(
-    seen: dict[str, Any], store: xr.Dataset, frame: Frame
-) -> None:
+def test_histories_are_those_of_the_probes(seen, store, frame):
     nodes = motion_grid(frame.parts.mesh, "vertices").nodes
     steps = np.rint(np.array(seen["times"]) / 1e-3).astype(int)
     compared = 0
@@ -107,7 +92,7 @@ def test_histories_are_those_of_the_probes(
     assert compared >= 6
 
 
-def test_base_moves_with_the_ground(seen: dict[str, Any], store: xr.Dataset, frame: Frame) -> None:
+def test_base_moves_with_the_ground(seen, store, frame):
     mesh = frame.parts.mesh
     nodes = motion_grid(mesh, "vertices").nodes
     base = np.isin(nodes, mesh.base)
@@ -118,11 +103,11 @@ def test_base_moves_with_the_ground(seen: dict[str, Any], store: xr.Dataset, fra
 
 
 @pytest.fixture
-def whole(frame: Frame, loads: Loads) -> Callable[..., Any]:
+def whole(frame, loads):
     """What the export needs of a study on the frame; the basis keeps all nodes."""
     basis = frame.basis(loads, nodes=np.arange(len(frame.parts.mesh.nodes)))
 
-    def made(**asked: Any) -> Any:
+    def made(**asked):
         transient = Transient(time_step=loads.time_step, export=True, **asked)
         case = frame.case.model_copy(update={"transient": transient})
         prepared = SimpleNamespace(parts=frame.parts, loads=loads, damping=frame.damping)
@@ -131,7 +116,7 @@ def whole(frame: Frame, loads: Loads) -> Callable[..., Any]:
     return made
 
 
-def fields_of(path: Path) -> dict[str, Any]:
+def fields_of(path):
     with h5py.File(path) as file:
         times = file["VTKHDF/Steps/Values"][...]
         found = {name: file[f"VTKHDF/PointData/{name}"][...] for name in NAMES}
@@ -140,11 +125,9 @@ def fields_of(path: Path) -> dict[str, Any]:
     }
 
 
-def test_parts_do_not_show(
-    whole: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_parts_do_not_show(whole, tmp_path, monkeypatch):
     """Whatever is computed at once; rounding of the products apart."""
-    told: list[float] = []
+    told = []
     path = tmp_path / "m.vtkhdf"
     asked = whole(export_nodes="all", export_duration=0.01)
     assert write_motion(path, asked, "key", told.append) == [path, tmp_path / "m.xdmf"]
@@ -160,7 +143,7 @@ def test_parts_do_not_show(
         assert np.abs(fields_of(path)[name] - once[name]).max() < 1e-6 * largest
 
 
-def test_choice_of_times(whole: Callable[..., Any], tmp_path: Path) -> None:
+def test_choice_of_times(whole, tmp_path):
     path = tmp_path / "m.vtkhdf"
     write_motion(path, whole(export_start=0.3, export_duration=0.05), "key")
     every = fields_of(path)
@@ -172,7 +155,7 @@ def test_choice_of_times(whole: Callable[..., Any], tmp_path: Path) -> None:
         assert np.abs(some[name] - every[name][::4]).max() < 1e-6 * np.abs(every[name]).max()
 
 
-def test_basis_without_the_nodes(whole: Callable[..., Any], tmp_path: Path) -> None:
+def test_basis_without_the_nodes(whole, tmp_path):
     asked = whole(export_nodes="all")
     short = replace(asked.basis, nodes=asked.basis.nodes[:-1], vectors=asked.basis.vectors[:-1])
     asked.basis = short
@@ -183,7 +166,7 @@ def test_basis_without_the_nodes(whole: Callable[..., Any], tmp_path: Path) -> N
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
 
 
-def test_no_basis(whole: Callable[..., Any], tmp_path: Path) -> None:
+def test_no_basis(whole, tmp_path):
     asked = whole()
     asked.basis = None
     with pytest.raises(ValueError, match="only a case with a reduced basis"):
@@ -205,28 +188,24 @@ def test_no_basis(whole: Callable[..., Any], tmp_path: Path) -> None:
         ({}, (0.004, 0.01), range(401)),
     ],
 )
-def test_exported_steps(
-    loads: Loads, asked: dict[str, float], impact: tuple[float, float], steps: Any
-) -> None:
+def test_exported_steps(loads, asked, impact, steps):
     transient = Transient(time_step=loads.time_step, **asked)
     assert exported_steps(transient, loads, impact).tolist() == list(steps)
 
 
-def test_without_an_impact(loads: Loads) -> None:
+def test_without_an_impact(loads):
     largest = int(np.argmax(np.abs(loads.ground[:, 1])))
     found = exported_steps(Transient(time_step=loads.time_step), loads, None)
     assert found[0] == largest - 20
 
 
-def test_start_that_is_not_computed(loads: Loads) -> None:
+def test_start_that_is_not_computed(loads):
     transient = Transient(time_step=loads.time_step, export_start=0.81)
     with pytest.raises(SolutionError, match=r"0\.81 s: the last time that is computed is 0\.8 s"):
         exported_steps(transient, loads, IMPACT)
 
 
-def test_start_behind_the_forces_is_told_before_the_basis(
-    begun: Path, tmp_path: Path, edited: Any
-) -> None:
+def test_start_behind_the_forces_is_told_before_the_basis(begun, tmp_path, edited):
     shutil.copytree(begun, tmp_path, dirs_exist_ok=True)
     late = (ON[0], ON[1] + '\nexport_start = "1 s"')
     case = edited(tmp_path / "frame.toml", late)
@@ -235,9 +214,7 @@ def test_start_behind_the_forces_is_told_before_the_basis(
     assert not (tmp_path / "run" / "reduce.npz").exists()
 
 
-def test_motion_of_a_run_before_is_removed(
-    exported: study.Run, tmp_path: Path, edited: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_motion_of_a_run_before_is_removed(exported, tmp_path, edited, monkeypatch):
     """And its basis, which has more nodes than asked for, is used again."""
     no_pictures(monkeypatch)
     shutil.copytree(exported.folder.parent, tmp_path, dirs_exist_ok=True)
@@ -248,9 +225,7 @@ def test_motion_of_a_run_before_is_removed(
     assert "export" not in steps_of(done)
 
 
-def test_lost_motion_is_made_again(
-    exported: study.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_lost_motion_is_made_again(exported, tmp_path, monkeypatch):
     no_pictures(monkeypatch)
     shutil.copytree(exported.folder.parent, tmp_path, dirs_exist_ok=True)
     path = tmp_path / "run" / FILES[0]

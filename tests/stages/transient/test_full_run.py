@@ -1,12 +1,7 @@
 """The full model: its checkpoints, its energies, and what goes in and comes out at the edges."""
 
-from __future__ import annotations
-
 import logging
-from collections.abc import Callable
 from dataclasses import fields, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -15,12 +10,7 @@ from impactfem.building.floor import edge_load
 from impactfem.building.links import Displacements
 from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
 from impactfem.dynamics.energy import Energy
-from impactfem.stages.transient.full_run import FullRun, run_full
-
-if TYPE_CHECKING:
-    from impactfem.reduction.loads import Loads
-
-    from .conftest import Frame
+from impactfem.stages.transient.full_run import run_full
 
 STEPS = 420
 EVERY = 125  # no multiple of the most steps between two reports
@@ -31,26 +21,26 @@ class KilledError(Exception):
 
 
 @pytest.fixture(scope="module")
-def short(frame: Frame) -> Loads:
+def short(frame):
     """Both impacts, at 1 ms."""
     return frame.loads(1e-3, STEPS)
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     return tmp_path / "checkpoints"
 
 
 @pytest.fixture
-def run(frame: Frame, short: Loads, folder: Path) -> Callable[..., FullRun]:
-    def running(until: float = 2.0, told: list[float] | None = None, **changes: Any) -> FullRun:
-        def progress(part: float) -> None:
+def run(frame, short, folder):
+    def running(until=2.0, told=None, **changes):
+        def progress(part):
             if told is not None:
                 told.append(part)
             if part > until:
                 raise KilledError
 
-        asked: dict[str, Any] = {
+        asked = {
             "loads": short,
             "damping": frame.damping,
             "key": "key",
@@ -71,12 +61,12 @@ def run(frame: Frame, short: Loads, folder: Path) -> Callable[..., FullRun]:
 
 
 @pytest.fixture(scope="module")
-def whole(frame: Frame, short: Loads, tmp_path_factory: pytest.TempPathFactory) -> FullRun:
+def whole(frame, short, tmp_path_factory):
     """Without interruption."""
     return frame.full(short, frame.damping, tmp_path_factory.mktemp("whole"))
 
 
-def same(one: FullRun, other: FullRun) -> bool:
+def same(one, other):
     """To the last bit."""
     values = [(getattr(one.energy, f.name), getattr(other.energy, f.name)) for f in fields(Energy)]
     values.append((one.response.displacement, other.response.displacement))
@@ -84,9 +74,7 @@ def same(one: FullRun, other: FullRun) -> bool:
     return all(np.array_equal(a, b) for a, b in values)
 
 
-def test_interrupted_run_goes_on_with_the_same_numbers(
-    run: Callable[..., FullRun], whole: FullRun, folder: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_interrupted_run_goes_on_with_the_same_numbers(run, whole, folder, caplog):
     with caplog.at_level(logging.INFO, "impactfem"):
         for until, step in ((0.5, 124), (0.8, 248)):
             with pytest.raises(KilledError):
@@ -100,9 +88,7 @@ def test_interrupted_run_goes_on_with_the_same_numbers(
     assert len(again.energy.input) == STEPS + 1
 
 
-def test_finished_run_is_not_repeated_until_it_is_removed(
-    run: Callable[..., FullRun], whole: FullRun, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_finished_run_is_not_repeated_until_it_is_removed(run, whole, folder, monkeypatch):
     """What comes after it may fail: its results are still there."""
     assert same(run(), whole)
     with monkeypatch.context() as patch:
@@ -114,14 +100,7 @@ def test_finished_run_is_not_repeated_until_it_is_removed(
 
 
 @pytest.mark.parametrize("change", ["key", "damping", "nodes", "loads", "step"])
-def test_another_run_starts_anew(
-    run: Callable[..., FullRun],
-    frame: Frame,
-    short: Loads,
-    folder: Path,
-    caplog: pytest.LogCaptureFixture,
-    change: str,
-) -> None:
+def test_another_run_starts_anew(run, frame, short, folder, caplog, change):
     other = {
         "key": "another",
         "damping": frame.light,
@@ -146,9 +125,7 @@ def test_another_run_starts_anew(
         (10**6, [420]),
     ],
 )
-def test_checkpoints_come_as_often_as_asked(
-    run: Callable[..., FullRun], monkeypatch: pytest.MonkeyPatch, every: int, steps: list[int]
-) -> None:
+def test_checkpoints_come_as_often_as_asked(run, monkeypatch, every, steps):
     """Two of them are never farther apart, whatever the most steps between two reports."""
     written, told = [], []
     monkeypatch.setattr(Checkpoints, "write", lambda self, state, _: written.append(state.step))
@@ -156,7 +133,7 @@ def test_checkpoints_come_as_often_as_asked(
     assert written == steps and told == sorted(told) and told[-1] == 1.0
 
 
-def test_energies_balance(whole: FullRun) -> None:
+def test_energies_balance(whole):
     assert whole.energy.residual < 1e-9
     assert whole.energy.input[-1] > 0.0 and np.all(np.diff(whole.energy.damped) >= 0.0)
     # A thousandth of the damping missing would be seen.
@@ -164,9 +141,7 @@ def test_energies_balance(whole: FullRun) -> None:
     assert other.residual > 1e-5
 
 
-def test_probe_on_the_base_moves_with_the_ground(
-    run: Callable[..., FullRun], frame: Frame, short: Loads, whole: FullRun
-) -> None:
+def test_probe_on_the_base_moves_with_the_ground(run, frame, short, whole):
     clamped, free = frame.parts.mesh.base[0], frame.nodes
     found = run(nodes=np.array([free[0], clamped, free[1], free[0]])).response
     assert not found.displacement[:, 1].any()
@@ -178,7 +153,7 @@ def test_probe_on_the_base_moves_with_the_ground(
     assert np.array_equal(alone.acceleration[:, 0], short.ground)
 
 
-def test_reciprocity_of_the_edges(frame: Frame, short: Loads, tmp_path: Path) -> None:
+def test_reciprocity_of_the_edges(frame, short, tmp_path):
     """The same force on either edge, the acceleration at the other weighed as the force is."""
     edges = [edge_load(frame.parts.mesh, floor, 0.3) for floor in (2, 1)]
     pulse = short.force[:, 0]

@@ -1,16 +1,11 @@
 """Kills and full disks while the stage writes: what is there opens, and --resume goes on."""
 
-from __future__ import annotations
-
 import logging
 import resource
 import shutil
 import signal
 import subprocess
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -41,12 +36,10 @@ Ended = subprocess.CompletedProcess[str]
 
 
 @pytest.fixture(scope="module")
-def case_of(
-    begun: Path, edited: Any, tmp_path_factory: pytest.TempPathFactory
-) -> Callable[[str], Path]:
+def case_of(begun, edited, tmp_path_factory):
     """A case of half a second by some solver, in a folder of its own, after the stages before."""
 
-    def made(solver: str) -> Path:
+    def made(solver):
         folder = tmp_path_factory.mktemp(solver)
         shutil.copytree(begun, folder, dirs_exist_ok=True)
         asked = f'solver = "{solver}"\nduration = "0.5 s"\n'
@@ -58,11 +51,11 @@ def case_of(
 
 
 @pytest.fixture(scope="module")
-def uninterrupted(case_of: Callable[[str], Path]) -> Callable[[str], Path]:
+def uninterrupted(case_of):
     """The folder of a run by some solver that nothing has ended."""
-    done: dict[str, Path] = {}
+    done = {}
 
-    def made(solver: str) -> Path:
+    def made(solver):
         if solver not in done:
             case = case_of(solver)
             with pytest.MonkeyPatch.context() as patch:
@@ -75,11 +68,11 @@ def uninterrupted(case_of: Callable[[str], Path]) -> Callable[[str], Path]:
 
 
 @contextmanager
-def full_disk(name: str) -> Iterator[None]:
+def full_disk(name):
     """No file of this name can be written while the block runs."""
 
     @contextmanager
-    def limited(path: Path) -> Iterator[Path]:
+    def limited(path):
         if path.name == name:
             resource.setrlimit(resource.RLIMIT_FSIZE, (20, resource.RLIM_INFINITY))
         try:
@@ -94,7 +87,7 @@ def full_disk(name: str) -> Iterator[None]:
         yield
 
 
-def opens(path: Path) -> bool:
+def opens(path):
     """Whether a store is whole."""
     if path.suffix == ".nc":
         with xr.open_dataset(path, engine="h5netcdf") as opened:
@@ -108,7 +101,7 @@ def opens(path: Path) -> bool:
     return path.stat().st_size > 0
 
 
-def same(one: Path, other: Path) -> bool:
+def same(one, other):
     """To the last bit; stores may differ in what they say of themselves."""
     for name in ("transient.nc", "transient_maps.nc", "transient_motion.vtkhdf"):
         first, second = one / name, other / name
@@ -129,19 +122,19 @@ def same(one: Path, other: Path) -> bool:
     return True
 
 
-def left(folder: Path) -> list[str]:
+def left(folder):
     """The stores that are there; each of them opens."""
     found = [name for name in STORES if (folder / name).exists()]
     assert all(opens(folder / name) for name in found)
     return found
 
 
-def test_kills(case_of: Callable[[str], Path], uninterrupted: Callable[[str], Path]) -> None:
+def test_kills(case_of, uninterrupted):
     """Each run gets farther than the one before it, and goes on from what is there."""
     case = case_of("both")
     folder = case.parent / "run"
     # The folder holds stages of a case without a solver: that one is not gone on with.
-    options: tuple[str, ...] = ()
+    options = ()
     for name, before, going_on in (
         ("reduce.npz", 0, ""),
         ("checkpoint.json", 1, ""),
@@ -162,12 +155,7 @@ def test_kills(case_of: Callable[[str], Path], uninterrupted: Callable[[str], Pa
     assert same(folder, uninterrupted("both"))
 
 
-def test_full_disks(
-    case_of: Callable[[str], Path],
-    uninterrupted: Callable[[str], Path],
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_full_disks(case_of, uninterrupted, monkeypatch, caplog):
     """The same, with every file in turn; nothing of it stays."""
     no_pictures(monkeypatch)
     case = case_of("both")
@@ -196,12 +184,7 @@ def test_full_disks(
 
 
 @pytest.mark.parametrize("name", ["transient.nc", "transient_motion.vtkhdf"])
-def test_results_before(
-    uninterrupted: Callable[[str], Path],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    name: str,
-) -> None:
+def test_results_before(uninterrupted, tmp_path, monkeypatch, name):
     """Those of other forces are not taken for those of these, and are replaced."""
     no_pictures(monkeypatch)
     shutil.copytree(uninterrupted("both").parent, tmp_path, dirs_exist_ok=True)
@@ -209,22 +192,16 @@ def test_results_before(
     case, folder = tmp_path / "frame.toml", tmp_path / "run"
     with full_disk(name), pytest.raises(ImpactfemError, match=f"cannot write .*{name}"):
         study.run(case, out=folder, stage="transient")
-    with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
-        first = opened.load()
+    first = xr.load_dataset(folder / "transient.nc", engine="h5netcdf")
     assert not (folder / "transient_motion.vtkhdf").exists()
     done = study.run(case, out=folder, stage="transient")
     assert done.reused == ["building", "reduce", "pounding"]
-    with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
-        second = opened.load()
+    second = xr.load_dataset(folder / "transient.nc", engine="h5netcdf")
     assert first.equals(second) == (name != "transient.nc")
     assert not same(folder, uninterrupted("both"))
 
 
-def test_full_solver_goes_on_after_a_kill_of_one_rank(
-    case_of: Callable[[str], Path],
-    uninterrupted: Callable[[str], Path],
-    under_mpirun: Callable[..., Ended],
-) -> None:
+def test_full_solver_goes_on_after_a_kill_of_one_rank(case_of, uninterrupted, under_mpirun):
     """On two ranks to 1e-9 of an uninterrupted run on two: MUMPS rounds differently each time."""
     cases = {name: case_of("full") for name in ("killed", "whole")}
     ended = under_mpirun(2, *command("history_400.npz", cases["killed"]))
@@ -236,8 +213,7 @@ def test_full_solver_goes_on_after_a_kill_of_one_rank(
         assert ("going on from 0.200 s" in ended.stderr) == (name == "killed")
         with xr.open_dataset(case.parent / "run" / "transient.nc", engine="h5netcdf") as opened:
             found[name] = opened.load()
-    with xr.open_dataset(uninterrupted("full") / "transient.nc", engine="h5netcdf") as opened:
-        one = opened.load()
+    one = xr.load_dataset(uninterrupted("full") / "transient.nc", engine="h5netcdf")
     for variable in ("displacement", "acceleration", "psa"):
         whole = found["whole"][variable]
         largest = float(np.abs(whole).max())

@@ -1,9 +1,6 @@
 """Fields over the floors of the frame, and the waves on its top floor."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -11,21 +8,14 @@ import pytest
 from impactfem.building.mesh import Part
 from impactfem.reduction.probes import floor_vertices, recorded_nodes, wave_slab
 from impactfem.reduction.response import modal_histories, node_response, node_spectra
-from impactfem.stages.transient.maps import AT_ONCE, FloorMaps, floor_maps, membrane_force
-
-if TYPE_CHECKING:
-    from impactfem.case import Spectra
-    from impactfem.reduction.loads import Loads
-    from impactfem.reduction.reduced_basis import ReducedBasis
-
-    from .conftest import Array, Frame
+from impactfem.stages.transient.maps import AT_ONCE, floor_maps, membrane_force
 
 IMPACT = (0.3, 0.32)
 
 
 @pytest.fixture(scope="module")
-def make(frame: Frame, loads: Loads, basis: ReducedBasis, spectra: Spectra) -> Any:
-    def made(**changes: Any) -> FloorMaps:
+def make(frame, loads, basis, spectra):
+    def made(**changes):
         history = modal_histories(basis, loads, frame.damping)
         asked = {"main_impact": IMPACT} | changes
         return floor_maps(frame.parts, basis, history, loads, spectra, **asked)
@@ -34,26 +24,27 @@ def make(frame: Frame, loads: Loads, basis: ReducedBasis, spectra: Spectra) -> A
 
 
 @pytest.fixture(scope="module")
-def maps(make: Any) -> FloorMaps:
-    made: FloorMaps = make()
-    return made
+def maps(make):
+    return make()
 
 
-def test_nodes(frame: Frame, maps: FloorMaps) -> None:
+def test_nodes(frame, maps):
     """Corners of the slabs' triangles, and all nodes of the top slab."""
     mesh = frame.parts.mesh
     z = mesh.nodes[:, 2]
     corners = np.zeros(len(z), dtype=bool)
     corners[mesh.triangles[:, :3]] = True
-    assert np.array_equal(maps.nodes, np.flatnonzero(corners & np.isin(z, [3.0, 6.0])))
-    assert np.array_equal(maps.wave_nodes, np.flatnonzero(z == 6.0))
-    assert np.array_equal(maps.wave_triangles, mesh.triangles_of("floor", 2))
+    assert np.array_equal(maps.node_number.values, np.flatnonzero(corners & np.isin(z, [3.0, 6.0])))
+    assert np.array_equal(maps.wave_node_number.values, np.flatnonzero(z == 6.0))
+    waves = maps.wave_node_number.values
+    slab = mesh.triangles[mesh.triangles_of("floor", 2)]
+    assert np.array_equal(waves[maps.wave_triangle_node.values], slab[:, :6])
     every = recorded_nodes(mesh, frame.nodes)
-    assert set(frame.nodes) | set(maps.nodes) | set(maps.wave_nodes) == set(every.tolist())
-    assert np.array_equal(floor_vertices(mesh), maps.nodes)
+    assert {*frame.nodes, *maps.node_number.values, *waves} == set(every.tolist())
+    assert np.array_equal(floor_vertices(mesh), maps.node_number.values)
 
 
-def test_low_walls_on_the_wave_slab_make_no_waves(frame: Frame) -> None:
+def test_low_walls_on_the_wave_slab_make_no_waves(frame):
     """The wall of storey 2 as a part of floor 2: it has spectra, and no membrane force along y."""
     mesh = frame.parts.mesh
     names = [str(part) for part in mesh.shell_parts]
@@ -68,111 +59,103 @@ def test_low_walls_on_the_wave_slab_make_no_waves(frame: Frame) -> None:
     assert len(added) and np.all((mesh.nodes[added, 2] > 3.0) & (mesh.nodes[added, 2] < 6.0))
 
 
-def test_spectra_are_those_of_the_nodes(
-    frame: Frame,
-    loads: Loads,
-    basis: ReducedBasis,
-    spectra: Spectra,
-    maps: FloorMaps,
-) -> None:
+def test_spectra_are_those_of_the_nodes(frame, loads, basis, spectra, maps):
     """More nodes than are taken at once; at the first damping, from the records as they are."""
     found = maps
-    assert len(found.nodes) > 80 and found.psa.dtype == np.float32
-    assert found.damping == 0.05 and len(found.frequency) > 60
-    chosen = np.array([0, 7, len(found.nodes) - 1])
+    assert found.sizes["node"] > 80 and found.psa.dtype == np.float32
+    assert found.damping == 0.05 and found.sizes["frequency"] > 60
+    chosen = np.array([0, 7, found.sizes["node"] - 1])
     response = node_response(
-        basis, modal_histories(basis, loads, frame.damping), loads, found.nodes[chosen]
+        basis, modal_histories(basis, loads, frame.damping), loads, found.node_number.values[chosen]
     )
     asked = spectra.model_copy(
-        update={"frequencies": tuple(found.frequency), "points_per_cycle": 2}
+        update={"frequencies": tuple(found.frequency.values), "points_per_cycle": 2}
     )
     expected = node_spectra(response, asked)
     psa = expected.psa[0].reshape(3, 3, -1)
-    assert found.psa[chosen] == pytest.approx(psa, rel=1e-5)
-    assert found.pfa[chosen] == pytest.approx(expected.zpa.reshape(3, 3), rel=1e-12)
+    assert found.psa.values[chosen] == pytest.approx(psa, rel=1e-5)
+    assert found.pfa.values[chosen] == pytest.approx(expected.zpa.reshape(3, 3), rel=1e-12)
     assert found.points_per_cycle == expected.points_per_cycle == 10.0  # 200 Hz at 0.5 ms
 
 
-def test_nodes_come_in_their_order_across_blocks(
-    maps: FloorMaps, make: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert len(maps.nodes) < AT_ONCE
+def test_nodes_come_in_their_order_across_blocks(maps, make, monkeypatch):
+    assert maps.sizes["node"] < AT_ONCE
     monkeypatch.setattr("impactfem.stages.transient.maps.AT_ONCE", 7)
-    told: list[float] = []
+    told = []
     again = make(progress=told.append)
-    assert again.psa == pytest.approx(maps.psa, rel=1e-5)
-    assert again.pfa == pytest.approx(maps.pfa, rel=1e-9)
-    assert told == sorted(told) and told[-1] == 1.0 and len(told) == -(-len(maps.nodes) // 7)
+    assert again.psa.values == pytest.approx(maps.psa.values, rel=1e-5)
+    assert again.pfa.values == pytest.approx(maps.pfa.values, rel=1e-9)
+    assert told == sorted(told) and told[-1] == 1.0 and len(told) == -(-maps.sizes["node"] // 7)
 
 
-def test_snapshots(frame: Frame, loads: Loads, basis: ReducedBasis, maps: FloorMaps) -> None:
+def test_snapshots(frame, loads, basis, maps):
     """At the beginning, in the middle and at the end of the impact."""
-    assert maps.wave_times == pytest.approx([0.30, 0.31, 0.32])
+    assert maps.snapshot.values == pytest.approx([0.30, 0.31, 0.32])
     response = node_response(
-        basis, modal_histories(basis, loads, frame.damping), loads, maps.wave_nodes
+        basis, modal_histories(basis, loads, frame.damping), loads, maps.wave_node_number.values
     )
     steps = [600, 620, 640]
-    assert maps.wave_displacement == pytest.approx(response.displacement[steps], abs=1e-12)
-    assert maps.wave_acceleration == pytest.approx(response.acceleration[steps], abs=1e-8)
+    assert maps.wave_displacement.values == pytest.approx(response.displacement[steps], abs=1e-12)
+    assert maps.wave_acceleration.values == pytest.approx(response.acceleration[steps], abs=1e-8)
     late = response.acceleration[[601, 621, 641]]
-    assert np.abs(maps.wave_acceleration - late).max() > 1e-3
+    assert np.abs(maps.wave_acceleration.values - late).max() > 1e-3
     # The impact presses the slab at its edge.
-    edge = np.argmax(frame.parts.mesh.nodes[maps.wave_nodes, 1])
-    assert maps.wave_acceleration[1, edge, 1] < maps.wave_acceleration[0, edge, 1]
-    assert maps.membrane_force[1].mean() < 0.0
+    edge = np.argmax(frame.parts.mesh.nodes[maps.wave_node_number.values, 1])
+    assert maps.wave_acceleration.values[1, edge, 1] < maps.wave_acceleration.values[0, edge, 1]
+    assert maps.membrane_force.values[1].mean() < 0.0
 
 
 @pytest.mark.parametrize(
     ("impact", "times"), [((0.3, 0.3004), [0.3, 0.3005]), ((0.799, 0.9), [0.799, 0.8])]
 )
-def test_snapshots_of_a_short_impact_and_at_the_end(
-    make: Any, impact: tuple[float, float], times: list[float]
-) -> None:
-    assert make(main_impact=impact).wave_times == pytest.approx(times)
+def test_snapshots_of_a_short_impact_and_at_the_end(make, impact, times):
+    assert make(main_impact=impact).snapshot.values == pytest.approx(times)
 
 
-def test_frames(frame: Frame, loads: Loads, basis: ReducedBasis, maps: FloorMaps) -> None:
+def test_frames(frame, loads, basis, maps):
     """From 10 ms before the impact to 30 ms after it, every computed time of 0.5 ms."""
-    assert maps.frame_times == pytest.approx(np.arange(580, 701) * 0.0005)
+    assert maps.frame.values == pytest.approx(np.arange(580, 701) * 0.0005)
     response = node_response(
-        basis, modal_histories(basis, loads, frame.damping), loads, maps.wave_nodes
+        basis, modal_histories(basis, loads, frame.damping), loads, maps.wave_node_number.values
     )
     assert maps.frame_acceleration.dtype == np.float32
     expected = response.acceleration[580:701]
-    assert maps.frame_acceleration == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())
+    assert maps.frame_acceleration.values == pytest.approx(
+        expected, abs=1e-5 * np.abs(expected).max()
+    )
     # The snapshots are among them.
-    assert maps.frame_acceleration[[20, 40, 60]] == pytest.approx(maps.wave_acceleration, rel=1e-5)
+    assert maps.frame_acceleration.values[[20, 40, 60]] == pytest.approx(
+        maps.wave_acceleration.values, rel=1e-5
+    )
 
 
 @pytest.mark.parametrize(
     ("impact", "first", "last"), [((0.002, 0.3), 0.0, 0.3245), ((0.7, 0.79), 0.69, 0.8)]
 )
-def test_frames_are_few_and_inside_of_the_record(
-    make: Any, impact: tuple[float, float], first: float, last: float
-) -> None:
-    times = make(main_impact=impact).frame_times
+def test_frames_are_few_and_inside_of_the_record(make, impact, first, last):
+    times = make(main_impact=impact).frame.values
     assert len(times) <= 150
     assert np.diff(times) == pytest.approx(np.diff(times)[0])
     assert times[0] == pytest.approx(first) and last <= times[-1] <= 0.8
 
 
-def test_without_impact(frame: Frame, maps: FloorMaps, make: Any) -> None:
+def test_without_impact(frame, maps, make):
     none = make(main_impact=None)
-    assert none.wave_times.shape == (0,)
+    assert none.snapshot.values.shape == (0,)
     assert none.wave_displacement.shape == none.wave_acceleration.shape == (0, 245, 3)
-    assert none.frame_times.shape == (0,) and none.frame_acceleration.shape == (0, 245, 3)
-    assert none.membrane_force.shape == (0, len(maps.wave_triangles))
-    assert np.array_equal(none.pfa, maps.pfa)
+    assert none.frame.values.shape == (0,) and none.frame_acceleration.shape == (0, 245, 3)
+    assert none.membrane_force.shape == (0, maps.sizes["wave_triangle"])
+    assert np.array_equal(none.pfa.values, maps.pfa.values)
 
 
-def test_membrane_force_of_a_known_displacement(frame: Frame) -> None:
+def test_membrane_force_of_a_known_displacement(frame):
     """N_y = E t (a + ν b) / (1 − ν²) for u_y = a y and u_x = b x, whatever else the slab does."""
     mesh = frame.parts.mesh
     triangles, nodes = wave_slab(mesh)
     x, y, _ = mesh.nodes[nodes].T
     a, b, shear, turn = 1e-4, -3e-5, 2e-5, 7e-5
 
-    def force(ux: Array, uy: Array) -> Array:
+    def force(ux, uy):
         u = np.stack([ux, uy, np.sin(3 * x)], axis=-1)
         return membrane_force(frame.parts, triangles, nodes, u[None])[0]
 

@@ -1,21 +1,22 @@
-"""A motion file as VTK reads it, on disks that are full, and after kills."""
-
-from __future__ import annotations
+"""A motion file as VTK reads it, on full disks and after kills, and its index."""
 
 import pickle
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from xml.etree import ElementTree
 
 import h5py
 import numpy as np
 import pytest
 
 from impactfem.reduction.probes import MotionGrid
-from impactfem.stages.transient.motion_file import motion_file
+from impactfem.stages.transient.motion_file import (
+    mixed_topology,
+    motion_file,
+    write_motion_index,
+)
 from impactfem.system.errors import ImpactfemError
 
 UNITS = {"displacement": "m", "acceleration": "m/s2"}
@@ -56,12 +57,12 @@ except ImpactfemError as error:
 FIELD = 1000 * 50 * 12
 
 
-def values(grid: MotionGrid, shift: float) -> Any:
+def values(grid, shift):
     n = len(TIMES) * len(grid.nodes) * 3
     return (np.arange(n, dtype=np.float32) + np.float32(shift)).reshape(len(TIMES), -1, 3)
 
 
-def write_all(path: Path, grid: MotionGrid, order: tuple[tuple[int, int], ...]) -> None:
+def write_all(path, grid, order):
     with motion_file(path, grid, TIMES, UNITS, {"title": "Équilibre"}) as write:
         for first, count in order:
             for shift, name in enumerate(UNITS):
@@ -69,25 +70,22 @@ def write_all(path: Path, grid: MotionGrid, order: tuple[tuple[int, int], ...]) 
 
 
 @pytest.fixture
-def with_vtk(tmp_path: Path) -> Callable[[Path], dict[str, Any]]:
+def with_vtk(tmp_path):
     """What VTK reads of a file."""
 
-    def read(path: Path) -> dict[str, Any]:
+    def read(path):
         found = tmp_path / "found"
         script = Path(__file__).with_name("read_motion.py")
         command = [sys.executable, "-P", str(script), str(path), str(found)]
         ended = subprocess.run(command, capture_output=True, text=True, check=False)
         assert ended.returncode == 0, ended.stderr
-        content: dict[str, Any] = pickle.loads(found.read_bytes())
-        return content
+        return pickle.loads(found.read_bytes())
 
     return read
 
 
 @pytest.mark.parametrize("which", GRIDS)
-def test_vtk_reads_what_was_written(
-    tmp_path: Path, with_vtk: Callable[[Path], dict[str, Any]], which: str
-) -> None:
+def test_vtk_reads_what_was_written(tmp_path, with_vtk, which):
     grid = GRIDS[which]
     path = tmp_path / "motion.vtkhdf"
     write_all(path, grid, ((0, 3), (3, 1)))
@@ -102,7 +100,7 @@ def test_vtk_reads_what_was_written(
     assert not np.array_equal(found["acceleration"], values(grid, 0.0))
 
 
-def test_order_of_writing_is_free(tmp_path: Path) -> None:
+def test_order_of_writing_is_free(tmp_path):
     for name, order in (("one", ((0, 4),)), ("other", ((2, 2), (0, 1), (1, 1)))):
         write_all(tmp_path / name, GRIDS["all"], order)
     assert (tmp_path / "one").read_bytes() == (tmp_path / "other").read_bytes()
@@ -116,7 +114,7 @@ def test_order_of_writing_is_free(tmp_path: Path) -> None:
         )
 
 
-def test_long_motion_takes_no_memory(tmp_path: Path) -> None:
+def test_long_motion_takes_no_memory(tmp_path):
     """Holes stay holes: the file in memory is smaller than a field at one time."""
     n = 100_000
     grid = MotionGrid(
@@ -142,13 +140,13 @@ def test_long_motion_takes_no_memory(tmp_path: Path) -> None:
     assert int(ended.stdout) * 1024 < 0.1 * path.stat().st_size
 
 
-def in_process(path: Path, room: int, *more: str) -> subprocess.CompletedProcess[str]:
+def in_process(path, room, *more):
     command = [sys.executable, "-c", BIG, str(path), str(room), *more]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.parametrize("room", [1000, FIELD // 2, FIELD, FIELD + 1_100_000])
-def test_full_disk(tmp_path: Path, room: int) -> None:
+def test_full_disk(tmp_path, room):
     """It is told at the beginning, HDF5's own arrays included, and the old file stays."""
     path = tmp_path / "motion.vtkhdf"
     path.write_text("old")
@@ -162,7 +160,7 @@ def test_full_disk(tmp_path: Path, room: int) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_kill(tmp_path: Path) -> None:
+def test_kill(tmp_path):
     path = tmp_path / "motion.vtkhdf"
     path.write_text("old")
     assert in_process(path, 10 * FIELD, "kill").returncode == -signal.SIGKILL
@@ -172,7 +170,7 @@ def test_kill(tmp_path: Path) -> None:
         assert np.array_equal(file["VTKHDF/PointData/u"], np.ones((50_000, 3)))
 
 
-def test_error_leaves_the_old_file(tmp_path: Path) -> None:
+def test_error_leaves_the_old_file(tmp_path):
     path = tmp_path / "motion.vtkhdf"
     path.write_text("old")
     with (
@@ -183,9 +181,89 @@ def test_error_leaves_the_old_file(tmp_path: Path) -> None:
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
 
 
-def test_no_place(tmp_path: Path) -> None:
+def test_no_place(tmp_path):
+    """Neither for the file nor for its index."""
+    none, name = tmp_path / "none", "m.vtkhdf"
     with (
         pytest.raises(ImpactfemError, match=r"cannot write .*none/m\.vtkhdf: No such file"),
-        motion_file(tmp_path / "none" / "m.vtkhdf", GRIDS["all"], TIMES, UNITS, {}),
+        motion_file(none / name, GRIDS["all"], TIMES, UNITS, {}),
     ):
         pass
+    with motion_file(tmp_path / name, GRIDS["all"], TIMES, UNITS, {}):
+        pass
+    with pytest.raises(ImpactfemError, match=r"cannot write .*none/m\.xdmf"):
+        write_motion_index(none / "m.xdmf", tmp_path / name, GRIDS["all"], TIMES, ("u",))
+
+
+# Nodes by XDMF's number of the type: triangles; polylines, which tell it; those of second order.
+NODES = {4: 3, 2: None, 36: 6, 34: 3}
+
+
+@pytest.fixture(params=list(GRIDS))
+def written(request, tmp_path):
+    """A grid, and the index of its motion."""
+    grid = GRIDS[request.param]
+    write_all(tmp_path / "motion.vtkhdf", grid, ((0, 4),))
+    write_motion_index(
+        tmp_path / "motion.xdmf", tmp_path / "motion.vtkhdf", grid, TIMES, tuple(UNITS)
+    )
+    return grid, tmp_path / "motion.xdmf"
+
+
+def array(item, folder):
+    """The values of a DataItem, read as XDMF means them."""
+    shape = tuple(map(int, item.get("Dimensions").split()))
+    if item.get("ItemType") == "HyperSlab":
+        where, source = item.findall("DataItem")
+        start, stride, count = np.array(where.text.split(), dtype=int).reshape(3, -1)
+        whole = array(source, folder)
+        chosen = whole[
+            tuple(slice(s, s + c * d, d) for s, c, d in zip(start, count, stride, strict=True))
+        ]
+        assert chosen.shape == shape
+        return chosen
+    name, place = item.text.split(":")
+    with h5py.File(folder / name) as file:
+        found = file[place][...]
+    assert found.shape == shape
+    kind = {("Float", "4"): "<f4", ("Float", "8"): "<f8", ("Int", "8"): "<i8"}
+    assert found.dtype.str == kind[item.get("NumberType"), item.get("Precision")]
+    return found
+
+
+def cells_of(topology):
+    entries, cells = topology.tolist(), []
+    while entries:
+        count = NODES[entries.pop(0)]
+        count = entries.pop(0) if count is None else count
+        cells.append(entries[:count])
+        del entries[:count]
+    return cells
+
+
+def test_every_time_is_whole(written):
+    grid, path = written
+    root = ElementTree.parse(path).getroot()
+    times = root.findall("Domain/Grid/Grid")
+    assert [float(one.find("Time").get("Value")) for one in times] == list(TIMES)
+    for k, one in enumerate(times):
+        topology = one.find("Topology")
+        cells = cells_of(array(topology.find("DataItem"), path.parent))
+        assert cells == [*grid.triangles.tolist(), *grid.lines.tolist()]
+        assert int(topology.get("NumberOfElements")) == len(cells)
+        points = array(one.find("Geometry/DataItem"), path.parent)
+        assert np.array_equal(points, grid.points)
+        fields = one.findall("Attribute")
+        assert [field.get("Name") for field in fields] == list(UNITS)
+        for shift, field in enumerate(fields):
+            found = array(field.find("DataItem"), path.parent)
+            assert np.array_equal(found, values(grid, shift)[k])
+            assert not np.array_equal(found, values(grid, shift)[k - 1])
+
+
+def test_topology_by_hand():
+    assert mixed_topology(GRIDS["vertices"]).tolist() == [4, 0, 1, 2, 4, 0, 2, 3, 2, 2, 0, 4]
+    assert mixed_topology(GRIDS["all"]).tolist() == [
+        *(36, 0, 1, 2, 5, 6, 7, 36, 0, 2, 3, 7, 8, 9),
+        *(34, 0, 4, 10),
+    ]

@@ -1,13 +1,10 @@
 """Responses, checkpoints and the whole stage do not depend on the number of ranks."""
 
-from __future__ import annotations
-
 import pickle
 import shutil
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,23 +14,13 @@ from mpi4py import MPI
 from .conftest import STOREY_FACTOR
 from .on_ranks import results
 
-if TYPE_CHECKING:
-    from impactfem import study
-
-    from .conftest import Frame
-
 pytestmark = pytest.mark.slow
 SCRIPT = Path(__file__).with_name("on_ranks.py")
 Found = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def found(
-    frame: Frame,
-    begun: Path,
-    under_mpirun: Callable[..., Any],
-    tmp_path_factory: pytest.TempPathFactory,
-) -> dict[int, Found]:
+def found(frame, begun, under_mpirun, tmp_path_factory):
     """By number of ranks; two find what three have left, and run the whole stage, too."""
     folder = tmp_path_factory.mktemp("ranks")
     given = {
@@ -60,7 +47,7 @@ def found(
     return made
 
 
-def apart(one: Found, other: Found) -> float:
+def apart(one, other):
     """Largest difference of any history over its largest value."""
     names = [name for name, value in one.items() if np.ndim(value)]
     assert len(names) >= 2
@@ -70,7 +57,7 @@ def apart(one: Found, other: Found) -> float:
 
 
 @pytest.mark.parametrize("ranks", [2, 3])
-def test_responses_are_those_of_one_rank(found: dict[int, Found], ranks: int) -> None:
+def test_responses_are_those_of_one_rank(found, ranks):
     many, one = found[ranks], found[1]
     assert 0.0 < apart(many["full"], one["full"]) < 1e-8
     assert many["full"]["residual"] < 1e-9
@@ -80,25 +67,25 @@ def test_responses_are_those_of_one_rank(found: dict[int, Found], ranks: int) ->
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])
-def test_interrupted_run_goes_on(found: dict[int, Found], ranks: int) -> None:
+def test_interrupted_run_goes_on(found, ranks):
     many = found[ranks]
     assert many["log of the resumed"] == ["transient: going on from 0.200 s"]
     assert apart(many["resumed"], many["full"]) <= (0.0 if ranks == 1 else 1e-10)
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])
-def test_damage_on_one_rank_starts_all_again(found: dict[int, Found], ranks: int) -> None:
+def test_damage_on_one_rank_starts_all_again(found, ranks):
     many = found[ranks]
     (line,) = many["log of the damaged"]
     assert f"state_{ranks - 1}_100.npz is damaged" in line
     assert apart(many["again"], many["full"]) <= (0.0 if ranks == 1 else 1e-10)
 
 
-def test_checkpoint_of_another_number_of_ranks_is_left_alone(found: dict[int, Found]) -> None:
+def test_checkpoint_of_another_number_of_ranks_is_left_alone(found):
     assert found[2]["log of what was left"] == []
 
 
-def test_whole_stage(found: dict[int, Found], reduced: tuple[Path, study.Run]) -> None:
+def test_whole_stage(found, reduced):
     """On two ranks the stores are those of one."""
     folder = found[2]["case"].parent / "run"
     assert (folder / "transient.stage.json").is_file()

@@ -1,40 +1,30 @@
-"""The stores of the stage, as they lie on the disk."""
-
-from __future__ import annotations
-
-from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING
+"""The stores of the stage, as they lie on the disk, and its scalars."""
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem import study
+from impactfem.reduction.loads import EdgeForce, Loads
 from impactfem.spectra import response_spectra
-
-if TYPE_CHECKING:
-    from .conftest import Frame
+from impactfem.stages.transient.compute import main_impact
 
 
 @pytest.fixture(scope="module")
-def folder(reduced: tuple[Path, study.Run]) -> Path:
+def folder(reduced):
     return reduced[1].folder
 
 
 @pytest.fixture(scope="module")
-def store(folder: Path) -> Iterator[xr.Dataset]:
-    with xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as opened:
-        yield opened.load()
+def store(folder):
+    return xr.load_dataset(folder / "transient.nc", engine="h5netcdf")
 
 
 @pytest.fixture(scope="module")
-def maps(folder: Path) -> Iterator[xr.Dataset]:
-    with xr.open_dataset(folder / "transient_maps.nc", engine="h5netcdf") as opened:
-        yield opened.load()
+def maps(folder):
+    return xr.load_dataset(folder / "transient_maps.nc", engine="h5netcdf")
 
 
-def test_every_number_has_a_unit(store: xr.Dataset, maps: xr.Dataset) -> None:
+def test_every_number_has_a_unit(store, maps):
     for dataset in (store, maps):
         lacking = [
             name
@@ -44,7 +34,7 @@ def test_every_number_has_a_unit(store: xr.Dataset, maps: xr.Dataset) -> None:
         assert lacking == []
 
 
-def test_dimensions(store: xr.Dataset, maps: xr.Dataset) -> None:
+def test_dimensions(store, maps):
     probes = ["centre_1", "centre_2", "edge_1", "edge_2", *(f"line_{k}" for k in range(1, 10))]
     assert store.probe.values.tolist() == probes
     kinds = [*["centre"] * 2, *["edge"] * 2, *["line"] * 9]
@@ -66,7 +56,7 @@ def test_dimensions(store: xr.Dataset, maps: xr.Dataset) -> None:
     assert maps.wave_triangle_node.shape == (maps.sizes["wave_triangle"], 6)
 
 
-def test_accelerations_are_absolute_and_displacements_relative(store: xr.Dataset) -> None:
+def test_accelerations_are_absolute_and_displacements_relative(store):
     """The first difference twice in time, plus the ground's, is the acceleration."""
     y = store.sel(component="y", probe="centre_2")
     twice = np.diff(y.displacement, n=2) / 1e-3**2
@@ -77,7 +67,7 @@ def test_accelerations_are_absolute_and_displacements_relative(store: xr.Dataset
     assert np.abs((apart - ground)[smooth]).max() > 0.2 * np.abs(y.acceleration[:380]).max()
 
 
-def test_spectra_belong_to_the_histories(store: xr.Dataset) -> None:
+def test_spectra_belong_to_the_histories(store):
     one = store.sel(probe="edge_2", component="y")
     again = response_spectra(one.acceleration.values, 1e-3, store.frequency.values, [0.05])
     assert one.psa.values[0] == pytest.approx(again.psa[0, 0], rel=1e-12)
@@ -85,13 +75,13 @@ def test_spectra_belong_to_the_histories(store: xr.Dataset) -> None:
     assert float(one.pfa) == np.abs(one.acceleration.values).max()
 
 
-def test_probes_lie_where_they_say(store: xr.Dataset, frame: Frame) -> None:
+def test_probes_lie_where_they_say(store, frame):
     nodes = frame.parts.mesh.nodes[store.probe_node.values]
     np.testing.assert_array_equal(store.probe_position.values, nodes)
     assert nodes[1].tolist() == [3, 2, 6]
 
 
-def test_waves_can_be_drawn(maps: xr.Dataset, frame: Frame) -> None:
+def test_waves_can_be_drawn(maps, frame):
     """Corners of the triangles as indices of the waves' nodes; the slab is whole."""
     corners = maps.wave_node_position.values[maps.wave_triangle_node.values[:, :3]]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -103,3 +93,81 @@ def test_waves_can_be_drawn(maps: xr.Dataset, frame: Frame) -> None:
     assert np.array_equal(
         frame.parts.mesh.nodes[maps.node_number.values], maps.node_position.values
     )
+
+
+@pytest.fixture(scope="module")
+def values(reduced):
+    return {s.name: s.value for s in reduced[1].scalars}
+
+
+def test_of_floors_and_edges(values, store):
+    along = store.sel(component="y")
+    for k in (1, 2):
+        one = along.sel(probe=f"centre_{k}")
+        peak = one.psa[0].argmax("frequency")
+        assert values[f"transient.frs.floor_{k}.peak"] == float(one.psa[0].max())
+        assert values[f"transient.frs.floor_{k}.peak_frequency"] == float(one.frequency[peak])
+        assert values[f"transient.pfa.floor_{k}"] == float(np.abs(one.acceleration).max())
+        assert values[f"transient.displacement.floor_{k}"] == float(np.abs(one.displacement).max())
+        edge = along.sel(probe=f"edge_{k}")
+        assert values[f"transient.pfa.edge_{k}"] == float(edge.pfa)
+
+
+def test_along_the_edges(reduced, values, store):
+    """Over all vertices at the level and in the plane of the edge; more than its middle has."""
+    with xr.open_dataset(reduced[1].folder / "transient_maps.nc", engine="h5netcdf") as maps:
+        position, pfa = maps.node_position.values, maps.pfa.sel(component="y").values
+    for k in (1, 2):
+        middle = store.probe_position.sel(probe=f"edge_{k}").values
+        edge = np.isclose(position[:, 1:], middle[1:]).all(axis=1)
+        assert np.ptp(position[edge, 0]) > 1.0 and not edge.all()
+        name = f"transient.pfa.edge_{k}"
+        assert values[f"{name}.mean"] == pytest.approx(pfa[edge].mean())
+        assert values[f"{name}.max"] == pfa[edge].max() >= values[name]
+        assert values[f"{name}.max"] > values[f"{name}.mean"]
+
+
+def test_of_the_error_band(values, store):
+    share = (store.psa_band / store.psa).where(store.psa > 1e-3 * store.psa.max())
+    known = share.sel(frequency=slice(None, 50.0))
+    assert values["transient.band_max"] == pytest.approx(float(known.max()), rel=1e-12)
+    assert 0.0 < values["transient.basis_difference"] <= 0.005
+
+
+def test_waves_of_the_material(values):
+    """33 GPa, 0.2 and 2500 kg/m3: a rod's wave is slower than the plate's, faster than shear."""
+    rod = np.sqrt(33e9 / 2500.0)
+    assert values["transient.wave_speed"] == pytest.approx(rod / np.sqrt(2.4))
+    assert values["transient.plate_wave_speed"] == pytest.approx(rod / np.sqrt(0.96))
+    # What the slab carries, and that beams do not fill it: slower than the bare plate.
+    loaded = values["transient.loaded_wave_speed"]
+    assert 0.2 * rod < loaded < rod
+    assert values["transient.loaded_wave_crossing"] * loaded == pytest.approx(4.0)
+
+
+def loads(*histories):
+    force = np.array(histories, dtype=float).reshape(len(histories), 8).T
+    edges = tuple(EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in range(len(histories)))
+    return Loads(0.5, np.zeros((len(force), 3)), (1,), edges, force, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("force", "impact"),
+    [
+        ([0, 0, 1, 5, 2, 0, 0, 0], (1.0, 2.0)),
+        ([0, 4, 4, 0, 0, 1, 9, 0], (2.5, 3.0)),  # not the impact before
+        ([7, 1, 0, 0, 0, 0, 0, 0], (0.0, 0.5)),
+        ([0, 0, 0, 0, 0, 0, 1, 3], (3.0, 3.5)),
+        ([0, 0.04, 1, 5, 2, 0.03, 0, 0], (1.0, 2.0)),  # below a hundredth of the peak
+        ([0, -1, 1, 5, 2, -1, 0.5, 0], (1.0, 2.0)),  # ripples of the projection
+        ([0, 0, -1, -5, -2, 0, 0, 0], (1.0, 2.0)),
+    ],
+)
+def test_main_impact(force, impact):
+    assert main_impact(loads(force)) == impact
+    # Of the edge that is hit hardest.
+    assert main_impact(loads([0.5, 0, 0, 0, 0, 0, 0, 0], force)) == impact
+
+
+def test_no_impact():
+    assert main_impact(loads()) is None

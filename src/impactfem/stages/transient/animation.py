@@ -42,40 +42,43 @@ LINE_POINTS = 121
 
 
 def wave_animation(folder: Path) -> list[Path]:
-    """Film the acceleration of a floor about the main impact, into `figures/`.
+    """Film the acceleration of a floor about the main impact, into `figures/wave_floor_N.mp4`.
 
-    `wave_floor_N.mp4` (H.264, 4:2:0) shows each computed time of the store's frames with one scale
-    of colours: the floor in plan, and the line across it.
-
-    Args:
-        folder: The run's folder, with `transient.nc` and, for a film, `transient_maps.nc`.
-
-    Returns:
-        The file; none where there are no frames: no impact, no maps, or no impact edge.
-
-    Raises:
-        ImpactfemError: The film cannot be written, or there is no encoder.
+    H.264, 4:2:0: each computed time of the frames of `transient_maps.nc` with one scale of colours,
+    the floor in plan and the line across it. No file where there are no frames: no impact, no maps,
+    or no impact edge; an ImpactfemError where it cannot be written, or there is no encoder.
     """
     if not (folder / "transient_maps.nc").is_file():
         return []
+    import imageio.v2 as imageio
+
     with open_stores(folder) as opened:
         response, maps = shown(opened("transient.nc")), opened("transient_maps.nc")
         if not maps.sizes.get("frame", 0) or of_kind(response, "line").sizes["probe"] < 2:
             return []
-        target = folder / "figures"
-        target.mkdir(exist_ok=True)
-        path = target / f"wave_floor_{wave_floor(response)}.mp4"
-        _encode(path, _frames(response, maps), maps.sizes["frame"] / LASTS)
+        path = folder / "figures" / f"wave_floor_{wave_floor(response)}.mp4"
+        path.parent.mkdir(exist_ok=True)
+        look: dict[str, Any] = {"codec": "libx264", "pixelformat": "yuv420p", "macro_block_size": 2}
+        look["output_params"] = ["-crf", "20", "-movflags", "+faststart"]
+        look["fps"] = maps.sizes["frame"] / LASTS
+        with atomic(path) as temporary, TemporaryDirectory() as work:
+            # imageio tells the format from the end of the name.
+            whole = Path(work) / path.name
+            try:
+                film: Any = imageio.get_writer(
+                    whole, format="FFMPEG", mode="I", ffmpeg_log_level="error", **look
+                )
+                with film:
+                    for frame in _frames(response, maps):
+                        film.append_data(frame)
+            except RuntimeError as error:  # what imageio raises without ffmpeg
+                raise ImpactfemError(f"cannot write {path}: {error}") from error
+            temporary.write_bytes(whole.read_bytes())
     return [path]
 
 
 class Sampler:
-    """Values at points, linear in the triangle of each; nan outside of all.
-
-    Args:
-        mesh: The triangles.
-        points: Shape (..., 2) [m].
-    """
+    """Values at points, shape (..., 2) [m]: linear in the triangle of each, nan outside of all."""
 
     def __init__(self, mesh: Triangulation, points: Array) -> None:
         x, y = points[..., 0], points[..., 1]
@@ -169,24 +172,3 @@ def _title(response: xr.Dataset, time: float) -> str:
         force = 1e-6 * force.item()
         text += f"; force {force:.1f} MN".replace("-", "−")
     return text
-
-
-def _encode(path: Path, frames: Iterator[Frame], rate: float) -> None:
-    """Write a film as browsers play it; rate in frames per second."""
-    import imageio.v2 as imageio
-
-    look: dict[str, Any] = {"codec": "libx264", "pixelformat": "yuv420p", "macro_block_size": 2}
-    look["output_params"] = ["-crf", "20", "-movflags", "+faststart"]
-    with atomic(path) as temporary, TemporaryDirectory() as folder:
-        # imageio tells the format from the end of the name.
-        whole = Path(folder) / path.name
-        try:
-            film: Any = imageio.get_writer(
-                whole, format="FFMPEG", mode="I", fps=rate, ffmpeg_log_level="error", **look
-            )
-            with film:
-                for frame in frames:
-                    film.append_data(frame)
-        except RuntimeError as error:  # what imageio raises without ffmpeg
-            raise ImpactfemError(f"cannot write {path}: {error}") from error
-        temporary.write_bytes(whole.read_bytes())

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import xarray as xr
-
-from impactfem.stages.check import Check, end_check, log_checks
+from impactfem.stages.check import Check, end_check
 from impactfem.stages.stores import names_of, open_store, open_stores, time_step
 from impactfem.stages.transient.selection import between, ends, known
 from impactfem.system.scalar import values_of
@@ -34,16 +32,11 @@ to 1 − cos(π/10) = 4.9 % of a peak are lost."""
 
 
 def stick_against_model(folder: Path) -> list[Check]:
-    """The check of the fundamental modes along the direction that is shown.
+    """The check of the fundamental modes along the direction that is shown, by `building.nc`.
 
     Nothing fits a stick to the 3D model unless the case asks for it. One that is too stiff or too
     soft hits at other times and with other speeds than the building that its forces are put on.
-
-    Args:
-        folder: The run's folder, with `building.nc` and `pounding.nc`.
-
-    Returns:
-        The check; nothing for a vertical direction, along which nothing bends.
+    There is none for a vertical direction, along which nothing bends.
     """
     with open_stores(folder) as opened:
         building, sticks = opened("building.nc"), opened("pounding.nc")
@@ -69,34 +62,42 @@ def stick_against_model(folder: Path) -> list[Check]:
     return [(abs(off) <= APART, text)]
 
 
-def log_samples(step: float, highest: float) -> None:
-    """Log how finely a step samples the response, as a warning where it is too coarse.
-
-    Args:
-        step: Time step [s].
-        highest: Highest frequency of the response [Hz].
-    """
-    log_checks([_samples(step, highest)])
-
-
 def transient_checks(folder: Path) -> list[Check]:
-    """The checks of the stage.
-
-    Args:
-        folder: The run's folder, with `transient.nc`.
-    """
+    """The checks of `transient.nc`."""
     with open_store(folder / "transient.nc") as store:
-        last, values = float(known(store)["frequency"][-1]), values_of(store)
+        step, values = time_step(store), values_of(store)
+        met, text = samples_check(step, float(store.attrs["maximum_frequency"]))
+        if not met:
+            # The samples that the spectra had in a cycle, over those of the histories.
+            points = values["transient.points_per_cycle"]
+            finer, over = round(points * step * float(store["frequency"].max())), between(store)
+            if finer > 1 and over.notnull().any():
+                largest = over.isel(over.argmax(...))
+                lost = 100.0 * (1.0 - 1.0 / float(largest))
+                text += (
+                    f"; peak accelerations are up to {lost:.2g} % low between the samples "
+                    f"({largest['probe'].item()}, {largest['component'].item()}), and the spectra "
+                    f"at the probes are those of histories made {finer} times finer by "
+                    "band-limited interpolation"
+                )
+            else:
+                lost = 100.0 * (1.0 - math.cos(math.pi / POINTS))
+                text += (
+                    f"; above, peak accelerations may be more than {lost:.2g} % low between the "
+                    "samples"
+                )
+        last = float(known(store)["frequency"][-1])
         ended = end_check("transient", names_of(store, "probe"), "xyz", ends(store).values, last)
         numbers: list[Check] = [
             (value < limit, f"transient: {text.format(factor * value, factor * limit)} allowed")
             for name, limit, factor, text in NUMBERS
             if (value := values.get(f"transient.{name}")) is not None
         ]
-        return [_read_samples(store), ended, *numbers]
+        return [(met, text), ended, *numbers]
 
 
-def _samples(step: float, highest: float) -> Check:
+def samples_check(step: float, highest: float) -> Check:
+    """Whether a step [s] samples the response finely enough up to its highest frequency [Hz]."""
     points = 1.0 / (highest * step)
     # Of whole numbers, the quotient may be a rounding error below one.
     met = points >= POINTS * (1.0 - 1e-9)
@@ -105,28 +106,3 @@ def _samples(step: float, highest: float) -> Check:
         f"{1e3 * step:g} ms, {POINTS:g} required"
     )
     return met, text if met else f"{text}, which there are up to {1.0 / (POINTS * step):.4g} Hz"
-
-
-def _read_samples(store: xr.Dataset) -> Check:
-    """The samples of the response, and where too few, what is read from them."""
-    step = time_step(store)
-    met, text = _samples(step, float(store.attrs["maximum_frequency"]))
-    if met:
-        return met, text
-    # The samples that the spectra had in a cycle, over those of the histories.
-    points = values_of(store)["transient.points_per_cycle"]
-    finer = round(points * step * float(store["frequency"].max()))
-    over = between(store)
-    if finer <= 1 or not over.notnull().any():
-        lost = 100.0 * (1.0 - math.cos(math.pi / POINTS))
-        return met, (
-            f"{text}; above, peak accelerations may be more than {lost:.2g} % low between the "
-            "samples"
-        )
-    largest = over.isel(over.argmax(...))
-    low = 100.0 * (1.0 - 1.0 / float(largest))
-    return met, (
-        f"{text}; peak accelerations are up to {low:.2g} % low between the samples "
-        f"({largest['probe'].item()}, {largest['component'].item()}), and the spectra at the "
-        f"probes are those of histories made {finer} times finer by band-limited interpolation"
-    )

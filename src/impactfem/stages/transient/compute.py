@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.building.links import Displacements, carried, linked
@@ -25,12 +26,11 @@ from impactfem.reduction.response import (
 )
 from impactfem.spectra import ResponseSpectra
 from impactfem.stages.transient.full_run import FullRun, run_full
-from impactfem.stages.transient.maps import FloorMaps, floor_maps
+from impactfem.stages.transient.maps import floor_maps
 from impactfem.stages.transient.prepared import Prepared, transient_of
 from impactfem.system.log import LOGGER
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Step = Callable[[str], AbstractContextManager[None]]
 Progress = Callable[[str, float], None]
 
@@ -52,7 +52,7 @@ class TransientStudy:
     band: Array
     pfa_band: Array  #: of each peak acceleration, shape (n_probes, 3) [m/s2]
     basis: ReducedBasis | None  #: the reduced basis; None for the full model alone
-    maps: FloorMaps | None  #: fields over the floors; None without
+    maps: xr.Dataset | None  #: fields over the floors, for `transient_maps.nc`; None without
     full: FullRun | None  #: the run in full order; None for the reduced model alone
     #: With both solvers the largest relative difference of a spectrum by the reduced model from the
     #: full one's, both at the same step; None otherwise.
@@ -87,21 +87,17 @@ def run_transient(
     key: str,
     within: Progress = lambda name, part: None,
 ) -> TransientStudy | None:
-    """Run the stage. Collective.
+    """Run the stage; the results on rank 0, None on the others. Collective.
 
     Args:
         case: The case.
         prepared: What `prepare` gave, the same on all ranks.
         folder: Where checkpoints are kept.
         comm: Communicator of the matrices.
-        step: Called with the name of each step ("matrices", "time steps", "spectra", "maps"), which
-            runs inside its context.
+        step: Called with the name of each step, which runs inside its context.
         basis: The reduced basis on rank 0; None for the full model alone.
         key: Hash of what the stage depends on.
         within: Called with the name of a step and the part of it that is done.
-
-    Returns:
-        The results on rank 0, None on the others.
 
     Raises:
         SolutionError: The response is not finite.
@@ -133,7 +129,14 @@ def run_transient(
             )
             band, pfa_band = by_probe(error.psa, len(nodes)), error.acceleration
             if run is not None:
-                full_error = _against_full(case, prepared, basis, nodes, run)
+                # The largest relative difference, both solvers with Newmark at the same step.
+                newmark = modal_histories(basis, loads, damping, scheme="newmark")
+                same = node_spectra(node_response(basis, newmark, loads, nodes), case.spectra)
+                truth = node_spectra(run.response, case.spectra)
+                meant = same.frequency <= transient.maximum_frequency
+                moved = truth.zpa > 1e-3 * truth.zpa.max()
+                ratio = same.psa[:, moved][..., meant] / truth.psa[:, moved][..., meant]
+                full_error = float(np.abs(ratio - 1.0).max())
         elif run is not None:
             response, spectra = run.response, node_spectra(run.response, case.spectra)
             band = np.zeros_like(by_probe(spectra.psa, len(nodes)))
@@ -202,17 +205,3 @@ def _full(
             every=max(1, round(transient.checkpoint_every / loads.time_step)),
             progress=lambda part: within("time steps", part),
         )
-
-
-def _against_full(
-    case: Case, prepared: Prepared, basis: ReducedBasis, nodes: Index, run: FullRun
-) -> float:
-    """Largest relative difference of the spectra, both solvers with Newmark at the same step."""
-    loads = prepared.loads
-    history = modal_histories(basis, loads, prepared.damping, scheme="newmark")
-    same = node_spectra(node_response(basis, history, loads, nodes), case.spectra)
-    truth = node_spectra(run.response, case.spectra)
-    known = same.frequency <= transient_of(case).maximum_frequency
-    moved = truth.zpa > 1e-3 * truth.zpa.max()
-    ratio = same.psa[:, moved][..., known] / truth.psa[:, moved][..., known]
-    return float(np.abs(ratio - 1.0).max())

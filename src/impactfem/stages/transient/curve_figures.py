@@ -51,22 +51,13 @@ PSA = "pseudo-acceleration [m/s²]"
 
 
 def transient_curves(folder: Path) -> list[CurveFigure]:
-    """Figures 13, 15 and 19, for the report.
-
-    Args:
-        folder: The run's folder, with `transient.nc` and `pounding.nc`.
-    """
+    """Figures 13, 15 and 19 of the stores of a run, for the report."""
     with open_stores(folder) as opened:
         return list(spectra_figures(shown(opened("transient.nc")), opened("pounding.nc")))
 
 
 def probe_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveFigure]:
-    """All figures, as far as there are probes, impacts and transfer functions for them.
-
-    Args:
-        response: What `shown` gives of `transient.nc`.
-        sticks: The store `pounding.nc`.
-    """
+    """All figures of what `shown` gives, and of the sticks, as far as there is data for them."""
     hit = main_impact(response) is not None and response.sizes["edge"] > 0
     line, edges = (of_kind(response, kind).sizes["probe"] for kind in ("line", "edge"))
     if hit:

@@ -36,21 +36,14 @@ def exported_steps(
 ) -> Index:
     """Numbers of the time steps that are written.
 
-    Args:
-        transient: What is requested.
-        loads: The loads.
-        main_impact: Start and end of the main impact [s]; None without one.
-
-    Raises:
-        SolutionError: The first time that is requested is not computed.
+    A SolutionError where the first time that is requested is not computed.
     """
     dt, last = loads.time_step, len(loads.ground) - 1
     start = transient.export_start
     if start is None:
+        event = dt * float(np.argmax(np.linalg.norm(loads.ground, axis=1)))
         if main_impact is not None:
             event = main_impact[0]
-        else:
-            event = dt * float(np.argmax(np.linalg.norm(loads.ground, axis=1)))
         start = max(0.0, event - BEFORE)
     first = math.ceil(start / dt - 1e-6)
     if first > last:
@@ -71,16 +64,8 @@ def write_motion(
 ) -> list[Path]:
     """Write displacements relative to the ground and absolute accelerations of the whole model.
 
-    They are those of the reduced model, at the nodes and times that the case asks for.
-
-    Args:
-        path: The file, VTKHDF. Its index, XDMF, is written beside it, last of all.
-        study: The stage's results, with a basis that has all these nodes.
-        key: Hash of the stage's inputs.
-        progress: Called with the part of the work that is done.
-
-    Returns:
-        The file and its index.
+    They are those of the reduced model, at the nodes and times that the case asks for: the file,
+    VTKHDF, and last of all its index, XDMF.
 
     Raises:
         KeyError: The basis was not made for one of the nodes.

@@ -31,20 +31,14 @@ def transient_figures(
     fields: Sequence[str] = FIELDS,
     field_frequencies: Sequence[float] = FIELD_FREQUENCIES,
 ) -> list[Path]:
-    """Draw figures 11 to 22, maps of the floors and a film of the wave into `figures/`.
+    """Draw figures 11 to 22, maps of the floors and a film of the wave into `figures/`; the files.
+
+    What the stores have no data for is left out; so are the maps of frequencies without spectra.
 
     Args:
-        folder: The run's folder, with `building.nc`, `pounding.nc`, `transient.nc` and, where
-            fields were computed, `transient_maps.nc`.
+        folder: The run's folder, with the stores; that of the fields where they were computed.
         fields: Maps of the floors, as in the case: "pfa", "psa" or both.
-        field_frequencies: Frequencies of the maps of pseudo-acceleration [Hz]; those without
-            spectra are left out.
-
-    Returns:
-        The files; what the stores have no data for is left out.
-
-    Raises:
-        ImpactfemError: A file cannot be written, or OpenGL is missing.
+        field_frequencies: Frequencies of the maps of pseudo-acceleration [Hz].
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)

@@ -220,13 +220,9 @@ def wave_map(path: Path, response: xr.Dataset) -> None:
 def floor_map(
     path: Path, response: xr.Dataset, maps: xr.Dataset, frequency: float | None = None
 ) -> None:
-    """Peak acceleration over the top floor, or its pseudo-acceleration at a frequency.
+    """Peak acceleration over the top floor, or its pseudo-acceleration at a frequency [Hz].
 
-    Args:
-        path: The file.
-        response: What `shown` gives of `transient.nc`.
-        maps: `transient_maps.nc`.
-        frequency: Of the pseudo-acceleration, one that was computed or between such [Hz].
+    The frequency is one that was computed, or between such.
     """
     d, top = response["component"].item(), wave_floor(response)
     what, label, loss = "Peak absolute acceleration", "peak acceleration [m/s²]", ""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.building.mesh import DOFS
@@ -17,6 +17,7 @@ from impactfem.reduction.modal_response import ModalHistory
 from impactfem.reduction.probes import floor_vertices, wave_slab
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.spectra import logarithmic_frequencies, response_spectra, sampling_loss
+from impactfem.stages.stores import Output, dataset
 from impactfem.system.parallel import all_blas_threads, threads
 
 Array = NDArray[np.float64]
@@ -33,28 +34,30 @@ BEFORE, AFTER = 0.01, 0.03
 MOST_FRAMES = 150
 
 
-@dataclass(frozen=True, eq=False)
-class FloorMaps:
-    """Fields at the vertices of the floors, and waves on one floor."""
-
-    nodes: Index  #: vertices of all floors, ascending, shape (n,)
-    frequency: Array  #: of the spectra, shape (n_f,) [Hz]
-    damping: float  #: of the spectra, the first of the case
-    psa: NDArray[np.float32]  #: pseudo-acceleration, shape (n, 3, n_f) [m/s2]
-    pfa: Array  #: peak acceleration, shape (n, 3) [m/s2]
-    points_per_cycle: float  #: samples in a cycle of the highest frequency
-    #: How much of a resonant peak may be lost between samples, at each frequency (see
-    #: `impactfem.spectra.sampling_loss`), shape (n_f,) [-].
-    sampling_loss: Array
-    wave_nodes: Index  #: all nodes of the floor with the waves, ascending, shape (m,)
-    wave_times: Array  #: times of the snapshots, shape (s,) [s]
-    wave_displacement: Array  #: relative to the ground, shape (s, m, 3) [m]
-    wave_acceleration: Array  #: absolute, same shape [m/s2]
-    frame_times: Array  #: evenly spaced times about the main impact, shape (f,) [s]
-    frame_acceleration: NDArray[np.float32]  #: absolute, at these times, shape (f, m, 3) [m/s2]
-    #: Normal force along y of each triangle of that floor, shape (s, k) [N/m].
-    membrane_force: Array
-    wave_triangles: Index  #: those triangles, shape (k,)
+_WAVE = "wave_node component"
+MAP_OUTPUTS = {
+    "component": Output("component"),
+    "xyz": Output("xyz"),
+    "node_number": Output("node", "", "number in building.nc", label=True),
+    "node_position": Output("node xyz", "m", "vertices of the floors"),
+    "floor_triangle_node": Output(
+        "floor_triangle vertex", "", "vertices of the slabs, places in node"
+    ),
+    "floor_triangle_floor": Output("floor_triangle", label=True),
+    "frequency": Output("frequency", "Hz"),
+    "pfa": Output("node component", "m/s2", "peak acceleration"),
+    "psa": Output("node component frequency", "m/s2", "pseudo-acceleration"),
+    "sampling_loss": Output("frequency", "-", "bound of what psa lacks of a peak between samples"),
+    "wave_node_number": Output("wave_node", "", "number in building.nc", label=True),
+    "wave_node_position": Output("wave_node xyz", "m", "nodes of the floor with the line"),
+    "wave_triangle_node": Output("wave_triangle triangle_corner", "", "places in wave_node"),
+    "snapshot": Output("snapshot", "s"),
+    "wave_displacement": Output(f"snapshot {_WAVE}", "m", "relative to the ground"),
+    "wave_acceleration": Output(f"snapshot {_WAVE}", "m/s2", "absolute"),
+    "membrane_force": Output("snapshot wave_triangle", "N/m", "normal force along y"),
+    "frame": Output("frame", "s", "times of the film"),
+    "frame_acceleration": Output(f"frame {_WAVE}", "m/s2", "absolute"),
+}
 
 
 def floor_maps(
@@ -67,8 +70,8 @@ def floor_maps(
     main_impact: tuple[float, float] | None,
     floor: int | None = None,
     progress: Callable[[float], None] = lambda part: None,
-) -> FloorMaps:
-    """Compute all fields.
+) -> xr.Dataset:
+    """The content of `transient_maps.nc`: fields at vertices of floors, and waves on one floor.
 
     Args:
         parts: The building.
@@ -130,23 +133,31 @@ def floor_maps(
     snapshots, moving = (
         at(history.acceleration, some) + loads.ground[some][:, None] for some in (steps, frames)
     )
-    return FloorMaps(
-        nodes=nodes,
-        frequency=frequency,
-        damping=damping,
-        psa=psa,
-        pfa=pfa,
-        points_per_cycle=reached,
-        sampling_loss=sampling_loss(reached * frequency[-1] / frequency),
-        wave_nodes=wave_nodes,
-        wave_times=np.asarray(steps * loads.time_step, dtype=np.float64),
-        wave_displacement=displacement,
-        wave_acceleration=snapshots,
-        frame_times=np.asarray(frames * loads.time_step, dtype=np.float64),
-        frame_acceleration=moving.astype(np.float32),
-        membrane_force=membrane_force(parts, triangles, wave_nodes, displacement),
-        wave_triangles=triangles,
-    )
+    slabs = {floor: mesh.triangles[mesh.slab(floor), :3] for floor in mesh.floors}
+    corners = mesh.triangles[triangles][:, :6]
+    fields = {
+        "component": ["x", "y", "z"],
+        "xyz": ["x", "y", "z"],
+        "node_number": nodes,
+        "node_position": mesh.nodes[nodes],
+        "floor_triangle_node": np.searchsorted(nodes, np.concatenate(list(slabs.values()))),
+        "floor_triangle_floor": np.repeat(list(slabs), [len(slab) for slab in slabs.values()]),
+        "frequency": frequency,
+        "pfa": pfa,
+        "psa": psa,
+        "sampling_loss": sampling_loss(reached * frequency[-1] / frequency),
+        "wave_node_number": wave_nodes,
+        "wave_node_position": mesh.nodes[wave_nodes],
+        "wave_triangle_node": np.searchsorted(wave_nodes, corners),
+        "snapshot": np.asarray(steps * loads.time_step, dtype=np.float64),
+        "wave_displacement": displacement,
+        "wave_acceleration": snapshots,
+        "membrane_force": membrane_force(parts, triangles, wave_nodes, displacement),
+        "frame": np.asarray(frames * loads.time_step, dtype=np.float64),
+        "frame_acceleration": moving.astype(np.float32),
+    }
+    attributes = {"damping": damping, "points_per_cycle": reached}
+    return dataset(MAP_OUTPUTS, fields, attributes=attributes)
 
 
 @all_blas_threads()
@@ -161,11 +172,7 @@ def membrane_force(
 ) -> Array:
     """N along y at the centres of horizontal triangles, shape (s, k) [N/m].
 
-    Args:
-        parts: The building.
-        triangles: Their numbers, shape (k,).
-        nodes: Their nodes, ascending, shape (m,).
-        displacement: Of these nodes, shape (s, m, 3) [m].
+    From displacements [m], shape (s, m, 3), of their nodes, which are ascending, shape (m,).
     """
     every = np.zeros((len(displacement), len(parts.mesh.nodes), DOFS))
     every[:, nodes, :3] = displacement

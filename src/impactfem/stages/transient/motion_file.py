@@ -15,7 +15,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 from xml.sax.saxutils import escape
 
 import h5py
@@ -81,7 +81,9 @@ def motion_file(
 ) -> Iterator[Write]:
     """A file to write fields into, moved to its place when the block ends without an error.
 
-    Its room on the disk is taken at the beginning: a full disk ends it before anything is computed.
+    Its room on the disk is taken at the beginning: a full disk ends it, as an ImpactfemError,
+    before anything is computed. What it gives writes a field: its name, the index of a time, and
+    the values at this and the following times, shape (m, n_points, 3).
 
     Args:
         path: The file.
@@ -89,16 +91,30 @@ def motion_file(
         times: Shape (n_times,) [s].
         units: Unit of each field, by its name.
         attributes: What else the file says of itself.
-
-    Yields:
-        A function that writes a field: its name, the index of a time, and the values at this and
-        the following times, shape (m, n_points, 3).
-
-    Raises:
-        ImpactfemError: The file cannot be written.
     """
+    fields = len(units) * len(times) * len(grid.nodes) * POINT
+    cells = 64 * (len(grid.nodes) + grid.triangles.size + grid.lines.size + len(times))
     with atomic(path) as temporary, temporary.open("wb") as stream:
-        begins = _begin(stream, grid, times, units, attributes)
+        os.posix_fallocate(stream.fileno(), 0, fields + cells + OTHERS)
+        # All but the fields; a file in memory, whose holes, where these are to be, take none.
+        with os.fdopen(os.memfd_create("motion"), "w+b") as memory:
+            with h5py.File(memory, "w") as file:
+                file.attrs.update(attributes)
+                file[TOPOLOGY] = mixed_topology(grid)
+                begins = _describe(file, grid, times, units)
+            memory.flush()
+            stream.truncate(memory.seek(0, os.SEEK_END))
+            end = 0
+            while True:
+                try:
+                    start = os.lseek(memory.fileno(), end, os.SEEK_DATA)
+                except OSError as error:
+                    if error.errno == errno.ENXIO:  # nothing but a hole
+                        break
+                    raise
+                end = os.lseek(memory.fileno(), start, os.SEEK_HOLE)
+                stream.seek(start)
+                stream.write(os.pread(memory.fileno(), end - start, start))
 
         def write(name: str, first: int, values: Values) -> None:
             stream.seek(begins[name] + first * len(grid.nodes) * POINT)
@@ -107,49 +123,10 @@ def motion_file(
         yield write
 
 
-def _begin(
-    stream: IO[bytes],
-    grid: MotionGrid,
-    times: Array,
-    units: Mapping[str, str],
-    attributes: Mapping[str, str],
-) -> dict[str, int]:
-    """Write all but the fields, and keep their room; where each of them begins [B]."""
-    fields = len(units) * len(times) * len(grid.nodes) * POINT
-    cells = 64 * (len(grid.nodes) + grid.triangles.size + grid.lines.size + len(times))
-    os.posix_fallocate(stream.fileno(), 0, fields + cells + OTHERS)
-    # A file in memory whose holes, where the fields are to be, take no memory.
-    with os.fdopen(os.memfd_create("motion"), "w+b") as memory:
-        with h5py.File(memory, "w") as file:
-            file.attrs.update(attributes)
-            file[TOPOLOGY] = mixed_topology(grid)
-            begins = _describe(file, grid, times, units)
-        memory.flush()
-        stream.truncate(memory.seek(0, os.SEEK_END))
-        for start, end in _between_holes(memory.fileno()):
-            stream.seek(start)
-            stream.write(os.pread(memory.fileno(), end - start, start))
-    return begins
-
-
-def _between_holes(file: int) -> Iterator[tuple[int, int]]:
-    """Begin and end of what was written of a file [B]."""
-    end = 0
-    while True:
-        try:
-            start = os.lseek(file, end, os.SEEK_DATA)
-        except OSError as error:
-            if error.errno == errno.ENXIO:  # nothing but a hole
-                return
-            raise
-        end = os.lseek(file, start, os.SEEK_HOLE)
-        yield start, end
-
-
 def _describe(
     file: Any, grid: MotionGrid, times: Array, units: Mapping[str, str]
 ) -> dict[str, int]:
-    """The group VTKHDF: one unstructured grid that stays, times, and fields without values."""
+    """The group VTKHDF: one unstructured grid, times, fields without values; where these begin."""
     n, n_times = len(grid.nodes), len(times)
     kinds = [(grid.triangles, TRIANGLES), (grid.lines, LINES)]
     sizes = np.concatenate([np.full(len(cells), cells.shape[1]) for cells, _ in kinds])
@@ -170,24 +147,20 @@ def _describe(
     same = np.zeros(n_times, dtype=np.int64)
     steps["PartOffsets"], steps["NumberOfParts"], steps["PointOffsets"] = same, same + 1, same
     steps["CellOffsets"], steps["ConnectivityIdOffsets"] = same[:, None], same[:, None]
-    begins = {}
-    for name, unit in units.items():
-        steps[f"PointDataOffsets/{name}"] = n * np.arange(n_times, dtype=np.int64)
-        begins[name] = _without_values(file.require_group(FIELDS), name, (n_times * n, 3))
-        file[f"{FIELDS}/{name}"].attrs["units"] = unit
-    return begins
-
-
-def _without_values(group: Any, name: str, shape: tuple[int, ...]) -> int:
-    """Make an array of 32-bit floats that has its place in the file; where it begins [B]."""
+    # The fields are arrays of 32-bit floats that have their places in the file, and no values.
     properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
     properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
     properties.set_obj_track_times(False)  # the same motion makes the same file
-    space = h5py.h5s.create_simple(shape)
-    kind = h5py.h5t.IEEE_F32LE
-    made = h5py.h5d.create(group.id, name.encode(), kind, space, properties)
-    return int(made.get_offset())
+    space, parent = h5py.h5s.create_simple((n_times * n, 3)), file.require_group(FIELDS)
+    begins = {}
+    for name, unit in units.items():
+        steps[f"PointDataOffsets/{name}"] = n * np.arange(n_times, dtype=np.int64)
+        kind = h5py.h5t.IEEE_F32LE
+        made = h5py.h5d.create(parent.id, name.encode(), kind, space, properties)
+        begins[name] = int(made.get_offset())
+        parent[name].attrs["units"] = unit
+    return begins
 
 
 def mixed_topology(grid: MotionGrid) -> Index:
@@ -202,18 +175,7 @@ def mixed_topology(grid: MotionGrid) -> Index:
 def write_motion_index(
     path: Path, motion: Path, grid: MotionGrid, times: Array, fields: tuple[str, ...]
 ) -> None:
-    """Write the index.
-
-    Args:
-        path: The file.
-        motion: The motion file, in the same folder.
-        grid: Its cells.
-        times: Its times [s].
-        fields: Names of its fields.
-
-    Raises:
-        ImpactfemError: The file cannot be written.
-    """
+    """Write the index of a motion file in the same folder, with the names of its fields."""
 
     def item(place: str, shape: str, kind: str, precision: int) -> str:
         where = escape(f"{motion.name}:/{place}")

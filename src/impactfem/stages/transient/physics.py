@@ -31,6 +31,8 @@ from impactfem.stages.transient.selection import (
 from impactfem.system.scalar import Scalar, values_of
 
 Array = NDArray[np.float64]
+Row = tuple[str, float | None, str, str]
+"""Name of a scalar without that of the stage, value, unit and note."""
 
 IMPACT_CONTENT = 100.0
 """Up to where the main impacts have most of their content, section 4.3.2 of the paper [Hz]."""
@@ -60,15 +62,8 @@ def far_highest_below(near: Array, far: Array, frequency: Array) -> float | None
     """The frequency at which the spectrum near the impact overtakes that far from it [Hz].
 
     Upwards from the frequency at which the far one is ahead the most, linear in log f between two
-    frequencies; the highest frequency where it is never overtaken.
-
-    Args:
-        near: Envelope of the spectra in the near half of the line, shape (n_f,).
-        far: That of the far half, same shape.
-        frequency: Ascending, shape (n_f,) [Hz].
-
-    Returns:
-        None when the far one is nowhere higher.
+    frequencies; the highest frequency where it is never overtaken, None when the far one is nowhere
+    higher. Of both halves of the line it takes the envelopes, shape (n_f,).
     """
     ahead = np.log(far / near)
     most = int(np.argmax(ahead))
@@ -81,15 +76,9 @@ def far_highest_below(near: Array, far: Array, frequency: Array) -> float | None
 
 
 def longest_above(first: Array, second: Array, frequency: Array) -> tuple[float, float] | None:
-    """The widest interval, in octaves, in which one spectrum is above another [Hz].
+    """The widest interval, in octaves, in which the first spectrum is above the second [Hz].
 
-    Args:
-        first: The spectrum that is above, shape (n_f,).
-        second: The other one, same shape.
-        frequency: Ascending, shape (n_f,) [Hz].
-
-    Returns:
-        Its ends, linear in log f between two frequencies; None when it is nowhere above.
+    Its ends are linear in log f between two frequencies; None when it is nowhere above.
     """
     ahead = np.log(first / second)
     above = np.concatenate([[False], ahead > 0.0, [False]])
@@ -140,8 +129,7 @@ def arrivals(
         acceleration: Shape (n_points, n_t) [m/s2].
         sense: 1 or −1, the sense in which the impact pushes.
         impact: Its start and end [s].
-        crossing: Time by hand that a wave takes from the first point to the last [s]; None where
-            it is not known.
+        crossing: By hand, of a wave from the first point to the last [s]; None if not known.
     """
     step = float(time[1] - time[0])
     start = int(np.searchsorted(time, impact[0] - 1e-9 * step))
@@ -173,14 +161,8 @@ def crossing_time(distance: Array, arrival: Array) -> float | None:
     """The time a wave takes from the first point of a line to the last [s].
 
     The length of the line times the slope of the straight line through the arrivals, by least
-    squares.
-
-    Args:
-        distance: Of the points from the first, shape (n,) [m].
-        arrival: At the points, nan where nothing arrived, shape (n,) [s].
-
-    Returns:
-        None with fewer than two arrivals, or when they do not come later farther away.
+    squares; nan is no arrival. None with fewer than two, or when they do not come later farther
+    away.
     """
     known = np.isfinite(arrival)
     if np.count_nonzero(known) < 2:
@@ -213,12 +195,7 @@ class ForceSpectra:
 def power_spectrum(record: Array, time_step: float) -> tuple[Array, Array]:
     """One-sided power spectral density by Welch's method, Hann windows that overlap by half.
 
-    Args:
-        record: Shape (..., n).
-        time_step: Δt [s].
-
-    Returns:
-        Frequencies [Hz] and densities [unit of the record squared per Hz].
+    Of records of shape (..., n): frequencies [Hz] and densities [their unit squared per Hz].
     """
     frequency, density = signal.welch(
         record,
@@ -234,11 +211,7 @@ def force_spectra(force: Array, time_step: float) -> ForceSpectra:
     """Spectra of the main impact of each force, alone and over the same duration.
 
     S(f) = 2 |Δt Σ_n F_n e^(−2πi f n Δt)|² / T, with the duration T of the longest of the impacts:
-    so the densities of the forces can be compared.
-
-    Args:
-        force: Shape (n_t, n_forces) [N].
-        time_step: Δt [s].
+    so the densities of the forces, shape (n_t, n_forces) [N], can be compared.
     """
     impacts = [impact_samples(column) for column in force.T]
     longest = max(last - first for first, last in impacts)
@@ -258,54 +231,52 @@ def force_spectra(force: Array, time_step: float) -> ForceSpectra:
 def impact_samples(force: Array) -> tuple[int, int]:
     """First sample, and the one behind the last, of the impact with the largest force.
 
-    Args:
-        force: Positive in compression; the impact ends where nothing acts, tension included,
-            shape (n_t,) [N].
+    It ends where nothing acts: tension at its end belongs to it.
     """
     peak = int(np.argmax(np.abs(force)))
     silent = np.flatnonzero(np.abs(force) <= SILENT * abs(force[peak]))
-    before, after = silent[silent < peak], silent[silent > peak]
-    first = int(before[-1]) + 1 if before.size else 0
-    last = int(after[0]) if after.size else len(force)
-    return first, last
+    first = int(silent[silent < peak].max(initial=-1)) + 1
+    return first, int(silent[silent > peak].min(initial=len(force)))
 
 
 def physics_scalars(store: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
-    """All numbers that the stores have, by the names of `summary.json`.
-
-    Args:
-        store: The store `transient.nc`.
-        sticks: The store `pounding.nc`.
-    """
+    """All numbers that `transient.nc` and `pounding.nc` have, by the names of `summary.json`."""
     response = shown(store)
-    return [
-        *_against_sticks(response, sticks),
-        *_along_line(response),
-        *_between_edges(response),
-        *_of_transfer(response),
-        *_of_wave(response),
-    ]
-
-
-def _against_sticks(response: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
+    good, top, rows = known(response), wave_floor(response), list[Row]()
     other = of_sticks(sticks, "psa", response)
-    if other is None:
-        return []
-    highest = float(response.attrs["maximum_frequency"]) * (1.0 + 1e-9)
-    top = wave_floor(response)
-    ours = at_floor(known(response), "centre", top)["psa"]
-    theirs = other.isel(frequency=(other["frequency"] <= highest).values)
-    peak, stick_peak = ours.isel(ours.argmax(...)), theirs.isel(theirs.argmax(...))
-    ratio = float(peak["frequency"]) / float(stick_peak["frequency"])
-    name = f"transient.frs.floor_{top}"
-    note = "mass centre, 3D model over sticks"
-    return [
-        Scalar(f"{name}.peak_over_sticks", float(peak) / float(stick_peak), "-", note),
-        Scalar(f"{name}.peak_frequency_over_sticks", ratio, "-", note),
-    ]
+    if other is not None:
+        ours = at_floor(good, "centre", top)["psa"]
+        theirs = other.isel(frequency=(other["frequency"] <= _highest(response)).values)
+        peak, stick_peak = ours.isel(ours.argmax(...)), theirs.isel(theirs.argmax(...))
+        ratio = float(peak["frequency"]) / float(stick_peak["frequency"])
+        name, note = f"frs.floor_{top}", "mass centre, 3D model over sticks"
+        rows = [
+            (f"{name}.peak_over_sticks", float(peak) / float(stick_peak), "-", note),
+            (f"{name}.peak_frequency_over_sticks", ratio, "-", note),
+        ]
+    rows += _along_line(response)
+    # Where the floor below the one with the line is above it, at the impact edges.
+    floors = [f for f in floors_of(response, "edge") if f <= top]
+    if len(floors) > 1:
+        lower, upper = floors[-2:]
+        below, above = (at_floor(good, "edge", floor)["psa"].values for floor in (lower, upper))
+        ends = longest_above(below, above, good["frequency"].values) or (None, None)
+        note = "impact edges, ends of the widest interval"
+        rows += [
+            (f"frs.floor_{lower}_above_floor_{upper}.{which}", end, "Hz", note)
+            for which, end in zip(("lowest", "highest"), ends, strict=True)
+        ]
+    rows += [*_of_forces(response), *_of_wave(response)]
+    return [Scalar(f"transient.{name}", value, unit, note) for name, value, unit, note in rows]
 
 
-def _along_line(response: xr.Dataset) -> list[Scalar]:
+def _highest(response: xr.Dataset) -> float:
+    """The highest frequency that the model is meant for, and what rounding adds [Hz]."""
+    return float(response.attrs["maximum_frequency"]) * (1.0 + 1e-9)
+
+
+def _along_line(response: xr.Dataset) -> list[Row]:
+    """How spectra and peak accelerations change from the impact edge to the opposite one."""
     line = of_kind(known(response), "line")
     if line.sizes["probe"] < 3:
         return []
@@ -322,102 +293,61 @@ def _along_line(response: xr.Dataset) -> list[Scalar]:
         float((one.max("probe") - one.min("probe")).max() / one.max())
         for one in (line["sd"], on_floor["sd"])
     )
+    overtaken, at_edge = far_highest_below(near, far, frequency), int(np.argmax(psa[0]))
+    inside = float(min(pfa[0], pfa[-1]) / pfa[1:-1].max())
     floor = f"floor {wave_floor(response)}"
-    table: tuple[tuple[str, float | None, str, str], ...] = (
-        (
-            "frs.far_highest_below",
-            far_highest_below(near, far, frequency),
-            "Hz",
-            f"{floor}: up to there the far half of the line is higher than the near one",
-        ),
-        (
-            "frs.near_highest_at",
-            float(frequency[int(np.argmax(psa[0]))]),
-            "Hz",
-            f"{floor}: peak of the spectrum at the impact edge",
-        ),
-        (
-            "frs.displacement_spread",
-            spread,
-            "-",
-            f"line on {floor}: largest difference of displacement spectra over the largest",
-        ),
-        (
-            "frs.displacement_spread_floor",
-            spread_floor,
-            "-",
-            f"the same of all probes on {floor}: turning about the vertical is in it",
-        ),
-        (
-            "pfa.edges_over_inside",
-            float(min(pfa[0], pfa[-1]) / pfa[1:-1].max()),
-            "-",
-            f"{floor}: the lower of both ends of the line over the highest between them",
-        ),
-        (
-            "pfa.far_over_near",
-            float(pfa[-1] / pfa[0]),
-            "-",
-            f"line on {floor}: the end far from the impact over the one that is hit",
-        ),
-    )
-    return [Scalar(f"transient.{name}", value, unit, note) for name, value, unit, note in table]
-
-
-def _between_edges(response: xr.Dataset) -> list[Scalar]:
-    """Where the floor below the one with the line is above it, at the impact edges."""
-    floors = [f for f in floors_of(response, "edge") if f <= wave_floor(response)]
-    if len(floors) < 2:
-        return []
-    lower, upper = floors[-2:]
-    good = known(response)
-    below, above = (at_floor(good, "edge", floor)["psa"].values for floor in (lower, upper))
-    low, high = longest_above(below, above, good["frequency"].values) or (None, None)
-    name = f"transient.frs.floor_{lower}_above_floor_{upper}"
-    note = "impact edges, ends of the widest interval"
+    of_line = f"line on {floor}: largest difference of displacement spectra over the largest"
+    of_floor = f"the same of all probes on {floor}: turning about the vertical is in it"
+    both_ends = f"{floor}: the lower of both ends of the line over the highest between them"
+    to_far = f"line on {floor}: the end far from the impact over the one that is hit"
+    upto = f"{floor}: up to there the far half of the line is higher than the near one"
+    at_impact = f"{floor}: peak of the spectrum at the impact edge"
     return [
-        Scalar(f"{name}.lowest", low, "Hz", note),
-        Scalar(f"{name}.highest", high, "Hz", note),
+        ("frs.far_highest_below", overtaken, "Hz", upto),
+        ("frs.near_highest_at", float(frequency[at_edge]), "Hz", at_impact),
+        ("frs.displacement_spread", spread, "-", of_line),
+        ("frs.displacement_spread_floor", spread_floor, "-", of_floor),
+        ("pfa.edges_over_inside", inside, "-", both_ends),
+        ("pfa.far_over_near", float(pfa[-1] / pfa[0]), "-", to_far),
     ]
 
 
-def _of_transfer(response: xr.Dataset) -> list[Scalar]:
+def _of_forces(response: xr.Dataset) -> list[Row]:
     """Transfer functions at the edges, and the content of the forces on the two upper ones."""
-    scalars: list[Scalar] = []
+    rows: list[Row] = []
     floors = response["transfer_load_floor"].values if "transfer_load" in response.dims else ()
-    note = "largest acceleration over force at the edge that the force acts on"
-    highest = float(response.attrs["maximum_frequency"]) * (1.0 + 1e-9)
+    note, upto = (
+        "largest acceleration over force at the edge that the force acts on",
+        IMPACT_CONTENT,
+    )
     for floor in floors:
         if floor not in floors_of(response, "edge"):
             continue
         size, _ = transfer(at_floor(response, "edge", floor), floor)
-        size = size.sel(transfer_frequency=slice(None, highest))
-        content = size.sel(transfer_frequency=slice(None, IMPACT_CONTENT))
-        name, upto = f"transient.transfer.floor_{floor}", f"{IMPACT_CONTENT:g}"
-        largest, at = float(content.max()), float(size.idxmax())
-        scalars += [
-            Scalar(name, float(size.max()), "1/kg", note),
-            Scalar(f"{name}_frequency", at, "Hz", note),
-            Scalar(f"{name}_to_{upto}hz", largest, "1/kg", f"{note}, up to {upto} Hz"),
+        size = size.sel(transfer_frequency=slice(None, _highest(response)))
+        largest = float(size.sel(transfer_frequency=slice(None, upto)).max())
+        name = f"transfer.floor_{floor}"
+        rows += [
+            (name, float(size.max()), "1/kg", note),
+            (f"{name}_frequency", float(size.idxmax()), "Hz", note),
+            (f"{name}_to_{upto:g}hz", largest, "1/kg", f"{note}, up to {upto:g} Hz"),
         ]
     if response.sizes["edge"] > 1:
         force = response["edge_force"].isel(edge=[-2, -1]).transpose("time", "edge")
         spectra = force_spectra(force.values, time_step(response))
-        inside = spectra.frequency <= IMPACT_CONTENT
-        below, above = spectra.density[:, inside].mean(axis=1)
+        below, above = spectra.density[:, spectra.frequency <= upto].mean(axis=1)
         lower, upper = force["edge_floor"].values
-        note = f"main impacts, floor {upper} over floor {lower}, mean up to {IMPACT_CONTENT:g} Hz"
-        ratio = float(above / below) if below > 0.0 else None
-        scalars.append(Scalar("transient.psd_ratio", ratio, "-", note))
-    return scalars
+        note = f"main impacts, floor {upper} over floor {lower}, mean up to {upto:g} Hz"
+        rows.append(("psd_ratio", float(above / below) if below > 0.0 else None, "-", note))
+    return rows
 
 
-def _of_wave(response: xr.Dataset) -> list[Scalar]:
+def _of_wave(response: xr.Dataset) -> list[Row]:
     """Crossing times and speeds of the main impact's wave, and what happens at both ends."""
     found, impact = line_arrivals(response), main_impact(response)
     if found is None or impact is None:
         return []
-    scalars = []
+    rows: list[Row] = []
     line = of_kind(response, "line")
     distance = line["distance"].values
     for name, arrival, what in (
@@ -427,9 +357,9 @@ def _of_wave(response: xr.Dataset) -> list[Scalar]:
         crossing = crossing_time(distance, arrival)
         speed = None if crossing is None else float(distance[-1]) / crossing
         note = f"main impact, slope of the arrival of {what} along the line"
-        scalars += [
-            Scalar(f"transient.wave_crossing{name}", crossing, "s", note),
-            Scalar(f"transient.measured_wave_speed{name}", speed, "m/s", note),
+        rows += [
+            (f"wave_crossing{name}", crossing, "s", note),
+            (f"measured_wave_speed{name}", speed, "m/s", note),
         ]
     first, last = found.peak[[0, -1]]
     across = float(last - first) if last > first else None
@@ -444,7 +374,7 @@ def _of_wave(response: xr.Dataset) -> list[Scalar]:
     note = "main impact, from the peak at the impact edge to"
     opposite = "the largest acceleration there in the opposite sense"
     return [
-        *scalars,
-        Scalar("transient.wave_far_edge", across, "s", f"{note} that at the opposite edge"),
-        Scalar("transient.wave_reversal", turned, "s", f"{note} {opposite}"),
+        *rows,
+        ("wave_far_edge", across, "s", f"{note} that at the opposite edge"),
+        ("wave_reversal", turned, "s", f"{note} {opposite}"),
     ]

@@ -63,18 +63,10 @@ FROM_SHORT = ((-0.12, -1.35, 1.0), (1.35, -0.12, 1.0))
 
 
 def transient_pictures(folder: Path) -> list[Path]:
-    """Draw figure 14 and the floors into `figures/`, in a process of their own.
+    """Draw figure 14 and, where there are fields, the floors, in a process of their own.
 
-    Args:
-        folder: The run's folder, with `building.nc`, `transient.nc` and, for the floors,
-            `transient_maps.nc`.
-
-    Returns:
-        The files.
-
-    Raises:
-        ImpactfemError: A file cannot be written, or the process that draws crashed, as it does
-            where OpenGL is missing (Debian's libegl1 and libgl1).
+    An ImpactfemError where a file cannot be written, or where that process crashed, as it does
+    where OpenGL is missing (Debian's libegl1 and libgl1).
     """
     return in_own_process(draw, folder)
 
@@ -211,10 +203,7 @@ def colour_scale(values: Array) -> Normalize:
     """From values to colours, by the logarithm where the largest is many times the least.
 
     Floors that are hit may be so far above the others that a straight scale leaves these in one
-    colour.
-
-    Args:
-        values: All that are shown; nan where there is none.
+    colour. A value is nan where there is none.
     """
     known = values[np.isfinite(values)]
     if not known.size:

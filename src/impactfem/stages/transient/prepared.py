@@ -41,7 +41,7 @@ def prepare(
     """Read mesh, motions and forces. Not collective.
 
     Args:
-        case: The case; it has a structure and a transient part.
+        case: The case.
         mesh_file: The mesh of the building.
         forces_file: The impact forces of the sticks, where the case names none of its own.
         storey_factor: Factor on walls and columns.

@@ -34,20 +34,14 @@ def shown(store: xr.Dataset) -> xr.Dataset:
 
 
 def of_kind(store: xr.Dataset, kind: str) -> xr.Dataset:
-    """The probes of a kind: "centre" and "edge" by floor, "line" from the impact edge.
-
-    Args:
-        store: The store, or what `shown` gives of it.
-        kind: As the label `probe_kind` has it.
-    """
+    """The probes of a kind: "centre" and "edge" by floor, "line" from the edge, "point"."""
     return store.isel(probe=(store["probe_kind"] == kind).values)
 
 
 def at_floor(store: xr.Dataset, kind: str, floor: int) -> xr.Dataset:
     """The mass centre of a floor ("centre"), or the middle of its impact edge ("edge").
 
-    Raises:
-        IndexError: There is no such probe.
+    An IndexError where there is no such probe.
     """
     probes = of_kind(store, kind)
     return probes.isel(probe=(probes["probe_floor"] == floor).values).isel(probe=0)
@@ -166,15 +160,9 @@ def plates_note(response: xr.Dataset) -> str:
 
 
 def of_sticks(sticks: xr.Dataset, name: str, response: xr.Dataset) -> xr.DataArray | None:
-    """A history or spectrum of the sticks at the floor with the line, along the shown direction.
+    """A history, or a spectrum at its first damping, of the sticks at the floor with the line.
 
-    Args:
-        sticks: The store `pounding.nc`.
-        name: The variable; of spectra the first damping is taken.
-        response: What `shown` gives of `transient.nc`.
-
-    Returns:
-        None where the sticks have no such floor, or do not move along the direction.
+    Along the shown direction; None where the sticks have no such floor, or do not move along it.
     """
     axis = "direction" if "direction" in sticks[name].dims else "component"
     direction = response["component"].item()

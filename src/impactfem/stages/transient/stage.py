@@ -7,13 +7,17 @@ from pathlib import Path
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
-from impactfem.stages.check import Check
+from impactfem.stages.check import Check, log_checks
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import of_run, open_store
-from impactfem.stages.transient.checks import log_samples, stick_against_model, transient_checks
+from impactfem.stages.transient.checks import (
+    samples_check,
+    stick_against_model,
+    transient_checks,
+)
 from impactfem.stages.transient.curve_figures import transient_curves
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
@@ -79,7 +83,8 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
 
 def _announce(case: Case) -> None:
     if case.transient is not None:
-        log_samples(case.transient.time_step, case.transient.maximum_frequency)
+        step, highest = case.transient.time_step, case.transient.maximum_frequency
+        log_checks([samples_check(step, highest)])
 
 
 def _checks(case: Case, folder: Path) -> list[Check]:

@@ -1,24 +1,25 @@
-"""The stores of the stage: `transient.nc`, and `transient_maps.nc` with the fields.
+"""The stores of the stage: `transient.nc` with its scalars, `transient_maps.nc` with the fields.
 
 Displacements are relative to the ground, accelerations absolute.
 """
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from impactfem.building.floor import floor_bar
 from impactfem.reduction.response import SAFETY, transfer_functions
 from impactfem.stages.stores import Output, dataset
 from impactfem.stages.transient.compute import TransientStudy, by_probe, main_impact
-from impactfem.stages.transient.maps import FloorMaps
 from impactfem.stages.transient.prepared import transient_of
-from impactfem.stages.transient.scalars import transient_scalars
+from impactfem.stages.transient.selection import known, of_kind
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import with_scalars
+from impactfem.system.scalar import Scalar, with_scalars
 
 AXES = ["x", "y", "z"]
 _HISTORY = "time probe component"
@@ -61,51 +62,15 @@ OUTPUTS = {
     "transfer_im": Output(_TRANSFER, "1/kg", "acceleration over force"),
     "transfer_bound": Output(_TRANSFER, "1/kg", "rigorous bound on the modulus of the error"),
 }
-_WAVE = "wave_node component"
-MAP_OUTPUTS = {
-    "component": Output("component"),
-    "xyz": Output("xyz"),
-    "node_number": Output("node", "", "number in building.nc", label=True),
-    "node_position": Output("node xyz", "m", "vertices of the floors"),
-    "floor_triangle_node": Output(
-        "floor_triangle vertex", "", "vertices of the slabs, places in node"
-    ),
-    "floor_triangle_floor": Output("floor_triangle", label=True),
-    "frequency": Output("frequency", "Hz"),
-    "pfa": Output("node component", "m/s2", "peak acceleration"),
-    "psa": Output("node component frequency", "m/s2", "pseudo-acceleration"),
-    "sampling_loss": Output("frequency", "-", "bound of what psa lacks of a peak between samples"),
-    "wave_node_number": Output("wave_node", "", "number in building.nc", label=True),
-    "wave_node_position": Output("wave_node xyz", "m", "nodes of the floor with the line"),
-    "wave_triangle_node": Output("wave_triangle triangle_corner", "", "places in wave_node"),
-    "snapshot": Output("snapshot", "s"),
-    "wave_displacement": Output(f"snapshot {_WAVE}", "m", "relative to the ground"),
-    "wave_acceleration": Output(f"snapshot {_WAVE}", "m/s2", "absolute"),
-    "membrane_force": Output("snapshot wave_triangle", "N/m", "normal force along y"),
-    "frame": Output("frame", "s", "times of the film"),
-    "frame_acceleration": Output(f"frame {_WAVE}", "m/s2", "absolute"),
-}
 
 
 def write_stores(folder: Path, study: TransientStudy, key: str) -> list[Path]:
-    """Write `transient.nc` and, where there are fields, `transient_maps.nc`.
-
-    Args:
-        folder: The run's folder.
-        study: The stage's results.
-        key: Hash of the stage's inputs.
-
-    Returns:
-        The files.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
-    """
+    """Write `transient.nc` and, where there are fields, `transient_maps.nc`; the files."""
     store = _response(study, key)
-    maps = None if study.maps is None else _fields(study, study.maps, key)
-    files = {"transient.nc": with_scalars(store, transient_scalars(study, store, maps))}
-    if maps is not None:
-        files["transient_maps.nc"] = maps
+    files = {"transient.nc": with_scalars(store, transient_scalars(study, store))}
+    if study.maps is not None:
+        about = {"title": study.case.title, "inputs": key}
+        files["transient_maps.nc"] = study.maps.assign_attrs(about)
     for name, content in files.items():
         write_netcdf(folder / name, content)
     return [folder / name for name in files]
@@ -180,36 +145,71 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
     return dataset(OUTPUTS, values, attributes=attributes, notes=notes)
 
 
-def _fields(study: TransientStudy, maps: FloorMaps, key: str) -> xr.Dataset:
-    mesh = study.prepared.parts.mesh
-    slabs = {floor: mesh.triangles[mesh.slab(floor), :3] for floor in mesh.floors}
-    values = {
-        "component": AXES,
-        "xyz": AXES,
-        "node_number": maps.nodes,
-        "node_position": mesh.nodes[maps.nodes],
-        "floor_triangle_node": np.searchsorted(maps.nodes, np.concatenate(list(slabs.values()))),
-        "floor_triangle_floor": np.repeat(list(slabs), [len(slab) for slab in slabs.values()]),
-        "frequency": maps.frequency,
-        "pfa": maps.pfa,
-        "psa": maps.psa,
-        "sampling_loss": maps.sampling_loss,
-        "wave_node_number": maps.wave_nodes,
-        "wave_node_position": mesh.nodes[maps.wave_nodes],
-        "wave_triangle_node": np.searchsorted(
-            maps.wave_nodes, mesh.triangles[maps.wave_triangles][:, :6]
-        ),
-        "snapshot": maps.wave_times,
-        "wave_displacement": maps.wave_displacement,
-        "wave_acceleration": maps.wave_acceleration,
-        "membrane_force": maps.membrane_force,
-        "frame": maps.frame_times,
-        "frame_acceleration": maps.frame_acceleration,
-    }
-    attributes = {
-        "title": study.case.title,
-        "inputs": key,
-        "damping": maps.damping,
-        "points_per_cycle": maps.points_per_cycle,
-    }
-    return dataset(MAP_OUTPUTS, values, attributes=attributes)
+def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
+    """All scalars of the stage; spectra at the first damping, along the shown direction."""
+    parts, spectra, floor = study.prepared.parts, study.spectra, study.case.wave_floor
+    maps = study.maps
+    finer = (
+        f"of the highest frequency after up-sampling: {spectra.method}, histories made "
+        f"{spectra.upsampling_factor} times finer for the spectra"
+    )
+    impulse = study.prepared.loads.impulse_error
+    rows: list[tuple[str, float, str, str]] = [
+        ("impulse_error", impulse, "-", "of the resampling"),
+        ("points_per_cycle", spectra.points_per_cycle, "-", finer),
+    ]
+    if study.basis is not None:
+        good, highest = known(store), float(store.attrs["maximum_frequency"])
+        moved = good["psa"] > 1e-3 * store["psa"].max()
+        share = float((good["psa_band"] / good["psa"]).where(moved).max().fillna(0.0))
+        note = f"up to {highest:g} Hz, where it is above a thousandth of the largest one"
+        nested = "error of the transfer functions at the probes, by nested models"
+        rows += [
+            ("basis_vectors", float(len(study.basis.model.eigenvalue)), "-", ""),
+            ("basis_difference", study.basis.difference, "-", nested),
+            ("band_max", share, "-", note),
+        ]
+    if study.full is not None:
+        rows.append(("energy_residual", study.full.energy.residual, "-", "of the full model"))
+    if study.full_error is not None:
+        note = "largest relative difference of a spectrum, both by Newmark at the same step"
+        rows.append(("reduced_against_full", study.full_error, "-", note))
+    d = str(store.attrs["shown_direction"])
+    response = store.isel(damping=0).sel(component=d)
+    centres, edges = (of_kind(response, kind) for kind in ("centre", "edge"))
+    for k, number in enumerate(centres["probe_floor"].values):
+        one, name = centres.isel(probe=k), f"floor_{number}"
+        rows += [
+            (f"frs.{name}.peak", float(one["psa"].max()), "m/s2", ""),
+            (f"frs.{name}.peak_frequency", float(one["psa"].idxmax()), "Hz", ""),
+            (f"pfa.{name}", float(one["pfa"]), "m/s2", ""),
+            (f"displacement.{name}", float(abs(one["displacement"]).max()), "m", ""),
+        ]
+    for number, pfa in zip(edges["probe_floor"].values, edges["pfa"].values, strict=True):
+        name = f"pfa.edge_{number}"
+        rows.append((name, float(pfa), "m/s2", "middle of the impact edge"))
+        if maps is not None:
+            on_edge = np.isin(maps["node_number"], np.unique(parts.mesh.edges[int(number)]))
+            along, note = maps["pfa"].sel(component=d)[on_edge], "vertices of the impact edge"
+            rows += [
+                (f"{name}.mean", float(along.mean()), "m/s2", note),
+                (f"{name}.max", float(along.max()), "m/s2", note),
+            ]
+    # Waves by hand: the slab's bare material, and the floor as a bar.
+    slab = parts.slab_material(floor)
+    shear = math.sqrt(slab.E / (2.0 * slab.rho * (1.0 + slab.nu)))
+    plate = math.sqrt(slab.E / (slab.rho * (1.0 - slab.nu**2)))
+    inputs = "of the material, from the inputs:"
+    equation_8 = f"{inputs} shear waves (equation 8 of Bodnar et al. 2022)"
+    rows += [
+        ("wave_speed", shear, "m/s", equation_8),
+        ("plate_wave_speed", plate, "m/s", f"{inputs} waves normal to the edge of a bare plate"),
+    ]
+    if floor in parts.mesh.edges:
+        bar = floor_bar(parts, floor, 1 - parts.mesh.edge_axis(floor))
+        note = f"√(EA'/m') of floor {floor} across: slab and beams, with the added mass"
+        rows += [
+            ("loaded_wave_speed", bar.speed, "m/s", note),
+            ("loaded_wave_crossing", bar.crossing, "s", f"by {note}"),
+        ]
+    return [Scalar(f"transient.{name}", value, unit, note) for name, value, unit, note in rows]

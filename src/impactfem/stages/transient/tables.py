@@ -21,17 +21,9 @@ from impactfem.system.scalar import scalars_of
 
 
 def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
-    """Write the tables of the stage into `tables/` and, without the densities, into the log.
+    """Write the tables of the stage and, without the densities, into the log; the files.
 
-    Args:
-        folder: The run's folder, with `transient.nc` and `pounding.nc`.
-        published: Published values in SI by the name of the result.
-
-    Returns:
-        The files.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
+    Published values are in SI, by the name of the result.
     """
     with (
         open_store(folder / "transient.nc") as store,
