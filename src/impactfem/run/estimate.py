@@ -1,7 +1,7 @@
 """What a run will take, from its case alone: steps, unknowns, vectors, memory and time by stage.
 
-Constants are fitted to the runs of the README (342,594 and 1,464,204 degrees of freedom, one core):
-memory within a factor of 1.5, time within 2 on such a machine. Memory is
+Constants are fitted to the runs of docs/speed.md (342,594 and 1,464,204 degrees of freedom, one
+core): memory within a factor of 1.5, time within 2 on such a machine. Memory is
 
     m = m0 + N (c + 8 k v) + histories,
 
