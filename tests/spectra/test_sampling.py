@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from impactfem.spectra import response_spectra
-from impactfem.spectra.sampling import sampling_loss, upsample, upsampling_factor
+from impactfem.spectra.response_spectrum import sampling_loss, upsample, upsampling_factor
 from impactfem.system.errors import ImpactfemError
 
 FREQUENCY, DAMPING = 10.0, 0.02

@@ -39,8 +39,8 @@ from impactfem.motion.treatment import BaselineCorrection
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.spectra import logarithmic_frequencies
 from impactfem.spectra.oscillator import step_coefficients
-from impactfem.spectra.peaks import displacement_peaks
-from impactfem.spectra.sampling import upsample, upsampling_factor
+from impactfem.spectra.peaks import peak_responses
+from impactfem.spectra.response_spectrum import upsample, upsampling_factor
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 FloatArray = npt.NDArray[np.float64]
@@ -111,7 +111,9 @@ def synthesise(
 
     def spectrum(acceleration: FloatArray) -> FloatArray:
         fine = upsample(acceleration[None, :], factor)
-        return np.asarray(displacement_peaks(fine, oscillators)[0] * oscillators.omega**2)
+        return np.asarray(
+            peak_responses(fine, oscillators, absolute=False)[0][0] * oscillators.omega**2
+        )
 
     def harmonics() -> FloatArray:
         return np.asarray(e * fft.irfft(carrier, 2 * (f_k.size - 1))[:n])
@@ -121,7 +123,18 @@ def synthesise(
     best: FloatArray = np.zeros(n)
     best_rms, best_iteration = math.inf, 0
     for iteration in range(iterations + 1):
-        motion = _finished(harmonics(), pga, at_rest)
+        motion = at_rest(harmonics())
+        # The peak and the rest each spoil the other a little, less from pass to pass.
+        if pga is not None:
+            for _ in range(_PEAK_PASSES):
+                motion = at_rest(_to_peak(motion, pga))
+                if abs(np.abs(motion).max() / pga - 1.0) <= _PEAK_TOLERANCE:
+                    break
+            else:
+                raise SolutionError(
+                    f"no motion was found that has its peak at {pga!r} m/s2 and is at rest at its "
+                    "end"
+                )
         ratio = required / spectrum(motion)
         rms = float(np.sqrt(np.mean((1.0 / ratio - 1.0) ** 2)))
         if rms < best_rms:
@@ -194,23 +207,6 @@ def _carrier(
     amplitude[1:] = target.pseudo_acceleration(f_k[1:]) / np.sqrt(f_k[1:]) * band[1:]
     phase = 2.0 * np.pi * np.random.Generator(np.random.PCG64(seed)).random(f_k.size)
     return f_k, amplitude * np.exp(1j * phase)
-
-
-def _finished(
-    acceleration: FloatArray, pga: float | None, at_rest: BaselineCorrection
-) -> FloatArray:
-    """Bring a motion to rest at its end, and to its peak where one is requested."""
-    a = at_rest(acceleration)
-    if pga is None:
-        return a
-    # Each spoils the other a little, by a part that shrinks from pass to pass.
-    for _ in range(_PEAK_PASSES):
-        a = at_rest(_to_peak(a, pga))
-        if abs(np.abs(a).max() / pga - 1.0) <= _PEAK_TOLERANCE:
-            return a
-    raise SolutionError(
-        f"no motion was found that has its peak at {pga!r} m/s2 and is at rest at its end"
-    )
 
 
 def _to_peak(acceleration: FloatArray, pga: float) -> FloatArray:

@@ -75,10 +75,37 @@ class Treatment:
             level = float(a.mean()) - slope * float(t.mean())
             note = f"line {level:.6g} m/s2 + {slope:.6g} m/s3 t taken out"
             result = _noted(result, a - (level + slope * t), note)
+        h, t, duration = result.time_step, result.time, result.duration
         if self.taper is not None:
-            result = _tapered(result, self.taper)
+            if self.taper > 0.5 * duration:
+                raise ImpactfemError(
+                    f"the taper of {self.taper:.6g} s is longer than half the record, "
+                    f"{0.5 * duration:.6g} s"
+                )
+            share = np.clip(np.minimum(t, duration - t) / self.taper, 0.0, 1.0)
+            window = 0.5 * (1.0 - np.cos(np.pi * share))
+            note = f"tapered over {self.taper:.6g} s at both ends"
+            result = _noted(result, result.acceleration * window, note)
         if self.band is not None:
-            result = _filtered(result, self.band)
+            low, high = self.band
+            if high >= 0.5 / h:
+                raise ImpactfemError(
+                    f"the high corner of {high:.6g} Hz must be below the Nyquist frequency of the"
+                    f" record, {0.5 / h:.6g} Hz"
+                )
+            if low < 0.1 / duration:
+                raise ImpactfemError(
+                    f"the low corner of {low:.6g} Hz must be at least a tenth of a cycle in the"
+                    f" duration, {0.1 / duration:.6g} Hz"
+                )
+            # Zeros at both ends, so that the filter rings out before the record is turned round.
+            pad = math.ceil(1.5 * FILTER_ORDER / low / h)
+            sos = signal.butter(FILTER_ORDER, self.band, btype="bandpass", fs=1.0 / h, output="sos")
+            forward = signal.sosfilt(sos, np.pad(result.acceleration, pad))
+            both = signal.sosfilt(sos, forward[::-1])[::-1]
+            corners = f"{low:.6g} Hz to {high:.6g} Hz"
+            note = f"Butterworth band-pass {corners} of order {FILTER_ORDER}, forward and backward"
+            result = _noted(result, both[pad : pad + t.size], note)
         if self.resample is not None:
             result = resampled(result, self.resample)
         if self.baseline == "rest":
@@ -98,41 +125,6 @@ def _noted(
 ) -> Accelerogram:
     origin = f"{accelerogram.origin}; {note}".removeprefix("; ")
     return replace(accelerogram, acceleration=acceleration, origin=origin, **others)
-
-
-def _tapered(accelerogram: Accelerogram, length: float) -> Accelerogram:
-    t, duration = accelerogram.time, accelerogram.duration
-    if length > 0.5 * duration:
-        raise ImpactfemError(
-            f"the taper of {length:.6g} s is longer than half the record, {0.5 * duration:.6g} s"
-        )
-    nearest = np.minimum(t, duration - t)
-    window = 0.5 * (1.0 - np.cos(np.pi * np.clip(nearest / length, 0.0, 1.0)))
-    note = f"tapered over {length:.6g} s at both ends"
-    return _noted(accelerogram, accelerogram.acceleration * window, note)
-
-
-def _filtered(accelerogram: Accelerogram, band: tuple[float, float]) -> Accelerogram:
-    h, a = accelerogram.time_step, accelerogram.acceleration
-    nyquist, lowest = 0.5 / h, 0.1 / accelerogram.duration
-    if band[1] >= nyquist:
-        raise ImpactfemError(
-            f"the high corner of {band[1]:.6g} Hz must be below the Nyquist frequency of the"
-            f" record, {nyquist:.6g} Hz"
-        )
-    if band[0] < lowest:
-        raise ImpactfemError(
-            f"the low corner of {band[0]:.6g} Hz must be at least a tenth of a cycle in the"
-            f" duration, {lowest:.6g} Hz"
-        )
-    # Zeros at both ends, so that the filter rings out before the record is turned round.
-    pad = math.ceil(1.5 * FILTER_ORDER / band[0] / h)
-    sections = signal.butter(FILTER_ORDER, band, btype="bandpass", fs=1.0 / h, output="sos")
-    forward = signal.sosfilt(sections, np.pad(a, pad))
-    both = signal.sosfilt(sections, forward[::-1])[::-1]
-    corners = f"{band[0]:.6g} Hz to {band[1]:.6g} Hz"
-    note = f"Butterworth band-pass {corners} of order {FILTER_ORDER}, forward and backward"
-    return _noted(accelerogram, both[pad : pad + a.size], note)
 
 
 def resampled(accelerogram: Accelerogram, time_step: float) -> Accelerogram:

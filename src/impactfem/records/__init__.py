@@ -49,9 +49,22 @@ def read_record(
             number of the others, each with its line.
     """
     path = Path(path)
-    record_format = FORMATS.get(_format_of(path) if fmt is None else fmt)
-    if record_format is None:
-        raise _unknown(path, f"the format '{fmt}'")
+    ending = path.suffix.lower().lstrip(".")
+    what = f"the format '{fmt}'"
+    if fmt is None and ending in AMBIGUOUS_ENDINGS:
+        what = f"what the file with the ending '{path.suffix}' holds"
+        lines = [line for line in RecordFile(path, "a record").lines if not line.startswith("#")]
+        # CSV is last: a title in brackets looks like the header of a column.
+        for name, one in reversed(FORMATS.items()):
+            if fmt is None and any(one.sign.match(line) for line in lines[:_SIGN_LINES]):
+                fmt = name
+    elif fmt is None:
+        fmt, what = FORMAT_OF_ENDING.get(ending), f"the ending '{path.suffix}'"
+    if fmt not in FORMATS:
+        known = " or ".join(f"'{name}'" for name in FORMATS)
+        expected = f"{what} is not known; expected the format {known}"
+        raise InputError([Fault(path, "", None, expected)])
+    record_format = FORMATS[fmt]
     try:
         # A sample near the largest float overflows when its unit is converted: a fault, below.
         with np.errstate(over="ignore", invalid="ignore"):
@@ -60,23 +73,3 @@ def read_record(
         raise
     except ImpactfemError as error:
         raise InputError([Fault(path, "", None, str(error))]) from error
-
-
-def _format_of(path: Path) -> str:
-    """The format of a file, by its ending and, where that leaves a choice, by its content."""
-    ending = path.suffix.lower().lstrip(".")
-    if ending in FORMAT_OF_ENDING:
-        return FORMAT_OF_ENDING[ending]
-    if ending not in AMBIGUOUS_ENDINGS:
-        raise _unknown(path, f"the ending '{path.suffix}'")
-    lines = [line for line in RecordFile(path, "a record").lines if not line.startswith("#")]
-    # CSV is last: a title in brackets looks like the header of a column.
-    for name, record_format in reversed(FORMATS.items()):
-        if any(record_format.sign.match(line) for line in lines[:_SIGN_LINES]):
-            return name
-    raise _unknown(path, f"what the file with the ending '{path.suffix}' holds")
-
-
-def _unknown(path: Path, what: str) -> InputError:
-    known = " or ".join(f"'{name}'" for name in FORMATS)
-    return InputError([Fault(path, "", None, f"{what} is not known; expected the format {known}")])

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import (
@@ -55,17 +54,35 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
         raise file.error()
     columns = dict(zip(factors, np.array(list(samples.values())).T, strict=True))
     time = columns["time"] * factors["time"]
-    _check_time(file, list(samples), time)
+    # Samples whose time is not the one that a uniform step would give. The median: a sample left
+    # out, or a wrong time, does not change what is usual.
+    places, steps = list(samples), np.diff(time)
+    forward = steps[steps > 0.0]
+    usual = float(np.median(forward)) if forward.size else 0.0
+    if usual > 0.0 and abs(time[0]) > _STEP_TOLERANCE * usual:
+        expected = "expected the first sample at time 0: shift the times of the record"
+        file.note(places[0], f"{time[0]:.9g} s", expected)
+    for i, step in enumerate(steps.tolist(), start=1):
+        if step <= 0.0:
+            expected = f"expected times that ascend; the line before has {time[i - 1]:.9g} s"
+        elif abs(step - usual) > _STEP_TOLERANCE * usual:
+            expected = (
+                f"expected a uniform time step, {usual:.9g} s as between most samples (with"
+                f" enough digits); this step is {step:.9g} s"
+            )
+        else:
+            continue
+        file.note(places[i], f"{time[i]:.9g} s", expected)
     if file.faults:
         raise file.error()
-    step = float(time[-1] - time[0]) / (time.size - 1)
+    h = float(time[-1] - time[0]) / (time.size - 1)
     names = [name for name in factors if name != "time"]
     known = ", ".join(f"'{name}'" for name in names)
     column = names[file.choose(component, [(name,) for name in names], known)]
     name, origin = file.path.stem, f"record {file.path.name}"
     if len(names) > 1:
         name, origin = f"{name}_{column}", f"{origin}, column {column}"
-    return Accelerogram(step, columns[column] * factors[column], name, origin)
+    return Accelerogram(h, columns[column] * factors[column], name, origin)
 
 
 def write_csv(accelerogram: Accelerogram, path: Path | str) -> None:
@@ -131,27 +148,6 @@ def _row(file: RecordFile, line_number: int, line: str, names: Sequence[str]) ->
         else:
             values.append(value)
     return values if len(values) == len(names) else None
-
-
-def _check_time(file: RecordFile, lines: list[int], time: npt.NDArray[np.float64]) -> None:
-    """Note the samples whose time is not the one that a uniform step would give."""
-    steps = np.diff(time)
-    # The median: a sample left out, or a wrong time, does not change what is usual.
-    forward = steps[steps > 0.0]
-    usual = float(np.median(forward)) if forward.size else 0.0
-    if usual > 0.0 and abs(time[0]) > _STEP_TOLERANCE * usual:
-        expected = "expected the first sample at time 0: shift the times of the record"
-        file.note(lines[0], f"{time[0]:.9g} s", expected)
-    for i, step in enumerate(steps.tolist(), start=1):
-        if step <= 0.0:
-            expected = f"expected times that ascend; the line before has {time[i - 1]:.9g} s"
-            file.note(lines[i], f"{time[i]:.9g} s", expected)
-        elif abs(step - usual) > _STEP_TOLERANCE * usual:
-            expected = (
-                f"expected a uniform time step, {usual:.9g} s as between most samples (with"
-                f" enough digits); this step is {step:.9g} s"
-            )
-            file.note(lines[i], f"{time[i]:.9g} s", expected)
 
 
 FORMAT = Format(

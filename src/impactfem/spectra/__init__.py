@@ -17,8 +17,12 @@ from impactfem.spectra.frequency_list import (
 )
 from impactfem.spectra.oscillator import OscillatorResponse, oscillator_response
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
-from impactfem.spectra.response_spectrum import Method, ResponseSpectra, response_spectra
-from impactfem.spectra.sampling import sampling_loss
+from impactfem.spectra.response_spectrum import (
+    Method,
+    ResponseSpectra,
+    response_spectra,
+    sampling_loss,
+)
 from impactfem.spectra.statistics import Statistic, combine, fractile
 
 __all__ = [

@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -43,7 +42,11 @@ _FUSED = {"contract"}
 
 
 def peak_responses(
-    acceleration: FloatArray, coefficients: StepCoefficients, *, threads: int = 1
+    acceleration: FloatArray,
+    coefficients: StepCoefficients,
+    *,
+    threads: int = 1,
+    absolute: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
     """Find the largest relative displacement and absolute acceleration of every oscillator.
 
@@ -54,6 +57,7 @@ def peak_responses(
         acceleration: Base accelerations, C-contiguous, finite, shape (n_r, n) [m/s2].
         coefficients: Of n_o oscillators at the records' time step.
         threads: Records are shared out to so many threads; the result does not depend on it.
+        absolute: Whether the second peaks are found; nan without, in about two thirds of the time.
 
     Returns:
         max |x|, shape (n_r, n_o) [m], and max |x'' + a|, shape (n_r, n_o) [m/s2].
@@ -61,44 +65,6 @@ def peak_responses(
     Raises:
         ImpactfemError: The number of threads is below 1.
     """
-    c = coefficients
-    peaks, z = _run(both_kernel, 2, acceleration, c, threads)
-    sd = np.maximum(
-        peaks[0] / c.omega_d, free_vibration_peak(z, c.rate, (-1j / c.omega_d).astype(complex))
-    )
-    return sd, np.maximum(peaks[1], free_vibration_peak(z, c.rate, c.acceleration_gain))
-
-
-def displacement_peaks(
-    acceleration: FloatArray, coefficients: StepCoefficients, *, threads: int = 1
-) -> FloatArray:
-    """Find the largest relative displacement only, in about two thirds of the time.
-
-    Args:
-        acceleration: As in :func:`peak_responses`, shape (n_r, n) [m/s2].
-        coefficients: Of n_o oscillators at the records' time step.
-        threads: Records are shared out to so many threads.
-
-    Returns:
-        max |x|, shape (n_r, n_o) [m].
-
-    Raises:
-        ImpactfemError: The number of threads is below 1.
-    """
-    c = coefficients
-    peaks, z = _run(displacement_kernel, 1, acceleration, c, threads)
-    free = free_vibration_peak(z, c.rate, (-1j / c.omega_d).astype(complex))
-    return np.asarray(np.maximum(peaks[0] / c.omega_d, free))
-
-
-def _run(
-    kernel: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], None],
-    outputs: int,
-    acceleration: FloatArray,
-    coefficients: StepCoefficients,
-    threads: int,
-) -> tuple[FloatArray, ComplexArray]:
-    """Run a kernel on all records; return its peaks and the states at the last sample."""
     if threads < 1:
         raise ImpactfemError(f"the number of threads must be at least 1, got {threads}")
     c = coefficients
@@ -107,8 +73,13 @@ def _run(
     state = np.empty((2, n_records, c.omega.size))
     state[0] = -c.feedthrough.real * acceleration[:, :1]
     state[1] = -c.feedthrough.imag * acceleration[:, :1]
-    peaks = np.zeros((outputs, n_records, c.omega.size))
-    rows = coefficient_rows(c)
+    kernel = both_kernel if absolute else displacement_kernel
+    peaks = np.zeros((2 if absolute else 1, n_records, c.omega.size))
+    gain = c.acceleration_gain
+    # Re and Im of the propagator, of the input gain and of the feedthrough; Re and -Im of the
+    # acceleration gain G; Re(G feedthrough).
+    parts = [of for z in (c.propagator, c.input_gain, c.feedthrough) for of in (z.real, z.imag)]
+    rows = np.array([*parts, gain.real, -gain.imag, (gain * c.feedthrough).real])
 
     def run(part: slice) -> None:
         # The kernels are fast on contiguous arrays only: a slice of the second axis is none.
@@ -118,40 +89,18 @@ def _run(
 
     n_parts = min(threads, n_records)
     bounds = [n_records * k // n_parts for k in range(n_parts + 1)]
-    parts = [slice(i, j) for i, j in pairwise(bounds)]
+    records = [slice(i, j) for i, j in pairwise(bounds)]
     if n_parts == 1:
-        run(parts[0])
+        run(records[0])
     else:
         with ThreadPoolExecutor(n_parts) as pool:
-            list(pool.map(run, parts))
-    return peaks, state[0] + 1j * state[1]
-
-
-def coefficient_rows(coefficients: StepCoefficients) -> FloatArray:
-    """Lay the coefficients out as the kernels want them.
-
-    Args:
-        coefficients: Of n_o oscillators.
-
-    Returns:
-        Rows Re and Im of the propagator, of the input gain and of the feedthrough, then Re and
-        -Im of the acceleration gain G, then Re(G feedthrough), shape (9, n_o).
-    """
-    c = coefficients
-    gain = c.acceleration_gain
-    return np.array(
-        [
-            c.propagator.real,
-            c.propagator.imag,
-            c.input_gain.real,
-            c.input_gain.imag,
-            c.feedthrough.real,
-            c.feedthrough.imag,
-            gain.real,
-            -gain.imag,
-            (gain * c.feedthrough).real,
-        ]
-    )
+            list(pool.map(run, records))
+    z = state[0] + 1j * state[1]
+    free = free_vibration_peak(z, c.rate, (-1j / c.omega_d).astype(complex))
+    sd = np.maximum(peaks[0] / c.omega_d, free)
+    if not absolute:
+        return sd, np.full_like(sd, np.nan)
+    return sd, np.maximum(peaks[1], free_vibration_peak(z, c.rate, c.acceleration_gain))
 
 
 def free_vibration_peak(z: ComplexArray, rate: ComplexArray, gain: ComplexArray) -> FloatArray:
@@ -181,7 +130,7 @@ def displacement_kernel(
 
     Args:
         acceleration: Shape (n_r, n) [m/s2].
-        rows: Of :func:`coefficient_rows`, shape (9, n_o).
+        rows: The coefficients as `peak_responses` lays them out, shape (9, n_o).
         state: Re and Im of the shifted state w at the first sample on entry, of the state z at
             the last sample on return, shape (2, n_r, n_o) [m/s].
         peaks: Raised to max |Im z|, shape (1, n_r, n_o) [m/s].
@@ -227,7 +176,7 @@ def both_kernel(
 
     Args:
         acceleration: Shape (n_r, n) [m/s2].
-        rows: Of :func:`coefficient_rows`, shape (9, n_o).
+        rows: The coefficients as `peak_responses` lays them out, shape (9, n_o).
         state: As in :func:`displacement_kernel`, shape (2, n_r, n_o) [m/s].
         peaks: Raised to max |Im z| [m/s] and max |Re(G z)| [m/s2], shape (2, n_r, n_o).
     """
@@ -369,34 +318,28 @@ def _step_peak(
         right = turn if left < turn < h else h
         slope_right = slope + (q * _phi(rate * right, 1)).real * right
         if (slope_left < 0.0) != (slope_right < 0.0):
-            t = _stationary_point(left, right, slope_left, slope, q, rate)
+            # The zero of (3) in this bracket: Newton's method, bisection where it leaves it.
+            begin, end = left, right
+            t = 0.5 * (begin + end)
+            for _ in range(60):
+                value = slope + (q * _phi(rate * t, 1)).real * t
+                if (value < 0.0) == (slope_left < 0.0):
+                    begin = t
+                else:
+                    end = t
+                curvature = (q * cmath.exp(rate * t)).real
+                t_next = t - value / curvature if curvature != 0.0 else begin
+                if not begin < t_next < end:
+                    t_next = 0.5 * (begin + end)
+                # At a stationary point an error in time enters the value squared.
+                close = abs(t_next - t) <= 1e-9 * end
+                t = t_next
+                if close:
+                    break
             peak = max(peak, abs(f + slope * t + (q * _phi(rate * t, 2)).real * t * t))
         left, slope_left = right, slope_right
         turn += math.pi / rate.imag
     return peak
-
-
-@njit(nogil=True, cache=True)
-def _stationary_point(
-    left: float, right: float, slope_left: float, slope: float, q: complex, rate: complex
-) -> float:
-    """Find the zero of (3) in a bracket: Newton's method, bisection where it leaves the bracket."""
-    t = 0.5 * (left + right)
-    for _ in range(60):
-        value = slope + (q * _phi(rate * t, 1)).real * t
-        if (value < 0.0) == (slope_left < 0.0):
-            left = t
-        else:
-            right = t
-        curvature = (q * cmath.exp(rate * t)).real
-        t_next = t - value / curvature if curvature != 0.0 else left
-        if not left < t_next < right:
-            t_next = 0.5 * (left + right)
-        # At a stationary point an error in time enters the value squared.
-        if abs(t_next - t) <= 1e-9 * right:
-            return t_next
-        t = t_next
-    return t
 
 
 @njit(nogil=True, cache=True)

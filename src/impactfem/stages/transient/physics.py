@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import signal
 
-from impactfem.spectra.sampling import upsample
+from impactfem.spectra.response_spectrum import upsample
 from impactfem.stages.stores import time_step
 from impactfem.stages.transient.selection import (
     at_floor,
