@@ -14,8 +14,8 @@ from impactfem.building.parts import BuildingParts
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import Case, load_case
+from impactfem.case.buildings import BeamGroup, FileMesh, PartMaterial, ShellGroup
 from impactfem.case.damping import PartDamping as Entry
-from impactfem.case.structure import BeamGroup, FileMesh, PartMaterial, ShellGroup
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import InputError
 

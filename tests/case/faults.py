@@ -1,11 +1,17 @@
 """The faults that the loader finds in a case."""
 
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from impactfem.case import load_case
 from impactfem.system.errors import Fault, InputError
+
+from .sections import Base
+from .texts import replaced
 
 JARGON = ("Input should", "pydantic", "https://", "Value error", "type=", "validation", "Tag")
 
@@ -43,3 +49,38 @@ def refused(path: Path, key: str, words: str) -> None:
     (fault,) = all_faults(path)
     assert (fault.file, fault.key) == (path, key) or f"{Path(fault.file).name}: {fault.key}" == key
     assert words in f"{fault.value} {fault.expected}"
+
+
+Row = tuple[str, ...]
+"""The text that is replaced ("" adds at the end), what stands in its place, the key of the fault,
+words of it, and the keys of further faults that follow from it."""
+
+
+def each_row(tables: Iterable[tuple[Base, str | None, str, Iterable[Row]]]) -> Any:
+    """One test for each row of tables: a base, the file that is changed, what keys begin with."""
+    params = [
+        pytest.param(base, file, key, row, id=f"{key}{row[2]}-{row[3]}")
+        for base, file, key, rows in tables
+        for row in rows
+    ]
+    return pytest.mark.parametrize(("base", "file", "key", "row"), params)
+
+
+def check_row(
+    written: Callable[..., Path], base: Base, file: str | None, key: str, row: Row
+) -> None:
+    """A case with the change of a row has its fault, and no other but those that it says."""
+    old, new, last, words, *others = row
+    edits = []
+    if not old:
+        base = replace(base, more=f"{base.more}{new}\n")
+    elif file is None and old in base.more:
+        base = replace(base, more=replaced(base.more, (old, new)))
+    else:
+        edits = [(file, old, new)]
+    faults = all_faults(written(base, *edits))
+    name, found = file or "pair.toml", {fault.key for fault in faults}
+    texts = [f"{one.value} {one.expected}" for one in faults if one.key == key + last]
+    assert any(words in text for text in texts), faults
+    assert all(Path(one.file).name == name for one in faults if one.key == key + last)
+    assert found == {key + last, *others}, faults

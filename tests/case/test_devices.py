@@ -1,84 +1,52 @@
-"""The tables [[devices]] of a case file."""
+"""The tables [[devices]] and the section [device_analysis] of a case file."""
 
 import json
 import pickle
 from collections.abc import Callable
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from impactfem.case import (
     BaseStiffness,
+    Case,
     Cylinder,
     DeviceAnalysis,
     DeviceBeam,
     DeviceMode,
     DeviceSetup,
+    Probe,
     load_case,
 )
 from impactfem.case.damping import Damping
-from impactfem.system.errors import InputError
+from impactfem.case.devices import Combination, chosen, unknown_patterns
+from impactfem.device import combination
 
 from .faults import faults_of, refused
-from .texts import added, replaced
+from .sections import (
+    ANALYSIS,
+    BEAM,
+    CABINET,
+    FROM_FILE,
+    LIGHT,
+    MODES,
+    PIPE,
+    PIPE_FILES,
+    PUMP,
+    TRANSIENT,
+)
+from .texts import replaced
 
-Structured = Callable[..., Path]
-With = Callable[..., Path]
-
-TRANSIENT = """
-[transient]
-time_step = "1 ms"
-"""
-PUMP = """
-[[devices]]
-name = "pump"
-point = ["23.1 m", "12.0 m", "30.3 m"]
-radius = "0.5 m"
-mass = "1.5 t"
-mass_height = "46 cm"
-shape = { type = "cylinder", radius = "50 cm", length = "1 m" }
-stiffness = { x = "140 MN/m", y = "1.2e8 N/m", z = "rigid", \
-rx = "30 MN m/rad", ry = "rigid", rz = "rigid" }
-damping = { ratio = "2 %", frequencies = ["30 Hz", "80 Hz"] }
-"""
-BEAM = """
-[devices.beam]
-length = "46 cm"
-bending = ["80 MN m2", "60 MN m2"]
-shear = ["rigid", "1.2e9 N"]
-twisting = "3e7 N m2"
-mass = "45.9 kg"
-elements = 2
-"""
-CABINET = """
-[[devices]]
-name = "cabinet"
-point = ["5 m", "0 m", "9.6 m"]
-radius = "40 cm"
-modes = "pair_modes.csv"
-damping = { mass_coefficient = "0 1/s", stiffness_coefficient = "1 ms" }
-maximum_frequency = "50 Hz"
-"""
-MODES = """\
-frequency [Hz],direction,effective_mass [kg],height [m]
-# the first one
-8,y,300,1.1
-12.5,x,280,1
-30,z,50,0
-"""
+Write = Callable[..., Path]
 
 
 @pytest.fixture
-def with_devices(structured: Structured) -> With:
-    """A case with a structure and devices, with texts of the devices or of the tables replaced."""
+def with_devices(structured: Write) -> Write:
+    """A case with a 3D model and devices, with texts of these or of their tables replaced."""
 
-    def write(
-        text: str = PUMP, *edits: tuple[str, str], transient: str = TRANSIENT, modes: str = MODES
-    ) -> Path:
-        path = structured()
-        added(path, transient + replaced(text, *edits))
-        (path.parent / "pair_modes.csv").write_text(modes, encoding="utf-8")
-        return path
+    def write(text: str = PUMP, *edits: tuple[str, str], files: dict[str, str] = MODES) -> Path:
+        return structured(more=TRANSIENT + replaced(text, *edits), files=files)
 
     return write
 
@@ -88,7 +56,7 @@ def test_left_out(pair: Path) -> None:
     assert (case.devices, case.device_analysis) == ((), None)
 
 
-def test_a_body_on_springs(with_devices: With) -> None:
+def test_a_body_on_springs(with_devices: Write) -> None:
     case = load_case(with_devices())
     assert case.devices == (
         DeviceSetup(
@@ -112,7 +80,7 @@ def test_a_body_on_springs(with_devices: With) -> None:
     assert dumped[0]["stiffness"]["z"] == "rigid"
 
 
-def test_beam(with_devices: With) -> None:
+def test_beam(with_devices: Write) -> None:
     (pump,) = load_case(with_devices(PUMP + BEAM)).devices
     assert pump.beam == DeviceBeam(
         length=0.46,
@@ -129,7 +97,7 @@ def test_beam(with_devices: With) -> None:
     assert (pump.beam.bending, pump.beam.shear) == ((8e7, 8e7), (1.2e9, 1.2e9))
 
 
-def test_table_of_modes(with_devices: With) -> None:
+def test_table_of_modes(with_devices: Write) -> None:
     case = load_case(with_devices(PUMP + CABINET))
     pump, cabinet = case.devices
     assert pump.modes is None
@@ -139,26 +107,21 @@ def test_table_of_modes(with_devices: With) -> None:
         DeviceMode(frequency=30.0, direction="z", effective_mass=50.0),
     )
     assert cabinet.maximum_frequency == 50.0
+    other = {name: text.replace("300", "301") for name, text in MODES.items()}
+    assert load_case(with_devices(PUMP + CABINET, files=other)).digest != case.digest
 
 
-def test_the_table_counts(with_devices: With) -> None:
-    hashes = {
-        load_case(with_devices(CABINET, modes=text)).content_hash()
-        for text in (MODES, MODES.replace("300", "301"))
-    }
-    assert len(hashes) == 2
-
-
-def test_mass_beside_modes(with_devices: With) -> None:
+def test_mass_beside_modes(with_devices: Write) -> None:
     whole = 'mass = "400 kg"\nmass_height = "0.9 m"\ninertia = ["9 kg m2", "9 kg m2", "0 kg m2"]\n'
     (cabinet,) = load_case(with_devices(CABINET + whole)).devices
     assert (cabinet.mass, cabinet.mass_height, cabinet.inertia) == (400.0, 0.9, (9.0, 9.0, 0.0))
 
 
-def test_damping_of_each_mode(with_devices: With) -> None:
+def test_damping_of_each_mode(with_devices: Write) -> None:
     line = 'damping = { mass_coefficient = "0 1/s", stiffness_coefficient = "1 ms" }\n'
     damped = "frequency [Hz],direction,effective_inertia [kg m2],damping [%]\n8,rx,300,4\n"
-    (cabinet,) = load_case(with_devices(CABINET, (line, ""), modes=damped)).devices
+    path = with_devices(CABINET, (line, ""), files={"pair_modes.csv": damped})
+    (cabinet,) = load_case(path).devices
     assert cabinet.damping is None
     assert cabinet.modes is not None
     (mode,) = cabinet.modes
@@ -169,50 +132,7 @@ def test_damping_of_each_mode(with_devices: With) -> None:
     }
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "key", "expected"),
-    [
-        ('mass = "1.5 t"\n', "", "mass", "missing; expected the mass of a body, or modes"),
-        ('mass_height = "46 cm"\n', "", "mass_height", "mass and mass_height together"),
-        ("shape = {", 'inertia = ["1 kg m2", "1 kg m2", "1 kg m2"]\nshape = {', "shape",
-         "either inertia or shape beside mass, not both"),
-        ('shape = { type = "cylinder", radius = "50 cm", length = "1 m" }\n', "", "shape",
-         "either inertia or shape beside mass"),
-        ('"cylinder"', '"box"', "shape.type", "expected 'cylinder'"),
-        ('rx = "30 MN m/rad"', 'rx = "30 MN m"', "stiffness.rx", "for example '3e7 N m/rad'"),
-        (', z = "rigid"', ', z = "stiff"', "stiffness.z", "or 'rigid'"),
-        ('z = "rigid", ', "", "stiffness.z", "missing; expected"),
-        ('y = "1.2e8 N/m"', 'y = "0 N/m"', "stiffness.y",
-         "a mechanism: no stiffness holds the motion along y of the base"),
-        ('rx = "30 MN m/rad"', 'rx = "0 N m/rad"', "stiffness.rx",
-         "a mechanism: no stiffness holds the rotation about x of the base"),
-        ('damping = { ratio = "2 %", frequencies = ["30 Hz", "80 Hz"] }', "", "damping",
-         "missing; expected the damping of the device"),
-        ("[[devices]]", "[[devices]]\nfloor = 8", "floor", "unknown key"),
-        ('["23.1 m", ', '["46.3 m", ', "point", "outside the building; expected x from 0 to 46.2"),
-        ('"12.0 m"', '"-0.1 m"', "point", "y from 0 to 15.6 m"),
-        ('"30.3 m"', '"30.5 m"', "point", "the nearest, floor 8, is at 30.3 m"),
-        ('"30.3 m"', '"28 m"', "point", "within half of the slab's thickness, 0.15 m, of a floor"),
-        ('"30.3 m"', '"0 m"', "point", "the nearest, floor 1, is at 3.26 m"),
-    ],
-)  # fmt: skip
-def test_refused(with_devices: With, old: str, new: str, key: str, expected: str) -> None:
-    refused(with_devices(PUMP, (old, new)), f"devices[0].{key}", expected)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "key", "expected"),
-    [
-        ('length = "46 cm"', 'length = "0 cm"', "length", "a length above 0"),
-        ('["80 MN m2", "60 MN m2"]', '"rigid"', "bending", "or a list of two of them"),
-        ('["80 MN m2", "60 MN m2"]', '["80 MN m2"]', "bending", "or a list of two of them"),
-    ],
-)
-def test_beam_refused(with_devices: With, old: str, new: str, key: str, expected: str) -> None:
-    refused(with_devices(PUMP + BEAM, (old, new)), f"devices[0].beam.{key}", expected)
-
-
-def test_nothing_moves(with_devices: With) -> None:
+def test_nothing_moves(with_devices: Write) -> None:
     rigid = 'x = "rigid", y = "rigid", z = "rigid", rx = "rigid"'
     springs = 'x = "140 MN/m", y = "1.2e8 N/m", z = "rigid", rx = "30 MN m/rad"'
     assert faults_of(with_devices(PUMP, (springs, rigid))) == {
@@ -222,79 +142,30 @@ def test_nothing_moves(with_devices: With) -> None:
     assert load_case(with_devices(PUMP + BEAM, (springs, rigid))).devices[0].beam is not None
 
 
-@pytest.mark.parametrize(
-    ("line", "key", "expected"),
-    [
-        ('stiffness = { x = "1 N/m", y = "1 N/m", z = "1 N/m", rx = "rigid", ry = "rigid", '
-         'rz = "rigid" }', "stiffness", "expected nothing here beside modes"),
-        ('beam = { length = "1 m", bending = "1 N m2" }', "beam",
-         "expected nothing here beside modes"),
-        ('mass = "400 kg"', "mass_height", "mass and mass_height together"),
-        ('mass_height = "1 m"', "mass_height", "mass and mass_height together"),
-        ('inertia = ["1 kg m2", "1 kg m2", "1 kg m2"]', "inertia", "a mass beside it"),
-        ('shape = { type = "cylinder", radius = "1 m", length = "1 m" }', "shape",
-         "a mass beside it"),
-    ],
-)  # fmt: skip
-def test_refused_beside_modes(with_devices: With, line: str, key: str, expected: str) -> None:
-    faults = faults_of(with_devices(f"{CABINET}{line}\n"))
-    assert expected in faults[f"devices[0].{key}"]
+def test_table_missing(with_devices: Write) -> None:
+    path = with_devices(CABINET, ("pair_modes.csv", "none.csv"))
+    refused(path, "devices[0].modes", "no such file; expected a table of modes (CSV)")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "key", "expected"),
-    [
-        ("8,y", "8,u", "line 3, column direction", "expected 'x', 'y', 'z', 'rx'"),
-        ("8,y,300", "8,y,0", "line 3, column direction", "effective_mass above 0"),
-        ("8,y,300", "8,rx,300", "line 3, column direction", "effective_inertia above 0"),
-        ("8,y,300", "8,y,many", "line 3, column effective_mass [kg]", "a finite number"),
-        ("30,z,50,0", "30,z,50,1", "line 5, column direction", "expected height 0"),
-        ("height [m]", "level [m]", "line 1, column level [m]", "unknown column"),
-    ],
-)
-def test_table_refused(with_devices: With, old: str, new: str, key: str, expected: str) -> None:
-    assert old in MODES
-    path = with_devices(CABINET + CABINET.replace("cabinet", "other"),
-                        modes=MODES.replace(old, new))  # fmt: skip
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    # Two devices share the table: what is wrong with it is told once.
-    (fault,) = [one for one in caught.value.faults if one.key == key]
-    assert Path(fault.file).name == "pair_modes.csv"
-    assert expected in fault.expected
-
-
-def test_table_missing(with_devices: With) -> None:
-    refused(
-        with_devices(CABINET, ("pair_modes.csv", "none.csv")),
-        "devices[0].modes",
-        "no such file; expected a table of modes (CSV)",
-    )
-
-
-def test_each_name_once(with_devices: With) -> None:
+def test_each_name_once(with_devices: Write) -> None:
     assert faults_of(with_devices(PUMP + PUMP)) == {
         "devices[1].name": "pump duplicate name, the first is devices[0].name"
     }
 
 
-def test_what_devices_need(broken: Structured, with_devices: With) -> None:
-    assert faults_of(with_devices(transient="")) == {
-        "devices": "None expected beside them [transient]: the response of that model in time"
-    }
-    path = broken()
-    with path.open("a", encoding="utf-8") as stream:
-        stream.write(PUMP)
-    assert faults_of(path) == {
-        "devices": "None expected beside them [buildings.structure]: the 3D model of their "
-        "building, and [transient]: the response of that model in time"
-    }
+def test_what_devices_need(broken: Write, structured: Write) -> None:
+    transient = "[transient]: the response of that model in time"
+    model = "[buildings.structure]: the 3D model of their building"
+    for write, needed in ((structured, transient), (broken, f"{model}, and {transient}")):
+        faults = faults_of(write(more=PUMP))
+        assert faults == {"devices": f"None expected beside them {needed}"}
+    path = structured(more=TRANSIENT + ANALYSIS)
+    refused(path, "device_analysis", "None expected [[devices]] beside it: the devices to analyse")
 
 
-def test_all_at_once(with_devices: With) -> None:
+def test_all_at_once(with_devices: Write) -> None:
     edits = (('"0.5 m"', '"0 m"'), ('"2 %"', '"120 %"'), ('"1.2e8 N/m"', '"0 N/m"'))
-    faults = faults_of(with_devices(PUMP, *edits))
-    assert set(faults) == {
+    assert set(faults_of(with_devices(PUMP, *edits))) == {
         "devices[0].radius",
         "devices[0].damping.ratio",
         "devices[0].stiffness.y",
@@ -306,29 +177,22 @@ def test_all_at_once(with_devices: With) -> None:
         assert expected in faults["devices[0].point"]
 
 
-def test_no_second_fault_of_a_floor_table(with_devices: With) -> None:
-    path = with_devices()
-    table = path.with_name("pair_floors.csv")
-    table.write_text(table.read_text(encoding="utf-8").replace(",3.26,", ",high,"))
+def test_no_second_fault_of_a_floor_table(structured: Write) -> None:
+    path = structured(("pair_floors.csv", ",3.26,", ",high,"), more=TRANSIENT + PUMP)
     assert not any(key.startswith("devices") for key in faults_of(path))
 
 
-def test_mesh_of_a_file(with_devices: With) -> None:
+def test_mesh_of_a_file(structured: Write) -> None:
     """Its plan is not known before it is read."""
-    path = with_devices(PUMP, ('["23.1 m"', '["-23.1 m"'), ('"30.3 m"', '"31 m"'))
-    text = path.read_text(encoding="utf-8")
-    begin, end = text.index("[buildings.structure.mesh]"), text.index("[transient]")
-    shells = 'shells = [{groups = "*", thickness = "1 m"}]'
-    mesh = f'[buildings.structure.mesh]\ntype = "file"\nfile = "a.msh"\n{shells}\n'
-    path.write_text(text[:begin] + mesh + text[end:], encoding="utf-8")
-    path.with_name("a.msh").write_bytes(b"a mesh")
+    moved = replaced(PUMP, ('["23.1 m"', '["-23.1 m"'), ('"30.3 m"', '"31 m"'))
+    path = structured(*FROM_FILE.edits, more=TRANSIENT + moved, files=FROM_FILE.files)
     (pump,) = load_case(path).devices
     assert pump.point is not None and pump.point[2] == 31.0
 
 
 @pytest.mark.parametrize(("z", "acceleration"), [("9.6 m", 3.0), ("30.2 m", 8.0)])
 def test_products_of_the_floor_that_it_stands_on(
-    with_devices: With, z: str, acceleration: float
+    with_devices: Write, z: str, acceleration: float
 ) -> None:
     path = with_devices(PUMP + 'spectra = "product.csv"\n', ("30.3 m", z))
     header = "building,floor,direction,damping [-],frequency [Hz],broadened [m/s2]\n"
@@ -348,9 +212,95 @@ def test_products_of_the_floor_that_it_stands_on(
     assert expected in faults_of(path)["devices[0].spectra"]
 
 
-def test_table_of_an_extended_case(with_devices: With, tmp_path: Path) -> None:
+def test_table_of_an_extended_case(with_devices: Write, tmp_path: Path) -> None:
     path = with_devices(CABINET)
     (tmp_path / "sub").mkdir()
     variant = tmp_path / "sub" / "variant.toml"
     variant.write_text(f'extends = "../{path.name}"\ntitle = "A variant"\n', encoding="utf-8")
     assert load_case(variant).devices == load_case(path).devices
+
+
+def test_a_device_on_two_floors(structured: Write) -> None:
+    case = load_case(structured(more=PIPE, files=PIPE_FILES))
+    (pipe,) = case.devices
+    assert [one.radius for one in pipe.anchors] == [0.5, 0.6]
+    assert pipe.anchors[1].envelope == ("corner", "edge_*")
+    assert pipe.point is None
+    assert pipe.matrices is not None and pipe.matrices.own == ("tip",)
+    assert pipe.spectra is not None
+    found = [(one.support, one.damping) for one in pipe.spectra]
+    assert found == [(1, 0.01), (1, 0.05), (2, 0.01), (2, 0.05)]
+    assert case.device_analysis is not None
+    assert case.device_analysis.supports == ("abs", "algebraic")
+    changed = structured(("stiffness.csv", "4e6", "4.1e6"), more=PIPE, files=PIPE_FILES)
+    assert load_case(changed).content_hash() != case.content_hash()
+
+
+def test_files_that_do_not_go_together(structured: Write) -> None:
+    path = structured(("stiffness.csv", "tip", "top"), more=PIPE, files=PIPE_FILES)
+    found = faults_of(path)["devices[0].matrices.stiffness"]
+    assert "same order as in the header of mass" in found
+    first, *rows = PIPE_FILES["spectra.csv"].splitlines()
+    text = "\n".join([f"{first},support", *(f"{row},2" for row in rows)])
+    found = faults_of(structured(more=PIPE, files=PIPE_FILES | {"spectra.csv": text}))
+    assert "it has no spectrum of support 1" in found["devices[0].spectra"]
+
+
+def test_an_envelope_over_no_dampings(structured: Write) -> None:
+    found = faults_of(structured(more=replaced(PIPE, (LIGHT, "")), files=PIPE_FILES))
+    assert "one damping only" in found["device_analysis.envelope_dampings"]
+
+
+def test_one_place_or_several(structured: Write) -> None:
+    supports = PIPE[PIPE.index("[[devices.supports]]") : PIPE.index("[devices.matrices]")]
+    found = faults_of(structured(more=replaced(PIPE, (supports, "")), files=PIPE_FILES))
+    assert "expected the anchor (x, y, z), or supports" in found["devices[0].point"]
+    assert "expected the radius of the anchor" in found["devices[0].radius"]
+
+
+LINE = {"name": "aisle", "from": (0.0, 1.0, 3.0), "to": (5.0, 1.0, 3.0), "count": 3}
+PROBES = (
+    Probe(name="corner", point=(0.0, 0.0, 3.0)),
+    Probe.model_validate(LINE),
+    Probe(name="roof", group="edge_2"),
+)
+
+
+def test_patterns_of_probes() -> None:
+    names = ["corner", "aisle_1", "aisle_2", "centre_1"]
+    assert chosen(names, ["aisle_*", "corner"]) == ["corner", "aisle_1", "aisle_2"]
+    assert chosen(names, ["aisle_?"]) == ["aisle_1", "aisle_2"]
+    assert chosen(names, ["Corner"]) == []
+    known = ["corner", "aisle_3", "aisle*", "roof_17", "roof_*", "centre_2", "edge_*", "line_9"]
+    assert list(unknown_patterns([*known, "*"], PROBES, [1, 2])) == []
+    none = ["korner", "aisle", "aisle_4", "centre_3", "line_10", "roof"]
+    assert list(unknown_patterns([*none, "corner"], PROBES, [1, 2])) == none
+    # Floors that are not known may have any number.
+    assert list(unknown_patterns(["centre_9", "nothing"], PROBES, [])) == ["nothing"]
+
+
+def analysis_of(case: Case) -> DeviceAnalysis:
+    assert case.device_analysis is not None
+    return case.device_analysis
+
+
+def test_analysis(with_devices: Write) -> None:
+    found = analysis_of(load_case(with_devices(CABINET + ANALYSIS)))
+    assert found.combination == ("abs", "dsc", "ten-percent")
+    assert (found.duration, found.time_step, found.broadening) == (4.0, 0.2e-3, 0.0)
+    assert (found.missing_mass, found.rotations, found.directions) == (False, False, "100-40-40")
+    assert found.rigid is not None
+    assert (found.rigid.method, found.rigid.f1, found.rigid.f2) == (("gupta",), 5.0, 30.0)
+    several = '["none", "gupta", "lindley-yow"]'
+    for old, new, methods, f2 in (
+        (', f1 = "5 Hz", f2 = "30 Hz"', "", ("gupta",), None),
+        ('"gupta"', several, ("none", "gupta", "lindley-yow"), 30.0),
+        ('"gupta"', '["gupta"]', ("gupta",), 30.0),
+    ):
+        rigid = analysis_of(load_case(with_devices(CABINET + ANALYSIS, (old, new)))).rigid
+        assert rigid is not None
+        assert (rigid.method, rigid.f2) == (methods, f2)
+
+
+def test_combinations_are_those_of_the_analysis() -> None:
+    assert get_args(Combination) == get_args(combination.Combination)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import Building, Case, ContactPoint, load_case
-from impactfem.case.facing import Facing, facing_floors, facing_lines, unknown_lines
+from impactfem.case.facing import Facing, facing_floors
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 ROOFS, LOW = "B.floor_4-C.floor_3", "B.floor_1-C.storey_1_at_0.833"
@@ -64,7 +64,7 @@ def names(case: Case) -> list[str]:
 @pytest.mark.parametrize("name", ["npp_pair", "two_frames", "frame", "row_of_three"])
 def test_the_shipped_cases_are_silent(name: str) -> None:
     found = facing_floors(load_case(GEOMETRY / f"{name}.toml"))
-    assert facing_lines(found) == unknown_lines(found) == []
+    assert found.lines() == found.unknown_lines == []
 
 
 def test_columns_behind_the_edge() -> None:
@@ -86,7 +86,7 @@ def test_a_missing_pair_is_found(row: Case, make: object) -> None:
     assert found.name == ROOFS
     assert (found.gap, found.level, found.half) == pytest.approx((0.03, 12.0, 6.0))
     assert found.normal == ((0.0, 1.0, 0.0) if case.contacts[0].normal[1] else (1.0, 0.0, 0.0))
-    (line,) = facing_lines(facing_floors(case))
+    (line,) = facing_floors(case).lines()
     assert line.startswith(
         "contacts: floors that face each other and are in no pair: B.floor_4 and C.floor_3 (30 mm "
         "apart at 12 m); list them in [[contacts]]"
@@ -105,7 +105,7 @@ def test_floors_against_storeys(row: Case) -> None:
         "C.floor_1-B.storey_2_at_0.36",
         "C.floor_2-B.storey_3_at_0.76",
     ]
-    (line,) = facing_lines(facing_floors(without(row, *missing)), most=2)
+    (line,) = facing_floors(without(row, *missing)).lines(most=2)
     assert "and 4 more; list them" in line
 
 
@@ -119,17 +119,13 @@ def test_the_plan_by_offsets_alone(row: Case) -> None:
     # With no pair of C its plan is not known: a line says which keys would give it.
     silent = facing_floors(without(case, *of_b_and_c(row)))
     assert (silent.pairs, silent.overlapping) == ((), ())
-    (line,) = unknown_lines(silent)
+    (line,) = silent.unknown_lines
     assert "whether floors of B and C that are in no pair meet cannot be checked without" in line
     assert "the plan of B and C: length and width of [[buildings]] give it" in line
     # In line with B: how long B is does not matter.
-    (line,) = unknown_lines(
-        facing_floors(
-            changed(case, "C", axis=(7.0, 24.05)).model_copy(
-                update={"contacts": without(case, *of_b_and_c(row)).contacts}
-            )
-        )
-    )
+    listed = without(case, *of_b_and_c(row)).contacts
+    in_line = changed(case, "C", axis=(7.0, 24.05)).model_copy(update={"contacts": listed})
+    (line,) = facing_floors(in_line).unknown_lines
     assert "the plan of C: length" in line
     # One width is enough for the gap, as the axes are nearly in line and B's is known.
     known = changed(without(case, *of_b_and_c(row)), "C", width=12.0, length=12.0)
@@ -138,7 +134,7 @@ def test_the_plan_by_offsets_alone(row: Case) -> None:
 
 def test_the_plan_of_a_generated_mesh() -> None:
     case = load_case(GEOMETRY / "npp_pair.toml").model_copy(update={"contacts": ()})
-    (line,) = unknown_lines(facing_floors(case))
+    (line,) = facing_floors(case).unknown_lines
     assert "without the plan of B2:" in line
     known = changed(case, "B2", length=46.2, width=15.6)
     gaps = [one.gap for one in facing_floors(known).pairs]

@@ -11,24 +11,13 @@ import pytest
 from impactfem.case import load_case
 from impactfem.case.plausibility import USUAL, implausible
 
-from .texts import added, replaced
+from .sections import LIGHT, WALL
+from .texts import replaced
 
 Broken = Callable[..., Path]
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 LONGEST = 16.79
 FLOORS = "pair_floors.csv"
-CASES = """
-[[damping_cases]]
-name = "light"
-mass_coefficient = "0.8 1/s"
-stiffness_coefficient = "1e-4 s"
-restitution = 0.8
-[[damping_cases]]
-name = "lighter"
-mass_coefficient = "0.8 1/s"
-stiffness_coefficient = "0.1 ms"
-restitution = 0.8
-"""
 
 
 def warnings(path: Path, longest: float = LONGEST) -> list[str]:
@@ -120,14 +109,12 @@ def test_all_at_once(broken: Broken) -> None:
     assert len(warnings(path)) == 2
 
 
-def test_damping_cases_that_are_the_same(pair: Path, broken: Broken) -> None:
-    path = added(broken(), CASES)
-    (line,) = warnings(path)
+def test_damping_cases_that_are_the_same(broken: Broken) -> None:
+    lighter = LIGHT.replace("light", "lighter").replace("0.212 ms", "2.12e-4 s")
+    both = f"{LIGHT}restitution = 0.8\n{lighter}restitution = "
+    (line,) = warnings(broken(more=f"{both}0.8\n"))
     assert "damping_cases[1].name = 'lighter': the same damping and restitution as" in line
-    other = path.read_text(encoding="utf-8")
-    head, tail = other.rsplit("restitution = 0.8", 1)
-    path.write_text(f"{head}restitution = 0.7{tail}", encoding="utf-8")
-    assert warnings(path) == []
+    assert warnings(broken(more=f"{both}0.7\n")) == []
 
 
 @pytest.mark.parametrize(
@@ -137,11 +124,8 @@ def test_damping_cases_that_are_the_same(pair: Path, broken: Broken) -> None:
 def test_a_wall_out_of_reach(
     structured: Broken, gap: str, displacement: str, reached: bool
 ) -> None:
-    section = (
-        f'[wall_impact]\ngap = "{gap}"\ndisplacement = "{displacement}"\nduration = "1 s"\n'
-        'time_step = "1 ms"\n'
-    )
-    found = warnings(added(structured(), section))
+    section = replaced(WALL, ('"1 cm"', f'"{gap}"'), ("-2 cm", displacement))
+    found = warnings(structured(more=section))
     assert [f"wall_impact.gap = '{gap}': the wall is out of reach" in line for line in found] == (
         [] if reached else [True]
     )

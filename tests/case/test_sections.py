@@ -1,7 +1,10 @@
-"""Models made from Python: derived values and their checks."""
+"""Models made from Python or read: derived values, defaults, contact laws."""
 
 import math
+from collections.abc import Callable
 from dataclasses import astuple
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +13,20 @@ from pydantic import ValidationError
 from impactfem.case import (
     Damping,
     FrequencyGrid,
+    HertzDampLaw,
+    HertzLaw,
+    HuntCrossleyLaw,
+    JankowskiLaw,
+    Spectra,
+    load_case,
 )
 from impactfem.case.contacts import ContactEntry, expand
+from impactfem.spectra import logarithmic_frequencies, rg_1_122_frequencies
+
+from .sections import GRID, LAW
+
+HERTZ = 'type = "hertz"\nstiffness = "2 N/m^1.5"\n'
+DAMPED = {"hertz-damp": HertzDampLaw, "hunt-crossley": HuntCrossleyLaw, "jankowski": JankowskiLaw}
 
 
 def test_rayleigh_coefficients_of_the_paper() -> None:
@@ -36,44 +51,68 @@ def test_rayleigh_damping_reaches_its_ratio(ξ: float, f1: float, f2: float) -> 
     assert ratio(math.sqrt(f1 * f2)) < 0.99 * ξ
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({}, "expected ratio and frequencies, or mass_coefficient and"),
-        ({"ratio": 0.05}, "expected ratio and frequencies together"),
-        ({"frequencies": (1.0, 2.0)}, "expected ratio and frequencies together"),
-        ({"ratio": 0.05, "frequencies": (2.0, 1.0)}, "the lower one first"),
-        ({"mass_coefficient": 1.0}, "mass_coefficient and stiffness_coefficient together"),
-        (
-            {"ratio": 0.05, "frequencies": (1.0, 2.0), "mass_coefficient": 1.0},
-            "not both",
-        ),
-    ],
-)
-def test_damping_refused(values: dict[str, object], message: str) -> None:
-    with pytest.raises(ValidationError, match=message):
-        Damping.model_validate(values)
-
-
 def test_grid_is_logarithmic_with_its_ends() -> None:
     grid = FrequencyGrid(minimum=0.5, maximum=500.0, per_decade=100)
     assert len(grid.values) == 301
     np.testing.assert_allclose(grid.values, np.geomspace(0.5, 500.0, 301), rtol=1e-13)
     assert (grid.values[0], grid.values[-1]) == (0.5, 500.0)
-
-
-def test_grid_has_at_least_the_density_asked() -> None:
-    values = FrequencyGrid(minimum=1.0, maximum=15.0, per_decade=10).values
-    ratios = np.diff(np.log10(values))
-    assert ratios.max() <= 0.1 + 1e-12
+    # At least as dense as requested.
+    grid = FrequencyGrid(minimum=0.5, maximum=15.0, per_decade=30)
+    np.testing.assert_array_equal(grid.values, logarithmic_frequencies(0.5, 15.0, 30))
+    assert np.diff(np.log10(grid.values)).max() <= 1.0 / 30.0 + 1e-12
     assert len(FrequencyGrid(minimum=1.0, maximum=1.1, per_decade=1).values) == 2
+    assert FrequencyGrid(minimum=1.0, maximum=10.0).per_decade == 100
+    assert FrequencyGrid(minimum=1.0, maximum=100.0, per_decade=50_000).per_decade == 50_000
+
+
+def test_list_of_the_regulatory_guide(broken: Callable[..., Path]) -> None:
+    case = load_case(broken((None, GRID, '{ list = "rg1.122" }')))
+    np.testing.assert_array_equal(case.spectra.frequency_values, rg_1_122_frequencies())
+    longer = '{ list = "rg1.122", maximum = "500 Hz", per_decade = 50 }'
+    case = load_case(broken((None, GRID, longer)))
+    np.testing.assert_array_equal(case.spectra.frequency_values, rg_1_122_frequencies(500.0, 50))
+
+
+def test_design_spectra_by_default() -> None:
+    spectra = Spectra(damping=(0.05,), frequencies=(1.0, 2.0))
+    assert (spectra.broadening, spectra.clipping) == (0.15, False)
+    assert Spectra(damping=(0.05,), frequencies=(1.0,), broadening="10 %").broadening == 0.1
+    assert Spectra(damping=(0.05,), frequencies=(1.0,), broadening=0, clipping=True).clipping
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"broadening": 1.0}, "expected a number of at least 0 and below 1"),
+        ({"clipping": 1}, "bool"),
+    ],
+)
+def test_design_spectra_refused(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
+        Spectra.model_validate({"damping": (0.05,), "frequencies": (1.0,)} | values)
+
+
+def test_law_of_hertz(broken: Callable[..., Path]) -> None:
+    units = {"N/m^1.5": 1.0, "kN/mm^1.5": 1e3 * 1e3**1.5, "MN/m^1.5": 1e6}
+    for unit, factor in units.items():
+        law = load_case(broken((None, LAW, HERTZ.replace("N/m^1.5", unit)))).contact_laws["floor"]
+        assert isinstance(law, HertzLaw) and law.stiffness == pytest.approx(2.0 * factor)
+
+
+@pytest.mark.parametrize("name", DAMPED)
+def test_damped_laws(broken: Callable[..., Path], name: str) -> None:
+    written = HERTZ.replace("hertz", name) + 'restitution = "60 %"\n'
+    slowest = {} if name == "jankowski" else {"slowest_approach": 0.005}
+    exact = 'relation = "exact"\n' + "".join(f'{key} = "5 mm/s"\n' for key in slowest)
+    for text, values in ((written, {}), (written + exact, {"relation": "exact"} | slowest)):
+        law = load_case(broken((None, LAW, text))).contact_laws["floor"]
+        assert law == DAMPED[name](type=name, stiffness=2.0, restitution=0.6, **values)
 
 
 def entry(a: dict[str, object], b: dict[str, object], **more: object) -> ContactEntry:
     values = {"normal": (0, 3, 4), "gap": 0.01, "law": "floor"} | more
-    return ContactEntry.model_validate(
-        {"a": {"building": "B1"} | a, "b": {"building": "B2"} | b} | values
-    )
+    ends = {"a": {"building": "B1"} | a, "b": {"building": "B2"} | b}
+    return ContactEntry.model_validate(ends | values)
 
 
 def test_contacts_expand_to_pairs() -> None:
@@ -89,39 +128,13 @@ def test_contacts_expand_to_pairs() -> None:
     assert (contacts[0].bearing_area, contacts[2].bearing_area) == (2.0, None)
     assert contacts[2].b.offset == (1.0, 2.0, 3.0)
     assert (contacts[2].b.floor, contacts[2].b.storey) == (None, 7)
-
-
-def test_contacts_of_the_same_floors_have_names_of_their_own() -> None:
+    # Those of the same floors have names of their own.
     corners = [entry({"floor": 8, "offset": (x, 0, 0)}, {"floor": 8}) for x in (-1, 1, 2)]
-    names = [contact.name for contact in expand(tuple(corners))]
-    assert names == [
-        "B1.floor_8-B2.floor_8",
-        "B1.floor_8-B2.floor_8#2",
-        "B1.floor_8-B2.floor_8#3",
-    ]
+    name = "B1.floor_8-B2.floor_8"
+    assert [one.name for one in expand(tuple(corners))] == [name, f"{name}#2", f"{name}#3"]
 
 
 @pytest.mark.parametrize("length", [1e-200, 1.0, 1e200])
 def test_normal_is_normalised(length: float) -> None:
     contact = entry({"floor": 1}, {"floor": 1}, normal=(0, -length, 0))
     assert contact.normal == (0.0, -1.0, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("a", "b", "message"),
-    [
-        ({"floor": [1, 2]}, {"floor": 1}, "lists of the same length in a and b, found 2 and 1"),
-        ({"floor": 1}, {"floor": 1, "building": "B1"}, "another building than 'B1'"),
-        ({}, {"floor": 1}, "expected either floor, or storey with relative_height"),
-        ({"floor": 1, "storey": 1, "relative_height": 0.5}, {"floor": 1}, "not both"),
-        ({"storey": 1}, {"floor": 1}, "expected a number between 0 and 1 beside storey"),
-        ({"floor": 1, "relative_height": 0.5}, {"floor": 1}, "no relative_height beside floor"),
-        *(
-            ({"storey": 1, "relative_height": s}, {"floor": 1}, "a number above 0 and below 1")
-            for s in (-0.1, 0.0, 1.0, 1.5, "0 %")
-        ),
-    ],
-)
-def test_contact_refused(a: dict[str, object], b: dict[str, object], message: str) -> None:
-    with pytest.raises(ValidationError, match=message):
-        entry(a, b)

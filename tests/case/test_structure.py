@@ -16,43 +16,17 @@ from impactfem.system.errors import Fault
 
 from .faults import by_file as faults_of
 from .faults import refused
+from .sections import FROM_FILE, PARTS, STRUCTURE
 
 Structured = Callable[..., Path]
 
-FACTOR = "storey_stiffness_factor = 0.13"
 WALLS, BAYS = "pair_walls.csv", "pair_bays.csv"
 BEAMS, COLUMNS = "pair_beams.csv", "pair_columns.csv"
 SOUTH = "south,1-8,0,0,46.2,0,60"
 GABLE = "gable,2,0,0,0,15.6,60"
-DOOR = "6,south,5,10,0,2,2.7"
 WINDOW = "1,gable,2,2,2.05,3.3,57e-2"
 ALONG = "along,1-8,0,7.8,46.2,7.8"
 COLUMN = "row_1,2-8,5.775,7.8,0.8,1.2"
-FILE = """[buildings.structure.mesh]
-type = "file"
-file = "pair.msh"
-[[buildings.structure.mesh.shells]]
-groups = "floor_*"
-thickness = "25 cm"
-[[buildings.structure.mesh.shells]]
-groups = "storey_*"
-thickness = "20 cm"
-[[buildings.structure.mesh.beams]]
-groups = "column_*"
-width = "40 cm"
-depth = "50 cm"
-"""
-
-
-def from_file(structured: Structured, old: str = "", new: str = "") -> Path:
-    path = structured()
-    text = path.read_text(encoding="utf-8")
-    text = text[: text.index("[buildings.structure.mesh]")] + FILE
-    if old not in text:
-        raise ValueError(f"{old!r} is not there: the test does not test")
-    path.write_text(text.replace(old, new) if old else text, encoding="utf-8")
-    (path.parent / "pair.msh").write_bytes(b"$MeshFormat\n4.1 1 8\n\xff\x00")
-    return path
 
 
 def test_generated(structured: Structured) -> None:
@@ -127,8 +101,8 @@ def test_material_of_the_building_without_density(structured: Structured) -> Non
     )
 
 
-def test_mesh_from_a_file(structured: Structured, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = from_file(structured)
+def test_mesh_from_a_file(written: Structured, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = written(FROM_FILE)
     monkeypatch.chdir(path.parent.parent)
     case = load_case(Path(path.parent.name) / path.name)
     assert case.structure is not None
@@ -139,13 +113,8 @@ def test_mesh_from_a_file(structured: Structured, monkeypatch: pytest.MonkeyPatc
     assert [entry.groups for entry in mesh.shells] == ["floor_*", "storey_*"]
     (column,) = mesh.beams
     assert (column.width, column.depth, column.offset) == (0.4, 0.5, 0.0)
-
-
-def test_the_mesh_is_in_the_hash(structured: Structured) -> None:
-    path = from_file(structured)
-    before = load_case(path).digest
-    (path.parent / "pair.msh").write_bytes(b"another")
-    assert load_case(path).digest != before
+    mesh.file.write_bytes(b"another")
+    assert load_case(path.relative_to(path.parent.parent)).digest != case.digest
 
 
 def test_tables_are_in_the_hash(structured: Structured) -> None:
@@ -158,55 +127,6 @@ def test_tables_are_in_the_hash(structured: Structured) -> None:
     assert len(hashes) == 5
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "key", "expected"),
-    [
-        (
-            '"pair.msh"',
-            '"none.msh"',
-            "buildings[1].structure.mesh.file",
-            "no such file; expected a mesh of gmsh",
-        ),
-        ('"storey_*"', '"floor_*"', "buildings[1].structure.mesh.shells", "'floor_*' twice"),
-        (
-            'type = "file"',
-            "",
-            "buildings[1].structure.mesh.type",
-            "missing; expected 'generated' or 'file'",
-        ),
-        (
-            'file = "pair.msh"',
-            'walls = "pair_walls.csv"',
-            "buildings[1].structure.mesh.walls",
-            "unknown key",
-        ),
-    ],
-)
-def test_broken_mesh_from_a_file(
-    structured: Structured, old: str, new: str, key: str, expected: str
-) -> None:
-    faults = faults_of(from_file(structured, old, new))
-    assert expected in faults.get(f"pair.toml: {key}", ""), faults
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "key", "expected"),
-    [
-        ('"1.80 Hz", direction = "y"', '"1 Hz"', "calibration.direction", "missing"),
-        (FACTOR, 'material = "concret"', "material", "did you mean 'concrete'?"),
-        (FACTOR, "dampings = 1", "dampings", "unknown key"),
-        ('"pair_walls.csv"', '"none.csv"', "mesh.walls", "no such file; expected a wall table"),
-        ('"pair_bays.csv"', '"none.csv"', "mesh.bays", "no such file; expected a bay table"),
-        ('"pair_beams.csv"', '"none.csv"', "mesh.beams", "no such file; expected a beam table"),
-        ('"pair_columns.csv"', '"none.csv"', "mesh.columns", "expected a column table"),
-    ],
-)  # fmt: skip
-def test_broken_section(
-    structured: Structured, old: str, new: str, key: str, expected: str
-) -> None:
-    refused(structured((None, old, new)), f"pair.toml: buildings[1].structure.{key}", expected)
-
-
 def test_floors_with_a_gap(structured: Structured) -> None:
     path = structured(("pair_floors.csv", "\n8,", "\n9,"), (None, "7, 8]", "7, 9]"))
     faults = faults_of(path)
@@ -214,54 +134,6 @@ def test_floors_with_a_gap(structured: Structured) -> None:
     assert faults.pop("pair.toml: buildings[1].structure") == expected
     # Its tables name storey 8.
     assert {key.split(":")[0] for key in faults} == {WALLS, BEAMS, COLUMNS}
-
-
-TABLE_FAULTS = [
-    # walls
-    (WALLS, "gable,2", "south,2", "line 4, column wall", "duplicate wall, the first is in line 2"),
-    (WALLS, GABLE, "gable,2,0,0,0,0,60", "line 4, column y2 [m]", "expected an end (x2, y2) away"),
-    (WALLS, GABLE, "gable,2,0,0,0,15.7,60", "line 4, column y2 [m]",
-     "expected a wall within the plan: 0 m to its width, 15.6 m"),
-    (WALLS, GABLE, "gable,2,-1,0,0,15.6,60", "line 4, column x1 [m]", "0 m to its length, 46.2 m"),
-    (WALLS, SOUTH, "south,1-9,0,0,46.2,0,60", "line 2, column storeys",
-     "the building has the storeys 1, 2, 3, 4, 5, 6, 7, 8"),
-    (WALLS, GABLE, "gable,3-2,0,0,0,15.6,60", "line 4, column storeys", "expected numbers of stor"),
-    (WALLS, GABLE, "gable,2,46.2,0,40,0,60", "line 4, column wall", "lies on south of line 2 in"),
-    (WALLS, GABLE, "gable,2,10,0,20,0,60", "line 4, column wall", "in storey 2; expected a place"),
-    # bays
-    (BAYS, WINDOW, "1,gabel,2,2,1,1,1", "line 4, column wall", "did you mean 'gable'?"),
-    (BAYS, WINDOW, "1,gable,3,2,1,1,1", "line 4, column storey",
-     "expected a storey of gable, which stands in 2"),
-    (BAYS, WINDOW, "1,gable,2,0.4,1,1,1", "line 4, column centre [m]",
-     "the bay goes from -0.1 m to 0.9 m along gable; expected 0 m to 15.6 m at most"),
-    (BAYS, WINDOW, "1,gable,2,15.2,1,1,1", "line 4, column centre [m]", "to 15.7 m along gable"),
-    (BAYS, WINDOW, "1,gable,2,7.8,1,16,1", "line 4, column width [m]", "expected 0 m to 15.6 m"),
-    (BAYS, WINDOW, "1,gable,2,2,1.63,1,1", "line 4, column sill [m]",
-     "the bay goes up to 2.63 m; expected at most the height of storey 2, 2.62 m"),
-    (BAYS, WINDOW, "1,gable,2,2,0,1,3", "line 4, column height [m]", "storey 2, 2.62 m"),
-    (BAYS, WINDOW, "1,gable,2,7.8,0,15.6,2.62", "line 4, column bay",
-     "nothing is left of gable in storey 2"),
-    (BAYS, "6,south,5,10,2.7", "6,south,5,10,2.6", "line 3, column centre [m]",
-     "bay 6 overlaps bay 6 of line 2 in south, storey 5"),
-    (BAYS, "6,south,5,10,2.7", "7,south,5,10,0", "line 3, column centre [m]", "bay 7 overlaps"),
-    # beams
-    (BEAMS, "along", "row_1", "line 3, column beam", "duplicate beam"),
-    (BEAMS, ALONG, "along,1-8,0,16,46.2,7.8", "line 3, column y1 [m]", "a beam within the plan"),
-    (BEAMS, ALONG, "along,8-10,0,7.8,46.2,7.8", "line 3, column floors", "has the floors 1, 2"),
-    (BEAMS, ALONG, "along,8,5.775,7,5.775,8", "line 3, column beam", "lies on row_1 of line"),
-    # columns
-    (COLUMNS, COLUMN, "row_1,2,50,7.8,1,1", "line 2, column x [m]", "a column within the plan"),
-    (COLUMNS, COLUMN, "row_1,9,5,7.8,1,1", "line 2, column storeys", "has the storeys 1, 2"),
-    (COLUMNS, COLUMN, f"{COLUMN}\nrow_2{COLUMN[5:]}", "line 3, column column", "lies on row_1 of"),
-    (COLUMNS, COLUMN, f"{COLUMN}\nrow_1,1,9,9,1,1", "line 3, column column", "duplicate column"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("file", "old", "new", "key", "expected"), TABLE_FAULTS)
-def test_broken_table(
-    structured: Structured, file: str, old: str, new: str, key: str, expected: str
-) -> None:
-    refused(structured((file, old, new)), f"{file}: {key}", expected)
 
 
 @pytest.mark.parametrize(
@@ -317,16 +189,12 @@ def test_what_needs_a_broken_part_is_not_checked(structured: Structured) -> None
 
 
 def test_structure_that_is_no_table(structured: Structured) -> None:
-    path = structured()
-    text = path.read_text(encoding="utf-8")
-    text = text[: text.index("[buildings.structure]")]
     for junk in (
         "[buildings.structure]\nmesh = 1\n",
         "[[buildings.structure]]\n",
         "[buildings.structure.mesh]\ntype = 3\n",
     ):
-        path.write_text(text + junk, encoding="utf-8")
-        faults = faults_of(path)
+        faults = faults_of(structured((None, STRUCTURE, junk)))
         assert faults
         assert all(key.startswith("pair.toml: buildings[1].structure") for key in faults)
 
@@ -366,42 +234,10 @@ def test_levels(text: str, levels: tuple[int, ...]) -> None:
     assert adapter.validate_python(text) == levels == adapter.validate_python(list(levels))
 
 
-PARTS = """
-[[buildings.structure.materials]]
-parts = ["storey_*", "column_1_*"]
-material = "masonry"
-[materials.masonry]
-young_modulus = "5 GPa"
-poisson_ratio = 0.15
-density = "1800 kg/m3"
-"""
-
-
 def test_materials_of_parts(structured: Structured) -> None:
-    path = structured()
-    path.write_text(path.read_text(encoding="utf-8") + PARTS, encoding="utf-8")
-    case = load_case(path)
+    case = load_case(structured(more=PARTS))
     assert case.structure is not None
     (own,) = case.structure.materials
     assert own.parts == ("storey_*", "column_1_*")
     assert own.material == case.materials["masonry"] and own.material.young_modulus == 5e9
     assert case.structure.material == case.materials["concrete"]
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "key", "expected"),
-    [
-        ('material = "masonry"', 'material = "stone"', "material", "concrete"),
-        ('density = "1800 kg/m3"\n', "", "material", "a material with a density"),
-        ('parts = ["storey_*", "column_1_*"]', "parts = []", "parts", "a list that is not empty"),
-        ('material = "masonry"\n', "", "material", "missing"),
-    ],
-)
-def test_faults_of_materials_of_parts(
-    structured: Structured, old: str, new: str, key: str, expected: str
-) -> None:
-    path = structured()
-    assert old in PARTS
-    text = path.read_text(encoding="utf-8") + PARTS.replace(old, new)
-    path.write_text(text, encoding="utf-8")
-    refused(path, f"pair.toml: buildings[1].structure.materials[0].{key}", expected)

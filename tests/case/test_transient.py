@@ -3,6 +3,7 @@
 import json
 import pickle
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,56 +13,13 @@ from impactfem.building.mesh import parse_group
 from impactfem.case import Probe, Transient, load_case, transient_files
 from impactfem.system.errors import InputError
 
-from .faults import own_faults, refused
-from .texts import added, replaced
+from .faults import own_faults
+from .sections import EVERY_KEY, GROUP, LINE, OTHERS, POINT, RECORDED, TRANSIENT
+from .texts import replaced
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 Structured = Callable[..., Path]
-With = Callable[..., Path]
-
-SHORT = '[transient]\ntime_step = "1 ms"\n'
-FULL = """[transient]
-solver = "both"
-duration = "10 s"
-time_step = "1 ms"
-maximum_frequency = "300 Hz"
-tolerance = "1 %"
-shift = "50 Hz"
-largest_basis = 500
-floors = [8, 6, 7]
-eccentricity = "-2 m"
-forces = "others.nc"
-fields = ["psa"]
-field_frequencies = ["10 Hz", "20 Hz"]
-snapshots = false
-export = true
-export_nodes = "all"
-export_start = "1 s"
-export_duration = "2 s"
-export_step = "5 ms"
-checkpoint_every = "0.5 s"
-"""
-POINT = '[[transient.probes]]\nname = "corner"\npoint = ["0 m", "15.6 m", "3030 cm"]\n'
-LINE = """[[transient.probes]]
-name = "row"
-from = ["0 m", "1 m", "3 m"]
-to = ["8 m", "1 m", "7 m"]
-count = 5
-"""
-GROUP = '[[transient.probes]]\nname = "top"\ngroup = "edge_8"\n'
-
-
-@pytest.fixture
-def with_transient(structured: Structured) -> With:
-    """A case with a structure and a section [transient], with texts of it replaced."""
-
-    def write(section: str = SHORT, *edits: tuple[str, str], case: tuple[str, str] = ("", "")):
-        path = structured((None, *case)) if case[0] else structured()
-        added(path, replaced(section, *edits))
-        (path.parent / "others.nc").write_bytes(b"forces")
-        return path
-
-    return write
+OF_STICKS = '[pounding]\nduration = "16.79 s"\n'
 
 
 def transient_of(path: Path) -> Transient:
@@ -75,8 +33,8 @@ def test_left_out(pair: Path, structured: Structured) -> None:
     assert load_case(structured()).transient is None
 
 
-def test_defaults(with_transient: With) -> None:
-    transient = transient_of(with_transient())
+def test_defaults(structured: Structured) -> None:
+    transient = transient_of(structured(more=TRANSIENT))
     assert transient == Transient(time_step=1e-3)
     assert (transient.solver, transient.duration) == ("reduced", None)
     assert (transient.maximum_frequency, transient.shift) == (450.0, 30.0)
@@ -89,8 +47,8 @@ def test_defaults(with_transient: With) -> None:
     assert (transient.probes, transient_files(transient)) == ((), ())
 
 
-def test_every_key(with_transient: With, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = with_transient(FULL + POINT + LINE + GROUP)
+def test_every_key(structured: Structured, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = structured(more=EVERY_KEY + POINT + LINE + GROUP, files=OTHERS)
     monkeypatch.chdir(path.parent.parent)
     case = load_case(Path(path.parent.name) / path.name)
     transient = case.transient
@@ -125,8 +83,8 @@ def test_every_key(with_transient: With, monkeypatch: pytest.MonkeyPatch) -> Non
     assert json.loads(case.model_dump_json(include={"transient"}))["transient"]["shift"] == 50.0
 
 
-def test_points_of_probes(with_transient: With) -> None:
-    corner, row, top = transient_of(with_transient(SHORT + POINT + LINE + GROUP)).probes
+def test_points_of_probes(structured: Structured) -> None:
+    corner, row, top = transient_of(structured(more=TRANSIENT + POINT + LINE + GROUP)).probes
     assert corner.points == (("corner", (0.0, 15.6, 30.3)),)
     assert [name for name, _ in row.points] == ["row_1", "row_2", "row_3", "row_4", "row_5"]
     assert [place for _, place in row.points] == [
@@ -140,13 +98,14 @@ def test_ends_of_a_line_are_met_exactly() -> None:
     assert (probe.points[0][1], probe.points[-1][1]) == ((0.1, 0.0, 0.0), (46.2, 1.0, 0.0))
 
 
-def test_no_maps(with_transient: With) -> None:
-    transient = transient_of(with_transient(f"{SHORT}fields = []\nfield_frequencies = []\n"))
+def test_no_maps(structured: Structured) -> None:
+    none = f"{TRANSIENT}fields = []\nfield_frequencies = []\n"
+    transient = transient_of(structured(more=none))
     assert (transient.fields, transient.field_frequencies) == ((), ())
 
 
-def test_the_forces_are_in_the_hash(with_transient: With) -> None:
-    path = with_transient(FULL)
+def test_the_forces_are_in_the_hash(structured: Structured) -> None:
+    path = structured(more=EVERY_KEY, files=OTHERS)
     before = load_case(path).digest
     (path.parent / "others.nc").write_bytes(b"other forces")
     assert load_case(path).digest != before
@@ -154,7 +113,7 @@ def test_the_forces_are_in_the_hash(with_transient: With) -> None:
 
 def test_without_structure(pair: Path, tmp_path: Path) -> None:
     path = tmp_path / "top.toml"
-    path.write_text(f'extends = "{pair}"\n{SHORT}')
+    path.write_text(f'extends = "{pair}"\n{TRANSIENT}')
     with pytest.raises(InputError) as caught:
         load_case(path)
     (fault,) = caught.value.faults
@@ -162,39 +121,15 @@ def test_without_structure(pair: Path, tmp_path: Path) -> None:
     assert fault.expected.startswith("expected a [buildings.structure] beside it")
 
 
-def test_with_a_structure_at_fault(with_transient: With) -> None:
-    path = with_transient(case=("storey_stiffness_factor = 0.13", "storey_stiffness_factor = 0"))
+def test_with_a_structure_at_fault(structured: Structured) -> None:
+    factor = "storey_stiffness_factor = 0"
+    path = structured((None, f"{factor}.13", factor), more=TRANSIENT)
     assert list(own_faults(path)) == ["buildings[1].structure.storey_stiffness_factor"]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "key", "expected"),
-    [
-        ('"10 s"', '"0 s"', "duration", "expected a time above 0"),
-        ('"1 ms"', '"5.001 s"', "time_step", "expected at most half of the duration, 10 s"),
-        ("[8, 6, 7]", "[8, 6, 8]", "floors", "expected each floor once"),
-        ("[8, 6, 7]", "[8, 9, 12]", "floors", "no floor 9, 12 in B1; expected some of [1, 2, 3"),
-        ('"-2 m"', '"-23.2 m"', "eccentricity", "within the edge, 23.1 m to either side"),
-        ('"others.nc"', '"none.nc"', "forces", "no such file; expected a force history"),
-        ('["psa"]', '["psa", "psa"]', "fields", "expected each map once"),
-        ('"20 Hz"]', '"10 Hz"]', "field_frequencies", "expected increasing frequencies"),
-        ('["10 Hz", "20 Hz"]', "[]", "field_frequencies", "at least one frequency, or fields"),
-        ('"both"', '"full"', "export", "solver 'reduced' or 'both': 'full' records its probes"),
-        ('"1 s"', '"10 s"', "export_start", "expected less than what is computed, 10 s"),
-        ('"5 ms"', '"0.5 ms"', "export_step", "expected at least the time step, 0.001 s"),
-        ('shift = "50 Hz"', 'shft = "50 Hz"', "shft", "unknown key; did you mean 'shift'?"),
-    ],
-)
-def test_broken_section(with_transient: With, old: str, new: str, key: str, expected: str) -> None:
-    load_case(with_transient(FULL))
-    refused(with_transient(FULL, (old, new)), f"transient.{key}", expected)
-
-
-def test_faults_of_several_keys_at_once(with_transient: With) -> None:
-    path = with_transient(
-        FULL + LINE + GROUP, ('"1 %"', '"1 m"'), ('"10 s"', "10"), ("count = 5\n", ""),
-        ("edge_8", "edge_0"),
-    )  # fmt: skip
+def test_faults_of_several_keys_at_once(structured: Structured) -> None:
+    edits = (('"1 %"', '"1 m"'), ('"10 s"', "10"), ("count = 5\n", ""), ("edge_8", "edge_0"))
+    path = structured(more=replaced(EVERY_KEY + LINE + GROUP, *edits), files=OTHERS)
     assert set(own_faults(path)) == {
         *("transient.tolerance", "transient.duration"),
         *("transient.probes[0].count", "transient.probes[1].group"),
@@ -204,30 +139,31 @@ def test_faults_of_several_keys_at_once(with_transient: With) -> None:
 @pytest.mark.parametrize(
     ("section", "pounding", "fault"),
     [
-        (SHORT, "16.79 s", None),
-        (f'{SHORT}duration = "16.79 s"\n', "16.79 s", None),
-        (f'{SHORT}duration = "16.8 s"\n', "16.79 s",
+        (TRANSIENT, "16.79 s", None),
+        (f'{TRANSIENT}duration = "16.79 s"\n', "16.79 s", None),
+        (f'{TRANSIENT}duration = "16.8 s"\n', "16.79 s",
          ("duration", "16.8 s", "at most what is computed of the sticks, 16.79 s")),
         # Forces of another program may last longer than the sticks are computed.
-        (f'{SHORT}duration = "20 s"\nforces = "others.nc"\n', "16.79 s", None),
-        (f'{SHORT.replace("1 ms", "0.2 s")}forces = "others.nc"\n', "0.39 s", None),
+        (f'{TRANSIENT}duration = "20 s"\nforces = "others.nc"\n', "16.79 s", None),
+        (f'{TRANSIENT.replace("1 ms", "0.2 s")}forces = "others.nc"\n', "0.39 s", None),
         # That of the longest motion, where the sticks have none of their own.
-        (f'{SHORT}duration = "16.8 s"\n', None,
+        (f'{TRANSIENT}duration = "16.8 s"\n', None,
          ("duration", "16.8 s", "at most what is computed of the sticks, 16.79 s")),
-        (SHORT.replace("1 ms", "0.2 s"), "0.4 s", None),
-        (f'{SHORT}export_start = "17 s"\n', "16.79 s", None),
-        (f'{SHORT}export = true\nexport_start = "16.79 s"\n', "16.79 s",
+        (TRANSIENT.replace("1 ms", "0.2 s"), "0.4 s", None),
+        (f'{TRANSIENT}export_start = "17 s"\n', "16.79 s", None),
+        (f'{TRANSIENT}export = true\nexport_start = "16.79 s"\n', "16.79 s",
          ("export_start", "16.79 s", "less than what is computed, 16.79 s")),
-        (f'{SHORT}export = true\nexport_start = "17 s"\nforces = "others.nc"\n', "16.79 s", None),
-        (SHORT.replace("1 ms", "0.2 s"), "0.39 s",
+        (f'{TRANSIENT}export = true\nexport_start = "17 s"\nforces = "others.nc"\n', "16.79 s",
+         None),
+        (TRANSIENT.replace("1 ms", "0.2 s"), "0.39 s",
          ("time_step", "0.2 s", "at most half of the duration, 0.39 s")),
     ],
 )  # fmt: skip
 def test_against_what_is_computed_of_the_sticks(
-    with_transient: With, section: str, pounding: str | None, fault: tuple[str, str, str] | None
+    structured: Structured, section: str, pounding: str | None, fault: tuple[str, str, str] | None
 ) -> None:
     new = "[pounding]\n" if pounding is None else f'[pounding]\nduration = "{pounding}"\n'
-    path = with_transient(section, case=('[pounding]\nduration = "16.79 s"\n', new))
+    path = structured((None, OF_STICKS, new), more=section, files=OTHERS)
     if fault is None:
         load_case(path)
         return
@@ -238,82 +174,21 @@ def test_against_what_is_computed_of_the_sticks(
     assert fault[2] in found.expected
 
 
-def test_a_record_s_duration_is_not_known_yet(with_transient: With) -> None:
-    path = with_transient(
-        f'{SHORT}duration = "1000 s"\n', case=('[pounding]\nduration = "16.79 s"\n', "[pounding]\n")
+def test_a_record_s_duration_is_not_known_yet(written: Structured) -> None:
+    base = replace(RECORDED, more=f'{TRANSIENT}duration = "1000 s"\n', structure=True)
+    component = 'file = "motion.csv"\ncomponent = "NS"\n'
+    path = written(
+        base, (None, OF_STICKS, "[pounding]\n"), (None, 'file = "motion.csv"\n', component)
     )
-    (path.parent / "record.csv").write_text("time [s],acceleration [m/s2]\n0,0\n1,1\n")
-    text = path.read_text(encoding="utf-8")
-    begin, end = text.index("[[motions]]"), text.index("[contact_laws.floor]")
-    record = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "record.csv"\n\n'
-    path.write_text(text[:begin] + record + text[end:], encoding="utf-8")
     assert transient_of(path).duration == 1000.0
 
 
-@pytest.mark.parametrize(
-    ("probe", "old", "new", "key", "expected"),
-    [
-        (POINT, 'point = ["0 m", "15.6 m", "3030 cm"]\n', "", "group",
-         "missing; expected one of point, or from with to and count, or group"),
-        (POINT, 'name = "corner"', 'name = "corner"\ngroup = "edge_8"', "group",
-         "expected one way only"),
-        (POINT, 'name = "corner"', 'name = "corner"\ncount = 3', "count",
-         "expected no count, only beside from and to"),
-        (LINE, 'name = "row"', 'name = "row"\npoint = ["0 m", "0 m", "0 m"]', "from",
-         "expected one way only"),
-        (LINE, 'name = "row"', 'name = "row"\ngroup = "edge_8"', "group", "expected one way only"),
-        (LINE, 'from = ["0 m", "1 m", "3 m"]\n', "", "to", "expected from and to together"),
-        (LINE, 'to = ["8 m", "1 m", "7 m"]\n', "", "to", "expected from and to together"),
-        (LINE, "from", "start", "start", "unknown key; known: name, building, point"),
-        (LINE, "from", "frm", "frm", "unknown key; did you mean 'from'?"),
-        (LINE, '["8 m", "1 m", "7 m"]', '["0 m", "100 cm", "3 m"]', "to", "another point"),
-        (LINE, "count = 5\n", "", "count", "missing; expected a whole number of at least 2"),
-        (POINT, '"15.6 m"', '"80 m"', "point", "a point of the building, which has x of 0"),
-        (POINT, '"3030 cm"', '"-2 m"', "point", "z of 0 to 30"),
-        (LINE, '["8 m", "1 m", "7 m"]', '["80 m", "1 m", "7 m"]', "to", "a point of the building"),
-        (GROUP, "edge_8", "edge_9", "group", "expected a number of 1 to 8, the floors of the"),
-        (GROUP, "edge_8", "floor_10_acroterion", "group", "expected a number of 1 to 8"),
-    ],
-)  # fmt: skip
-def test_broken_probe(
-    with_transient: With, probe: str, old: str, new: str, key: str, expected: str
-) -> None:
-    load_case(with_transient(SHORT + probe))
-    faults = own_faults(with_transient(SHORT + probe, (old, new)))
-    fault = faults.pop(f"transient.probes[0].{key}")
-    assert expected in fault
-    # A key that is not known is missing elsewhere.
-    assert set(faults) <= ({"transient.probes[0].to"} if "unknown key" in fault else set())
-
-
 PLACE = 'offset = ["0 m", "7.8 m", "0 m"]'
-NORMAL = "normal = [0, 1, 0]"
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "key", "expected"),
-    [
-        (NORMAL, "normal = [1, 0, 0]", "contacts[0].normal",
-         'a 3D building can be struck on one side only (impact_edge = "y+"); this pair strikes x+'),
-        (NORMAL, "normal = [0.1, 1, 0]", "contacts[0].normal",
-         "expected a normal at right angles to the edge, (0, 1, 0) out of the 3D building"),
-        (NORMAL, "normal = [0, 1, 1]", "contacts[0].normal", "expected a horizontal normal"),
-        (PLACE, PLACE.replace('"0 m", "7', '"-15 m", "7'), "contacts[0].a.offset",
-         "this pair is -15 m away from it along the edge; expected at most 0.462 m (1 % of the "
-         "edge of 46.2 m), or [transient] eccentricity = '-15 m' where all pairs are there"),
-        (PLACE, 'offset = ["0 m", "7.8 m", "-0.5 m"]', "contacts[0].a.offset",
-         "this pair is 0.5 m below the floor's mass centre; expected at most 0.1 m"),
-    ],
-)  # fmt: skip
-def test_contacts_that_the_3d_building_cannot_take(
-    with_transient: With, old: str, new: str, key: str, expected: str
-) -> None:
-    refused(with_transient(case=(old, new)), key, expected)
-
-
-def test_the_other_side_of_the_3d_building(with_transient: With) -> None:
+def test_the_other_side_of_the_3d_building(structured: Structured) -> None:
     """By its name, and in one round with what else is wrong in the file."""
-    path = with_transient(case=('impact_edge = "y+"', 'impact_edge = "y-"'))
+    path = structured((None, 'impact_edge = "y+"', 'impact_edge = "y-"'), more=TRANSIENT)
     (expected,) = own_faults(path).values()
     assert 'one side only (impact_edge = "y-"); this pair strikes y+' in expected
     text = path.read_text(encoding="utf-8")
@@ -372,9 +247,10 @@ law = "column"
         ("0 m", "3 m", True),  # of the 3D model alone, as a study of it
     ],
 )
-def test_central_pairs(with_transient: With, offset: str, eccentricity: str, good: bool) -> None:
-    section = f'{SHORT}eccentricity = "{eccentricity}"\n'
-    path = with_transient(section, case=(PLACE, PLACE.replace('"0 m", "7', f'"{offset}", "7')))
+def test_central_pairs(structured: Structured, offset: str, eccentricity: str, good: bool) -> None:
+    section = f'{TRANSIENT}eccentricity = "{eccentricity}"\n'
+    moved = PLACE.replace('"0 m", "7', f'"{offset}", "7')
+    path = structured((None, PLACE, moved), more=section)
     if good:
         load_case(path)
     else:
@@ -385,21 +261,17 @@ def test_without_the_3d_building_in_time_any_pair_will_do(structured: Structured
     load_case(structured((None, PLACE, PLACE.replace('"0 m", "7', '"-15 m", "7'))))
 
 
-def test_a_contact_inside_a_storey_of_the_3d_building(with_transient: With) -> None:
+def test_a_contact_inside_a_storey_of_the_3d_building(structured: Structured) -> None:
     """Of the other building any point will do."""
-    inside = '"B1", storey = [1, 2, 3, 4, 5, 6, 7, 8], relative_height = 0.5'
-    whole = '"B1", floor = [1, 2, 3, 4, 5, 6, 7, 8]'
-    load_case(with_transient(case=(whole.replace("B1", "B2"), inside.replace("B1", "B2"))))
-    refused(
-        with_transient(case=(whole, inside)),
-        "contacts[0].a.storey",
-        "expected floor in place of storey",
-    )
+    inside = '"B2", storey = [1, 2, 3, 4, 5, 6, 7, 8], relative_height = 0.5'
+    whole = '"B2", floor = [1, 2, 3, 4, 5, 6, 7, 8]'
+    load_case(structured((None, whole, inside), more=TRANSIENT))
 
 
-def test_probes_that_are_none(with_transient: With) -> None:
-    assert "expected" in own_faults(with_transient(f"{SHORT}probes = 3\n"))["transient.probes"]
-    assert list(own_faults(with_transient(f"{SHORT}probes = [3]\n"))) == ["transient.probes[0]"]
+def test_probes_that_are_none(structured: Structured) -> None:
+    for value, key in (("3", "transient.probes"), ("[3]", "transient.probes[0]")):
+        faults = own_faults(structured(more=f"{TRANSIENT}probes = {value}\n"))
+        assert list(faults) == [key] and "expected" in faults[key]
 
 
 @pytest.mark.parametrize("name", ["edge_8", "floor_8_acroterion", "storey_12", "base", "centre_1"])
@@ -466,11 +338,11 @@ def test_names_of_probes(probes: tuple[Probe, ...], expected: str | None) -> Non
         Transient(time_step=1e-3, probes=probes)
 
 
-def test_names_of_probes_in_a_file(with_transient: With) -> None:
-    faults = own_faults(with_transient(SHORT + POINT + LINE, ('"row"', '"corner"')))
+def test_names_of_probes_in_a_file(structured: Structured) -> None:
+    faults = own_faults(structured((None, '"row"', '"corner"'), more=TRANSIENT + POINT + LINE))
     assert list(faults) == ["transient.probes"]
     assert faults["transient.probes"].endswith(" expected unique names, found corner and corner")
-    faults = own_faults(with_transient(SHORT + POINT, ('"corner"', '"edge_8"')))
+    faults = own_faults(structured((None, '"corner"', '"edge_8"'), more=TRANSIENT + POINT))
     assert list(faults) == ["transient.probes"]
 
 

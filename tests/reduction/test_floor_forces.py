@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from impactfem.case import Case
-from impactfem.case.loads import FloorForces
+from impactfem.case.motions import FloorForces
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.history import State

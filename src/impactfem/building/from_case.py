@@ -17,16 +17,16 @@ from impactfem.building.parts import BuildingParts, FloorMasses, PartDamping, fl
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.case import Case
-from impactfem.case.buildings import Building
-from impactfem.case.damping import PartDamping as DampingEntry
-from impactfem.case.structure import (
+from impactfem.case.buildings import (
     BeamGroup,
+    Building,
     FileMesh,
     GeneratedMesh,
     PartMaterial,
     ShellGroup,
     Structure,
 )
+from impactfem.case.damping import PartDamping as DampingEntry
 from impactfem.system.errors import Fault, InputError, SolutionError
 
 HEIGHT = 0.1

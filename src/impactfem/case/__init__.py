@@ -1,7 +1,17 @@
 """The case file: what is studied, read from TOML and CSV with units, checked as a whole."""
 
 from impactfem.case.analysis import FrequencyGrid, Pounding, Spectra
-from impactfem.case.buildings import Building
+from impactfem.case.buildings import (
+    Acroterion,
+    BeamGroup,
+    Building,
+    FileMesh,
+    FrequencyFit,
+    GeneratedMesh,
+    ShellGroup,
+    Structure,
+    structure_files,
+)
 from impactfem.case.calibration import Calibration, Target, WallImpactSetup
 from impactfem.case.contacts import (
     Contact,
@@ -28,16 +38,6 @@ from impactfem.case.members import Bay, Beam, Column, Wall
 from impactfem.case.model import Case
 from impactfem.case.motions import Ensemble, Motion, RecordMotion, SyntheticMotion, motion_files
 from impactfem.case.report import Published
-from impactfem.case.structure import (
-    Acroterion,
-    BeamGroup,
-    FileMesh,
-    FrequencyFit,
-    GeneratedMesh,
-    ShellGroup,
-    Structure,
-    structure_files,
-)
 from impactfem.case.transient import Probe, Transient, transient_files
 
 __all__ = [

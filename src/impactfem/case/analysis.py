@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, StrictBool, Tag
 
@@ -98,10 +98,6 @@ class FrequencyGrid(Section):
         return tuple(map(float, frequencies))
 
 
-def _form(value: Any) -> str:
-    return "list" if isinstance(value, list | tuple) else "grid"
-
-
 class Spectra(Section):
     """Floor response spectra: their dampings, frequencies and accuracy."""
 
@@ -110,7 +106,7 @@ class Spectra(Section):
     frequencies: Annotated[
         Annotated[FrequencyGrid, Tag("grid")]
         | Annotated[tuple[Frequency, ...], Field(min_length=1), Tag("list")],
-        Discriminator(_form),
+        Discriminator(lambda value: "list" if isinstance(value, list | tuple) else "grid"),
     ]
     """Frequencies of the oscillators: a list by rule, or the frequencies."""
     points_per_cycle: Annotated[int, Whole(2, 1000)] = 20

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any, TypeVar
+from typing import Any
 
 from pydantic import (
     BaseModel,
@@ -18,8 +18,6 @@ from pydantic import (
     field_validator,
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
-
-T = TypeVar("T")
 
 LISTED = 300  # letters of the names that a message lists
 UNREADABLE, REPORTED = "unreadable", "reported"
@@ -94,18 +92,6 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
-def present(info: ValidationInfo, names: Iterable[str]) -> bool:
-    """True when all these fields, declared before the one at hand, were free of faults."""
-    return all(name in info.data for name in names)
-
-
-def each_once(values: tuple[T, ...], what: str) -> tuple[T, ...]:
-    """The values, where none of them stands twice; else refused."""
-    if len(set(values)) < len(values):
-        raise refuse(f"expected each {what} once")
-    return values
-
-
 def rule(
     field: str, *others: str, sited: bool = False
 ) -> Callable[[Callable[..., Iterator[str]]], Any]:
@@ -123,7 +109,7 @@ def rule(
 
     def decorate(wrong: Callable[..., Iterator[str]]) -> Any:
         def validate(cls: Any, value: Any, info: ValidationInfo) -> Any:
-            if present(info, others):
+            if all(name in info.data for name in others):
                 further = (info,) if sited else ()
                 for expected in wrong(value, *(info.data[name] for name in others), *further):
                     raise refuse(expected)

@@ -4,17 +4,235 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, ValidatorFunctionWrapHandler, field_validator
+from pydantic import (
+    Field,
+    StrictBool,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    field_validator,
+)
+from pydantic.json_schema import SkipJsonSchema
 
 from impactfem.case.base import Section, refuse, rule
-from impactfem.case.damping import Damping
-from impactfem.case.floors import FLOORS, UNKNOWN_DAMPING, Floor, Material, MaterialOf, read_floors
-from impactfem.case.leaf import Name
-from impactfem.case.quantity import Depth, Length, PositiveFactor, PositiveLength
-from impactfem.case.reading import TableFile
-from impactfem.case.structure import Structure
+from impactfem.case.damping import Damping, PartDamping, Parts
+from impactfem.case.floors import (
+    FLOORS,
+    UNKNOWN_DAMPING,
+    UNKNOWN_MATERIAL,
+    Floor,
+    Material,
+    MaterialOf,
+    entry_of,
+    floors_of,
+    read_floors,
+)
+from impactfem.case.leaf import FileName, Name, Text, Whole
+from impactfem.case.members import Bay, Beam, Column, Member, Site, Wall, read_bays, read_members
+from impactfem.case.quantity import (
+    Depth,
+    ElementSize,
+    Extent,
+    Frequency,
+    Length,
+    PositiveFactor,
+    PositiveLength,
+)
+from impactfem.case.reading import TableFile, reading_of
+
+
+class ShellGroup(Section):
+    """The thickness of shells, by the names of their physical groups."""
+
+    groups: Text
+    """Pattern of the names of the groups, with * and ? as in a shell: `floor_*`."""
+    thickness: PositiveLength
+    """Thickness of the shells."""
+
+
+class BeamGroup(Section):
+    """The rectangular section of beams or columns, by the names of their physical groups."""
+
+    groups: Text
+    """Pattern of the names of the groups, with * and ? as in a shell: `column_*`."""
+    width: PositiveLength
+    """Side of the section: of beams the horizontal one, of columns that along x."""
+    depth: PositiveLength
+    """Side of the section: of beams the vertical one, of columns that along y."""
+    offset: Length = 0.0
+    """Of beams: height of the axis above the line of nodes; negative below it."""
+
+
+class FileMesh(Section):
+    """A mesh of second order from a file of gmsh, with named physical groups.
+
+    docs/mesh-groups.md says how the groups are named. Each group of shells or beams matches one
+    pattern.
+    """
+
+    type: Literal["file"]
+    """Read from a file."""
+    file: Annotated[Path, FileName("a mesh of gmsh (.msh)")]
+    """The mesh: a .msh file of gmsh."""
+    shells: tuple[ShellGroup, ...] = Field(min_length=1)
+    """Thicknesses of the groups of shells."""
+    beams: tuple[BeamGroup, ...] = ()
+    """Sections of the groups of beams and columns."""
+
+    @field_validator("shells", "beams")
+    @classmethod
+    def _each_pattern_once(
+        cls, value: tuple[ShellGroup, ...] | tuple[BeamGroup, ...]
+    ) -> tuple[ShellGroup, ...] | tuple[BeamGroup, ...]:
+        patterns = [entry.groups for entry in value]
+        for pattern in patterns:
+            if patterns.count(pattern) > 1:
+                raise refuse(f"expected each pattern once, found '{pattern}' twice")
+        return value
+
+
+def _site(info: ValidationInfo) -> Site:
+    """Where the members of a generated mesh stand, as far as it is known."""
+    building = reading_of(info).building
+    heights = {floor.floor: floor.storey_height for floor in floors_of(building, info)}
+    return Site(info.data.get("length"), info.data.get("width"), heights or None)
+
+
+def _member_file(model: type[Member]) -> TableFile:
+    return TableFile(
+        f"a {model.kind} table (CSV)",
+        lambda path, faults, info: read_members(path, model, _site(info), faults),
+        sited=True,
+    )
+
+
+_BAYS = TableFile(
+    "a bay table (CSV)",
+    lambda path, faults, info: read_bays(path, info.data.get("walls"), _site(info), faults),
+    sited=True,
+)
+
+
+class Acroterion(Section):
+    """The low wall on the edges of the top floor."""
+
+    height: PositiveLength
+    """Height above the mid-plane of the top slab."""
+    thickness: PositiveLength
+    """Thickness of the low wall."""
+
+
+class GeneratedMesh(Section):
+    """A mesh made by the generator: a rectangular plan, with floors at the levels of the building.
+
+    Positions in plan are counted from a corner of the building, x along its length, y across.
+    """
+
+    type: Literal["generated"]
+    """Made by the generator from tables."""
+    length: Extent
+    """Length of the rectangular plan, along x."""
+    width: Extent
+    """Width of the plan, along y."""
+    slab_thickness: PositiveLength
+    """Thickness of all slabs."""
+    walls: Annotated[tuple[Wall, ...], _member_file(Wall)]
+    """Wall table: a CSV file, one row a wall."""
+    bays: Annotated[tuple[Bay, ...], _BAYS] = ()
+    """Bay table: a CSV file, one row an opening in a wall."""
+    beams: Annotated[tuple[Beam, ...], _member_file(Beam)] = ()
+    """Beam table: a CSV file, one row a beam."""
+    columns: Annotated[tuple[Column, ...], _member_file(Column)] = ()
+    """Column table: a CSV file, one row a column."""
+    acroterion: Acroterion | None = None
+    """Low wall on the edges of the top floor; default none."""
+    impact_edge: Literal["x-", "x+", "y-", "y+"]
+    """Side of the plan that faces the other building."""
+    size: ElementSize
+    """Target size of the elements."""
+    floor_size: ElementSize | None = None
+    """Target size in the slabs, in place of size."""
+    storey_size: ElementSize | None = None
+    """Target size in the walls, in place of size."""
+    beam_size: ElementSize | None = None
+    """Target size along the beams, in place of size."""
+    column_size: ElementSize | None = None
+    """Target size along the columns, in place of size."""
+
+
+Mesh = GeneratedMesh | FileMesh
+
+
+class FrequencyFit(Section):
+    """Fit of the factor on walls and columns to a known frequency."""
+
+    frequency: Frequency
+    """Frequency of the first bending mode to reach."""
+    direction: Literal["x", "y"]
+    """Direction in which that mode moves."""
+
+
+class PartMaterial(Parts):
+    """The material of some parts of the 3D model, in place of that of the structure."""
+
+    material: Annotated[Material, MaterialOf(dense=True)]
+    """Name of the material, which has a density."""
+
+
+class Structure(Section):
+    """The 3D model of a building: shells and beams, clamped at the base.
+
+    Levels, masses of the floors and damping are those of the building; parts may have another
+    material and another damping.
+    """
+
+    building: SkipJsonSchema[str] = ""
+    """Name of the building, which is not written here."""
+    material: Annotated[Material, MaterialOf(dense=True)] = Field(
+        default=None, validate_default=True
+    )
+    """Name of the material, which has a density; default that of the building."""
+    materials: tuple[PartMaterial, ...] = ()
+    """Materials of parts of the 3D model in place of that of the structure. The stick has one
+    material."""
+    storey_stiffness_factor: PositiveFactor = 1.0
+    """Factor on the stiffness of walls and columns, never on that of slabs and beams; with
+    calibration the value it starts from."""
+    calibration: FrequencyFit | None = None
+    """Fit of storey_stiffness_factor to a frequency; left out, it is as given."""
+    floor_masses: StrictBool = True
+    """Whether mass is added until each floor has that of the floor table."""
+    modes: Annotated[int, Whole(1, 10_000)] = 20
+    """Number of modes."""
+    drilling: PositiveFactor = 1.0
+    """Factor on the drilling stiffness of the shells, shear modulus by thickness."""
+    damping: tuple[PartDamping, ...] = ()
+    """Damping of parts of the 3D model in place of that of the building; only with [transient]
+    solver 'full'."""
+    mesh: Annotated[Mesh, Field(discriminator="type")]
+    """The mesh: generated from tables, or from a file."""
+
+    @field_validator("material", mode="before")
+    @classmethod
+    def _that_of_the_building(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None or info.context is None:
+            return value
+        name = entry_of(info.data.get("building", ""), info).get("material")
+        if name not in (info.context.names("materials") or ()):
+            return UNKNOWN_MATERIAL  # a fault of the building
+        return name
+
+    @property
+    def key(self) -> str:
+        """Where it stands in a case file, with the name of its building."""
+        return f"buildings.{self.building}.structure"
+
+
+def structure_files(structure: Structure) -> tuple[Path, ...]:
+    """The files a structure is made from besides those of the case: its mesh, where it has one."""
+    return (structure.mesh.file,) if isinstance(structure.mesh, FileMesh) else ()
 
 
 class Building(Section):

@@ -10,13 +10,14 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from impactfem.case.contacts import Contact, ContactEntry, Vector
+from impactfem.case.buildings import GeneratedMesh
+from impactfem.case.contacts import Contact, ContactEntry, ContactPoint, KelvinVoigtLaw, Vector
 from impactfem.case.model import Case
 from impactfem.case.place import Place
 from impactfem.case.reading import Reading
-from impactfem.case.structure import GeneratedMesh
-from impactfem.system.errors import Fault
 
+Finding = tuple[Place, str]
+"""A place in the file that is at fault, and what was expected there."""
 SMALLEST, PART = 1e-3, 0.1
 """Distance and gap may differ by so much [m], or by this part of the gap, and count as the same."""
 
@@ -40,37 +41,48 @@ def pair_distance(contact: Contact, case: Case) -> float:
     return x * (bx + b.offset[0] - ax - a.offset[0]) + y * (by + b.offset[1] - ay - a.offset[1])
 
 
-def distance_faults(case: Case, reading: Reading) -> Iterator[Fault]:
-    """Contacts whose points lie the other way round along the normal than from a to b.
-
-    Where the axes lie so, too, the normal is at fault, else axes or offsets.
-    """
-    told: set[int] = set()
+def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
+    """Contacts that stand twice, are the wrong way round, or have the law of another building."""
+    seen: set[tuple[ContactPoint, ContactPoint]] = set()
+    reported: set[tuple[str, int]] = set()  # of each table of [[contacts]] once
+    twice = False
+    struck = case.wall_impact.building if case.wall_impact and case.structure else ""
     for contact in case.contacts:
+        table, ends = contact.table, (contact.a, contact.b)
+        place = reading.original(("contacts", table))
+        a, b = (case.building(end.building) for end in ends)
+        # Twice the same points would double the stiffness of their contact unseen.
+        if ends in seen and not twice:
+            twice = True
+            labels = f"{contact.a.label} and {contact.b.label}"
+            yield ("contacts",), f"expected each pair of points once, found {labels} twice"
+        seen.add(ends)
+        law = case.contact_laws[contact.law]
+        calibrated = struck and isinstance(law, KelvinVoigtLaw) and law.calibrated
+        if calibrated and struck not in (a.name, b.name) and ("law", table) not in reported:
+            reported.add(("law", table))
+            expected = (
+                f"expected a law with values of its own: '{contact.law}' is calibrated on "
+                f"{struck}, the contact is of {a.name} and {b.name}"
+            )
+            yield (*place, "law"), expected
         distance = pair_distance(contact, case)
-        if distance >= -allowed(contact.gap) or math.isnan(distance) or contact.table in told:
+        if not distance < -allowed(contact.gap) or ("distance", table) in reported:
             continue
-        told.add(contact.table)
-        place = ("contacts", contact.table)
+        reported.add(("distance", table))
         apart = f"by axis and offset the points of {contact.name} are {distance:.4g} m apart along "
-        a, b = (case.building(end.building) for end in (contact.a, contact.b))
         x, y, _ = contact.normal
+        # Where the axes lie so, too, the normal is at fault, else axes or offsets.
         if x * (b.axis[0] - a.axis[0]) + y * (b.axis[1] - a.axis[1]) < 0.0:
-            expected = (
-                f"expected the direction from a to b: {apart}it, and the gap is {contact.gap:.4g} m"
-            )
-            yield reading.fault((*place, "normal"), list(contact.normal), expected)
+            gap = f"and the gap is {contact.gap:.4g} m"
+            yield (*place, "normal"), f"expected the direction from a to b: {apart}it, {gap}"
         else:
+            axes = " and ".join(f"{k.name} ({k.axis[0]:g} m, {k.axis[1]:g} m)" for k in (a, b))
             expected = (
-                f"expected buildings that stand side by side: {apart}the normal, and the gap "
-                f"is {contact.gap:.4g} m; see axis of [[buildings]], {a.name} {_point(a.axis)} "
-                f"and {b.name} {_point(b.axis)}, and the offsets"
+                f"expected buildings that stand side by side: {apart}the normal, and the gap is "
+                f"{contact.gap:.4g} m; see axis of [[buildings]], {axes}, and the offsets"
             )
-            yield reading.fault(place, None, expected)
-
-
-def _point(axis: tuple[float, float]) -> str:
-    return f"({axis[0]:g} m, {axis[1]:g} m)"
+            yield place, expected
 
 
 ALIGNED = 1e-3
@@ -130,19 +142,12 @@ def words_of(vector: Iterable[float]) -> str:
     return "({})".format(", ".join(f"{float(x) + 0.0:g}" for x in vector))
 
 
-def generated_edge(mesh: GeneratedMesh) -> StruckEdge:
-    """The edge of every floor of a generated mesh."""
-    sign = 1.0 if mesh.impact_edge[1] == "+" else -1.0
-    outward = (sign, 0.0, 0.0) if mesh.impact_edge[0] == "x" else (0.0, sign, 0.0)
-    words = f'impact_edge = "{mesh.impact_edge}"'
-    length = mesh.length if mesh.impact_edge[0] == "y" else mesh.width
-    return StruckEdge(outward, (0.0, length), (0.0, 0.0), (mesh.length, mesh.width), words)
-
-
-def normal_fault(outward: Vector, edge: StruckEdge) -> str | None:
-    """Why a unit vector out of the building is not normal to an edge; None where it is."""
+def normal_fault(outward: Vector, edge: StruckEdge | None) -> str | None:
+    """Why a unit vector out of the building is not normal to an edge; None where it may be."""
     if abs(outward[2]) > ALIGNED:
         return VERTICAL
+    if edge is None:  # not known yet
+        return None
     across = sum(a * b for a, b in zip(outward, edge.outward, strict=True))
     off = math.dist(outward, [across * x for x in edge.outward])
     side = side_of(outward)
@@ -186,67 +191,58 @@ def offset_fault(
     return None
 
 
-def struck_edge_faults(case: Case, reading: Reading) -> Iterator[Fault]:
+def of_struck_edges(case: Case, reading: Reading) -> Iterator[Finding]:
     """Contacts of a case whose forces its 3D buildings cannot take in [transient].
 
     From the file as it stands: another table with a fault of its own hides none of these. Of a mesh
     from a file what holds for every mesh; `check` reads the mesh later.
     """
-    if "transient" in reading.source.raw:
-        for building, place in reading.three_d.items():
-            yield from _struck_edge_faults(case, reading, building, place)
-
-
-def _struck_edge_faults(
-    case: Case, reading: Reading, building: str, model: Place
-) -> Iterator[Fault]:
-    """The same of one of its 3D buildings, whose 3D model stands at a place of the file."""
-    with reading.model_of(building):
-        mesh = reading.valid(GeneratedMesh, reading.value(*model, "mesh"))
-    edge = None if mesh is None else generated_edge(mesh)
-    axis = next((one.axis for one in case.buildings if one.name == building), None)
-    struck: dict[int, tuple[int, Vector]] = {}
-    for index, one in reading.tables("contacts"):
-        contact = reading.valid(ContactEntry, one)
-        if contact is None:
-            continue
-        place = ("contacts", index)
-        for side, end, sign in (("a", contact.a, 1.0), ("b", contact.b, -1.0)):
-            if end.building != building:
-                continue
-            if end.storey is not None:
-                expected = (
-                    "expected floor in place of storey: a 3D building can be struck on the edges "
-                    "of its floors only (section [transient])"
-                )
-                yield reading.source.fault((*place, side, "storey"), list(end.storey), expected)
-            x, y, z = (sign * component for component in contact.normal)
-            if edge is None:
-                wrong = _two_sides(struck, index, end.floor or (), (x, y, z))
-            else:
-                wrong = normal_fault((x, y, z), edge)
-            if wrong is not None:
-                yield reading.source.fault((*place, "normal"), list(contact.normal), wrong)
-            if edge is not None and case.transient is not None and axis is not None:
-                aside = offset_fault(axis, end.offset, edge, case.transient.eccentricity)
-                if aside is not None:
-                    yield reading.source.fault((*place, side, "offset"), list(end.offset), aside)
-
-
-def _two_sides(
-    struck: dict[int, tuple[int, Vector]], index: int, floors: tuple[int, ...], outward: Vector
-) -> str | None:
-    """Why a normal is that of no edge of any mesh: vertical, or two sides of one floor.
-
-    The first contact of each floor and where it strikes are kept in ``struck``.
-    """
-    if abs(outward[2]) > ALIGNED:
-        return VERTICAL
-    for floor in floors:
-        first, other = struck.setdefault(floor, (index, outward))
-        if math.dist(outward, other) > ALIGNED:
-            return (
-                f"a 3D building can be struck on one side only: contacts[{first}] strikes floor "
-                f"{floor} on {side_of(other)}, this pair on {side_of(outward)}"
+    if "transient" not in reading.source.raw:
+        return
+    eccentricity = None if case.transient is None else case.transient.eccentricity
+    for building, model in reading.three_d.items():
+        with reading.model_of(building):
+            mesh = reading.valid(GeneratedMesh, reading.value(*model, "mesh"))
+        edge = None
+        if mesh is not None:
+            sign = 1.0 if mesh.impact_edge[1] == "+" else -1.0
+            along_x = mesh.impact_edge[0] == "y"
+            edge = StruckEdge(
+                outward=(0.0, sign, 0.0) if along_x else (sign, 0.0, 0.0),
+                ends=(0.0, mesh.length if along_x else mesh.width),
+                low=(0.0, 0.0),
+                high=(mesh.length, mesh.width),
+                words=f'impact_edge = "{mesh.impact_edge}"',
             )
-    return None
+        axis = next((one.axis for one in case.buildings if one.name == building), None)
+        # The first contact of each floor and where it strikes.
+        struck: dict[int, tuple[int, Vector]] = {}
+        for index, one in reading.tables("contacts"):
+            contact = reading.valid(ContactEntry, one)
+            for side, sign in (("a", 1.0), ("b", -1.0)) if contact is not None else ():
+                end, place = getattr(contact, side), ("contacts", index)
+                if end.building != building:
+                    continue
+                if end.storey is not None:
+                    expected = (
+                        "expected floor in place of storey: a 3D building can be struck on the "
+                        "edges of its floors only (section [transient])"
+                    )
+                    yield (*place, side, "storey"), expected
+                x, y, z = (sign * component for component in contact.normal)
+                wrong = normal_fault((x, y, z), edge)
+                for floor in end.floor or () if edge is None and wrong is None else ():
+                    first, other = struck.setdefault(floor, (index, (x, y, z)))
+                    if math.dist((x, y, z), other) > ALIGNED:
+                        wrong = (
+                            f"a 3D building can be struck on one side only: contacts[{first}] "
+                            f"strikes floor {floor} on {side_of(other)}, this pair on "
+                            f"{side_of((x, y, z))}"
+                        )
+                        break
+                if wrong is not None:
+                    yield (*place, "normal"), wrong
+                if edge is not None and eccentricity is not None and axis is not None:
+                    aside = offset_fault(axis, end.offset, edge, eccentricity)
+                    if aside is not None:
+                        yield (*place, side, "offset"), aside

@@ -103,20 +103,20 @@ class TableSpectrum(Section):
         return file
 
 
-def _type_of(value: Any) -> str:
-    """The type of a spectrum; without one it is given by its corner periods."""
-    if isinstance(value, Mapping):
-        return str(value.get("type", "corner-periods"))
-    return str(getattr(value, "type", "corner-periods"))
-
-
 Spectrum = DesignSpectrum | EurocodeSpectrum | DecreeSpectrum | TableSpectrum
 SpectrumEntry = Annotated[
     Annotated[DesignSpectrum, Tag("corner-periods")]
     | Annotated[EurocodeSpectrum, Tag("ec8")]
     | Annotated[DecreeSpectrum, Tag("french-decree")]
     | Annotated[TableSpectrum, Tag("table")],
-    Discriminator(_type_of),
+    # Without a type it is given by its corner periods.
+    Discriminator(
+        lambda value: str(
+            value.get("type", "corner-periods")
+            if isinstance(value, Mapping)
+            else getattr(value, "type", "corner-periods")
+        )
+    ),
 ]
 
 
@@ -159,31 +159,27 @@ def read_spectrum(path: Path, faults: list[Fault]) -> SpectrumTable | None:
 
     The frequencies or periods of each damping ascend or descend.
     """
-    table = read_table(path, SpectrumPoint, faults, _one_abscissa, most=MOST_POINTS)
+
+    def one_abscissa(table: Table[SpectrumPoint]) -> Iterator[Fault]:
+        columns = [name for name in ("frequency", "period") if name in table.headers]
+        if len(columns) != 1:
+            found = "both" if columns else "none of them"
+            expected = "expected either a column frequency [Hz] or a column period [s], found "
+            yield Fault(table.path, "header", None, f"{expected}{found}")
+            return
+        yield from table.disorder(columns[0], "damping", "damping")
+        for line, row in table:
+            value = getattr(row, columns[0])
+            if math.isinf(1.0 / value):
+                expected = "expected a period with a finite frequency"
+                yield table.fault(line, columns[0], value, expected)
+
+    table = read_table(path, SpectrumPoint, faults, one_abscissa, most=MOST_POINTS)
     if table is None:
         return None
-    (column,) = _abscissae(table)
+    column = "frequency" if "frequency" in table.headers else "period"
     points = {}
     for (damping,), curve in table.curves(column, "acceleration", "damping").items():
         pairs = sorted((x if column == "frequency" else 1.0 / x, S) for x, S in curve)
         points[damping] = (tuple(f for f, _ in pairs), tuple(S for _, S in pairs))
     return SpectrumTable(points)
-
-
-def _abscissae(table: Table[SpectrumPoint]) -> list[str]:
-    return [name for name in ("frequency", "period") if name in table.headers]
-
-
-def _one_abscissa(table: Table[SpectrumPoint]) -> Iterator[Fault]:
-    columns = _abscissae(table)
-    if len(columns) != 1:
-        found = "both" if columns else "none of them"
-        expected = f"expected either a column frequency [Hz] or a column period [s], found {found}"
-        yield Fault(table.path, "header", None, expected)
-        return
-    yield from table.disorder(columns[0], "damping", "damping")
-    for line, row in table:
-        value = getattr(row, columns[0])
-        if math.isinf(1.0 / value):
-            expected = "expected a period with a finite frequency"
-            yield table.fault(line, columns[0], value, expected)

@@ -22,7 +22,7 @@ from impactfem.case.device_tables import (
     GivenSpectra,
     GivenSpectrum,
 )
-from impactfem.case.floors import known_levels
+from impactfem.case.floors import entry_of, floors_of
 from impactfem.case.leaf import ModelledBuilding, Name, OneOrMore, Whole, Words
 from impactfem.case.members import TOUCH
 from impactfem.case.quantity import (
@@ -37,6 +37,7 @@ from impactfem.case.quantity import (
     Quantity,
     TimeStep,
 )
+from impactfem.case.reading import reading_of
 from impactfem.case.transient import Probe
 from impactfem.case.unit import INERTIA
 
@@ -283,7 +284,14 @@ class DeviceSetup(Section):
         if not isinstance(value, GivenSpectra):
             return value
         building = info.data.get("building", "")
-        levels = known_levels(building, info)
+        stories = floors_of(building, info)
+        base = reading_of(info).valid(Length, entry_of(building, info).get("base", "0 m"))
+        heights = itertools.accumulate(one.storey_height for one in stories)
+        levels = (
+            {}
+            if base is None
+            else {one.floor: base + height for one, height in zip(stories, heights, strict=True)}
+        )
         anchors = [info.data["point"]] if info.data.get("point") else []
         anchors += [one.point for one in info.data.get("supports", ())]
         floors = [min(levels, key=lambda k: abs(levels[k] - z)) for *_, z in anchors if levels]

@@ -22,15 +22,13 @@ from __future__ import annotations
 
 from bisect import bisect
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from impactfem.case.buildings import Building
+from impactfem.case.buildings import Building, GeneratedMesh
 from impactfem.case.contact_checks import allowed, pair_distance
 from impactfem.case.contacts import Contact, ContactPoint
 from impactfem.case.model import Case
-from impactfem.case.structure import GeneratedMesh
 
 HALF_SLAB = 0.15
 """Half of the least height of a floor's edge [m], where its rigid zones are thinner."""
@@ -86,49 +84,67 @@ class FacingFloors:
         """Those that come together within a drift of `DRIFT` of both buildings."""
         return tuple(pair for pair in self.pairs if pair.gap <= pair.reach)
 
+    def lines(self, most: int = 6) -> list[str]:
+        """What `check` warns of, one line for each two buildings, so many of them named."""
+        by_buildings: dict[tuple[str, ...], list[Facing]] = defaultdict(list)
+        for pair in sorted(self.near, key=lambda pair: pair.gap):
+            by_buildings[tuple(sorted((pair.a.building, pair.b.building)))].append(pair)
+        return [
+            "contacts: floors that face each other and are in no pair: "
+            + ", ".join(pair.words for pair in pairs[:most])
+            + (f" and {len(pairs) - most} more" if len(pairs) > most else "")
+            + "; list them in [[contacts]], or give length, width and setback of [[buildings]] "
+            "where they cannot meet"
+            for pairs in by_buildings.values()
+        ]
+
+    @property
+    def unknown_lines(self) -> list[str]:
+        """What is not known, and which keys would say it; a line for each two buildings."""
+        return [
+            f"facing floors: whether floors of {a} and {b} that are in no pair meet cannot be "
+            f"checked without the plan of {' and '.join(names)}: length and width of [[buildings]] "
+            "give it"
+            for a, b, names in self.unknown
+        ]
+
 
 def facing_floors(case: Case) -> FacingFloors:
     """Floors of neighbours that face each other, or a storey of each other, in no pair."""
     plans = _Plans(case)
     found = []
     unknown = []
+    heights = ((one, levels_of(one, case)) for one in case.contacts)
+    level_contacts = [one for one, (first, second) in heights if abs(first - second) <= LEVEL]
     for a, b in combinations(plans.towers, 2):
+        names = (a.building.name, b.building.name)
         lacking: set[str] = set()
-        for here, there in _unpaired(case.contacts, a, b):
-            facing = plans.faced(here, there, lacking)
-            found += [] if facing is None else [facing]
+        # Floors that a contact joins to a point of the other building at about their level.
+        paired: set[tuple[str, bool, int]] = set()
+        for ends in ((contact.a, contact.b) for contact in level_contacts):
+            if {end.building for end in ends} == set(names):
+                paired |= {(e.building, False, e.floor) for e in ends if e.floor is not None}
+        seen: set[tuple[int, int]] = set()
+        for tower, other in ((a, b), (b, a)):
+            for index, level in enumerate(tower.levels):
+                here = _Place(tower, index, None, level)
+                there = other.at(level, tower.band(index))
+                if there is None or paired & {here.key, there.key}:
+                    continue
+                # Two floors that are level with each other are met twice.
+                both = (index, there.index) if tower is a else (there.index, index)
+                if there.relative_height is None and both in seen:
+                    continue
+                seen |= {both} if there.relative_height is None else set()
+                facing = plans.faced(here, there, lacking)
+                found += [] if facing is None else [facing]
         if lacking:
-            both = (a.building.name, b.building.name)
-            unknown.append((*both, tuple(name for name in both if name in lacking)))
+            unknown.append((*names, tuple(name for name in names if name in lacking)))
     return FacingFloors(
         tuple(one for one in found if one.gap >= 0.0),
         tuple(one for one in found if one.gap < 0.0),
         tuple(unknown),
     )
-
-
-def facing_lines(found: FacingFloors, most: int = 6) -> list[str]:
-    """What `check` warns of, one line for each two buildings, so many of them named."""
-    by_buildings: dict[tuple[str, ...], list[Facing]] = defaultdict(list)
-    for pair in sorted(found.near, key=lambda pair: pair.gap):
-        by_buildings[tuple(sorted((pair.a.building, pair.b.building)))].append(pair)
-    return [
-        "contacts: floors that face each other and are in no pair: "
-        + ", ".join(pair.words for pair in pairs[:most])
-        + (f" and {len(pairs) - most} more" if len(pairs) > most else "")
-        + "; list them in [[contacts]], or give length, width and setback of [[buildings]] where "
-        "they cannot meet"
-        for pairs in by_buildings.values()
-    ]
-
-
-def unknown_lines(found: FacingFloors) -> list[str]:
-    """What is not known, and which keys would say it; a line for each two buildings."""
-    return [
-        f"facing floors: whether floors of {a} and {b} that are in no pair meet cannot be checked "
-        f"without the plan of {' and '.join(names)}: length and width of [[buildings]] give it"
-        for a, b, names in found.unknown
-    ]
 
 
 class _Tower:
@@ -333,34 +349,6 @@ class _Plans:
                 if low <= span[1] and high >= span[0]:
                     return True
         return False
-
-
-def _unpaired(contacts: Sequence[Contact], a: _Tower, b: _Tower) -> Iterator[tuple[_Place, _Place]]:
-    """Floors of either building in no pair with the other one, and what is level with them."""
-    # Floors that a contact joins to a point of the other building at about their level.
-    paired: set[tuple[str, bool, int]] = set()
-    towers = {tower.building.name: tower for tower in (a, b)}
-    for contact in contacts:
-        ends = (contact.a, contact.b)
-        if {end.building for end in ends} == set(towers):
-            first, second = (towers[end.building].point_level(end) for end in ends)
-            if abs(first - second) <= LEVEL:
-                paired |= {
-                    (end.building, False, end.floor) for end in ends if end.floor is not None
-                }
-    seen: set[tuple[int, int]] = set()
-    for here, there in ((a, b), (b, a)):
-        for index, level in enumerate(here.levels):
-            place = _Place(here, index, None, level)
-            other = there.at(level, here.band(index))
-            if place.key in paired or other is None or other.key in paired:
-                continue
-            if other.relative_height is None:
-                both = (index, other.index) if here is a else (other.index, index)
-                if both in seen:
-                    continue
-                seen.add(both)
-            yield place, other
 
 
 def levels_of(contact: Contact, case: Case) -> tuple[float, float]:

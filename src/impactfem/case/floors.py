@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,7 +17,6 @@ from impactfem.case.quantity import (
     Area,
     Density,
     Inertia,
-    Length,
     Mass,
     PositiveFactor,
     PositiveLength,
@@ -143,17 +141,17 @@ class Floor(Section):
 
 def read_floors(path: Path, faults: list[Fault]) -> Table[Floor] | None:
     """Read a floor table."""
-    return read_table(path, Floor, faults, _bottom_to_top, most=MOST_FLOORS)
 
+    def bottom_to_top(table: Table[Floor]) -> Iterator[Fault]:
+        yield from table.duplicates("floor")
+        highest = 0
+        for k, (line, row) in enumerate(table):
+            if row.floor < highest and all(row.floor != above.floor for above in table.rows[:k]):
+                expected = f"expected floors from bottom to top, above {highest}"
+                yield table.fault(line, "floor", row.floor, expected)
+            highest = max(highest, row.floor)
 
-def _bottom_to_top(table: Table[Floor]) -> Iterator[Fault]:
-    yield from table.duplicates("floor")
-    highest = 0
-    for k, (line, row) in enumerate(table):
-        if row.floor < highest and all(row.floor != above.floor for above in table.rows[:k]):
-            expected = f"expected floors from bottom to top, above {highest}"
-            yield table.fault(line, "floor", row.floor, expected)
-        highest = max(highest, row.floor)
+    return read_table(path, Floor, faults, bottom_to_top, most=MOST_FLOORS)
 
 
 def entry_of(building: Any, info: ValidationInfo) -> dict[str, Any]:
@@ -169,14 +167,3 @@ def floors_of(building: Any, info: ValidationInfo) -> tuple[Floor, ...]:
         return ()
     with reading_of(info).leniently():
         return reading_of(info).table(entry.get("floors"), FLOORS, read_floors) or ()
-
-
-def known_levels(building: Any, info: ValidationInfo) -> dict[int, float]:
-    """Elevation of each floor [m] by its number, in the case file that is read."""
-    floors = floors_of(building, info)
-    written = entry_of(building, info).get("base", "0 m")
-    base = reading_of(info).number(Length, written) if floors else None
-    if base is None:
-        return {}
-    heights = itertools.accumulate((floor.storey_height for floor in floors), initial=base)
-    return dict(zip((floor.floor for floor in floors), list(heights)[1:], strict=True))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -10,12 +9,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from impactfem.case.base import REPORTED, UNREADABLE
-from impactfem.case.checks import CHECKS, duplicates, missing_sections
+from impactfem.case.checks import CHECKS, file_faults
 from impactfem.case.devices import STEPS, DeviceAnalysis
 from impactfem.case.explain import explain, places
-from impactfem.case.loads import read_force_table
 from impactfem.case.model import Case, CaseFile
-from impactfem.case.motions import DIRECTIONS, RestMotion
+from impactfem.case.motions import DIRECTIONS, RestMotion, read_force_table
 from impactfem.case.place import Place
 from impactfem.case.reading import Reading
 from impactfem.case.source import read_source
@@ -34,10 +32,7 @@ _NEED_OTHERS = {
     "transient": ("devices", "device_analysis"),
 }
 """Sections without which others are of no use."""
-_OPTIONAL = {
-    *("structure", "wall_impact", "transient", "devices"),
-    *("calibration", "ensemble", "loads"),
-}
+_OPTIONAL = {"wall_impact", "transient", "devices", "calibration", "ensemble", "loads"}
 """Sections that are left out as a whole where further checks would look at what is at fault."""
 
 
@@ -74,21 +69,40 @@ def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
     """
     source = read_source(Path(path), CaseFile)
     reading = Reading(source)
+    faults: list[Fault] = []
     try:
-        faults: list[Fault] = []
         sections: CaseFile | None = CaseFile.model_validate(source.raw, context=reading)
     except ValidationError as error:
         faults = explain(error, source, CaseFile)
         sections = _rest(error, reading)
-    faults += [*duplicates(reading), *missing_sections(reading)]
+    faults += [reading.fault(*finding) for finding in file_faults(reading)]
     if sections is None:
         return None, [*faults, *reading.faults], reading.left_out
-    case = _completed(sections, reading)
+    case, left_out = _completed(sections, reading), reading.left_out
     reading.lenient = True
-    for check, needed in CHECKS:
-        if not needed & reading.left_out:
-            faults += check(case, reading)
-    return _usable(case, reading.left_out), [*faults, *reading.faults], reading.left_out
+    for check in CHECKS:
+        faults += [reading.fault(*finding) for finding in check(case, reading)]
+    faults += reading.faults
+    if not left_out:
+        return case, faults, left_out
+    # The case without what cannot be used; none where no building can be.
+    buildings = tuple(building for building in case.buildings if building.floors)
+    names = {building.name for building in buildings}
+    structures = [one for one in case.structures if one.building in names]
+    if case.structure is not None and not structures:
+        left_out |= {"structure", *_NEED_OTHERS["structure"]}
+    if "structure" in left_out:
+        structures = []
+    update = {
+        "buildings": buildings,
+        "contacts": tuple(c for c in case.contacts if {c.a.building, c.b.building} <= names),
+        "structure": next(iter(structures), None),
+        "further_structures": tuple(structures[1:]),
+        **{name: CaseFile.model_fields[name].default for name in left_out & _OPTIONAL},
+    }
+    if case.ensemble is not None and left_out & {"transient"} and not left_out & {"ensemble"}:
+        update["ensemble"] = case.ensemble.model_copy(update={"structure_motions": 0})
+    return case.model_copy(update=update) if buildings else None, faults, left_out
 
 
 def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
@@ -104,20 +118,37 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
         before = deepcopy(raw)
         found = places(error, raw)
         # A 3D model at fault hides nothing of another one that is free of faults.
-        models = {k for k, entry in enumerate(_tables(raw)) if "structure" in entry}
-        at_fault = {int(place[1]) for place, _ in found if _of_structure(place)}
+        entries = raw["buildings"] if isinstance(raw.get("buildings"), list) else []
+        modelled = (isinstance(one, dict) and "structure" in one for one in entries)
+        models = {k for k, has_one in enumerate(modelled) if has_one}
+        at_fault = {place[1] for place, _ in found if _of_structure(place)}
         if models - at_fault:
             for k in at_fault:
                 raw["buildings"][k].pop("structure")
             found = [one for one in found if not _of_structure(one[0])]
-        for name in {_section(place) for place, _ in found}:
+        own: dict[str, list[Place]] = {}
+        for place, kind in found:
+            name = "structure" if _of_structure(place) else str(place[0])
             reading.left_out |= {name, *_NEED_OTHERS.get(name, ())}
-        own = [place for place, kind in found if kind not in (REPORTED, UNREADABLE)]
-        for place in [place for place in own if _of_structure(place)]:
-            raw["buildings"][place[1]].pop("structure", None)
-            own.remove(place)
-        for name in dict.fromkeys(str(place[0]) for place in own):
-            _take_out(raw, name, [place[1:] for place in own if place[0] == name], reading)
+            if kind in (REPORTED, UNREADABLE):
+                continue
+            if _of_structure(place):
+                raw["buildings"][place[1]].pop("structure", None)
+            else:
+                own.setdefault(name, []).append(place)
+        for name, at in own.items():
+            section, inside = raw.get(name), {place[1] for place in at if len(place) > 1}
+            # Single tables are taken out where each fault is in one of them, else all of it.
+            single = all(len(place) > 1 for place in at)
+            if isinstance(section, list) and single:
+                kept = [k for k in range(len(section)) if k not in inside]
+                raw[name] = [section[k] for k in kept]
+                earlier = reading.kept.get(name, range(len(section)))
+                reading.kept[name] = [earlier[k] for k in kept]
+            elif name in ("materials", "contact_laws") and isinstance(section, dict) and single:
+                raw[name] = {key: table for key, table in section.items() if key not in inside}
+            else:
+                raw.pop(name, None)
         for name, placeholder in _PLACEHOLDERS.items():
             raw.setdefault(name, placeholder)
         if not raw.get("buildings"):
@@ -130,36 +161,9 @@ def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
             error = further
 
 
-def _tables(raw: dict[str, Any]) -> list[dict[str, Any]]:
-    """The tables of the buildings; an empty one for what is none."""
-    entries = raw.get("buildings")
-    every = entries if isinstance(entries, list) else []
-    return [one if isinstance(one, dict) else {} for one in every]
-
-
-def _section(place: Place) -> str:
-    """The section of a place; the 3D model of a building counts as one."""
-    return "structure" if _of_structure(place) else str(place[0])
-
-
 def _of_structure(place: Place) -> bool:
     """Whether a place is in the 3D model of a building."""
     return place[0] == "buildings" and place[2:3] == ("structure",)
-
-
-def _take_out(raw: dict[str, Any], name: str, places: list[Place], reading: Reading) -> None:
-    """Take what is at fault out of a section: single tables of it, or all of it."""
-    section = raw.get(name)
-    at_fault = {place[0] for place in places if place}
-    if isinstance(section, list) and at_fault and all(places):
-        kept = [k for k in range(len(section)) if k not in at_fault]
-        raw[name] = [section[k] for k in kept]
-        before = reading.kept.get(name, range(len(section)))
-        reading.kept[name] = [before[k] for k in kept]
-    elif name in ("materials", "contact_laws") and isinstance(section, dict) and all(places):
-        raw[name] = {key: table for key, table in section.items() if key not in at_fault}
-    else:
-        raw.pop(name, None)
 
 
 def _completed(sections: CaseFile, reading: Reading) -> Case:
@@ -170,7 +174,7 @@ def _completed(sections: CaseFile, reading: Reading) -> Case:
         structure=next(iter(structures), None),
         further_structures=tuple(structures[1:]),
         path=reading.source.path,
-        digest=_digest(reading),
+        digest=reading.digest,
         **values,
     )
     names = {building.name for building in case.buildings}
@@ -191,8 +195,18 @@ def _completed(sections: CaseFile, reading: Reading) -> Case:
         step = analysis.time_step or case.transient.time_step / STEPS
         update["device_analysis"] = analysis.model_copy(update={"time_step": step})
     if not case.motions and case.loads:
-        update["motions"] = _at_rest(case)
-        if not update["motions"]:
+        # Ground at rest as long as the loads last, along the direction of the first of them.
+        tables = [read_force_table(loads.file, []) for loads in case.loads]
+        ends = [float(table.time[-1]) for table in tables if table is not None]
+        along = [abs(component) for component in case.loads[0].direction]
+        rest = RestMotion.model_construct(
+            direction=DIRECTIONS[along.index(max(along))],
+            type="rest",
+            duration=case.pounding.duration or max(ends, default=0.0),
+            time_step=case.pounding.time_step,
+        )
+        update["motions"] = (rest,) if ends else ()
+        if not ends:
             reading.left_out.add("motions")  # nothing that can be read moves the buildings
     if case.report.reference is not None:
         update["published"] = {
@@ -200,52 +214,3 @@ def _completed(sections: CaseFile, reading: Reading) -> Case:
             for name, value in case.published.items()
         }
     return case.model_copy(update=update)
-
-
-def _at_rest(case: Case) -> tuple[RestMotion, ...]:
-    """Ground at rest as long as the loads last, along the direction of the first of them."""
-    tables = [read_force_table(loads.file, []) for loads in case.loads]
-    ends = [float(table.time[-1]) for table in tables if table is not None]
-    along = [abs(component) for component in case.loads[0].direction]
-    rest = RestMotion.model_construct(
-        direction=DIRECTIONS[along.index(max(along))],
-        type="rest",
-        duration=case.pounding.duration or max(ends, default=0.0),
-        time_step=case.pounding.time_step,
-    )
-    return (rest,) if ends else ()
-
-
-def _usable(case: Case, left_out: set[str]) -> Case | None:
-    """The case without what cannot be used; None where no building can be."""
-    if not left_out:
-        return case
-    buildings = tuple(building for building in case.buildings if building.floors)
-    names = {building.name for building in buildings}
-    structures = [one for one in case.structures if one.building in names]
-    if case.structure is not None and not structures:
-        left_out |= {"structure", *_NEED_OTHERS["structure"]}
-    contacts = (one for one in case.contacts if {one.a.building, one.b.building} <= names)
-    update: dict[str, Any] = {"buildings": buildings, "contacts": tuple(contacts)}
-    update["structure"] = next(iter(structures), None)
-    update["further_structures"] = tuple(structures[1:])
-    none = {
-        name: CaseFile.model_fields[name].default if name != "structure" else None
-        for name in left_out & _OPTIONAL
-    }
-    if "structure" in none:
-        none["further_structures"] = ()
-    if case.ensemble is not None and "transient" in left_out:
-        update["ensemble"] = case.ensemble.model_copy(update={"structure_motions": 0})
-    return case.model_copy(update=update | none) if buildings else None
-
-
-def _digest(reading: Reading) -> str:
-    """Hash of the case texts and their files; where the folder lies does not enter."""
-    sha = hashlib.sha256()
-    texts = [(name, text.encode()) for name, text in reading.source.texts.items()]
-    for name, content in [*texts, *sorted(reading.contents.items())]:
-        # Lengths keep the border between two files: moving bytes across it changes the hash.
-        sha.update(f"{len(name.encode())} {name} {len(content)} ".encode())
-        sha.update(content)
-    return sha.hexdigest()

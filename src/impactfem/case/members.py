@@ -130,17 +130,16 @@ def read_members(
                     )
                     yield table.fault(line, column, value, expected)
 
-    return read_table(path, model, faults, placed, _one_on_another, most=MOST_MEMBERS)
+    def one_on_another(table: Table[MemberRow]) -> Iterator[Fault]:
+        """Two of a kind in one place would be joined into one, with the section of either."""
+        for (first, one), (line, row) in itertools.combinations(table, 2):
+            shared = sorted(set(one.levels) & set(row.levels))
+            if shared and row.lies_on(one):
+                level = f"{row.levels_column.removesuffix('s')} {shared[0]}"
+                on = f"lies on {one.name} of line {first} in {level}"
+                yield table.fault(line, row.kind, row.name, f"{on}; expected a place of its own")
 
-
-def _one_on_another(table: Table[MemberRow]) -> Iterator[Fault]:
-    """Two of a kind in one place would be joined into one, with the section of either."""
-    for (first, one), (line, row) in itertools.combinations(table, 2):
-        shared = sorted(set(one.levels) & set(row.levels))
-        if shared and row.lies_on(one):
-            level = f"{row.levels_column.removesuffix('s')} {shared[0]}"
-            expected = f"lies on {one.name} of line {first} in {level}; expected a place of its own"
-            yield table.fault(line, row.kind, row.name, expected)
+    return read_table(path, model, faults, placed, one_on_another, most=MOST_MEMBERS)
 
 
 class Beam(Line):
@@ -295,40 +294,28 @@ def read_bays(
                 )
                 yield table.fault(line, column, getattr(bay, column), expected)
 
-    def something_left(table: Table[Bay]) -> Iterator[Fault]:
-        """Walls that their bays, which are in them and do not overlap, take away as a whole."""
-        for (name, storey), rows in _by_wall(table).items():
+    def placed(table: Table[Bay]) -> Iterator[Fault]:
+        broken = [] if walls is None else list(in_walls(table))
+        by_wall: dict[tuple[str, int], list[tuple[int, Bay]]] = defaultdict(list)
+        for line, bay in table:
+            by_wall[bay.wall, bay.storey].append((line, bay))
+        for (name, storey), rows in by_wall.items():
+            for (first, one), (line, bay) in itertools.combinations(rows, 2):
+                along = min(one.right, bay.right) - max(one.left, bay.left)
+                up = min(one.top, bay.top) - max(one.sill, bay.sill)
+                if along > TOUCH and up > TOUCH:
+                    expected = (
+                        f"bay {bay.bay} overlaps bay {one.bay} of line {first} in {name}, storey "
+                        f"{storey}; expected bays that share no more than an edge"
+                    )
+                    broken.append(table.fault(line, "centre", bay.centre, expected))
+        yield from broken
+        for (name, storey), rows in () if broken or walls is None else by_wall.items():
+            # Bays that are in their wall and do not overlap may take all of it away.
             whole = by_name[name].length * heights.get(storey, math.inf)
             if sum(bay.width * bay.height for _, bay in rows) > whole * (1.0 - 1e-9):
                 line, bay = rows[-1]
                 expected = f"nothing is left of {name} in storey {storey}; leave the wall out there"
                 yield table.fault(line, "bay", bay.bay, expected)
 
-    def placed(table: Table[Bay]) -> Iterator[Fault]:
-        broken = [*_overlaps(table), *(in_walls(table) if walls is not None else ())]
-        yield from broken
-        if not broken and walls is not None:
-            yield from something_left(table)
-
     return read_table(path, Bay, faults, placed)
-
-
-def _overlaps(table: Table[Bay]) -> Iterator[Fault]:
-    """Bays that share more than an edge."""
-    for rows in _by_wall(table).values():
-        for (first, one), (line, bay) in itertools.combinations(rows, 2):
-            along = min(one.right, bay.right) - max(one.left, bay.left)
-            up = min(one.top, bay.top) - max(one.sill, bay.sill)
-            if along > TOUCH and up > TOUCH:
-                expected = (
-                    f"bay {bay.bay} overlaps bay {one.bay} of line {first} in {bay.wall}, storey "
-                    f"{bay.storey}; expected bays that share no more than an edge"
-                )
-                yield table.fault(line, "centre", bay.centre, expected)
-
-
-def _by_wall(table: Table[Bay]) -> dict[tuple[str, int], list[tuple[int, Bay]]]:
-    rows = defaultdict(list)
-    for line, bay in table:
-        rows[bay.wall, bay.storey].append((line, bay))
-    return rows

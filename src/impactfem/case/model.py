@@ -9,17 +9,15 @@ from pydantic import Field
 
 from impactfem.case.analysis import Pounding, Spectra
 from impactfem.case.base import Section, Written
-from impactfem.case.buildings import Building
+from impactfem.case.buildings import Building, Structure
 from impactfem.case.calibration import Calibration, WallImpactSetup
 from impactfem.case.contacts import Contact, ContactEntry, ContactLawEntry, expand
 from impactfem.case.damping import Damping, DampingCase
 from impactfem.case.devices import DeviceAnalysis, DeviceSetup
 from impactfem.case.floors import Material
 from impactfem.case.leaf import File, Key, Text
-from impactfem.case.loads import FloorForces
-from impactfem.case.motions import Ensemble, Motion, MotionEntry
+from impactfem.case.motions import Ensemble, FloorForces, Motion, MotionEntry
 from impactfem.case.report import PUBLISHED_FILE, Published, Report
-from impactfem.case.structure import Structure
 from impactfem.case.transient import Probe, Transient
 from impactfem.system.scalar import alone
 

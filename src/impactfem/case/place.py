@@ -55,13 +55,27 @@ def field_at(
     info: FieldInfo | None = None
     current = raw
     for part in place:
-        current_table = current
-        current = step(current, part)
+        above, current = current, step(current, part)
         if isinstance(part, int):
             items = [get_args(a) for a in _alternatives(annotation) if get_origin(a) is tuple]
             annotation = items[0][0] if items else None
             continue
-        table = _table_of(annotation, current_table)
+        tables = [
+            a
+            for a in _alternatives(annotation)
+            if get_origin(a) is dict or (isinstance(a, type) and issubclass(a, BaseModel))
+        ]
+        table = tables[0] if tables else None
+        if len(tables) > 1 and isinstance(above, Mapping):
+            given = above.get("type")
+            for one in tables:
+                tag = getattr(one, "model_fields", {}).get("type")
+                # Without a type it is the one with a default.
+                if tag is not None and (
+                    not tag.is_required() if given is None else given in get_args(tag.annotation)
+                ):
+                    table = one
+                    break
         if isinstance(table, type) and issubclass(table, BaseModel):
             parent, info = table, fields_by_key(table).get(str(part))
             annotation = None if info is None else form_of(info)
@@ -97,24 +111,6 @@ def _alternatives(annotation: Any) -> Iterator[Any]:
             yield from _alternatives(arg)
     else:
         yield annotation
-
-
-def _table_of(annotation: Any, current: Any) -> Any:
-    """The model or dict among the alternatives of an annotation, by the ``type`` of the table."""
-    tables = [
-        a
-        for a in _alternatives(annotation)
-        if get_origin(a) is dict or (isinstance(a, type) and issubclass(a, BaseModel))
-    ]
-    given = current.get("type") if isinstance(current, Mapping) else None
-    for table in tables if len(tables) > 1 and isinstance(current, Mapping) else ():
-        info = getattr(table, "model_fields", {}).get("type")
-        # Without a type it is the one with a default.
-        if info is not None and (
-            not info.is_required() if given is None else given in get_args(info.annotation)
-        ):
-            return table
-    return tables[0] if tables else None
 
 
 _PART = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d{1,6}\])*)")

@@ -125,8 +125,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *_dampings(source, case),
         *_plans(source, case),
         *_pairs(source, case),
-        *_steps(source, case),
-        *_durations(source, case, longest),
+        *_pounding(source, case, longest),
         *_wall(source, case),
         *_published(source, case),
     ]
@@ -232,8 +231,15 @@ def _pairs(source: Source, case: Case) -> Iterator[Fault]:
             yield source.fault(("contacts", index), None, text)
 
 
-def _steps(source: Source, case: Case) -> Iterator[Fault]:
-    """A step that is long for the shortest impact, of two free floors."""
+def _pounding(source: Source, case: Case, longest: float) -> Iterator[Fault]:
+    """A time that is long for the motions, a step for the shortest impact, of two free floors."""
+    computed = case.pounding.duration
+    if computed is not None and 0.0 < DURATION * longest < computed:
+        text = (
+            f"{computed / longest:.3g} times the longest motion, {longest:g} s; usual are the "
+            "motion and some seconds"
+        )
+        yield _written(source, ("pounding", "duration"), text)
     durations = []
     for contact in case.contacts:
         law = case.contact_laws[contact.law]
@@ -266,16 +272,6 @@ def _steps(source: Source, case: Case) -> Iterator[Fault]:
 def _mass(case: Case, building: str, number: int | None) -> float:
     floors: tuple[Floor, ...] = case.building(building).floors
     return next(floor.mass for floor in floors if floor.floor == number)
-
-
-def _durations(source: Source, case: Case, longest: float) -> Iterator[Fault]:
-    computed = case.pounding.duration
-    if computed is not None and 0.0 < DURATION * longest < computed:
-        text = (
-            f"{computed / longest:.3g} times the longest motion, {longest:g} s; usual are the "
-            "motion and some seconds"
-        )
-        yield _written(source, ("pounding", "duration"), text)
 
 
 def _wall(source: Source, case: Case) -> Iterator[Fault]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from pydantic import BaseModel, TypeAdapter, ValidationError, ValidationInfo
+from pydantic import TypeAdapter, ValidationError, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from impactfem.case.base import REPORTED, UNREADABLE
@@ -18,8 +19,6 @@ from impactfem.case.source import Source
 from impactfem.case.table import Table
 from impactfem.system.errors import Fault
 from impactfem.system.text_file import read_bytes
-
-Model = TypeVar("Model", bound=BaseModel)
 
 
 @dataclass
@@ -42,22 +41,16 @@ class Reading:
     left_out: set[str] = field(default_factory=set)
     #: Of arrays of which tables are left out, the indices of those that are not.
     kept: dict[str, list[int]] = field(default_factory=dict)
-    building: str = ""  #: name of the building whose 3D model is being read; "" outside of them
+    #: Name of the building whose 3D model is being read; "" outside of them.
+    building: str = ""
     _tables: dict[tuple[Path, str, str], Any] = field(default_factory=dict)
 
-    def fault(self, place: Place, value: Any, expected: str) -> Fault:
-        """A fault of the case as it was read, in the file that says the key.
-
-        Args:
-            place: The key; an index counts the tables that are kept.
-            value: What stands there; None when nothing does.
-            expected: What was expected, in words that say how to mend it.
-        """
-        return self.source.fault(self.original(place), value, expected)
-
-    def written(self, place: Place, expected: str) -> Fault:
-        """The same, with what stands there in the file."""
-        return self.fault(place, self.value(*self.original(place)), expected)
+    def fault(self, place: Place, expected: str) -> Fault:
+        """A fault of a key in the file that says it, with its value unless it holds tables."""
+        value = self.value(*place)
+        listed = value if isinstance(value, list) else [value]
+        shown = listed and not any(isinstance(one, dict) for one in listed)
+        return self.source.fault(place, value if shown else None, expected)
 
     def original(self, place: Place) -> Place:
         """A place among the tables that are kept, as a place of the file."""
@@ -150,20 +143,24 @@ class Reading:
             raise PydanticCustomError(REPORTED, "the file has faults")
         return self._tables[key]
 
-    def valid(self, kind: type[Model], raw: Any) -> Model | None:
-        """A table of the file, without its files where these are at fault; None where it is."""
+    def valid(self, kind: Any, raw: Any) -> Any:
+        """A table or value of the file, without files that are at fault; None where it is."""
         with self.leniently():
             try:
-                return kind.model_validate(raw, context=self)
+                return TypeAdapter(kind).validate_python(raw, context=self)
             except ValidationError:
                 return None
 
-    def number(self, kind: Any, raw: Any) -> float | None:
-        """A quantity or ratio of the file; None where it is at fault."""
-        try:
-            return float(TypeAdapter(kind).validate_python(raw, context=self))
-        except ValidationError:
-            return None
+    @property
+    def digest(self) -> str:
+        """Hash of the case texts and their files; where the folder lies does not enter."""
+        sha = hashlib.sha256()
+        texts = [(name, text.encode()) for name, text in self.source.texts.items()]
+        for name, content in [*texts, *sorted(self.contents.items())]:
+            # Lengths keep the border between two files: moving bytes across it changes the hash.
+            sha.update(f"{len(name.encode())} {name} {len(content)} ".encode())
+            sha.update(content)
+        return sha.hexdigest()
 
     @contextmanager
     def leniently(self) -> Iterator[None]:

@@ -191,30 +191,26 @@ def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Re
         with reading.leniently():
             published = reading.table(name, PUBLISHED_FILE.what, read_published)
         if published is not None:
-            faults.extend(_unknown_names(source, reference, list(published)))
+            known = list(published)
+            for i, item in enumerate(reference.items):
+                for k, value in enumerate(item.values):
+                    if value.name not in known:
+                        expected = f"no published value; {nearest(value.name, known)}"
+                        place = ("items", i, "values", k, "name")
+                        faults.append(source.fault(place, value.name, expected))
+            first: dict[str, int] = {}  # which one of [[given]] says the kind of a value
+            for i, given in enumerate(reference.given):
+                for k, pattern in enumerate(given.names):
+                    found = fnmatch.filter(known, pattern)
+                    wrong = [] if found else [f"no published value; {nearest(pattern, known)}"]
+                    wrong += [
+                        f"expected {one} in one of them, it is in given[{first[one]}] as well"
+                        for one in found
+                        if first.setdefault(one, i) != i
+                    ]
+                    at = ("given", i, "names", k)
+                    faults += [source.fault(at, pattern, expected) for expected in wrong]
     return reference if len(faults) == before else None
-
-
-def _unknown_names(source: Source, reference: Reference, published: list[str]) -> Iterator[Fault]:
-    """Names that no published value has, and values of which two kinds are said."""
-    for i, item in enumerate(reference.items):
-        for k, value in enumerate(item.values):
-            if value.name not in published:
-                place = ("items", i, "values", k, "name")
-                expected = f"no published value; {nearest(value.name, published)}"
-                yield source.fault(place, value.name, expected)
-    known: dict[str, int] = {}
-    for i, given in enumerate(reference.given):
-        for k, pattern in enumerate(given.names):
-            found = fnmatch.filter(published, pattern)
-            if not found:
-                expected = f"no published value; {nearest(pattern, published)}"
-                yield source.fault(("given", i, "names", k), pattern, expected)
-            for name in found:
-                first = known.setdefault(name, i)
-                if first != i:
-                    expected = f"expected {name} in one of them, it is in given[{first}] as well"
-                    yield source.fault(("given", i, "names", k), pattern, expected)
 
 
 REFERENCE_FILE = TableFile(REFERENCE, _read_reference, None, sited=True)

@@ -116,56 +116,47 @@ def read_source(path: Path, model: type[BaseModel]) -> Source:
         InputError: A file cannot be read or is not TOML, or a file extends itself.
     """
     source = Source(path)
-    folders: dict[Path, Path] = {}
-    try:
-        for file, content in reversed(list(_chain(path, source.texts, folders))):
-            source.lay(content, file)
-        names = list(file_names(source.raw, (), source.raw, model))
-    except RecursionError as error:
-        raise InputError([Fault(path, "", None, "tables nested too deeply")]) from error
-    for place, name in names:
-        folder = folders[source.file_of(place)]
-        if folder != Path() and not Path(name).is_absolute():
-            source.written[place] = name
-            value_at(place[:-1], source.raw)[place[-1]] = str(folder / name)
-    return source
-
-
-def _chain(
-    path: Path, texts: dict[str, str], folders: dict[Path, Path]
-) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """A case file and what it extends, one after another, with what each says itself.
-
-    The text of each file and its folder, relative to the first one's, are added to the mappings.
-    """
-    file, name, seen = path, Path(), [path]
+    folders: dict[Path, Path] = {}  # of each file, relative to that of the first one
+    contents: list[tuple[Path, dict[str, Any]]] = []  # what each file says itself
+    file, name = path, Path()
     what = f"{_CASE_FILE}; 'impactfem new NAME' writes one to start from"
     text = read_text(path, what, LARGEST_TOML)
     if isinstance(text, Fault):
         raise InputError([text])
     while True:
         content = parse(file, text)
-        texts["" if file == path else str(name)] = text
+        source.texts["" if file == path else str(name)] = text
         folders[file] = name.parent
         extended = content.pop(EXTENDS, None)
-        yield file, content
+        contents.append((file, content))
         if extended is None:
-            return
+            break
         if not isinstance(extended, str) or not extended.strip() or CONTROL.search(extended):
             raise InputError([Fault(file, EXTENDS, extended, f"expected {FileName().phrase}")])
-        below = file.parent / extended
+        below, expected = file.parent / extended, ""
         text = read_text(below, _CASE_FILE, LARGEST_TOML)
         if isinstance(text, Fault):
             raise InputError([Fault(file, EXTENDS, extended, text.expected)])
-        seen.append(below)
-        if len(seen) > MOST_FILES:
+        if len(contents) == MOST_FILES:
             expected = f"expected at most {MOST_FILES} files that extend one another"
-            raise InputError([Fault(file, EXTENDS, extended, expected)])
-        if any(below.samefile(one) for one in seen[:-1]):
-            names = " > ".join(one.name for one in seen)
+        elif any(below.samefile(one) for one in folders):
+            names = " > ".join(one.name for one in [*folders, below])
             expected = f"expected a file that does not extend this one in turn: {names}"
+        if expected:
             raise InputError([Fault(file, EXTENDS, extended, expected)])
         file, name = below, name.parent / extended
+    try:
+        for one, content in reversed(contents):
+            source.lay(content, one)
+        files = list(file_names(source.raw, (), source.raw, model))
+    except RecursionError as error:
+        raise InputError([Fault(path, "", None, "tables nested too deeply")]) from error
+    for place, written in files:
+        folder = folders[source.file_of(place)]
+        if folder != Path() and not Path(written).is_absolute():
+            source.written[place] = written
+            value_at(place[:-1], source.raw)[place[-1]] = str(folder / written)
+    return source
 
 
 def parse(path: Path, text: str) -> dict[str, Any]:

@@ -241,7 +241,20 @@ def _columns(
         else:
             found.add(name)
             leaf = leaf_of(fields[name])
-            factor, wrong = _unit_factor(leaf, name, unit)
+            factor = None
+            if isinstance(leaf, Quantity):
+                try:
+                    factor = si_factor(unit or "", leaf.kind)
+                except UnitError as error:
+                    example = f"'{_header_of(name, fields[name])}'"
+                    wrong = f"{error if unit else 'no unit'}; expected the unit of "
+                    wrong += f"{leaf.kind.name} in brackets, {example}"
+            elif isinstance(leaf, Ratio) and unit == "%":
+                factor = 0.01
+            elif unit in {None, "", "-"}:
+                factor = 1.0
+            else:
+                wrong = f"this column has no unit; expected '{name}'"
             column = _Column(header, name, leaf, factor)
         if wrong:
             faults.append(Fault(path, f"line {number}, column {header}", None, wrong))
@@ -253,24 +266,9 @@ def _columns(
     return columns
 
 
-def _unit_factor(leaf: CellLeaf, name: str, unit: str | None) -> tuple[float | None, str]:
-    """Factor from the unit of a header to SI, and why there is none."""
-    if isinstance(leaf, Quantity):
-        example = f"expected the unit of {leaf.kind.name} in brackets, '{name} [{leaf.kind.unit}]'"
-        try:
-            return (si_factor(unit, leaf.kind), "") if unit else (None, f"no unit; {example}")
-        except UnitError as error:
-            return None, f"{error}; {example}"
-    if isinstance(leaf, Ratio) and unit == "%":
-        return 0.01, ""
-    if unit in {None, "", "-"}:
-        return 1.0, ""
-    return None, f"this column has no unit; expected '{name}'"
-
-
 def _row(
     path: Path,
-    number: int,
+    line: int,
     cells: list[str],
     columns: list[_Column | None],
     row_model: type[Row],
@@ -279,14 +277,24 @@ def _row(
     """The model of a row; None where it has faults."""
     values: dict[str, Any] = {}
     written: dict[str, str] = {}
-    key = f"line {number}, column "
+    key = f"line {line}, column "
     for cell, column in zip(cells, columns, strict=True):
         if column is None:
             continue
         written[column.field] = cell
         if column.factor is None:
             continue
-        value, expected = _value(cell, column.leaf, column.factor)
+        leaf = column.leaf
+        value: float | int | str | None = cell or None
+        expected = leaf.phrase
+        if isinstance(leaf, Words):
+            expected = "a text, the cell is empty"
+        elif isinstance(leaf, Whole):
+            value = int(cell) if re.fullmatch(r"[+-]?\d{1,9}", cell) else None
+        elif not isinstance(leaf, Levels):
+            number = read_number(cell)
+            value = None if number is None else scale(number, column.factor)
+            expected = "a finite number (the unit is in the header)"
         if value is None:
             faults.append(Fault(path, key + column.header, cell, f"expected {expected}"))
         else:
@@ -311,19 +319,6 @@ def _row(
                 and (message, item["input"]) not in said
             ):
                 expected = f"{field}, which has no column: {message}" if field else message
-                further.append(Fault(path, f"line {number}", None, expected))
+                further.append(Fault(path, f"line {line}", None, expected))
         faults += further
         return None
-
-
-def _value(cell: str, leaf: CellLeaf, factor: float) -> tuple[float | int | str | None, str]:
-    """The value of a cell, None when it cannot be read, and what was expected of it."""
-    if isinstance(leaf, Words):
-        return cell or None, "a text, the cell is empty"
-    if isinstance(leaf, Levels):
-        return cell or None, leaf.phrase
-    if isinstance(leaf, Whole):
-        return int(cell) if re.fullmatch(r"[+-]?\d{1,9}", cell) else None, leaf.phrase
-    number = read_number(cell)
-    value = None if number is None else scale(number, factor)
-    return value, "a finite number (the unit is in the header)"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, field_validator
 
-from impactfem.case.base import Section, ascending, each_once, once, rule, step_within, together
+from impactfem.case.base import Section, ascending, once, refuse, rule, step_within, together
 from impactfem.case.leaf import FileName, FloorsByBuilding, ModelledBuilding, Name, Whole, Words
 from impactfem.case.quantity import Duration, Frequency, Length, PositiveTime, Ratio, Time, TimeStep
 
@@ -108,29 +108,6 @@ class Probe(Section):
         return match is not None and (self.count is None or int(match[1]) <= self.count)
 
 
-def name_fault(probes: Sequence[Probe]) -> str | None:
-    """What is wrong with the names of the user's probes; None when each point has its own."""
-    names: dict[str, Probe] = {}
-    points: dict[str, list[Probe]] = {}  # by what is before the number at the end of their name
-    for probe in probes:
-        first = probe.numbered(1) if probe.point is None else probe.name
-        if re.fullmatch(_STANDARD, first) is not None:
-            return (
-                f"expected another name than {probe.name}: centre_1, edge_1, line_1 and so on are "
-                "always there"
-            )
-        other = names.setdefault(probe.name.lower(), probe)
-        if other is not probe:
-            return f"expected unique names, found {other.name} and {probe.name}"
-        if probe.point is not None:
-            points.setdefault(probe.name.rpartition("_")[0], []).append(probe)
-    for several in probes:
-        for one in points.get(several.name, ()) if several.point is None else ():
-            if several.claims(one.name):
-                return f"expected unique names, found {several.name} and {one.name}"
-    return None
-
-
 def _between(a: Point, b: Point, share: float) -> Point:
     """The point at a share of the way from a to b; both ends are met exactly."""
     x, y, z = ((1.0 - share) * p + share * q for p, q in zip(a, b, strict=True))
@@ -226,7 +203,9 @@ class Transient(Section):
     def _floors_once(cls, value: Any) -> Any:
         if isinstance(value, dict):
             return {name: cls._floors_once(floors) for name, floors in value.items()}
-        return None if value is None else tuple(sorted(each_once(value, "floor")))
+        if value is not None and len(set(value)) < len(value):
+            raise refuse("expected each floor once")
+        return None if value is None else tuple(sorted(value))
 
     _maps_once = once("fields", "map")
     _increasing = ascending("field_frequencies", "expected increasing frequencies")
@@ -240,9 +219,24 @@ class Transient(Section):
     @rule("probes")
     @staticmethod
     def _own_names(probes: tuple[Probe, ...]) -> Iterator[str]:
-        fault = name_fault(probes)
-        if fault is not None:
-            yield fault
+        names: dict[str, Probe] = {}
+        points: dict[str, list[Probe]] = {}  # by what is before the number at the end of their name
+        for probe in probes:
+            first = probe.numbered(1) if probe.point is None else probe.name
+            if re.fullmatch(_STANDARD, first) is not None:
+                yield (
+                    f"expected another name than {probe.name}: centre_1, edge_1, line_1 and so on "
+                    "are always there"
+                )
+            other = names.setdefault(probe.name.lower(), probe)
+            if other is not probe:
+                yield f"expected unique names, found {other.name} and {probe.name}"
+            if probe.point is not None:
+                points.setdefault(probe.name.rpartition("_")[0], []).append(probe)
+        for several in probes:
+            for one in points.get(several.name, ()) if several.point is None else ():
+                if several.claims(one.name):
+                    yield f"expected unique names, found {several.name} and {one.name}"
 
 
 def transient_files(transient: Transient) -> tuple[Path, ...]:

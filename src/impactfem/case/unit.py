@@ -139,16 +139,6 @@ def _kind_of(measured: _Measured) -> Kind | None:
     return next((kind for kind in KINDS if measured.is_of(kind)), None)
 
 
-def identify(text: str) -> str:
-    """Say in words what a unit measures: ``a stress`` for ``GPa``."""
-    measured = _measure(text)
-    kind = _kind_of(measured)
-    if kind is not None:
-        return kind.name
-    another = "a quantity of another dimension"
-    return another if measured.dimension else "a number without dimension"
-
-
 def si_factor(text: str, kind: Kind) -> float:
     """Factor from a unit to the SI unit of a kind of quantity.
 
@@ -164,9 +154,15 @@ def si_factor(text: str, kind: Kind) -> float:
         text = "standard_gravity"
     measured, si = _measure(text), _measure(kind.unit)
     if not measured.is_of(kind):
-        given = identify(text)
-        if measured.dimension == si.dimension and _kind_of(measured) is None:
+        other = _kind_of(measured)
+        if other is not None:
+            given = other.name
+        elif measured.dimension == si.dimension:
             given = f"no unit for {kind.name}"  # rad/s where hertz is asked for
+        elif measured.dimension:
+            given = "a quantity of another dimension"
+        else:
+            given = "a number without dimension"
         raise UnitError(f"'{text}' is {given}{_meant(text, kind)}")
     return measured.factor / si.factor
 

@@ -11,7 +11,7 @@ from scipy.integrate import trapezoid
 
 from impactfem.case import Building, Case, Contact
 from impactfem.case.calibration import Calibration as CalibrationCase
-from impactfem.case.loads import ForceTable, read_force_table
+from impactfem.case.motions import ForceTable, read_force_table
 from impactfem.coupling.contact import effective_mass, law_of
 from impactfem.coupling.pounding import End, Load, Pair, System
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate

@@ -22,7 +22,7 @@ from impactfem.case.contact_checks import (
     words_of,
 )
 from impactfem.case.contacts import Vector
-from impactfem.case.loads import read_force_table
+from impactfem.case.motions import read_force_table
 from impactfem.coupling.force_history import ForceHistory, PairEnds
 from impactfem.reduction.loads import EdgeForce
 from impactfem.system.errors import Fault, InputError

@@ -15,13 +15,12 @@ from impactfem.building.from_case import geometry_of, part_faults, read_parts
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Case
+from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contact_checks import pair_distance
-from impactfem.case.facing import facing_floors, facing_lines, unknown_lines
+from impactfem.case.facing import facing_floors
 from impactfem.case.load import read_case
-from impactfem.case.loads import early_ends, read_force_table
-from impactfem.case.motions import RecordMotion
+from impactfem.case.motions import RecordMotion, read_force_table
 from impactfem.case.plausibility import implausible
-from impactfem.case.structure import GeneratedMesh
 from impactfem.coupling.force_history import ForceHistory, check_forces
 from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations
@@ -68,9 +67,9 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
         if mesh:
             warn_of_gaps(case)
             facing = facing_floors(case)
-            for line in facing_lines(facing):
+            for line in facing.lines():
                 LOGGER.warning("warning: %s: %s", case.path, line)
-            for line in unknown_lines(facing):
+            for line in facing.unknown_lines:
                 LOGGER.info("%s: %s", case.path, line)
             warn_of_implausible(case, found.estimate)
         if found.estimate.seconds > DAY:
@@ -138,7 +137,7 @@ def further_checks(case: Case, left_out: set[str], stages: set[str], *, mesh: bo
         for loads in case.loads:
             table = read_force_table(loads.file, found.faults)
             if table is not None:
-                found.faults += early_ends(loads.file, table, computed)
+                found.faults += table.early_ends(loads.file, computed)
     transient = case.transient
     if transient is not None and transient.forces is not None:
         history = found.attempt(partial(check_forces, transient.forces))

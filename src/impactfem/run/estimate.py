@@ -23,8 +23,8 @@ from impactfem.building.from_case import geometry_of
 from impactfem.building.geometry import Geometry
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Damping
+from impactfem.case.buildings import FileMesh
 from impactfem.case.motions import SyntheticMotion
-from impactfem.case.structure import FileMesh
 from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE
 from impactfem.system.errors import Fault
 from impactfem.system.memory import disk_folder, total_memory

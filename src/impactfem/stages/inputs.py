@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from impactfem.case import Case, motion_files
-from impactfem.case.structure import structure_files
+from impactfem.case.buildings import structure_files
 from impactfem.stages.sources import program_key
 
 MATRICES = ("materials", "buildings", "structure")

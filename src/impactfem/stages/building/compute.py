@@ -22,7 +22,7 @@ from impactfem.building.mesh_report import MeshReport
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts, FloorMasses
 from impactfem.case import Case
-from impactfem.case.structure import FileMesh, Structure
+from impactfem.case.buildings import FileMesh, Structure
 from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.dynamics.modes import Modes, modes

@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from impactfem.case import Case
+from impactfem.case.buildings import GeneratedMesh, structure_files
 from impactfem.case.members import Bay
-from impactfem.case.structure import GeneratedMesh, structure_files
 from impactfem.stages.building.pictures import building_pictures
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.building.targets import from_structure

@@ -10,7 +10,7 @@ import xarray as xr
 
 from impactfem.case import Case
 from impactfem.case.contact_checks import allowed
-from impactfem.case.facing import facing_floors, unknown_lines
+from impactfem.case.facing import facing_floors
 from impactfem.stages.check import Check, end_check
 from impactfem.stages.stores import open_store
 from impactfem.system.scalar import scalars_of
@@ -32,7 +32,7 @@ def facing_checks(folder: Path, case: Case) -> list[Check]:
 
     None where all floors that face each other are in pairs.
     """
-    checks: list[Check] = [(None, line) for line in unknown_lines(facing_floors(case))]
+    checks: list[Check] = [(None, line) for line in facing_floors(case).unknown_lines]
     with open_store(folder / "pounding.nc") as store:
         if "facing" not in store.dims:
             return checks

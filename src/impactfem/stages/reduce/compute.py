@@ -17,7 +17,7 @@ from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.case.calibration import WallImpactSetup
-from impactfem.case.loads import read_force_table
+from impactfem.case.motions import read_force_table
 from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, TOLERANCE, Transient
 from impactfem.coupling.force_history import read_forces
 from impactfem.dynamics.damping import Rayleigh
