@@ -98,13 +98,8 @@ def rule(
     """A rule of a field of a section, by itself or with fields declared before it.
 
     It is applied where all of these are free of faults, to their values, and yields what was
-    expected instead, in words.
-
-    Args:
-        field: The field, whose fault it is.
-        others: The fields that it is held against.
-        sited: Whether the rule also takes the information of the validation, which leads to the
-            rest of the case file.
+    expected instead, in words. A `sited` one also takes the information of the validation, which
+    leads to the rest of the case file.
     """
 
     def decorate(wrong: Callable[..., Iterator[str]]) -> Any:
@@ -121,13 +116,7 @@ def rule(
 
 
 def together(first: str, second: str, words: str = "") -> Any:
-    """The rule that two fields are given both or not at all.
-
-    Args:
-        first: The field that is declared first.
-        second: The other one, whose fault it is.
-        words: What the two are, where the keys do not say it.
-    """
+    """The rule that two fields are given both or not at all; the fault is the second one's."""
 
     def wrong(value: Any, other: Any) -> Iterator[str]:
         if (value is None) != (other is None):
@@ -137,12 +126,7 @@ def together(first: str, second: str, words: str = "") -> Any:
 
 
 def ascending(field: str, expected: str) -> Any:
-    """The rule that the values of a field, where it has any, increase.
-
-    Args:
-        field: The field.
-        expected: What was expected, in words.
-    """
+    """The rule that the values of a field, where it has any, increase."""
 
     def wrong(values: Any) -> Iterator[str]:
         if isinstance(values, tuple) and any(b <= a for a, b in itertools.pairwise(values)):
@@ -152,12 +136,7 @@ def ascending(field: str, expected: str) -> Any:
 
 
 def once(field: str, what: str) -> Any:
-    """The rule that none of the values of a field stands twice.
-
-    Args:
-        field: The field.
-        what: What one of them is, for the message.
-    """
+    """The rule that none of the values of a field, each a `what`, stands twice."""
 
     def wrong(values: Any) -> Iterator[str]:
         if values is not None and len(set(values)) < len(values):
@@ -167,12 +146,7 @@ def once(field: str, what: str) -> Any:
 
 
 def step_within(duration: str, share: float = 1.0) -> Any:
-    """The rule that a `time_step` is less than the duration of its section, or half of it.
-
-    Args:
-        duration: The field of the duration.
-        share: 0.5 where there have to be two steps.
-    """
+    """The rule that a `time_step` is less than the duration of its section, or half of it."""
 
     def wrong(step: float, longest: float | None) -> Iterator[str]:
         if longest is not None and share == 1.0 and step >= longest:

@@ -168,11 +168,8 @@ def offset_fault(
 ) -> str | None:
     """Why a point is not the middle of an edge; None where it is.
 
-    Args:
-        axis: Plan position of the stick's axis [m].
-        offset: From the axis to the point [m].
-        edge: The edge.
-        eccentricity: Where [transient] puts the forces of all pairs, from the middle [m].
+    The offset leads to it from the axis of the stick in plan; the eccentricity is where [transient]
+    puts the forces of all pairs, from the middle [m].
     """
     e, allowed = edge.eccentricity(axis, offset), CENTRAL * edge.length
     if min(abs(e), abs(e - eccentricity)) > allowed:

@@ -60,9 +60,7 @@ class Whole(Leaf):
 class Wholes(Leaf):
     """One whole number of at least 1, or a list of them; held as a tuple."""
 
-    @property
-    def phrase(self) -> str:
-        return "a whole number of at least 1, or a list of such numbers"
+    phrase = "a whole number of at least 1, or a list of such numbers"
 
     def check(self, value: Any, info: ValidationInfo) -> tuple[int, ...]:
         numbers = tuple(value) if isinstance(value, list | tuple) else (value,)
@@ -80,9 +78,7 @@ class Wholes(Leaf):
 class FloorsByBuilding(Wholes):
     """Numbers of floors, of all 3D models alike or by the names of their buildings."""
 
-    @property
-    def phrase(self) -> str:
-        return f"{super().phrase}; or a table of such by the names of buildings with a 3D model"
+    phrase = f"{Wholes.phrase}; or a table of such by the names of buildings with a 3D model"
 
     def check(self, value: Any, info: ValidationInfo) -> Any:
         if not isinstance(value, dict):
@@ -186,9 +182,7 @@ class FileName(Leaf):
 
     what: str = ""  #: what the file is to be, for messages, where it is to be read: ``a record``
 
-    @property
-    def phrase(self) -> str:
-        return "a file name in quotes, relative to the folder of the case file"
+    phrase = "a file name in quotes, relative to the folder of the case file"
 
     def check(self, value: Any, info: ValidationInfo) -> Any:
         if isinstance(value, Path):

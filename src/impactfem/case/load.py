@@ -57,9 +57,6 @@ def load_case(path: str | Path) -> Case:
 def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
     """Read a case as far as it can be read, so that further checks can tell its other faults.
 
-    Args:
-        path: As in `load_case`.
-
     Returns:
         The case without what cannot be read, or None where no building can be; the faults; the
         names of the sections that have faults, and of those that are of no use without them.

@@ -104,14 +104,9 @@ SAME = 1e-9  # relative difference of numbers that are the same
 
 
 def implausible(case: Case, longest: float) -> list[Fault]:
-    """Everything in a case that is hardly meant.
+    """Everything in a case that is hardly meant, one a value, with what is usual.
 
-    Args:
-        case: The case.
-        longest: Duration of the longest motion, 0 without one [s].
-
-    Returns:
-        One a value, with what is usual in place of what was expected.
+    The longest motion has this duration [s], 0 without one.
     """
     source = read_source(case.path, CaseFile)
     # A table that several buildings name has one warning for each of its values.
@@ -136,13 +131,8 @@ def _outside(
 ) -> Iterator[Fault]:
     """Values outside of their range, of what is written in the case file and its tables.
 
-    Args:
-        usual: The range.
-        keys: What is left of its keys.
-        place: Where the search stands.
-        raw: What the file has there.
-        value: What the case has there, in SI.
-        source: The case file.
+    The keys are those that are left from the place on; the file has there what is raw, the case the
+    value, in SI.
     """
     if raw is None or value is None:
         return

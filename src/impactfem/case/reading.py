@@ -115,17 +115,9 @@ class Reading:
     def table(self, name: Any, what: str, read: Callable[..., Any], *further: Any) -> Any:
         """What is in a file, read once; its faults are added to those of the reading.
 
-        Args:
-            name: Its name in the case file.
-            what: What it is to be; with the name it tells whether it was read before.
-            read: Reads it, given its path, a list for faults, and what is further given here.
-            further: As said.
-
-        Returns:
-            What is read, of a `Table` its rows; None where it has faults and all is read leniently.
-
-        Raises:
-            PydanticCustomError: It cannot be read, or has faults.
+        What it is to be tells, with its name, whether it was read before. `read` takes its path, a
+        list for faults, and what is further given. Of a `Table` the rows are given; None where it
+        has faults and all is read leniently, else it is refused.
         """
         if not isinstance(name, str) or not name.strip():
             if self.lenient:

@@ -50,13 +50,7 @@ class Source:
         return self.path
 
     def fault(self, place: Place, value: Any, expected: str) -> Fault:
-        """A fault in the file that says a key, with the value as it is written there.
-
-        Args:
-            place: The key.
-            value: What stands there; None when nothing does.
-            expected: What was expected, in words that say how to mend it.
-        """
+        """A fault in the file that says a key, with the value as it is written there, or None."""
         return Fault(self.file_of(place), dotted(place), self.written.get(place, value), expected)
 
     def lay(self, over: dict[str, Any], file: Path, table: Place = ()) -> None:
@@ -106,11 +100,8 @@ def read_source(path: Path, model: type[BaseModel]) -> Source:
 
     Tables are laid over one another key by key; a list and any other value replaces what the
     extended file says, and so does a table of another ``type``. A table in the place of an array of
-    tables with names is laid over those of its keys: ``[buildings.B1]``.
-
-    Args:
-        path: The case file.
-        model: The model of a case file, which tells the names of files from other texts.
+    tables with names is laid over those of its keys: ``[buildings.B1]``. The model of a case file
+    tells the names of files from other texts.
 
     Raises:
         InputError: A file cannot be read or is not TOML, or a file extends itself.

@@ -106,17 +106,9 @@ def read_lines(
 ) -> list[Line] | None:
     """The header of a CSV file and its rows, which have as many cells.
 
-    Lines that begin with ``#`` and empty lines are skipped. A row with a fault is left out.
-
-    Args:
-        path: The file.
-        what: What it is to be, for messages.
-        header: The header that is expected, for messages.
-        faults: Every fault is appended here.
-        most: Largest number of rows.
-
-    Returns:
-        The lines, the header first; None where there is no header, or there are too many rows.
+    Lines that begin with ``#`` and empty lines are skipped. A row with a fault is left out; every
+    fault is appended to the list. What the file is to be and the header that is expected are for
+    messages. None where there is no header, or there are too many rows.
     """
     text = read_text(path, what)
     if isinstance(text, Fault):
@@ -167,22 +159,11 @@ def read_table(
     most: int = MOST_ROWS,
     what: str = "",
 ) -> Table[Row] | None:
-    """Read a CSV file into models.
+    """Read a CSV file into models; None, with the faults appended to the list, where it has any.
 
-    The header has names of the fields of ``row_model``, in any order, each with its unit in
-    brackets.
-
-    Args:
-        path: The file.
-        row_model: The model of a row; its fields carry a leaf each. One that ignores what it does
-            not know lets a table have further columns.
-        faults: Every fault of the table is appended here.
-        checks: What is further checked of a table whose rows have no fault.
-        most: Largest number of rows.
-        what: What the file is to be, where the model does not say it, for messages.
-
-    Returns:
-        The table, or None when there were faults.
+    The header has names of the fields of ``row_model``, which carry a leaf each, in any order, each
+    with its unit in brackets. A model that ignores what it does not know lets a table have further
+    columns. The checks look at a table whose rows have no fault.
     """
     example = ",".join(_header_of(name, info) for name, info in row_model.model_fields.items())
     example, what = (what, what) if what else (example, f"a table (CSV) with the header {example}")

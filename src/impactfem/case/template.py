@@ -11,14 +11,10 @@ from impactfem.system.errors import Fault, InputError
 
 
 def write_new_case(target: str | Path) -> list[Path]:
-    """Write a commented case file and the floor table beside it.
+    """Write a commented case file and the floor table beside it, and give their paths.
 
-    Args:
-        target: The name of the case, with or without ``.toml``, in a folder that exists; or an
-            existing folder, which gets ``case.toml``.
-
-    Returns:
-        The files written, the case file first.
+    The target is the name of the case, with or without ``.toml``, in a folder that exists, or an
+    existing folder, which gets ``case.toml``.
 
     Raises:
         InputError: A file is there already (nothing is overwritten), the name cannot be used, or

@@ -140,12 +140,10 @@ def _kind_of(measured: _Measured) -> Kind | None:
 
 
 def si_factor(text: str, kind: Kind) -> float:
-    """Factor from a unit to the SI unit of a kind of quantity.
+    """Factor from a unit to the SI unit of a kind of quantity, which it must measure.
 
-    Args:
-        text: The unit, for example ``cm``, ``m/s2``, ``m/s^2``, ``kg·m²``. Where an acceleration
-            is expected ``g`` is the standard gravity, elsewhere the gram; ``t`` is the tonne.
-        kind: What the unit must measure.
+    Units are written ``cm``, ``m/s2``, ``m/s^2`` or ``kg·m²``. Where an acceleration is expected
+    ``g`` is the standard gravity, elsewhere the gram; ``t`` is the tonne.
 
     Raises:
         UnitError: The text is not a unit, or measures something else.
@@ -191,9 +189,7 @@ def scale(value: float, factor: float) -> float:
 def to_si(value: float, text: str) -> tuple[float, str]:
     """Convert a value to SI and name the SI unit, whatever the kind of quantity.
 
-    Args:
-        value: The number before the unit.
-        text: The unit; empty, ``-`` or ``%`` for a number without dimension.
+    The unit is empty, ``-`` or ``%`` for a number without dimension.
 
     Raises:
         UnitError: The text is not a unit, or no kind of quantity known here has it.

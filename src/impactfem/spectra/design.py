@@ -75,9 +75,6 @@ def broaden(
 
     Returns:
         B, shape (..., n).
-
-    Raises:
-        ImpactfemError: The spectra, the ratio or the wanted frequencies are not usable.
     """
     lower, upper = sides(ratio)
     f = checked_frequency(frequency)
@@ -116,15 +113,12 @@ def corner_frequencies(
 
     Args:
         frequency: The list, ascending, shape (n_f,) [Hz].
-        curves: Spectra over the range of the list: for each its frequencies, ascending, shape
-            (n_k,) [Hz], and its ordinates, not negative, shape (n_k,).
+        curves: Spectra over the range of the list, at least one: for each its frequencies,
+            ascending, shape (n_k,) [Hz], and its ordinates, not negative, shape (n_k,).
         ratio: As in :func:`broaden`.
 
     Returns:
         The list and the corners, one list for all spectra, ascending, shape (n,) [Hz].
-
-    Raises:
-        ImpactfemError: The list, a spectrum or the ratio is not usable.
     """
     lower, upper = sides(ratio)
     f = checked_frequency(frequency)
@@ -157,11 +151,7 @@ def corner_frequencies(
 
 
 def sides(ratio: Ratio) -> tuple[float, float]:
-    """Give l and u of a ratio.
-
-    Raises:
-        ImpactfemError: It is out of range.
-    """
+    """The l and u of a ratio, which is refused out of its range."""
     lower, upper = ratio if isinstance(ratio, tuple) else (ratio, ratio)
     if not (0.0 <= lower < 1.0 and 0.0 <= upper < np.inf):
         raise ImpactfemError(
@@ -199,9 +189,6 @@ def clip_peaks(
     Returns:
         Frequencies, with those added at which the reduced peaks are cut [Hz]; the ordinates there;
         the peaks, by frequency.
-
-    Raises:
-        ImpactfemError: The spectrum is not usable.
     """
     f = checked_frequency(frequency)
     s = checked_values(values, f.size)
@@ -271,16 +258,13 @@ def rigid_frequency(
 
     Args:
         frequency: Ascending, shape (n_f,) [Hz].
-        values: Ordinates, not negative, shape (..., n_f).
+        values: Ordinates S, not negative, shape (..., n_f).
         zpa: Zero-period acceleration a of each spectrum, shape (...), in the unit of the ordinates.
-        tolerance: t, how far the ordinates may be off: |S - a| <= t a [-].
+        tolerance: t > 0, how far the ordinates may be off: |S - a| <= t a [-].
 
     Returns:
         The first frequency of the list from which on all are that near, shape (...) [Hz]; nan where
         the last one still is not: such a list ends too early.
-
-    Raises:
-        ImpactfemError: The spectra are not usable, or the tolerance is not positive.
     """
     if not tolerance > 0.0:
         raise ImpactfemError(f"the tolerance must be positive, got {tolerance!r}")

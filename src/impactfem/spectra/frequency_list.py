@@ -43,17 +43,10 @@ SAME = 1e-9  # frequencies closer than this, relatively, are one
 def logarithmic_frequencies(minimum: float, maximum: float, per_decade: int = 100) -> FloatArray:
     """List frequencies that are equidistant on a logarithmic axis.
 
-    Args:
-        minimum: First frequency [Hz], positive.
-        maximum: Last frequency [Hz], above the minimum.
-        per_decade: At least so many intervals in each factor of ten [-]. The spacing is shrunk a
-            little so that both ends are in the list exactly.
-
-    Returns:
-        Frequencies, ascending, shape (n,) [Hz].
-
-    Raises:
-        ImpactfemError: The range is empty or not positive, or there are no points in it.
+    They go from a positive minimum to a maximum [Hz]. There are at least so many intervals in each
+    factor of ten; the spacing is shrunk a little so that both ends are in the list exactly. The
+    list ascends, shape (n,) [Hz]; a range that is empty or not positive, or has no points, is
+    refused.
     """
     if not (math.isfinite(minimum) and math.isfinite(maximum) and 0.0 < minimum < maximum):
         raise ImpactfemError(
@@ -71,19 +64,10 @@ def logarithmic_frequencies(minimum: float, maximum: float, per_decade: int = 10
 def rg_1_122_frequencies(maximum: float | None = None, per_decade: int = 100) -> FloatArray:
     """List the frequencies of Regulatory Guide 1.122, and go on above them on request.
 
-    The 75 frequencies of US NRC Regulatory Guide 1.122, revision 1 (1978), table 1, which ASME
-    III, appendix N, table N-1226-1 repeats, run from 0.2 Hz to 34 Hz: an earthquake has nothing
-    above. Impacts do, so the list can be continued on a logarithmic axis.
-
-    Args:
-        maximum: Last frequency of the continuation [Hz], above 34 Hz; none when left out.
-        per_decade: Least number of intervals in a decade of the continuation [-].
-
-    Returns:
-        Frequencies, ascending, shape (n,) [Hz].
-
-    Raises:
-        ImpactfemError: The maximum is not above 34 Hz, or there are no points in a decade.
+    The 75 frequencies of US NRC Regulatory Guide 1.122, revision 1 (1978), table 1, which ASME III,
+    appendix N, table N-1226-1 repeats, run from 0.2 Hz to 34 Hz: an earthquake has nothing above.
+    Impacts do, so the list can be continued up to a maximum [Hz], which must be above 34 Hz, with
+    at least so many logarithmic intervals in a decade. It ascends, shape (n,) [Hz].
     """
     ranges = []
     start = RG_1_122_START
@@ -104,16 +88,9 @@ def rg_1_122_frequencies(maximum: float | None = None, per_decade: int = 100) ->
 
 
 def merged_frequencies(*lists: npt.ArrayLike) -> FloatArray:
-    """Merge lists of frequencies into one.
+    """Merge lists of frequencies in any order [Hz]; equal ones, to 1e-9, are taken once.
 
-    Args:
-        lists: Frequencies in any order [Hz]; equal ones, to 1e-9, are taken once.
-
-    Returns:
-        Ascending, shape (n,) [Hz].
-
-    Raises:
-        ImpactfemError: There is no frequency, or one is not positive and finite.
+    The list ascends, shape (n,) [Hz]; none, or one that is not positive and finite, is refused.
     """
     parts = [np.atleast_1d(np.asarray(part, dtype=np.float64)).ravel() for part in lists]
     f = np.sort(np.concatenate(parts)) if parts else np.empty(0)
@@ -129,15 +106,11 @@ def interpolate_frequency(
 
     Args:
         frequency: f_k, ascending, shape (n_f,) [Hz].
-        values: Ordinates S_k, not negative, shape (..., n_f), in any unit.
-        wanted: Frequencies in the range of the list, shape (n,) [Hz].
+        values: Ordinates S_k, finite and not negative, shape (..., n_f), in any unit.
+        wanted: Frequencies in the range of the list, shape (n,) [Hz]; others are refused.
 
     Returns:
         Shape (..., n).
-
-    Raises:
-        ImpactfemError: The list does not ascend, ordinates do not fit it or are not finite and at
-            least zero, or a frequency is outside the list.
     """
     f = checked_frequency(frequency)
     s = checked_values(values, f.size)
@@ -166,14 +139,10 @@ def interpolate_damping(
     Args:
         damping: ξ_j, ascending, shape (n_d,) [-].
         values: Ordinates, not negative, shape (n_d, n).
-        wanted: Damping ratio at each of the n abscissae, shape (n,) or () [-].
+        wanted: Damping ratio at each of the n abscissae, within the family's, shape (n,) or ().
 
     Returns:
         Shape (n,).
-
-    Raises:
-        ImpactfemError: The dampings do not ascend, the ordinates do not fit, or a damping is
-            outside those of the family.
     """
     xi = np.atleast_1d(np.asarray(damping, dtype=np.float64))
     if xi.ndim != 1 or not np.all(np.diff(xi) > 0.0) or not np.all((xi >= 0.0) & (xi < 1.0)):
@@ -210,10 +179,8 @@ def at_common_frequencies(
 
     Returns:
         All frequencies of all lists in the range that the lists share, shape (n,) [Hz], and the
-        ordinates there by (1), shape (number of curves, ..., n).
-
-    Raises:
-        ImpactfemError: There is no curve, the lists share no range, or a curve is not usable.
+        ordinates there by (1), shape (number of curves, ..., n). Without a curve, or a shared
+        range, they are refused.
     """
     if not curves:
         raise ImpactfemError("no spectra were given")
@@ -230,11 +197,7 @@ def at_common_frequencies(
 
 
 def checked_frequency(frequency: npt.ArrayLike) -> FloatArray:
-    """Give a list of frequencies as an array; refuse one that does not ascend.
-
-    Raises:
-        ImpactfemError: It is empty, does not ascend, or is not positive and finite.
-    """
+    """A list of frequencies [Hz] as an array; refused unless positive and ascending."""
     f = np.atleast_1d(np.asarray(frequency, dtype=np.float64))
     good = f.ndim == 1 and f.size > 0 and np.all(np.isfinite(f)) and f[0] > 0.0
     if not good or not np.all(np.diff(f) > 0.0):
@@ -243,11 +206,7 @@ def checked_frequency(frequency: npt.ArrayLike) -> FloatArray:
 
 
 def checked_values(values: npt.ArrayLike, count: int) -> FloatArray:
-    """Give the ordinates of spectra as an array; refuse what is none.
-
-    Raises:
-        ImpactfemError: The last axis has another length, or an ordinate is negative or not finite.
-    """
+    """Ordinates as an array; refused unless `count` in a row, finite, not negative."""
     s = np.asarray(values, dtype=np.float64)
     if s.ndim == 0 or s.shape[-1] != count:
         raise ImpactfemError(

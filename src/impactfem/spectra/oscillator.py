@@ -116,15 +116,11 @@ def step_coefficients(
 
 
 def phi_functions(y: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Evaluate φ1(y) = (e^y - 1)/y and φ2(y) = (e^y - 1 - y)/y² without cancellation.
+    """φ1(y) = (e^y - 1)/y and φ2(y) = (e^y - 1 - y)/y², Re y <= 0, without cancellation.
 
-    Args:
-        y: Arguments with Re y <= 0, shape (n,) [-].
-
-    Returns:
-        φ1 and φ2, shape (n,) each [-]: the Taylor series Σ y^k/(k+1)! and Σ y^k/(k+2)! inside
-        the unit circle (real and imaginary part are then accurate each on its own, which the
-        division by ω_d in (2) needs), the closed forms outside.
+    Shapes (n,). The Taylor series Σ y^k/(k+1)! and Σ y^k/(k+2)! inside the unit circle (real and
+    imaginary part are then accurate each on its own, which the division by ω_d in (2) needs), the
+    closed forms outside.
     """
     phi1 = np.empty_like(y)
     phi2 = np.empty_like(y)
@@ -170,16 +166,10 @@ def oscillator_response(
     (4) of :mod:`impactfem.spectra.oscillator`); nothing is resampled here.
 
     Args:
-        acceleration: Base acceleration, shape (n,) [m/s2].
+        acceleration: Base acceleration, finite, shape (n,) [m/s2].
         time_step: Step of the record [s].
         frequencies: Natural frequencies, shape (n_f,) [Hz].
         dampings: Damping ratios, shape (n_d,) [-], 0 <= ratio < 1.
-
-    Returns:
-        The histories.
-
-    Raises:
-        ImpactfemError: The record is empty or not finite, or a parameter is out of range.
     """
     a = np.asarray(acceleration, dtype=np.float64)
     if a.ndim != 1 or a.size == 0 or not np.all(np.isfinite(a)):

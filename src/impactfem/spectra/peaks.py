@@ -104,18 +104,11 @@ def peak_responses(
 
 
 def free_vibration_peak(z: ComplexArray, rate: ComplexArray, gain: ComplexArray) -> FloatArray:
-    """Find the exact maximum of |Re(G z e^(λt))| at a stationary point t >= 0.
+    """Exact maximum of |Re(G z e^(λt))| at a stationary point t >= 0, in the unit of G z.
 
-    The derivative Re(Gλ z e^(λt)) first vanishes when its phase reaches π/2 modulo π; later
-    maxima are smaller or, without damping, equal.
-
-    Args:
-        z: States at t = 0, shape (..., n_o) [m/s].
-        rate: λ, shape (n_o,) [1/s].
-        gain: G, shape (n_o,).
-
-    Returns:
-        Shape (..., n_o), in the unit of G z.
+    The derivative Re(Gλ z e^(λt)) first vanishes when its phase reaches π/2 modulo π; later maxima
+    are smaller or, without damping, equal. z are the states at t = 0, shape (..., n_o) [m/s], λ
+    [1/s] and G have shape (n_o,), the result that of z.
     """
     phase = np.angle(gain * rate * z)
     t = np.mod(0.5 * np.pi - phase, np.pi) / rate.imag
@@ -230,17 +223,10 @@ def _larger(value: float, peak: float) -> float:
 def in_step_peak_responses(
     acceleration: FloatArray, coefficients: StepCoefficients
 ) -> tuple[FloatArray, FloatArray]:
-    """Find the exact peaks of relative displacement and absolute acceleration.
+    """Peaks of relative displacement and absolute acceleration, between the samples as well.
 
-    Exact for an input that is linear between its samples, over the steps and in the free
-    vibration after the last sample.
-
-    Args:
-        acceleration: Base accelerations, finite, shape (n_r, n) [m/s2].
-        coefficients: Of n_o oscillators at the records' time step.
-
-    Returns:
-        max |x|, shape (n_r, n_o) [m], and max |x'' + a|, shape (n_r, n_o) [m/s2].
+    Exact for an input that is linear between its samples, over the steps and in the free vibration
+    after the last sample. Arguments and result as of :func:`peak_responses`.
     """
     c = coefficients
     gains = np.array([-1j / c.omega_d, c.acceleration_gain])

@@ -79,29 +79,14 @@ class FloorSpectrumSet:
             )
 
     def over_motions(self, statistic: Statistic) -> tuple[FloatArray, FloatArray]:
-        """Take a statistic over the motions.
+        """Pseudo- and zero-period acceleration of a statistic over the motions [m/s2].
 
-        Args:
-            statistic: "envelope", "mean" or the probability of an empirical fractile.
-
-        Returns:
-            Pseudo-acceleration, shape (n_d, n_s, n_x, n_f), and zero-period acceleration, shape
-            (n_s, n_x) [m/s2].
-
-        Raises:
-            ImpactfemError: There is no such statistic.
+        Their shapes are (n_d, n_s, n_x, n_f) and (n_s, n_x).
         """
         return combine(self.psa, statistic), combine(self.zpa, statistic)
 
     def of_members(self, name: str) -> FloorSpectrumSet:
-        """The spectra of an ensemble with a statistic in place of its motions.
-
-        Args:
-            name: One of :data:`impactfem.spectra.statistics.STATISTICS`.
-
-        Raises:
-            ImpactfemError: As of :func:`impactfem.spectra.statistics.over_members`.
-        """
+        """The spectra of an ensemble with one of `STATISTICS` in place of its motions."""
         words = f"{STATISTICS[name]} of {len(self.motions)} motions"
         return replace(
             self,
@@ -132,15 +117,10 @@ class FloorSpectrumSet:
     def design(
         self, broadening: Ratio = 0.15, *, clipping: bool = False, statistic: Statistic = "envelope"
     ) -> DesignFloorSpectra:
-        """Make the design spectra.
+        """Make the design spectra of a statistic over the motions.
 
-        Args:
-            broadening: As in :func:`impactfem.spectra.design.broaden`.
-            clipping: Whether narrow peaks are reduced first, at dampings below 10 %.
-            statistic: Over the motions.
-
-        Raises:
-            ImpactfemError: An argument is out of range.
+        Broadened as by :func:`impactfem.spectra.design.broaden`; narrow peaks are reduced before on
+        request, at dampings below 10 %.
         """
         raw, zpa = self.over_motions(statistic)
         # A curve with cut peaks has more frequencies than the list; the broadened spectra share one
@@ -225,13 +205,10 @@ class DesignFloorSpectra:
         return self.at_design(self.raw)
 
     def at_design(self, values: FloatArray) -> FloatArray:
-        """Spread values over the design frequencies.
+        """Spread values at the list of the source, shape (..., n_f), over the design frequencies.
 
-        Args:
-            values: At the list of the source, shape (..., n_f).
-
-        Returns:
-            Shape (..., n); nan at the frequencies that are not in the list of the source.
+        The result has shape (..., n), nan at the frequencies that are not in the list of the
+        source.
         """
         wide = np.full((*values.shape[:-1], self.frequency.size), np.nan)
         wide[..., np.isin(self.frequency, self.source.frequency)] = values

@@ -48,20 +48,10 @@ P84 = 0.84
 def fractile(
     values: npt.ArrayLike, probability: float, method: FractileMethod = "empirical"
 ) -> FloatArray:
-    """Take a fractile over the first axis by (1) or (2).
+    """Take a fractile over the first axis of values, shape (n, ...), n >= 1, by (1) or (2).
 
-    Args:
-        values: Shape (n, ...), n >= 1.
-        probability: p, 0 < p < 1 [-]; 0.5 is the median.
-        method: See above.
-
-    Returns:
-        Shape (...).
-
-    Raises:
-        ImpactfemError: There are no values, the probability or the method is unknown, or a
-            lognormal fractile is requested of fewer than two values or of values that are not
-            positive.
+    Its probability p is between 0 and 1 [-], 0.5 the median. A lognormal fractile needs two values
+    at least, all above zero. The result has shape (...).
     """
     if not 0.0 < probability < 1.0:
         raise ImpactfemError(f"a fractile needs a probability between 0 and 1, got {probability!r}")
@@ -80,18 +70,7 @@ def fractile(
 
 
 def combine(values: npt.ArrayLike, statistic: Statistic) -> FloatArray:
-    """Take the envelope, the mean or an empirical fractile over the first axis.
-
-    Args:
-        values: Shape (n, ...), n >= 1.
-        statistic: "envelope", "mean" or a probability.
-
-    Returns:
-        Shape (...).
-
-    Raises:
-        ImpactfemError: There is no such statistic, or no value.
-    """
+    """Envelope, mean or empirical fractile over the first axis, shape (n, ...), n >= 1."""
     if not isinstance(statistic, str):
         return fractile(values, statistic)
     if statistic not in {"envelope", "mean"}:
@@ -103,17 +82,10 @@ def combine(values: npt.ArrayLike, statistic: Statistic) -> FloatArray:
 
 
 def over_members(values: npt.ArrayLike, name: str) -> FloatArray:
-    """Take a statistic of an ensemble over the first axis.
+    """Take a statistic of an ensemble, one of `STATISTICS`, over the first axis.
 
-    Args:
-        values: Shape (n_members, ...); above zero for "p84_lognormal".
-        name: One of `STATISTICS`.
-
-    Returns:
-        Shape (...).
-
-    Raises:
-        ImpactfemError: There is no such statistic, or it cannot be taken of these values.
+    The values have shape (n_members, ...) and are above zero for "p84_lognormal"; an unknown name
+    is refused.
     """
     if name == "p84_lognormal":
         return fractile(values, P84, "lognormal")

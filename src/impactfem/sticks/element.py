@@ -28,19 +28,11 @@ class Section:
 
 
 def bending_stiffness(L: float, EI: float, GAv: float) -> Array:
-    """Stiffness of a Timoshenko member bending in one plane.
+    """Stiffness of a Timoshenko member of length L [m] in one plane, shape (4, 4) [N, m].
 
     With Φ = 12 EI / (G A_v L²) the matrix is exact for end loads (Przemieniecki 1968, Theory of
-    Matrix Structural Analysis, equation 5.116).
-
-    Args:
-        L: Length [m].
-        EI: Bending stiffness [N m2].
-        GAv: Shear stiffness [N].
-
-    Returns:
-        Matrix of shape (4, 4) for (v₁, φ₁, v₂, φ₂), where φ = dv/dz for a member without shear
-        strain [N, m].
+    Matrix Structural Analysis, equation 5.116). It is that of (v₁, φ₁, v₂, φ₂), where φ = dv/dz for
+    a member without shear strain; EI is the bending stiffness [N m2], GAv the shear stiffness [N].
     """
     Phi = 12.0 * EI / (GAv * L**2)
     k = EI / (L**3 * (1.0 + Phi))
@@ -55,18 +47,11 @@ def bending_stiffness(L: float, EI: float, GAv: float) -> Array:
 
 
 def storey_stiffness(L: float, section: Section) -> Array:
-    """Stiffness of a vertical member between a lower and an upper node.
+    """Stiffness of a vertical member of length L [m] between two nodes, shape (12, 12).
 
-    Axial, torsional and bending parts do not couple: the section's axes are the building's.
-    A rotation about x tilts the member so that dv/dz = -r_x along y; one about y so that
-    du/dz = +r_y along x.
-
-    Args:
-        L: Length [m].
-        section: The section.
-
-    Returns:
-        Matrix of shape (12, 12), the lower node's six components (ux, uy, uz, rx, ry, rz) first.
+    Axial, torsional and bending parts do not couple: the section's axes are the building's. A
+    rotation about x tilts the member so that dv/dz = -r_x along y; one about y so that du/dz = +r_y
+    along x. The six components (ux, uy, uz, rx, ry, rz) of the lower node come first.
     """
     k = np.zeros((12, 12))
     for dof, rigidity in ((2, section.E * section.A), (5, section.G * section.Iz)):
@@ -86,11 +71,7 @@ def storey_stiffness(L: float, section: Section) -> Array:
 def rigid_link(offset: ArrayLike) -> Array:
     """Motion of a point that a rigid link ties to a node: u + θ × r, and the same θ.
 
-    Args:
-        offset: Vector r from the node to the point, shape (3,) [m].
-
-    Returns:
-        Matrix of shape (6, 6) that takes the node's components to the point's.
+    The matrix, shape (6, 6), takes the node's components to those of the point at r from it [m].
     """
     x, y, z = np.asarray(offset, dtype=np.float64)
     T = np.eye(6)

@@ -81,14 +81,8 @@ def natural_modes(M: Array, K: Array) -> tuple[Array, Array]:
 
     Solves M φ = (1/ω²) K φ, so that motions without mass drop out. Parts that do not couple are
     solved on their own: a mixture of modes with equal frequencies along x and along y would be a
-    mode as well.
-
-    Args:
-        M: Mass, symmetric and not indefinite, shape (n, n).
-        K: Stiffness, symmetric and positive definite, shape (n, n).
-
-    Returns:
-        ω, ascending, shape (m,) [rad/s], and φ with φᵀ M φ = 1, shape (n, m).
+    mode as well. M is not indefinite, K positive definite, both symmetric, shape (n, n); ω ascends,
+    shape (m,) [rad/s], and φᵀ M φ = 1, shape (n, m).
     """
     # Equilibrated first: translations and rotations differ by orders of magnitude.
     scale = 1.0 / np.sqrt(np.diag(K))

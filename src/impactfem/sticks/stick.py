@@ -91,18 +91,12 @@ class Stick:
         return B
 
     def storey_motion(self, number: int, relative_height: float) -> Array:
-        """Operator from the displacements to the motion of the axis inside a storey.
+        """Operator from the displacements to the motion of the axis inside a storey, shape (6, n).
 
         The storey carries no load between its nodes, and its damping is proportional to its
         stiffness: a massless node at the point, of which the two adjacent elements are in
-        equilibrium, moves as the Timoshenko beam does between its ends.
-
-        Args:
-            number: Number of the floor above the storey.
-            relative_height: Height s in its flexible part, 0 < s < 1.
-
-        Returns:
-            Matrix of shape (6, n).
+        equilibrium, moves as the Timoshenko beam does between its ends. The number is that of the
+        floor above, the relative height in the flexible part between 0 and 1.
         """
         index = self.floor_master(number)
         floor = self.floors[index]
@@ -127,28 +121,16 @@ class Stick:
         return B
 
     def rigid_body(self) -> Array:
-        """Displacements of unit rigid-body motions about the base point of the axis.
-
-        Returns:
-            Matrix of shape (n, 6): translations along x, y, z, then rotations about them.
-        """
+        """Unit translations and rotations about the base point of the axis, shape (n, 6)."""
         origin = np.array([*self.axis, self.base])
         return np.vstack([rigid_link(position - origin) for position in self.positions])
 
     def point_mass(self, master: int, offset: Sequence[float], normal: Array) -> float:
-        """Effective mass of a point of the stick along a direction.
+        """Effective mass of a point, at an offset [m] from a master, along a unit vector [kg].
 
         m = 1 / (j M⁻¹ jᵀ), j the point's translation along the direction: the floor's mass for a
         point on a line through its mass centre, less for an eccentric one. A point inside a storey
         has no mass of its own; it gets the interpolation of the adjacent floors.
-
-        Args:
-            master: Index of the point's master.
-            offset: From the master to the point [m].
-            normal: Unit vector, shape (3,).
-
-        Returns:
-            The effective mass [kg].
         """
         weights = [(master, 1.0)]
         n_floors = len(self.floors)
@@ -166,11 +148,8 @@ class Stick:
     def element_forces(self, u: Array) -> Array:
         """Elastic forces at the upper end of each beam element, acting on the part above.
 
-        Args:
-            u: Displacements, shape (..., n) [m, rad].
-
-        Returns:
-            Shape (..., n_elements, 6): forces (x, y, z) [N] and moments [N m].
+        Of displacements of shape (..., n) [m, rad] the forces along [N] and moments about [N m] x,
+        y, z, shape (..., n_elements, 6).
         """
         padded = np.concatenate([u, np.zeros((*u.shape[:-1], 1))], axis=-1)
         upper = [
