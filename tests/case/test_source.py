@@ -89,12 +89,6 @@ def test_tables_of_an_array_by_name(write: Write, pair: Path) -> None:
     case = load_case(write(top=f'{BASE}[buildings.B2]\nbase = "1 m"\nstiffness_factor = 0.2\n'))
     changed = base.buildings[1].model_copy(update={"base": 1.0, "stiffness_factor": 0.2})
     assert case.buildings == (base.buildings[0], changed)
-    found = the_fault(write(top=f'{BASE}[buildings.B2]\nbase = "1 s"\n'))
-    assert found[:3] == ("top.toml", "buildings[1].base", "1 s")
-    name, key, _, expected = the_fault(write(top=f"{BASE}[buildings.b2]\naxis = 3\n"))
-    assert (name, key) == ("top.toml", "buildings.b2") and "did you mean 'B2'?" in expected
-    name, key, _, expected = the_fault(write(top=f'{BASE}[buildings]\nbase = "1 m"\n'))
-    assert (name, key) == ("top.toml", "buildings") and "[[buildings]], not" in expected
 
 
 def test_chain(write: Write) -> None:
@@ -120,7 +114,6 @@ def test_a_table_of_another_type_replaces(write: Write) -> None:
 
 
 def test_a_value_in_place_of_a_table_and_back(write: Write) -> None:
-    assert the_fault(write(top=f"{BASE}pounding = 3\n"))[:2] == ("top.toml", "pounding")
     path = write(
         middle=f"{BASE}pounding = 3\n",
         top='extends = "middle.toml"\n[pounding]\ntime_step = "1 ms"\n',
@@ -244,41 +237,48 @@ def test_tables_of_the_other_file(write: Write, tmp_path: Path) -> None:
     assert the_fault(write(top=BASE))[:2] == ("pair_floors.csv", "line 4, column mass [t]")
 
 
-@pytest.mark.parametrize("value", ["3", '""', '"  "', "[]", '"a\\u0000b"'])
-def test_not_a_file_name(write: Write, value: str) -> None:
-    name, key, _, expected = the_fault(write(top=f"extends = {value}\n"))
-    assert (name, key) == ("top.toml", "extends")
-    assert "expected a file name in quotes" in expected
+MIDDLE = 'extends = "middle.toml"\n'
+NO_NAME = "expected a file name in quotes"
+IN_TURN = "expected a file that does not extend this one in turn: "
+NO_FILE = "no such file; expected a case file (TOML)"
+KEYS = "[unknown]\n" + "".join(f"k{k} = {{ a = [{{ b = 1 }}] }}\n" for k in range(2000))
 
 
-def test_no_such_file(write: Write) -> None:
-    path = write(top='extends = "none.toml"\n')
-    expected = "no such file; expected a case file (TOML)"
-    assert the_fault(path) == ("top.toml", "extends", "none.toml", expected)
-    path = write(middle='extends = "none.toml"\n', top='extends = "middle.toml"\n')
-    assert the_fault(path)[:3] == ("middle.toml", "extends", "none.toml")
-
-
-def test_syntax_of_the_other_file(write: Write) -> None:
-    path = write(middle="title = = 3\n", top='extends = "middle.toml"\n')
-    name, key, value, expected = the_fault(path)
-    assert (name, key, value) == ("middle.toml", "line 1, column 9", "title = = 3")
-    assert "not valid TOML" in expected
-
-
-def test_cycles(write: Write, tmp_path: Path) -> None:
-    own = write(top=f'extends = "../{tmp_path.name}/top.toml"\n')
-    name, key, _, expected = the_fault(own)
-    assert (name, key) == ("top.toml", "extends")
-    assert expected.endswith("does not extend this one in turn: top.toml > top.toml")
-    path = write(
-        last='extends = "middle.toml"\n',
-        middle='extends = "last.toml"\n',
-        top='extends = "middle.toml"\n',
-    )
-    name, key, value, expected = the_fault(path)
-    assert (name, key, value) == ("last.toml", "extends", "middle.toml")
-    assert expected.endswith("top.toml > middle.toml > last.toml > middle.toml")
+@pytest.mark.parametrize(
+    ("texts", "file", "key", "value", "words"),
+    [
+        *(
+            ({"top": f"extends = {value}\n"}, "top", "extends", ..., NO_NAME)
+            for value in ("3", '""', '"  "', "[]", '"a\\u0000b"')
+        ),
+        ({"top": 'extends = "none.toml"\n'}, "top", "extends", "none.toml", NO_FILE),
+        ({"middle": 'extends = "none.toml"\n', "top": MIDDLE}, "middle", "extends", "none.toml",
+         NO_FILE),
+        ({"middle": "title = = 3\n", "top": MIDDLE}, "middle", "line 1, column 9", "title = = 3",
+         "not valid TOML"),
+        ({"top": 'extends = "base/../top.toml"\n'}, "top", "extends", ...,
+         f"{IN_TURN}top.toml > top.toml"),
+        ({"last": MIDDLE, "middle": 'extends = "last.toml"\n', "top": MIDDLE}, "last", "extends",
+         "middle.toml", f"{IN_TURN}top.toml > middle.toml > last.toml > middle.toml"),
+        ({"top": KEYS}, "top", "", ..., "6001 keys; expected at most 5000"),
+        ({"top": "#" * 1_000_001}, "top", "", ..., "MB; expected at most 1 MB"),
+        ({"top": f"{'.'.join('a' * 5_000)} = 1\n"}, "top", "", ..., "nested too deeply"),
+        ({"top": f"{BASE}pounding = 3\n"}, "top", "pounding", 3, "expected"),
+        ({"top": f'{BASE}[buildings.B2]\nbase = "1 s"\n'}, "top", "buildings[1].base", "1 s",
+         "'s' is a time"),
+        ({"top": f"{BASE}[buildings.b2]\naxis = 3\n"}, "top", "buildings.b2", ...,
+         "did you mean 'B2'?"),
+        ({"top": f'{BASE}[buildings]\nbase = "1 m"\n'}, "top", "buildings", ...,
+         "[[buildings]], not"),
+    ],
+)  # fmt: skip
+def test_one_fault(
+    write: Write, texts: dict[str, str], file: str, key: str, value: object, words: str
+) -> None:
+    name, *found, expected = the_fault(write(**texts))
+    assert (name, found[0]) == (f"{file}.toml", key)
+    assert value in (..., found[1])
+    assert words in expected
 
 
 def test_a_chain_that_is_too_long(write: Write) -> None:
@@ -288,20 +288,9 @@ def test_a_chain_that_is_too_long(write: Write) -> None:
     assert key == "extends" and "at most 50 files that extend one another" in expected
 
 
-def test_too_many_keys(write: Write) -> None:
-    text = "[unknown]\n" + "".join(f"k{k} = {{ a = [{{ b = 1 }}] }}\n" for k in range(2000))
-    assert the_fault(write(top=text))[3] == "6001 keys; expected at most 5000"
-    assert "MB; expected at most 1 MB" in the_fault(write(top="#" * 1_000_001))[3]
-
-
 def test_a_link_to_itself(write: Write, tmp_path: Path) -> None:
     os.symlink("top.toml", tmp_path / "again.toml")  # noqa: PTH211
     assert "in turn" in the_fault(write(top='extends = "again.toml"\n'))[3]
-
-
-def test_nested_too_deeply(write: Write) -> None:
-    deep = ".".join("a" * 5_000)
-    assert "nested too deeply" in the_fault(write(top=f"{deep} = 1\n"))[3]
 
 
 def test_hash_covers_all_files(write: Write, tmp_path: Path) -> None:
