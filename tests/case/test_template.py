@@ -195,6 +195,7 @@ def test_optional_wall_impact(template: Path) -> None:
         displacement=-0.02,
         duration=1.3,
         time_step=0.34e-3,
+        contact_spacing=0.9,
     )
     law = case.contact_laws["floor"]
     assert isinstance(law, KelvinVoigtLaw)
