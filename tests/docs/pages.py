@@ -10,7 +10,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")], key=str)
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")], key=str)
 PARSER = MarkdownIt("commonmark").enable("table")
 SHELL = re.compile(r"(?m)^(\S*/)?(impactfem|mpirun|sbatch|scripts/[a-z-]+|python -m impactfem)\b")
 TOML = re.compile(r"""(?m)\A(\[+[\w.]+\]+|[\w.]+ = (["'\[{]|true|false|-?[\d._]+$))""")

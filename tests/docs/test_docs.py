@@ -1,5 +1,6 @@
 """The documentation is built without a warning, and opens without a network."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -85,7 +86,9 @@ def test_citation():
     page = (DOCS / "cite.md").read_text(encoding="utf-8")
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     (paper,) = CITATION["references"]
-    assert CITATION["version"] == project["version"]
+    codemeta = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
+    assert CITATION["version"] == codemeta["version"] == project["version"]
+    assert codemeta["referencePublication"]["name"] == paper["title"]
     assert f"version = {{{project['version']}}}" in page
     for value in (CITATION["title"], CITATION["authors"][0]["name"], paper["title"], paper["doi"]):
         assert value in page

@@ -1,0 +1,11 @@
+# docker build -t impactfem .
+# docker run --rm -v "$PWD":/work impactfem run /work/towers.toml --out /work/runs/towers
+FROM debian:12-slim
+RUN apt-get update -qq && apt-get install -qq -y --no-install-recommends ca-certificates git && rm -rf /var/lib/apt/lists/*
+COPY . /opt/impactfem
+WORKDIR /opt/impactfem
+RUN scripts/bootstrap && rm -rf /var/lib/apt/lists/* /root/.cache
+ENV PATH=/opt/impactfem/.venv/bin:$PATH
+WORKDIR /work
+ENTRYPOINT ["impactfem"]
+CMD ["--help"]
