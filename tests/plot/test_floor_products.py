@@ -8,8 +8,11 @@ import openpyxl
 import pytest
 import xarray as xr
 
-from impactfem.plot.floor_products import read_floor_spectra, write_floor_products
-from impactfem.plot.floor_workbook import write_workbook
+from impactfem.plot.floor_products import (
+    read_floor_spectra,
+    write_floor_products,
+    write_workbook,
+)
 from impactfem.spectra import FloorSpectrumSet, Station, broaden, rg_1_122_frequencies
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf

@@ -12,16 +12,20 @@ Ordinates that were not computed, at the corners of broadened peaks, are left em
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from openpyxl import Workbook
+from openpyxl.cell import WriteOnlyCell
+from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
+from openpyxl.styles import Alignment, Font
+from openpyxl.utils import get_column_letter
 
 from impactfem.plot.curves import Curve, CurveFigure, Panel
-from impactfem.plot.floor_workbook import write_workbook
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
 from impactfem.plot.table import Cell, Table, cell, heads
 from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
@@ -29,7 +33,7 @@ from impactfem.spectra.frequency_list import FloatArray
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.statistics import Statistic, statistic_words
 from impactfem.system.errors import ImpactfemError
-from impactfem.system.files import write_netcdf
+from impactfem.system.files import atomic, write_netcdf
 from impactfem.system.scalar import scalars_of, words
 
 FOLDER = "products"
@@ -39,6 +43,9 @@ COLUMNS = 4
 PANEL = (2.6, 2.0)
 """Width and height of a panel [inch]."""
 DIRECTION_COLOURS = {"x": RED, "y": BLUE, "z": GREEN}
+WITHIN = f"within {100 * ZPA_TOLERANCE:g} % of it from [Hz]"
+LONGEST_NAME = 31  # of a sheet, by the file format
+LABEL_WIDTH, COLUMN_WIDTH = 26, 13  # characters
 
 
 def write_floor_products(
@@ -49,7 +56,7 @@ def write_floor_products(
     clipping: bool = False,
     statistic: Statistic = "envelope",
 ) -> list[Path]:
-    """Write all products of a store.
+    """Write all products of a store; gives the files.
 
     Args:
         folder: The run's folder.
@@ -57,9 +64,6 @@ def write_floor_products(
         broadening: Of the peaks to either side: a ratio, or one down and one up [-].
         clipping: Whether narrow peaks are reduced before they are broadened.
         statistic: Over the motions of an ensemble: "envelope", "mean" or a probability.
-
-    Returns:
-        The files.
 
     Raises:
         ImpactfemError: The store is not usable, or a file cannot be written.
@@ -75,15 +79,7 @@ def write_floor_products(
 
 
 def write_design_files(stem: Path, design: DesignFloorSpectra, inputs: str) -> list[Path]:
-    """Write design spectra as workbook and store.
-
-    Args:
-        stem: The files without their endings.
-        design: The spectra.
-        inputs: Hash of what they were made from.
-
-    Returns:
-        The files.
+    """Write design spectra as workbook and store, at `stem` with their endings; gives the files.
 
     Raises:
         ImpactfemError: A file cannot be written.
@@ -97,9 +93,23 @@ def write_design_files(stem: Path, design: DesignFloorSpectra, inputs: str) -> l
 def floor_figures(folder: Path, design: DesignFloorSpectra) -> list[Path]:
     """Draw the spectra at the first damping, a figure a building with a panel for each floor."""
     source, files = design.source, []
+    ends = design.frequency[[0, -1]]
     for building in dict.fromkeys(station.building for station in source.stations):
-        floors = [s for s, station in enumerate(source.stations) if station.building == building]
-        panels = [Panel("", "", _curves(design, s), source.stations[s].label) for s in floors]
+        panels: list[tuple[str, list[Curve]]] = []
+        for s, station in enumerate(source.stations):
+            if station.building != building:
+                continue
+            curves: list[Curve] = []
+            for x, direction in enumerate(source.directions):
+                colour = DIRECTION_COLOURS.get(direction, ORANGE)
+                raw, psa, zpa = design.raw[0, s, x], design.psa[0, s, x], design.zpa[s, x].repeat(2)
+                along = f"along $e_{direction}$"
+                curves += [
+                    Curve(source.frequency, raw, f"computed, {along}", colour, width=0.6),
+                    Curve(design.frequency, psa, f"for design, {along}", colour, width=1.4),
+                    Curve(ends, zpa, "", colour, ":", 0.8),
+                ]
+            panels.append((station.label, curves))
         caption = (
             f"Floor response spectra of building {building} (pseudo-acceleration, "
             f"{100.0 * source.damping[0]:g} % damping) as computed (thin) and for design (thick); "
@@ -111,54 +121,33 @@ def floor_figures(folder: Path, design: DesignFloorSpectra) -> list[Path]:
 
 
 def floor_page(
-    name: str, caption: str, panels: Sequence[Panel], size: tuple[float, float], **options: Any
+    name: str,
+    caption: str,
+    panels: Sequence[tuple[str, Sequence[Curve]]],
+    size: tuple[float, float],
+    **options: Any,
 ) -> CurveFigure:
-    """A page of spectra with a panel for each floor, and one legend above all.
-
-    Args:
-        name: Name of its file without ending.
-        caption: What it shows.
-        panels: Curves over frequency with the titles of the panels.
-        size: Width and height of a panel [inch].
-        options: Further ones of the figure.
-    """
+    """A page of spectra with a panel of so many inches for each floor, and one legend above all."""
     count, columns = len(panels), min(COLUMNS, len(panels))
     look: dict[str, Any] = {"log": "x", "bottom": 0.0, "legend": ""}
     pages = [
-        replace(
-            panel,
-            xlabel="frequency [Hz]" if k + columns >= count else "",
-            ylabel="acceleration [m/s²]" if k % columns == 0 else "",
+        Panel(
+            "frequency [Hz]" if k + columns >= count else "",
+            "acceleration [m/s²]" if k % columns == 0 else "",
+            curves,
+            title,
             **look,
         )
-        for k, panel in enumerate(panels)
+        for k, (title, curves) in enumerate(panels)
     ]
     whole = max(columns, 3) * size[0], math.ceil(count / columns) * size[1] + 0.5
     return CurveFigure(name, caption, pages, columns, whole, above=True, **options)
 
 
-def _curves(design: DesignFloorSpectra, s: int) -> list[Curve]:
-    source, ends = design.source, design.frequency[[0, -1]]
-    curves = []
-    for x, direction in enumerate(source.directions):
-        colour, along = DIRECTION_COLOURS.get(direction, ORANGE), f"along $e_{direction}$"
-        zpa = design.zpa[s, x].repeat(2)
-        curves += [
-            Curve(source.frequency, design.raw[0, s, x], f"computed, {along}", colour, width=0.6),
-            Curve(design.frequency, design.psa[0, s, x], f"for design, {along}", colour, width=1.4),
-            Curve(ends, zpa, "", colour, ":", 0.8),
-        ]
-    return curves
-
-
 def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, str]:
-    """Read floor spectra from a store.
+    """Floor spectra of `pounding.nc`, or of a store of the same form with the dimension `motion`.
 
-    Args:
-        store: `pounding.nc`, or one of the same form with the dimension `motion`.
-
-    Returns:
-        The spectra, and the hash of the inputs that the store was made from.
+    With the hash of the inputs that the store was made from.
 
     Raises:
         ImpactfemError: The file cannot be read, or holds no floor spectra.
@@ -174,27 +163,25 @@ def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, str]:
 
 def _spectra_of(data: xr.Dataset) -> FloorSpectrumSet:
     psa, pfa = data["psa"], data["pfa"]
-    if "motion" not in psa.dims:
-        psa, pfa = psa.expand_dims("motion"), pfa.expand_dims("motion")
-        motions: tuple[str, ...] = ("that of the case",)
-    else:
+    motions: tuple[str, ...] = ("that of the case",)
+    if "motion" in psa.dims:
         motions = tuple(str(name) for name in data["motion"].values)
-    unknown = np.full(psa["station"].size, np.nan)
-    elevation = data["elevation"].values if "elevation" in data else unknown
+    else:
+        psa, pfa = psa.expand_dims("motion"), pfa.expand_dims("motion")
+    height = data.get("elevation", xr.full_like(data["station_floor"], np.nan, dtype=float))
     method = "pseudo-acceleration of oscillators on the floor, time histories with pounding"
     scalars = {s.name: s for s in scalars_of(data)} if "result" in data.dims else {}
     points = scalars.get("frs.points_per_cycle")
     if points is not None and points.value is not None:
         method += f", {points.value:.3g} points in a cycle {points.note}"
     stations = zip(
-        data["station_building"].values, data["station_floor"].values, elevation, strict=True
+        data["station_building"].values, data["station_floor"].values, height.values, strict=True
     )
     return FloorSpectrumSet(
         frequency=np.asarray(data["frequency"].values, dtype=float),
         damping=np.asarray(data["damping"].values, dtype=float),
         stations=tuple(
-            Station(str(building), str(floor), ("mass centre",), float(z))
-            for building, floor, z in stations
+            Station(str(b), str(floor), ("mass centre",), float(z)) for b, floor, z in stations
         ),
         directions=tuple(str(name) for name in data["direction"].values),
         psa=psa.transpose("motion", "damping", "station", "direction", "frequency").values,
@@ -238,7 +225,7 @@ def _tables(design: DesignFloorSpectra) -> list[Table]:
         peaks.append((*labels, *map(cell, (*numbers, design.zpa[s, x], design.rigid[at]))))
     numbers_of_peaks = heads(
         "elevation [m]; raw peak [m/s2]; frequency of the raw peak [Hz]; broadened peak [m/s2]; "
-        f"zero-period acceleration [m/s2]; within {100 * ZPA_TOLERANCE:g} % of it from [Hz]"
+        f"zero-period acceleration [m/s2]; {WITHIN}"
     )
     return [
         Table(
@@ -266,12 +253,7 @@ def _statistics(design: DesignFloorSpectra) -> dict[str, FloatArray]:
 
 
 def floor_store(design: DesignFloorSpectra, inputs: str = "") -> xr.Dataset:
-    """The products as a dataset.
-
-    Args:
-        design: The spectra.
-        inputs: Hash of what they were made from.
-    """
+    """The products as a dataset, with the hash of what they were made from."""
     source = design.source
     curve = ("damping", "station", "direction")
     si = {"units": "m/s2"}
@@ -312,3 +294,98 @@ def floor_store(design: DesignFloorSpectra, inputs: str = "") -> xr.Dataset:
             "interpolation": "straight lines on doubly logarithmic axes between the frequencies",
         },
     )
+
+
+def write_workbook(path: Path, design: DesignFloorSpectra) -> None:
+    """Write a workbook: a list of its sheets, and one a building, direction and damping."""
+    book = Workbook(write_only=True)
+    source = design.source
+    buildings = list(dict.fromkeys(station.building for station in source.stations))
+    contents = book.create_sheet("contents")
+    contents.column_dimensions["A"].width = LABEL_WIDTH
+    _append(contents, ["case", source.title])
+    for line in _method_lines(design):
+        _append(contents, line)
+    _append(contents, [])
+    _append(contents, ["sheet", "building", "direction", "damping [-]"], bold=True)
+    names: set[str] = {"contents"}
+    for building in buildings:
+        for x, direction in enumerate(source.directions):
+            for d, damping in enumerate(source.damping):
+                # A name that the format allows and that no sheet has, in whatever case.
+                wanted = f"{building} {direction} {100.0 * damping:g} %"
+                clean = re.sub(r"[\[\]:*?/\\']", "_", wanted)
+                name, count = clean[:LONGEST_NAME], 1
+                while name.lower() in names:
+                    count += 1
+                    name = f"{clean[: LONGEST_NAME - len(str(count)) - 1]}~{count}"
+                names.add(name.lower())
+                _append(contents, [name, building, direction, float(damping)])
+                _sheet(book, name, design, building, x, d)
+    with atomic(path) as temporary:
+        book.save(temporary)
+
+
+def _method_lines(design: DesignFloorSpectra) -> list[list[Cell]]:
+    return [
+        ["quantity", "pseudo-acceleration of floor response spectra"],
+        ["units", "accelerations in m/s2, frequencies in Hz, elevations in m"],
+        ["method", design.source.method],
+        ["motions", design.motions_text],
+        ["design", design.broadening_text],
+        ["between frequencies", "straight lines on doubly logarithmic axes"],
+        ["empty cells", "frequencies added for the corners of broadened peaks: not computed"],
+    ]
+
+
+def _sheet(book: Any, name: str, design: DesignFloorSpectra, building: str, x: int, d: int) -> None:
+    source = design.source
+    numbers = [s for s, station in enumerate(source.stations) if station.building == building]
+    stations = [source.stations[s] for s in numbers]
+    sheet = book.create_sheet(name)
+    sheet.column_dimensions["A"].width = LABEL_WIDTH
+    for column in range(2, 2 + 2 * len(numbers)):
+        sheet.column_dimensions[get_column_letter(column)].width = COLUMN_WIDTH
+    # One entry over both columns of a floor, for filters and copies.
+    floors: dict[str, list[Cell]] = {
+        "floor": [station.label for station in stations],
+        "points": ["; ".join(station.points) for station in stations],
+        "elevation [m]": [cell(station.elevation) for station in stations],
+        "zero-period acceleration [m/s2]": [cell(design.zpa[s, x]) for s in numbers],
+        WITHIN: [cell(design.rigid[d, s, x]) for s in numbers],
+    }
+    head: list[list[Cell]] = [
+        ["case", source.title],
+        ["building", building],
+        ["direction", source.directions[x]],
+        ["damping [-]", float(source.damping[d])],
+        *_method_lines(design),
+        [],
+        *([name, *(one for one in cells for _ in range(2))] for name, cells in floors.items()),
+    ]
+    for line in head:
+        _append(sheet, line)
+    titles = [title for _ in numbers for title in ("raw [m/s2]", "broadened [m/s2]")]
+    _append(sheet, ["frequency [Hz]", *titles], bold=True)
+    # Frozen below the titles and right of the frequencies.
+    sheet.freeze_panes = f"B{len(head) + 2}"
+    raw, psa = design.computed[d, :, x], design.psa[d, :, x]
+    for k, frequency in enumerate(design.frequency):
+        pairs = [value for s in numbers for value in (raw[s, k], psa[s, k])]
+        sheet.append([cell(frequency), *(cell(value) for value in pairs)])
+
+
+def _append(sheet: Any, cells: Sequence[Cell], bold: bool = False) -> None:
+    row = []
+    for value in cells:
+        entry = WriteOnlyCell(sheet, value=None)
+        if isinstance(value, str):
+            # As text whatever it begins with: a title such as "=1+1" is no formula.
+            entry.value = ILLEGAL_CHARACTERS_RE.sub(" ", value)
+            entry.data_type = "s"
+        else:
+            entry.value = value
+        entry.alignment = Alignment(horizontal="left")
+        entry.font = Font(bold=bold)
+        row.append(entry)
+    sheet.append(row)

@@ -128,12 +128,9 @@ def segments(ends: Array) -> Any:
 
 
 def render(made: Any, points: Array, view: Sequence[float] = VIEW) -> Picture:
-    """Look from a direction so that points fill the picture, and close the plotter.
+    """Look from a direction so that points, shape (n, 3) [m], fill the picture; close the plotter.
 
-    Args:
-        made: The plotter.
-        points: What is to be seen, shape (n, 3) [m].
-        view: Direction from the building to the camera.
+    `view` points from the building to the camera.
     """
     direction = np.asarray(view, dtype=np.float64)
     right, up = screen_axes(direction)
@@ -162,12 +159,29 @@ def render(made: Any, points: Array, view: Sequence[float] = VIEW) -> Picture:
 
 
 def show(panel: Axes, picture: Picture, *, triad: bool = True) -> None:
-    """Draw a picture into a panel, with the directions of the axes in a lower corner."""
+    """Draw a picture into a panel, with the directions of the axes where less is drawn below."""
     panel.imshow(picture.image)
     panel.set_axis_off()
     panel.set_anchor("C")
-    if triad:
-        _triad(panel, picture)
+    if not triad:
+        return
+    height, width = picture.image.shape[:2]
+    length = TRIAD * height
+    ends = np.column_stack([picture.right, -picture.up]) * length
+    low, high = np.minimum(0.0, ends.min(axis=0)), np.maximum(0.0, ends.max(axis=0))
+    beyond = 0.5 * length
+    box = (high - low + 2.0 * beyond).astype(int)
+    below = picture.image[-box[1] :].mean(axis=2)
+    left = below[:, : box[0]].mean() >= below[:, -box[0] :].mean()
+    side = beyond - low[0] if left else width - beyond - high[0]
+    start = np.array([side, height - beyond - high[1]])
+    arrow = {"arrowstyle": "->", "color": "black", "shrinkA": 0, "shrinkB": 0}
+    for name, end in zip("xyz", ends, strict=True):
+        panel.annotate("", tuple(start + end), xytext=tuple(start), arrowprops=arrow)
+        # A direction that is seen from its end has no arrow, and no room for its name there.
+        reach = end * (1.0 + 0.35 * length / max(float(np.linalg.norm(end)), 0.25 * length))
+        x, y = start + reach
+        panel.text(x, y, name, ha="center", va="center", fontsize=8.0)
 
 
 def note(panel: Axes, picture: Picture, point: Array, text: str, *, left: bool = True) -> None:
@@ -216,31 +230,6 @@ def impact_view(building: xr.Dataset) -> tuple[float, float, float]:
     aside = np.array([-out[1], out[0]])
     x, y = 1.0 * out + 0.75 * aside
     return (float(x), float(y), 0.7)
-
-
-def _triad(panel: Axes, picture: Picture) -> None:
-    """The directions of the axes, in the lower corner where less is drawn."""
-    height, width = picture.image.shape[:2]
-    length = TRIAD * height
-    ends = np.column_stack([picture.right, -picture.up]) * length
-    low, high = np.minimum(0.0, ends.min(axis=0)), np.maximum(0.0, ends.max(axis=0))
-    beyond = 0.5 * length
-    box = (high - low + 2.0 * beyond).astype(int)
-    below = picture.image[-box[1] :].mean(axis=2)
-    left = below[:, : box[0]].mean() >= below[:, -box[0] :].mean()
-    side = beyond - low[0] if left else width - beyond - high[0]
-    start = np.array([side, height - beyond - high[1]])
-    for name, end in zip("xyz", ends, strict=True):
-        panel.annotate(
-            "",
-            tuple(start + end),
-            xytext=tuple(start),
-            arrowprops={"arrowstyle": "->", "color": "black", "shrinkA": 0, "shrinkB": 0},
-        )
-        # A direction that is seen from its end has no arrow, and no room for its name there.
-        reach = end * (1.0 + 0.35 * length / max(float(np.linalg.norm(end)), 0.25 * length))
-        x, y = start + reach
-        panel.text(x, y, name, ha="center", va="center", fontsize=8.0)
 
 
 def _chosen(store: xr.Dataset, names: str, part: str, family: str | None) -> NDArray[np.int64]:

@@ -40,11 +40,7 @@ def beside_published(
 ) -> Table:
     """Name, value, published value where one is known, their ratio, unit and note.
 
-    Args:
-        name: File name without ending.
-        title: What the table shows.
-        scalars: The results.
-        published: Published values in SI by the name of the result.
+    Published values are in SI by the name of the result.
     """
     rows: list[tuple[Cell, ...]] = []
     for scalar in scalars:
@@ -105,7 +101,8 @@ class Table:
         for name, unit in self.columns:
             table.add_column(f"{name}\n[{unit}]" if unit else name, justify="right")
         for row in self.rows:
-            table.add_row(*(_text(cell) for cell in row))
+            known = ("-" if one is None else one for one in row)
+            table.add_row(*(f"{one:.4g}" if isinstance(one, float) else str(one) for one in known))
         stream = io.StringIO()
         # Plain text: in a notebook rich would show the table there, or colour it.
         console = Console(
@@ -118,12 +115,6 @@ class Table:
         )
         console.print(table)
         return stream.getvalue().rstrip()
-
-
-def _text(cell: Cell) -> str:
-    if cell is None:
-        return "-"
-    return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
 
 
 def cell(value: float, digits: int = 6) -> float | None:
@@ -142,12 +133,8 @@ def columns_of(
 ) -> Table:
     """A table of variables of a store that share one dimension.
 
-    Args:
-        store: The store.
-        name: File name without ending.
-        title: What the table shows.
-        columns: Of each column the variable, its heading, and the unit it is shown in, one of
-            `FACTORS` or that of the store.
+    A column is a variable, its heading, and the unit in which it is shown: one of `FACTORS`, or
+    that of the store.
     """
     chosen = tuple(columns)
     cells = [_cells(store[variable], FACTORS.get(unit, 1.0)) for variable, _, unit in chosen]

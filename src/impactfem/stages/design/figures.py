@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.curves import Curve, CurveFigure
 from impactfem.plot.floor_products import floor_page
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.spectra.statistics import over_members
@@ -33,15 +33,7 @@ DEVICES = 3
 def design_figures(folder: Path, products: DesignProducts) -> list[Path]:
     """Draw the design spectra along each direction at each damping, and the forces on the anchors.
 
-    Args:
-        folder: The run's folder.
-        products: The design spectra.
-
-    Returns:
-        The files.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
+    Gives the files. ImpactfemError: a file cannot be written.
     """
     target = folder / "figures"
     target.mkdir(parents=True, exist_ok=True)
@@ -58,11 +50,7 @@ def design_figures(folder: Path, products: DesignProducts) -> list[Path]:
 
 
 def design_curves(folder: Path) -> list[CurveFigure]:
-    """Design spectra along the shown direction at the first damping, for the report.
-
-    Args:
-        folder: The run's folder, with `design.nc`, `pounding.nc` and `case.json`.
-    """
+    """Design spectra along the shown direction at the first damping, for the report."""
     wanted = json.loads(of_run(folder, "case.json").read_text(encoding="utf-8"))["spectra"]
     broadening, clipping = wanted["broadening"], wanted["clipping"]
     # A ratio down and one up is a list in JSON.
@@ -146,10 +134,7 @@ def _page(
         f"Floor response spectra of building {source.stations[0].building} along $e_{direction}$ "
         f"({damping} % damping)"
     )
-    panels = [
-        Panel("", "", curves, title=station.label)
-        for station, curves in zip(source.stations, floors, strict=True)
-    ]
+    panels = [(station.label, one) for station, one in zip(source.stations, floors, strict=True)]
     stem = f"{name}_{direction}_{damping}pct"
     return floor_page(stem, f"{head} {caption}", panels, PANEL, lettered=False)
 

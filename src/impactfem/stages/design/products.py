@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from impactfem.plot.floor_products import (
     FOLDER,
     LABELS,
+    WITHIN,
     curve_rows,
     floor_store,
     labelled,
@@ -28,7 +29,7 @@ from impactfem.plot.floor_products import (
     write_design_files,
 )
 from impactfem.plot.table import Cell, Table, cell, heads
-from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
+from impactfem.spectra.design import Ratio
 from impactfem.spectra.frequency_list import interpolate_frequency, merged_frequencies
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.statistics import STATISTICS, over_members
@@ -52,12 +53,8 @@ UNIT = "m/s2"
 def share_reached(store: xr.Dataset) -> xr.DataArray:
     """What the vertices that govern have of the envelope of all vertices, both from the fields.
 
-    Args:
-        store: `design.nc` of a case with fields over the floors.
-
-    Returns:
-        Parts of the envelopes [-] over `station`, `direction` and `whole_frequency` [Hz], which
-        ends with infinity for the peak acceleration; nan where no vertex governs.
+    Parts of the envelopes [-] over `station`, `direction` and `whole_frequency` [Hz], which ends
+    with infinity for the peak acceleration; nan where no vertex governs.
     """
     psa, zpa = (
         (store[f"reached_{name}"] / store[f"whole_{name}"]).where(store[f"whole_{name}"] > 0.0, 1.0)
@@ -80,11 +77,7 @@ class DesignProducts:
     statistics: dict[str, DesignFloorSpectra]
 
     def of_stick(self, place: Place) -> tuple[Array, Array] | None:
-        """Frequencies [Hz] and design spectrum [m/s2] of the sticks; None where there is none.
-
-        Args:
-            place: Number of the damping, the floor and the direction.
-        """
+        """Frequencies [Hz] and design spectrum [m/s2] of the sticks; None where there is none."""
         d, s, x = place
         there = {name: self.store[name].values[k] for name, k in (("station", s), ("direction", x))}
         try:
@@ -108,13 +101,10 @@ class DesignProducts:
 def design_products_of(
     store: xr.Dataset, sticks: Path, broadening: Ratio, clipping: bool
 ) -> DesignProducts:
-    """Make the design spectra.
+    """Make the design spectra from the open `design.nc` and `pounding.nc` of the same case.
 
-    Args:
-        store: The open `design.nc`.
-        sticks: `pounding.nc` of the same case.
-        broadening: Of the peaks to either side: a ratio, or one down and one up [-].
-        clipping: Whether narrow peaks are reduced before they are broadened.
+    Peaks are broadened by a ratio to either side, or by one down and one up, narrow ones reduced
+    before where `clipping`.
 
     Raises:
         ImpactfemError: A store is not usable.
@@ -188,14 +178,7 @@ def _vertices(count: int) -> str:
 
 
 def write_design_products(folder: Path, products: DesignProducts) -> list[Path]:
-    """Write tables, workbooks and stores.
-
-    Args:
-        folder: The run's folder.
-        products: What to write.
-
-    Returns:
-        The files.
+    """Write tables, workbooks and stores into a run's folder; gives the files.
 
     Raises:
         ImpactfemError: A file cannot be written.
@@ -247,7 +230,7 @@ def _spectrum_tables(products: DesignProducts) -> list[Table]:
         )
     heads_of_peaks = heads(
         "elevation [m]; peak [m/s2]; frequency of the peak [Hz]; zero-period acceleration [m/s2]; "
-        f"within {100 * ZPA_TOLERANCE:g} % of it from [Hz]; point of the peak; number of points; "
+        f"{WITHIN}; point of the peak; number of points; "
         "peak, sticks at the mass centre [m/s2]"
     )
     return [
