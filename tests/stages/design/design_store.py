@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from impactfem.stages.design.compute import DesignStudy
 from impactfem.stages.design.ensemble import Ensemble
 from impactfem.stages.design.floors import WholeFloors, enveloped, probe_points
 from impactfem.stages.design.store import write_design
@@ -25,22 +24,14 @@ HEIGHT = (3.0, 3.0, 6.0, 6.0, 6.0, 8.0)
 
 @dataclass(frozen=True)
 class WantedDesign:
-    """What a store of the stage `design` is to have.
+    """What a store of the stage `design` is to have."""
 
-    Args:
-        motions: Members of the ensemble; none without one.
-        devices: Names of the anchors.
-        still: Whether nothing moves along x.
-        whole: Envelope of all vertices over that of those that govern; None without fields over
-            the floors, and without such vertices.
-        failed: Number of members that failed.
-    """
-
-    motions: int = 5
-    devices: tuple[str, ...] = ("pump",)
-    still: bool = False
+    motions: int = 5  #: members of the ensemble; none without one
+    devices: tuple[str, ...] = ("pump",)  #: names of the anchors
+    still: bool = False  #: whether nothing moves along x
+    #: envelope of all vertices over that of those that govern; None without fields over the floors
     whole: float | None = 1.02
-    failed: int = 0
+    failed: int = 0  #: number of members that failed
 
 
 def peaked(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
@@ -102,7 +93,8 @@ def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
     there = vertices(asked.still)
     # The vertices move as much as the probes, at other frequencies.
     at_vertices = peaked(np.random.default_rng(5), (2, len(there)))
-    whole = spectra = None
+    whole = ensemble = None
+    spectra: Any = None
     if asked.whole is not None:
         spectra = SimpleNamespace(psa=at_vertices, zpa=at_vertices[0, :, -1])
         with_peak = np.concatenate([at_vertices[0], at_vertices[0, :, -1:]], axis=1)
@@ -117,7 +109,6 @@ def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
             governing=there,
             candidates=there,
         )
-    ensemble = None
     if asked.motions:
         n, d = asked.motions, len(asked.devices)
         psa = peaked(rng, (n, 2, len(NAMES), 3))
@@ -144,7 +135,7 @@ def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
     case: Any = SimpleNamespace(
         title="Two buildings", content_hash=lambda: "abc", shown_direction="y"
     )
-    write_design(path, case, DesignStudy(probes, whole, spectra, ensemble), "key")
+    write_design(path, case, "key", probes, whole, spectra, ensemble)
     return Stored(probes["psa"].values, at_vertices)
 
 

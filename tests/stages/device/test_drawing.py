@@ -9,7 +9,7 @@ from impactfem.case import DeviceSetup
 from impactfem.case.device_tables import DeviceMode
 from impactfem.device.from_case import device_of
 from impactfem.device.modes import device_modes
-from impactfem.stages.device.drawing import drawing_values, mode_shapes
+from impactfem.stages.device.store import drawing_values, mode_shapes
 
 SPRINGS = {"x": "1.4e8 N/m", "y": "1.2e8 N/m", "z": "rigid"}
 SPRINGS |= {"rx": "3e7 N m/rad", "ry": "2.5e7 N m/rad", "rz": "rigid"}

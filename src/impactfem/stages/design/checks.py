@@ -19,22 +19,29 @@ SAME = 1e-9
 
 
 def design_checks(folder: Path) -> list[Check]:
-    """The checks of the stage.
-
-    Args:
-        folder: The run's folder, with `design.nc`.
-    """
+    """The checks of the stage, from `design.nc` of a run's folder."""
     with open_store(folder / "design.nc") as store:
-        checks: list[Check] = [(False, f"design: {ALONE}")]
-        if store["vertex_count"].any():
+        checks: list[Check] = []
+        for direction in names_of(store, "direction"):
+            if not store["vertex_count"].sel(direction=direction).any():
+                continue
             # From the fields alone: the points are better sampled in the design spectra, which
             # would hide what they lack.
-            share = share_reached(store)
-            checks = [
-                _coverage(share.sel(direction=direction).dropna("station", how="all"))
-                for direction in names_of(store, "direction")
-                if store["vertex_count"].sel(direction=direction).any()
-            ]
+            share = share_reached(store).sel(direction=direction).dropna("station", how="all")
+            worst = share.isel(share.argmin(["station", "whole_frequency"]))
+            at = float(worst["whole_frequency"])
+            where = f"at {at:.3g} Hz" if np.isfinite(at) else "of the peak acceleration"
+            low = share["station_floor"].values[(share < COVERED).any("whole_frequency")]
+            text = (
+                f"design: along {direction} the points have at least {100.0 * float(worst):.3g} % "
+                "of the envelope of all vertices of a floor at every frequency (floor "
+                f"{worst['station_floor'].item()}, {where}); at least {100.0 * COVERED:g} % is "
+                "required"
+            )
+            if low.size:
+                text += f", missed on {', '.join(f'floor {floor}' for floor in low)}"
+            checks.append((not low.size, text))
+        checks = checks or [(False, f"design: {ALONE}")]
         if "motion" in store.dims:
             values = values_of(store)
             failed = values["ensemble3d.failed"]
@@ -42,23 +49,6 @@ def design_checks(folder: Path) -> list[Check]:
             checks.append((failed == 0.0, f"design: {count}, {failed:.0f} failed"))
             checks += _forces(of_run(folder, "ensemble.nc"), store)
     return checks
-
-
-def _coverage(share: xr.DataArray) -> Check:
-    """Whether the points of the floors have what their vertices have along a direction."""
-    worst = share.isel(share.argmin(["station", "whole_frequency"]))
-    at = float(worst["whole_frequency"])
-    where = f"at {at:.3g} Hz" if np.isfinite(at) else "of the peak acceleration"
-    low = share["station_floor"].values[(share < COVERED).any("whole_frequency")]
-    text = (
-        f"design: along {worst['direction'].item()} the points have at least "
-        f"{100.0 * float(worst):.3g} % of the envelope of all vertices of a floor at every "
-        f"frequency (floor {worst['station_floor'].item()}, {where}); at least "
-        f"{100.0 * COVERED:g} % is required"
-    )
-    if low.size:
-        text += f", missed on {', '.join(f'floor {floor}' for floor in low)}"
-    return not low.size, text
 
 
 def _forces(path: Path, store: xr.Dataset) -> list[Check]:

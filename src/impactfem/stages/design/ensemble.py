@@ -31,12 +31,12 @@ from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.response import modal_histories, record_spectra
 from impactfem.spectra import response_spectra
 from impactfem.stages.design.floors import NO_POINTS, counted, enveloped, fewest
-from impactfem.stages.device.analysis import Analyst
+from impactfem.stages.device.analysis import WORDS, Analyst
 from impactfem.stages.device.spectrum_plan import SpectrumChoice
 from impactfem.stages.transient.maps import AS_THEY_ARE
 from impactfem.stages.transient.prepared import transient_of
 from impactfem.system.errors import ImpactfemError, SolutionError
-from impactfem.system.files import read_archive, write_archive
+from impactfem.system.files import write_archive
 from impactfem.system.log import LOGGER
 from impactfem.system.parallel import threads
 
@@ -45,8 +45,6 @@ Arrays = dict[str, Any]
 
 AT_ONCE = 768
 """Records whose spectra are computed together."""
-WORDS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
-"""Results of a response spectrum analysis, in the order of the components of a force."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,16 +67,15 @@ def motion_loads(
 ) -> tuple[Loads, Array]:
     """Run the sticks under the motions of a case as the stage `pounding` does.
 
+    Gives the loads at the step of the 3D model, and the largest force of the sticks on each floor
+    that a pair touches, ascending [N]; 0 on one that is not hit.
+
     Args:
         case: The case with the motions.
         system: The sticks.
         names: Of the contact pairs that touch the building.
         edges: What a positive force of each does to it.
         mesh: The mesh of the building.
-
-    Returns:
-        The loads at the step of the 3D model, and the largest force of the sticks on each floor
-        that a pair touches, ascending [N]; 0 on one that is not hit.
 
     Raises:
         InputError: A record is not usable.
@@ -134,15 +131,8 @@ def point_records(
 ) -> Array:
     """Absolute accelerations of points, each along its direction, shape (n, n_t) [m/s2].
 
-    Args:
-        basis: The reduced basis.
-        loads: The loads, for the ground's motion.
-        modal: q'' of its finest model under them, shape (r, n_t).
-        points: At nodes that the basis was made for.
-        kind: In which precision; single takes half the time.
-
-    Raises:
-        KeyError: The basis was not made for a node.
+    `modal` is q'' of the finest model of the basis under the loads, shape (r, n_t). In single
+    precision, as `kind`, it takes half the time. KeyError: the basis was not made for a node.
     """
     component = points["component"].to_numpy()
     shapes = basis.of(basis.model, points["node"].to_numpy())[np.arange(len(points)), component]
@@ -173,7 +163,24 @@ def carry(carrier: Carrier, loads: Loads) -> Arrays:
     """
     basis, floors = carrier.basis, int(carrier.centres.sum()) // 3
     modal = modal_histories(basis, loads, carrier.damping).acceleration
-    chosen = _governing(carrier, loads, modal)
+    # The fewest candidates whose envelope is near that of all candidates, as of `fewest`.
+    every = carrier.candidates
+    curves = np.empty((len(every), len(carrier.frequency) + 1))
+    for first in range(0, len(every), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        # Records as they are, without samples between: enough to choose by.
+        rough = response_spectra(
+            point_records(basis, loads, modal, every.iloc[part], np.float32),
+            loads.time_step,
+            carrier.frequency,
+            [carrier.search_damping],
+            points_per_cycle=AS_THEY_ARE,
+            threads=threads(),
+            absolute=False,
+        )
+        curves[part, :-1], curves[part, -1] = rough.psa[0], rough.zpa
+    groups = every.groupby(["floor", "component"]).indices.values()
+    chosen = pd.concat([NO_POINTS, *(every.iloc[rows[fewest(curves[rows])]] for rows in groups)])
     points = pd.concat([carrier.points, chosen], join="inner")
     spectra = record_spectra(
         point_records(basis, loads, modal, points), loads.time_step, carrier.spectra
@@ -191,46 +198,8 @@ def carry(carrier: Carrier, loads: Loads) -> Arrays:
     if carrier.analyst is not None and carrier.choice is not None:
         results = carrier.analyst.analyse(loads, carrier.damping)
         found["device_force"] = np.array([one.detailed.largest for one in results])
-        found["device_spectrum"] = np.array(
-            [[one.value(carrier.choice, word) for word in WORDS] for one in results]
-        )
+        found["device_spectrum"] = np.array([one.values(carrier.choice) for one in results])
     return found
-
-
-def _governing(carrier: Carrier, loads: Loads, modal: Array) -> pd.DataFrame:
-    """The fewest candidates whose envelope is near that of all candidates, as of `fewest`."""
-    every = carrier.candidates
-    curves = np.empty((len(every), len(carrier.frequency) + 1))
-    for first in range(0, len(every), AT_ONCE):
-        part = slice(first, first + AT_ONCE)
-        # Records as they are, without samples between: enough to choose by.
-        found = response_spectra(
-            point_records(carrier.basis, loads, modal, every.iloc[part], np.float32),
-            loads.time_step,
-            carrier.frequency,
-            [carrier.search_damping],
-            points_per_cycle=AS_THEY_ARE,
-            threads=threads(),
-            absolute=False,
-        )
-        curves[part, :-1], curves[part, -1] = found.psa[0], found.zpa
-    groups = every.groupby(["floor", "component"]).indices.values()
-    return pd.concat([NO_POINTS, *(every.iloc[rows[fewest(curves[rows])]] for rows in groups)])
-
-
-def stored_motions(files: Mapping[str, Path], keys: Mapping[str, str]) -> dict[str, Arrays]:
-    """The results that are there, by name of the motion.
-
-    Args:
-        files: Where those of each motion are stored, by name.
-        keys: Hash of what it depends on.
-    """
-    stored = {name: read_archive(path, keys[name]) for name, path in files.items()}
-    return {
-        name: {part: array for part, array in arrays.items() if part != "key"}
-        for name, arrays in stored.items()
-        if arrays is not None
-    }
 
 
 def carry_motions(
@@ -243,19 +212,9 @@ def carry_motions(
 ) -> tuple[dict[str, Arrays], dict[str, str]]:
     """Carry motions through the 3D building, and store the results of each as soon as it is done.
 
-    Args:
-        carrier: What they share.
-        waiting: Loads and largest forces of the sticks, by name, as of `motion_loads`.
-        files: Where each is stored.
-        keys: Hash of what it depends on.
-        executor: Runs them.
-        progress: Called with the number of motions done.
-
-    Returns:
-        The results by name, and the reason of those that failed.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
+    `waiting` has loads and largest forces of the sticks, as of `motion_loads`, `files` and `keys`
+    where each motion is stored and the hash of what it depends on; `progress` is called with the
+    number of motions done. Gives the results by name, and the reason of those that failed.
     """
     one = partial(carry, carrier)
     futures = {
@@ -277,19 +236,12 @@ def carry_motions(
 
 
 def stacked(names: Sequence[str], found: Mapping[str, Arrays], failed: Mapping[str, str]) -> Arrays:
-    """The results of all motions, each array with the motions first.
-
-    Args:
-        names: Names of those that gave a result, in their order.
-        found: Their results.
-        failed: Name and reason of the others.
-
-    Raises:
-        SolutionError: There are fewer than two.
-    """
+    """The results of all motions, each array with the motions first; at least two are needed."""
     if len(names) < 2:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
         raise SolutionError(
             f"fewer than two members of the ensemble went through the 3D model: {reasons}"
         )
-    return {part: np.stack([found[name][part] for name in names]) for part in found[names[0]]}
+    # Those that were stored before have their key among them.
+    parts = found[names[0]].keys() - {"key"}
+    return {part: np.stack([found[name][part] for name in names]) for part in parts}

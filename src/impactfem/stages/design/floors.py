@@ -44,15 +44,11 @@ NO_POINTS = pd.DataFrame(
 
 
 def read_probes(path: Path) -> xr.Dataset:
-    """Spectra of the probes under the case's own motion, and which floors the probes are on.
+    """Spectra of the probes under the case's own motion in `transient.nc`, and their floors.
 
-    Args:
-        path: `transient.nc`.
-
-    Returns:
-        `psa` and `pfa` with the labels of the store; over `station`, the floors from the lowest,
-        `station_floor`, `elevation` [m] and `centre`, the place of the probe at the mass centre;
-        and `on_floor` over `probe` and `station`.
+    `psa` and `pfa` with the labels of the store; over `station`, the floors from the lowest,
+    `station_floor`, `elevation` [m] and `centre`, the place of the probe at the mass centre;
+    and `on_floor` over `probe` and `station`.
 
     Raises:
         ImpactfemError: The file cannot be read, is no such store, or has no probe at a mass centre.
@@ -81,11 +77,7 @@ def read_probes(path: Path) -> xr.Dataset:
 
 
 def probe_points(probes: xr.Dataset) -> pd.DataFrame:
-    """The probes of the floors, each along x, y and z; `point` is the place among all probes.
-
-    Args:
-        probes: As of `read_probes`.
-    """
+    """The probes of the floors, each along x, y and z; `point` is the place among all probes."""
     floor, probe = np.nonzero(probes["on_floor"].values.T)
     return pd.DataFrame(
         {
@@ -100,11 +92,8 @@ def probe_points(probes: xr.Dataset) -> pd.DataFrame:
 def enveloped(points: pd.DataFrame, values: Array, floors: int, axis: int = 0) -> Array:
     """Envelope over the points of each floor along each direction.
 
-    Args:
-        points: n_p points.
-        values: Not negative, of any shape with n_p along `axis`.
-        floors: Number of floors.
-        axis: The axis of the points; those of the floors and of x, y, z take its place.
+    Of values that are not negative, with the points along `axis`, whose place is taken by axes of
+    the floors and of x, y, z.
     """
     values = np.moveaxis(values, axis, 0)
     found = np.zeros((floors, 3, *values.shape[1:]))
@@ -163,14 +152,10 @@ class WholeFloors:
 
 
 def read_whole_floors(path: Path, elevation: Array) -> WholeFloors | None:
-    """Read the fields over the floors, and choose the vertices that govern.
+    """Read the fields over the floors in `transient_maps.nc`, and choose the vertices that govern.
 
-    Args:
-        path: `transient_maps.nc`.
-        elevation: Of the floors from the lowest, shape (n_floors,) [m].
-
-    Returns:
-        The spectra; None where the case requests no fields, and the file is not there.
+    None without the file, where the case requests no fields. `elevation` is that of the floors
+    from the lowest, shape (n_floors,) [m].
 
     Raises:
         ImpactfemError: The file cannot be read.

@@ -19,11 +19,7 @@ Array = NDArray[np.float64]
 
 
 def design_scalars(store: xr.Dataset) -> list[Scalar]:
-    """All scalars of the stage.
-
-    Args:
-        store: The content of `design.nc`, with all directions.
-    """
+    """All scalars of the stage, from the content of `design.nc` with all directions."""
     axis, members = str(store.attrs["shown_direction"]), "motion" in store.dims
     shown = store.isel(damping=0).sel(direction=axis)
     own: list[Scalar] = []
@@ -52,31 +48,23 @@ def design_scalars(store: xr.Dataset) -> list[Scalar]:
             at_centre = one["member_centre_peak"].values
             ensemble += _statistics(f"transient.{name}.peak", at_centre, "m/s2", "mass centre")
     if members:
-        force = largest_impact(store)
-        ensemble += _statistics("impact_force", force, "N", "largest one, sticks")
-    if "device" in store.dims:
-        ensemble += _of_devices(store, axis)
+        ensemble += _statistics("impact_force", largest_impact(store), "N", "largest one, sticks")
+    for d, device in enumerate(names_of(store, "device") if "device" in store.dims else ()):
+        force = store.isel(device=d).sel(component=axis)
+        name = "device" if d == 0 else f"device.{device}"
+        detailed, rsa = (force[f"member_device_{k}"].values for k in ("force", "spectrum"))
+        analysis = f"{device}, {store.attrs['analysis']}"
+        ensemble += _statistics(f"{name}.f{axis}.detailed.impact", detailed, "N", device)
+        ensemble += _statistics(f"{name}.f{axis}.rsa.impact", rsa, "N", analysis)
+        if np.all(detailed > 0.0):
+            difference, what = 1.0 - rsa / detailed, f"{name}.relative_difference.impact"
+            ensemble += _statistics(what, difference, "-", analysis)
     return own + ensemble
 
 
 def largest_impact(store: xr.Dataset) -> Array:
     """Largest force of the sticks on the building, shape (n_m,) [N]; 0 without contact pairs."""
     return np.asarray(store["member_impact_force"].values.max(axis=1, initial=0.0))
-
-
-def _of_devices(store: xr.Dataset, axis: str) -> list[Scalar]:
-    scalars = []
-    for d, device in enumerate(names_of(store, "device")):
-        one = store.isel(device=d).sel(component=axis)
-        name = "device" if d == 0 else f"device.{device}"
-        detailed, rsa = (one[f"member_device_{k}"].values for k in ("force", "spectrum"))
-        analysis = f"{device}, {store.attrs['analysis']}"
-        scalars += _statistics(f"{name}.f{axis}.detailed.impact", detailed, "N", device)
-        scalars += _statistics(f"{name}.f{axis}.rsa.impact", rsa, "N", analysis)
-        if np.all(detailed > 0.0):
-            difference = 1.0 - rsa / detailed
-            scalars += _statistics(f"{name}.relative_difference.impact", difference, "-", analysis)
-    return scalars
 
 
 def _points(station: xr.Dataset, vertices: int) -> str:

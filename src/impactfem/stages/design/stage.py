@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from impactfem.case import Case
 from impactfem.stages.building.stage import storey_factor
@@ -15,17 +14,14 @@ from impactfem.stages.design.figures import design_curves, design_figures
 from impactfem.stages.design.products import design_products_of, write_design_products
 from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble.stage import ENSEMBLE
+from impactfem.stages.inputs import program_key
 from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.reduce.stage import REDUCE, model_key
-from impactfem.stages.sources import program_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import of_run, open_store
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.log import Steps
-from impactfem.system.parallel import communicator, on_root
-
-if TYPE_CHECKING:
-    from impactfem.stages.design.compute import DesignStudy
+from impactfem.system.parallel import on_root
 
 
 def _carried(case: Case) -> int:
@@ -33,63 +29,36 @@ def _carried(case: Case) -> int:
     return 0 if case.ensemble is None else case.ensemble.structure_motions
 
 
-def _members_key(case: Case) -> str:
-    """Hash of what members depend on in addition to their motions."""
-    sections = ("transient", "devices", "device_analysis", "structure")
-    keys = [program_key(DESIGN.modules), motions_key(case, sections), REDUCE.key(case)]
-    return hashlib.sha256("".join(keys).encode()).hexdigest()
-
-
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
-    from impactfem.stages.design.store import write_design
-
-    study = _study(case, folder, steps)
-
-    def write() -> list[Path]:
-        if study is None:
-            raise ValueError("rank 0 has the results of the stage")
-        files = [folder / "design.nc"]
-        with steps.step("stores"):
-            write_design(files[0], case, study, key)
-        return files
-
-    return on_root(write)
-
-
-def _study(case: Case, folder: Path, steps: Steps) -> DesignStudy | None:
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.design.compute import run_design
     from impactfem.stages.device.compute import prepare as prepare_devices
     from impactfem.stages.reduce.compute import reduced_on_root
     from impactfem.stages.transient.prepared import prepare
 
-    mesh = mesh_of_run(case, folder)
-    forces = of_run(folder, "forces.nc")
-    members = _carried(case)
-    with_devices = bool(members and case.devices)
+    mesh, forces, members = mesh_of_run(case, folder), of_run(folder, "forces.nc"), _carried(case)
+    equipment, members_key = None, ""
+
+    def shared() -> str:
+        """What members depend on in addition to their motions."""
+        sections = ("transient", "devices", "device_analysis", "structure")
+        keys = [program_key(DESIGN.modules), motions_key(case, sections), REDUCE.key(case)]
+        return hashlib.sha256("".join(keys).encode()).hexdigest()
+
     with steps.step("inputs"):
         inputs = on_root(lambda: POUNDING.key(case))
-        key = on_root(lambda: _members_key(case) if members else "")
         reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
         if members:
+            members_key = on_root(shared)
             case = on_root(
                 lambda: with_contact_of_run(with_structure_targets(case, folder), folder)
             )
         prepared = on_root(lambda: prepare(case, mesh, forces, storey_factor(folder), inputs))
-        equipment = None
-        if with_devices:
+        if members and case.devices:
             equipment = on_root(lambda: prepare_devices(case, mesh, forces, storey_factor(folder)))
     return run_design(
-        case,
-        prepared,
-        equipment,
-        folder,
-        communicator(),
-        steps.step,
-        reduced=reduced,
-        key=key,
-        within=steps.within,
+        case, prepared, equipment, reduced, folder, steps, key=key, members_key=members_key
     )
 
 

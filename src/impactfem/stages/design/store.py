@@ -9,13 +9,13 @@ carried through the 3D model. Directions in which nothing moves are left out.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from impactfem.case import Case
-from impactfem.stages.design.compute import DesignStudy
+from impactfem.spectra.response_spectrum import ResponseSpectra
 from impactfem.stages.design.ensemble import Ensemble
 from impactfem.stages.design.floors import (
     MISSED,
@@ -83,19 +83,29 @@ OUTPUTS = {
 }
 
 
-def write_design(path: Path, case: Case, study: DesignStudy, key: str) -> None:
+def write_design(
+    path: Path,
+    case: Case,
+    key: str,
+    probes: xr.Dataset,
+    whole: WholeFloors | None,
+    vertex_spectra: ResponseSpectra | None,
+    ensemble: Ensemble | None,
+) -> None:
     """Write `design.nc`.
 
     Args:
         path: The file.
         case: The case.
-        study: What the stage computed.
         key: Hash of the stage's inputs.
+        probes: As of `read_probes`.
+        whole: The spectra over whole floors; None without fields over the floors.
+        vertex_spectra: Of the vertices that govern, in their order; None without fields.
+        ensemble: The ensemble; None without one.
 
     Raises:
         ImpactfemError: The file cannot be written.
     """
-    probes, whole, ensemble = study.probes, study.whole, study.ensemble
     names, building = names_of(probes, "probe"), str(probes.attrs["building"])
     on_floor = probes["on_floor"].values
     # Each point along one direction: the probes first, then the vertices that govern.
@@ -116,13 +126,32 @@ def write_design(path: Path, case: Case, study: DesignStudy, key: str) -> None:
         "probe_count": on_floor.sum(axis=0),
         "vertex_count": np.zeros((floors, 3), dtype=np.int64),
     }
-    if whole is not None and study.vertex_spectra is not None:
+    notes = {}
+    if whole is not None and vertex_spectra is not None:
         number = len(names) + np.arange(len(whole.governing))
         points = pd.concat([points, whole.governing.assign(point=number)], ignore_index=True)
-        psa = np.concatenate([psa, study.vertex_spectra.psa], axis=1)
-        pfa = np.concatenate([pfa, study.vertex_spectra.zpa])
+        psa = np.concatenate([psa, vertex_spectra.psa], axis=1)
+        pfa = np.concatenate([pfa, vertex_spectra.zpa])
         names += [f"node {node}" for node in whole.governing["node"]]
-        values |= _whole(whole)
+        places = whole.governing
+        values |= {
+            "vertex_count": counted(places, floors),
+            "whole_frequency": whole.frequency,
+            "whole_damping": whole.damping,
+            "whole_psa": whole.envelope[..., :-1],
+            "whole_zpa": whole.envelope[..., -1],
+            "reached_psa": whole.reached[..., :-1],
+            "reached_zpa": whole.reached[..., -1],
+            "vertices": whole.vertices,
+            "candidates": counted(whole.candidates, floors),
+            "xyz": AXES,
+            "vertex_node": places["node"].to_numpy(),
+            "vertex_station": places["floor"].to_numpy(),
+            "vertex_direction": [AXES[component] for component in places["component"]],
+            "vertex_position": places[AXES].to_numpy(),
+        }
+        samples = f"{whole.points_per_cycle:.3g} samples in a cycle of the highest frequency"
+        notes["whole_psa"] = samples
     governing = np.zeros(values["probes_psa"].shape, dtype=np.int64)
     for (floor, component), rows in points.groupby(["floor", "component"]).indices.items():
         largest = psa[:, rows].argmax(axis=1)
@@ -132,8 +161,28 @@ def write_design(path: Path, case: Case, study: DesignStudy, key: str) -> None:
         "psa": enveloped(points, psa, floors, axis=1),
         "zpa": enveloped(points, pfa, floors),
         "governing": governing,
-        **({} if ensemble is None else _members(ensemble)),
     }
+    if ensemble is not None:
+        results = ensemble.results
+        values |= {
+            "motion": ensemble.motions,
+            "member_psa": results["floor_psa"],
+            "member_zpa": results["floor_pfa"],
+            "member_centre_peak": results["centre_peak"],
+            "member_vertices": results["vertices"],
+            "member_basis_error": results["basis_error"],
+            "edge": np.array(ensemble.edges, dtype=np.int64),
+            "member_impact_force": results["impact_force"],
+            "failed": list(ensemble.failed),
+            "failed_reason": list(ensemble.failed.values()),
+        }
+    if ensemble is not None and ensemble.devices:
+        values |= {
+            "device": ensemble.devices,
+            "component": ["x", "y", "z", "rx", "ry", "rz"],
+            "member_device_force": results["device_force"],
+            "member_device_spectrum": results["device_spectrum"],
+        }
     attributes = {
         "title": case.title,
         "inputs": key,
@@ -144,57 +193,8 @@ def write_design(path: Path, case: Case, study: DesignStudy, key: str) -> None:
         "missed": MISSED,
         "analysis": "" if ensemble is None else ensemble.analysis,
     }
-    notes = {}
-    if whole is not None:
-        samples = f"{whole.points_per_cycle:.3g} samples in a cycle of the highest frequency"
-        notes = {"whole_psa": samples}
     store = dataset(OUTPUTS, values, attributes=attributes, notes=notes)
     peak = store["psa"].max(["damping", "station", "frequency"])
     moving = (peak > STILL * peak.max()) | (store["vertex_count"] > 0).any("station")
     store = with_scalars(store, design_scalars(store))
     write_netcdf(path, store.isel(direction=np.flatnonzero(moving)))
-
-
-def _whole(whole: WholeFloors) -> dict[str, Any]:
-    """Envelopes of all vertices, and which of them govern, each of a floor along a direction."""
-    governing, floors = whole.governing, len(whole.vertices)
-    return {
-        "vertex_count": counted(governing, floors),
-        "whole_frequency": whole.frequency,
-        "whole_damping": whole.damping,
-        "whole_psa": whole.envelope[..., :-1],
-        "whole_zpa": whole.envelope[..., -1],
-        "reached_psa": whole.reached[..., :-1],
-        "reached_zpa": whole.reached[..., -1],
-        "vertices": whole.vertices,
-        "candidates": counted(whole.candidates, floors),
-        "xyz": AXES,
-        "vertex_node": governing["node"].to_numpy(),
-        "vertex_station": governing["floor"].to_numpy(),
-        "vertex_direction": [AXES[component] for component in governing["component"]],
-        "vertex_position": governing[AXES].to_numpy(),
-    }
-
-
-def _members(ensemble: Ensemble) -> dict[str, Any]:
-    results = ensemble.results
-    values: dict[str, Any] = {
-        "motion": ensemble.motions,
-        "member_psa": results["floor_psa"],
-        "member_zpa": results["floor_pfa"],
-        "member_centre_peak": results["centre_peak"],
-        "member_vertices": results["vertices"],
-        "member_basis_error": results["basis_error"],
-        "edge": np.array(ensemble.edges, dtype=np.int64),
-        "member_impact_force": results["impact_force"],
-        "failed": list(ensemble.failed),
-        "failed_reason": list(ensemble.failed.values()),
-    }
-    if ensemble.devices:
-        values |= {
-            "device": ensemble.devices,
-            "component": ["x", "y", "z", "rx", "ry", "rz"],
-            "member_device_force": results["device_force"],
-            "member_device_spectrum": results["device_spectrum"],
-        }
-    return values

@@ -25,6 +25,8 @@ from impactfem.sticks.element import COMPONENTS
 
 Array = NDArray[np.float64]
 
+WORDS = tuple(f"{word} {axis}" for word in ("force", "moment") for axis in "xyz")
+"""Quantities of a response spectrum analysis, of the components x to rz."""
 FREE = 1e-6
 """A motion of all anchors as a rigid body is free if the force that it needs is below this part of
 the largest force of its parts."""
@@ -82,14 +84,15 @@ class DeviceResult:
     #: the response spectrum analyses of the device
     by_spectrum: Mapping[SpectrumChoice, SpectrumResponse]
 
-    def value(self, choice: SpectrumChoice, word: str) -> float:
-        """A force at the anchor, such as "force y", by a response spectrum analysis [N, N m].
+    def values(self, choice: SpectrumChoice) -> list[float]:
+        """Forces and moments at the anchor by a response spectrum analysis, x to rz [N, N m].
 
         Nan where the analysis was not done of this device.
         """
         if choice not in self.by_spectrum:
-            return float("nan")
-        return self.by_spectrum[choice].value(self.support.quantity(word))
+            return [float("nan")] * len(WORDS)
+        found = self.by_spectrum[choice]
+        return [found.value(self.support.quantity(word)) for word in WORDS]
 
     def with_detailed(self, histories: Sequence[MountedHistory]) -> DeviceResult:
         """The same with the detailed analysis of all devices by another model."""

@@ -2,10 +2,19 @@
 
 Each of several anchors of a device counts (`pipe_1`, `pipe_2`). Forces are those of the device on
 the floor, moments for rx, ry and rz; accelerations are absolute.
+
+Figures of a device show its springs, beam and body, and its modes over the height: a point at the
+height z of a device on springs moves, relative to its anchor, by
+
+    u(z) = R(z) E s + d(z)                                                                 (1)
+
+with the own coordinates x = (s, d): the free motions s of the base, which a rigid link R(z) takes
+there, and what the beam deforms by, d. Above the beam the body is rigid.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,23 +23,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from impactfem.case import DeviceSetup
+from impactfem.case.devices import RIGID
 from impactfem.device.anchor_force import own_weight, ring_tension
+from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
+from impactfem.device.parts import solid_cylinder
 from impactfem.stages.device.analysis import DeviceResult
 from impactfem.stages.device.compute import DampedStudy, DeviceStudy
-from impactfem.stages.device.drawing import drawing_values
 from impactfem.stages.device.scalars import device_scalars
 from impactfem.stages.device.spectrum_plan import SpectrumChoice, headline_of
 from impactfem.stages.stores import Output, dataset
-from impactfem.sticks.element import COMPONENTS
+from impactfem.sticks.element import COMPONENTS, rigid_link
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import with_scalars
 
 Array = NDArray[np.float64]
 
-WORDS = tuple(f"{word} {axis}" for word in ("force", "moment") for axis in "xyz")
-"""Quantities of a response spectrum analysis, of the components x to rz."""
-
+TOUCH = 1e-9
+"""Heights that differ by less are the same [m]."""
 _LOAD = "case impact device"
 OUTPUTS = {
     "case": Output("case", "", "damping of the buildings, their own first"),
@@ -102,7 +113,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
     turned = replace(best, rotations=True)
     modes = _modes(study)
     force = _each(cases, lambda one: one.detailed.force)
-    by_spectrum = _each(cases, lambda one: [[one.value(c, w) for w in WORDS] for c in choices])
+    by_spectrum = _each(cases, lambda one: [one.values(choice) for choice in choices])
     weight = np.array(
         [own_weight(plan.device)[one.rows] for plan, one in zip(plans, supports, strict=True)]
     )
@@ -182,16 +193,12 @@ def mode_ordinates(cases: Sequence[DampedStudy], choice: SpectrumChoice, modes: 
 
 
 def pulls(force: Array, by_spectrum: Array, weight: Array, radius: Array) -> dict[str, Array]:
-    """Net uplift and tension (:func:`impactfem.device.anchor_force.ring_tension`).
+    """Net uplift and tension (:func:`impactfem.device.anchor_force.ring_tension`) by name.
 
-    Args:
-        force: On the floor over time, shape (n_cases, 2, n_devices, 6, n_t) [N, N m].
-        by_spectrum: Largest ones, shape (n_cases, 2, n_devices, n_choices, 6) [N, N m].
-        weight: Forces by the weight alone, shape (n_devices, 6) [N, N m].
-        radius: Of the circles of the anchors, shape (n_devices,) [m].
-
-    Returns:
-        By name; nan where no weight is known, or an analysis was not done.
+    From forces on the floor over time, shape (n_cases, 2, n_devices, 6, n_t), largest ones by
+    spectrum, shape (n_cases, 2, n_devices, n_choices, 6), and by the weight alone, shape
+    (n_devices, 6) [N, N m], on circles of a radius, shape (n_devices,) [m]; nan where no weight is
+    known, or an analysis was not done.
     """
     whole, r = force + weight[..., None], radius[:, None]
     tension = ring_tension(np.moveaxis(whole, -2, 0), r).max(axis=-1)
@@ -226,3 +233,80 @@ def _modes(study: DeviceStudy) -> dict[str, Array]:
         frequency[k, :count], damping[k, :count] = modes.frequency, modes.damping
         mass[k, :, :count] = modes.effective_mass[support.rows]
     return {"mode_frequency": frequency, "mode_damping": damping, "effective_mass": mass}
+
+
+def drawing_values(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> dict[str, Array]:
+    """Variables of `device.nc` that figures of the devices need, by name.
+
+    Nan for a device from modes; a rigid spring has an infinite stiffness.
+    """
+    rows: list[dict[str, Any]] = []  # None for what a device has not
+    for setup in setups:
+        shape, beam, springs = setup.shape, setup.beam, setup.stiffness
+        # In addition to modes a body is that of the whole device.
+        on_springs = setup.modes is None
+        inertia = setup.inertia
+        if setup.mass is not None and shape is not None:
+            inertia = solid_cylinder(setup.mass, shape.radius, shape.length)
+        stiffness = [None if springs is None else getattr(springs, name) for name in COMPONENTS]
+        rows.append(
+            {
+                "base_stiffness": [math.inf if value == RIGID else value for value in stiffness],
+                "body_mass": setup.mass if on_springs else None,
+                "body_height": setup.mass_height if on_springs else None,
+                "body_inertia": (on_springs and inertia) or (None,) * 3,
+                "body_radius": shape and shape.radius,
+                "body_length": shape and shape.length,
+                "beam_length": beam and beam.length,
+                "beam_mass": beam and beam.mass,
+                "beam_bending": beam.bending if beam else (None,) * 2,
+            }
+        )
+    values = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in rows[0]}
+    # Modes over the height, with nan where a device has fewer modes or levels than others.
+    both = zip(setups, devices, strict=True)
+    count = [device_modes(d).below(s.maximum_frequency).frequency.size for s, d in both]
+    levels = [_levels(setup) for setup in setups]
+    shapes = np.full((len(setups), max(count), max(map(len, levels)), 6), np.nan)
+    heights = np.full(shapes.shape[::2], np.nan)
+    for k, (setup, device) in enumerate(zip(setups, devices, strict=True)):
+        heights[k, : len(levels[k])] = levels[k]
+        if len(levels[k]):
+            shapes[k, : count[k], : len(levels[k])] = mode_shapes(setup, device)
+    return values | {"level_height": heights, "mode_shape": shapes}
+
+
+def mode_shapes(setup: DeviceSetup, device: Device) -> Array:
+    """Modes of a device on springs over its height, equation (1).
+
+    Translations and rotations relative to the anchor, shape (n_modes, n_levels, 6) [1/√kg].
+    """
+    shape = device_modes(device).below(setup.maximum_frequency).shape
+    heights, elements = _levels(setup), 0 if setup.beam is None else setup.beam.elements
+    s, d = np.zeros((6, shape.shape[1])), np.zeros((len(heights), 6, shape.shape[1]))
+    free = sum(motion.startswith("base ") for motion in device.motions)
+    each = (len(shape) - free) // max(elements, 1)
+    for row, motion in enumerate(device.motions):
+        component = COMPONENTS.index(motion.split()[-1])
+        if row < free:
+            s[component] = shape[row]
+        else:
+            d[1 + (row - free) // each, component] = shape[row]
+    if len(heights) > elements + 1:
+        # The body's mass centre, on a rigid link above the last node.
+        d[-1] = rigid_link(np.array([0.0, 0.0, heights[-1] - heights[-2]])) @ d[-2]
+    u = [rigid_link(np.array([0.0, 0.0, z])) @ s + bent for z, bent in zip(heights, d, strict=True)]
+    return np.asarray(np.moveaxis(np.array(u), 2, 0), dtype=np.float64)
+
+
+def _levels(setup: DeviceSetup) -> Array:
+    """Heights of the beam's nodes or of the base, then of the mass centre if it is none of them."""
+    if setup.modes is not None or setup.mass_height is None:
+        return np.zeros(0)
+    beam = setup.beam
+    heights: Array = np.zeros(1)
+    if beam is not None:
+        heights = np.asarray(np.linspace(0.0, beam.length, beam.elements + 1), dtype=np.float64)
+    if abs(heights[-1] - setup.mass_height) > TOUCH:
+        heights = np.append(heights, setup.mass_height)
+    return heights
