@@ -38,39 +38,26 @@ DEVICE_SCALARS: dict[str, float | None] = {"basis_error": 0.002, "basis_vectors"
 
 @dataclass(frozen=True)
 class WantedDevice:
-    """What a store of the stage `device` is to have.
+    """What a store of the stage `device` is to have."""
 
-    Args:
-        devices: Their names.
-        dampings: Number of damping cases.
-        direction: That is shown.
-        choices: Names of the analyses, and what they find of the force without and with impacts.
-        detailed: Largest force without and with impacts by damping [N].
-        impact_force: Largest impact force of all dampings [N].
-        imbalance: Of action and reaction.
-        pulls: Net tension without and with impacts [N]; nan for a weight that is not known.
-        nodes: Number of nodes of an anchor.
-        from_modes: Whether the devices have modes in place of springs and a body.
-        beam: Whether they have a beam.
-        cylinder: Whether the body is a cylinder.
-        scalars: Scalars that differ from `DEVICE_SCALARS`; None for one that does not exist.
-        notes: Of the analyses.
-    """
-
-    devices: tuple[str, ...] = ("pump",)
-    dampings: int = 4
-    direction: str = "y"
+    devices: tuple[str, ...] = ("pump",)  #: their names
+    dampings: int = 4  #: number of damping cases
+    direction: str = "y"  #: that is shown
+    #: names of the analyses, and what they find of the force without and with impacts
     choices: dict[str, tuple[float, float]] = field(default_factory=lambda: SHARES)
+    #: largest force without and with impacts by damping [N]
     detailed: tuple[tuple[float, float], ...] = DETAILED
-    impact_force: float = 120e6
-    imbalance: float = 1e-12
+    impact_force: float = 120e6  #: largest impact force of all dampings [N]
+    imbalance: float = 1e-12  #: of action and reaction
+    #: net tension without and with impacts [N]; nan for a weight that is not known
     pulls: tuple[float, float] = (-4e3, -1e3)
-    nodes: int = 5
-    from_modes: bool = False
-    beam: bool = True
-    cylinder: bool = True
+    nodes: int = 5  #: number of nodes of an anchor
+    from_modes: bool = False  #: whether the devices have modes in place of springs and a body
+    beam: bool = True  #: whether they have a beam
+    cylinder: bool = True  #: whether the body is a cylinder
+    #: scalars that differ from `DEVICE_SCALARS`; None for one that does not exist
     scalars: dict[str, float | None] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  #: of the analyses
 
 
 LOAD = ("case", "impact", "device")

@@ -15,9 +15,7 @@ from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.model_figures import (
     device_size,
     drawing_of,
-    elements_figure,
     model_figure,
-    modes_figure,
 )
 from impactfem.stages.device.pictures import Floor, device_pictures
 from impactfem.stages.device.selection import input_variants
@@ -264,16 +262,8 @@ def test_a_rigid_spring(tmp_path):
     drawing = drawing_of(store, "pump")
     assert drawing is not None
     assert drawing.value("base_stiffness", component=drawing.axis) == np.inf
-    model_figure(tmp_path / "model.png", store, "pump")
+    model_figure(tmp_path / "model.png", store, "pump", drawing)
     assert (tmp_path / "model.png").is_file()
-
-
-@pytest.mark.parametrize("make", [elements_figure, modes_figure, model_figure])
-def test_no_drawing_of_a_device_from_modes(tmp_path, make):
-    store = device_store(WantedDevice(from_modes=True))
-    with pytest.raises(ValueError, match="device pump is made of modes"):
-        make(tmp_path / "figure.png", store, "pump")
-    assert not list(tmp_path.iterdir())
 
 
 def test_plan_of_a_floor():

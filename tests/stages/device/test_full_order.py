@@ -14,11 +14,7 @@ from impactfem.building.model import assemble_building
 from impactfem.device.modes import device_modes
 from impactfem.device.mounted import MountedDevice
 from impactfem.reduction.loads import EdgeForce, Loads
-from impactfem.stages.device.full_order import (
-    full_checkpoints,
-    full_system,
-    remove_full_checkpoints,
-)
+from impactfem.stages.device.full_order import full_checkpoints, full_system
 
 from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
 from .full_on_ranks import histories
@@ -105,9 +101,6 @@ def test_goes_on_after_an_interruption(given, alone, tmp_path, caplog):
     assert told == ["device: going on from 0.400 s", "device: going on from 0.200 s"]
     for one, other in zip((*again[0], *again[1]), (*alone[0], *alone[1]), strict=True):
         np.testing.assert_array_equal(one.force, other.force)
-    remove_full_checkpoints(tmp_path)
-    assert not any(place.exists() for place in full_checkpoints(tmp_path))
-    remove_full_checkpoints(tmp_path)
 
 
 @pytest.mark.slow

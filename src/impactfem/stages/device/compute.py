@@ -186,9 +186,37 @@ def run_devices(
         ImpactfemError: A spectrum does not reach a mode of a device.
         SolutionError: A response is not finite.
     """
-    full = None
+    transient, loads, full = transient_of(case), prepared.loads, None
     if _analysis_of(case).solver == "full":
-        full = _full_order(case, prepared, folder, steps, key)
+        substeps = _substeps_of(case)
+        with (
+            steps.step("time steps"),
+            full_system(
+                assemble_building(communicator(), prepared.parts),
+                prepared.parts.mesh,
+                prepared.storey_factor,
+                prepared.base_plates,
+                [MountedDevice(plan.device.name, plan.device) for plan in prepared.plans],
+                loads,
+                eccentricity=transient.eccentricity,
+                damping=prepared.own,
+            ) as system,
+        ):
+            LOGGER.info(
+                "device: %d unknowns in full order, %d steps without and with impacts",
+                system.M.getSize()[0],
+                (len(loads.ground) - 1) * substeps,
+            )
+            full = full_histories(
+                system,
+                loads,
+                prepared.own,
+                substeps,
+                folder,
+                key=key,
+                every=max(1, round(transient.checkpoint_every / loads.time_step * substeps)),
+                progress=lambda part: steps.within("time steps", part),
+            )
     found: list[DeviceStudy] = []  # not sent to the other ranks
 
     def evaluate() -> None:
@@ -199,41 +227,6 @@ def run_devices(
 
     on_root(evaluate)
     return found[0] if found else None
-
-
-def _full_order(
-    case: Case, prepared: Prepared, folder: Path, steps: Steps, key: str
-) -> FullHistories:
-    """The devices with the building's own damping in full order. Collective."""
-    transient, loads, substeps = transient_of(case), prepared.loads, _substeps_of(case)
-    with (
-        steps.step("time steps"),
-        full_system(
-            assemble_building(communicator(), prepared.parts),
-            prepared.parts.mesh,
-            prepared.storey_factor,
-            prepared.base_plates,
-            [MountedDevice(plan.device.name, plan.device) for plan in prepared.plans],
-            loads,
-            eccentricity=transient.eccentricity,
-            damping=prepared.own,
-        ) as system,
-    ):
-        LOGGER.info(
-            "device: %d unknowns in full order, %d steps without and with impacts",
-            system.M.getSize()[0],
-            (len(loads.ground) - 1) * substeps,
-        )
-        return full_histories(
-            system,
-            loads,
-            prepared.own,
-            substeps,
-            folder,
-            key=key,
-            every=max(1, round(transient.checkpoint_every / loads.time_step * substeps)),
-            progress=lambda part: steps.within("time steps", part),
-        )
 
 
 def _study(
@@ -248,17 +241,26 @@ def _study(
     cases = [_damped(analyst, OWN, prepared.own, prepared.loads)]
     full_error = None
     if full is not None:
+        reduced = cases[0].results
         without, with_impacts = (
             [one.with_detailed(known) for one in load]
-            for load, known in zip(cases[0].results, full, strict=True)
+            for load, known in zip(reduced, full, strict=True)
         )
-        exact = replace(cases[0], results=(without, with_impacts))
-        full_error, cases = _largest_error(cases[0], exact), [exact]
+        # The largest relative difference of a peak force, each along the axis of the largest one.
+        full_error = 0.0
+        pairs = zip([*reduced[0], *reduced[1]], [*without, *with_impacts], strict=True)
+        for one, exact in pairs:
+            peak = exact.detailed.largest[:3]
+            axis = int(peak.argmax())
+            if peak[axis] > 0.0:
+                off = abs(float(one.detailed.largest[axis] / peak[axis]) - 1.0)
+                full_error = max(full_error, off)
+        cases = [replace(cases[0], results=(without, with_impacts))]
     steps.within("damping cases", 1.0 / count)
     # The sticks are fitted once: their stiffness does not depend on the damping.
     calibration = calibration_of(case) if case.damping_cases else None
-    for number, one in enumerate(case.damping_cases, 2):
-        cases.append(_damping_case(case, prepared, analyst, one, calibration))
+    for number, damping_case in enumerate(case.damping_cases, 2):
+        cases.append(_damping_case(case, prepared, analyst, damping_case, calibration))
         steps.within("damping cases", number / count)
     if _analysis_of(case).envelope_dampings and case.damping_cases:
         both = zip(
@@ -268,18 +270,6 @@ def _study(
         )
         cases = [replace(one, results=results) for one, results in zip(cases, both, strict=True)]
     return DeviceStudy(case, prepared, model, tuple(cases), full_error)
-
-
-def _largest_error(reduced: DampedStudy, full: DampedStudy) -> float:
-    """Largest relative difference of a peak force, each along the axis of the largest one."""
-    worst = 0.0
-    for loads in zip(reduced.results, full.results, strict=True):
-        for found, known in zip(*loads, strict=True):
-            peak = known.detailed.largest[:3]
-            axis = int(peak.argmax())
-            if peak[axis] > 0.0:
-                worst = max(worst, abs(float(found.detailed.largest[axis] / peak[axis]) - 1.0))
-    return worst
 
 
 def _damping_case(

@@ -1,7 +1,10 @@
 """The figures of the stage `device` in the paper's layout and numbering: forces, spectra, dampings.
 
 Figures of the force of a device on the floor over time (27, 30), of the spectra at its anchor (29)
-and of the damping of the buildings (28) are here.
+and of the damping of the buildings (28) are here, and of the largest forces by damping case: all
+analyses (tables 7 and 9), and by input: the spectra of the anchor as computed, their envelope with
+those of further points or over all dampings, and spectra of a file; several supports are combined
+in several ways.
 """
 
 from __future__ import annotations
@@ -17,13 +20,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from impactfem.plot.curves import Curve, CurveFigure, Panel
-from impactfem.plot.style import BLUE, RED, figure, letter, span
-from impactfem.stages.device.demand_figures import (
-    case_colour,
-    case_dashes,
-    demand_figure,
-    inputs_figure,
-)
+from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter, span
 from impactfem.stages.device.model_figures import (
     drawing_of,
     elements_figure,
@@ -32,7 +29,12 @@ from impactfem.stages.device.model_figures import (
 )
 from impactfem.stages.device.pictures import device_pictures, position_figure
 from impactfem.stages.device.selection import (
+    BROADENED,
+    GUPTA,
+    LINDLEY_YOW,
     LOADS,
+    RIGID_WORDS,
+    ROTATIONS,
     WITH,
     WITHOUT,
     Load,
@@ -43,7 +45,9 @@ from impactfem.stages.device.selection import (
     input_variants,
     loaded,
     modes_of,
+    rigid_variants,
     shown_modes,
+    variant,
 )
 from impactfem.stages.stores import names_of, open_stores
 from impactfem.system.parallel import meanwhile
@@ -54,6 +58,15 @@ WINDOW = (0.05, 0.15)
 """What is shown before and after the largest force [s]."""
 RANGE = (0.5, 500.0)
 """Frequencies of figure 28 [Hz]."""
+CASES = ("#56B4E9", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
+"""Okabe and Ito's colours of the damping cases in their order; the own damping is black."""
+DASHES = ("-", "-", "-.", "-", "--", "--")
+"""Of the damping cases: colours that are equally dark in print have different ones."""
+HATCHES = ("", "", "////", "", "xxxx", "", "....")
+NOT_DONE = " No bar: the spectrum ends before the range that the method needs."
+RIGID_COLOURS = {"none": "0.75", GUPTA: "0.45", LINDLEY_YOW: "#7a4fa3"}
+"""Of the bars of the demands."""
+MARKERS = "os^Dvp*X"
 
 
 def device_figures(folder: Path) -> list[Path]:
@@ -95,18 +108,28 @@ def _of_device(
     store: xr.Dataset, device: str, building: xr.Dataset | None
 ) -> dict[str, Callable[[Path, xr.Dataset, str], None]]:
     """Which figures there are of a device, by the name of the first one's file."""
-    makers: dict[str, Callable[[Path, xr.Dataset, str], None]] = {"device_demand": demand_figure}
+    makers: dict[str, Callable[[Path, xr.Dataset, str], None]] = {"device_demand": _demand_figure}
     if len(input_variants(store, device)) > 1:
-        makers["device_inputs"] = inputs_figure
+        makers["device_inputs"] = _inputs_figure
     if store.sizes["case"] > 1:
         makers["figure_30_shear_force_damping"] = _damping_forces_figure
     if building is not None:
         makers["figure_23_position"] = partial(position_figure, building=building)
-    if drawing_of(store, device) is not None:
-        makers["figure_24_elements"] = elements_figure
-        makers["figure_25_modes"] = modes_figure
-        makers["figure_26_model"] = model_figure
+    if (drawing := drawing_of(store, device)) is not None:
+        makers["figure_24_elements"] = partial(elements_figure, drawn=drawing)
+        makers["figure_25_modes"] = partial(modes_figure, drawn=drawing)
+        makers["figure_26_model"] = partial(model_figure, drawn=drawing)
     return makers
+
+
+def _colour(case: int) -> str:
+    """Colour of a damping case by its number, the same in all figures."""
+    return CASES[(case - 1) % len(CASES)] if case else "black"
+
+
+def _dashes(case: int) -> str:
+    """Dashes of a damping case, the same in all figures."""
+    return DASHES[(case - 1) % len(DASHES)] if case else "--"
 
 
 def _force_figure(store: xr.Dataset, device: str) -> CurveFigure:
@@ -142,8 +165,8 @@ def _looks(store: xr.Dataset) -> dict[str, tuple[str, str, float]]:
     that these are seen below it.
     """
     own, *cases = names_of(store, "case")
-    looks = {case: (case_colour(k), case_dashes(k), 1.2) for k, case in enumerate(cases, 1)}
-    return looks | {own: (case_colour(0), "--" if cases else "-", 0.9 if cases else 1.2)}
+    looks = {case: (_colour(k), _dashes(k), 1.2) for k, case in enumerate(cases, 1)}
+    return looks | {own: (_colour(0), "--" if cases else "-", 0.9 if cases else 1.2)}
 
 
 def _damping_figure(path: Path, store: xr.Dataset) -> Path:
@@ -220,9 +243,9 @@ def _damping_forces_figure(path: Path, store: xr.Dataset, device: str) -> None:
             loads = [Load(store, device, impact, case) for case in behind]
             for load in loads:
                 force, k = 1e-3 * load.history, number[load.case]
-                look: dict[str, Any] = {"color": case_colour(k), "label": load.case}
+                look: dict[str, Any] = {"color": _colour(k), "label": load.case}
                 whole.plot(time, force, lw=0.5, ls="-", **look)
-                near.plot(time, force, lw=0.9, ls=case_dashes(k), **look)
+                near.plot(time, force, lw=0.9, ls=_dashes(k), **look)
             span(whole, time)
             largest = max(loads, key=lambda load: load.detailed).history
             at = float(abs(largest).idxmax("time"))
@@ -234,4 +257,97 @@ def _damping_forces_figure(path: Path, store: xr.Dataset, device: str) -> None:
         handles = dict(zip(*reversed(axes[2].get_legend_handles_labels()), strict=True))
         lines = [handles[case] for case in cases]
         drawn.legend(lines, cases, loc="outside upper center", ncols=len(cases))
+        letter(axes)
+
+
+def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
+    """Tables 7 and 9 as bars: forces and their differences by damping case."""
+    kinds: list[tuple[str, str | None, str]] = [
+        ("detailed", None, "black"),
+        ("RSA", headline(store), BLUE),
+        ("RSA, rotations", variant(store, ROTATIONS), ORANGE),
+        ("RSA, broadened", variant(store, BROADENED), GREEN),
+        ("RSA, rotations, broadened", variant(store, ROTATIONS, BROADENED), RED),
+    ]
+    kinds[2:] = [kind for kind in kinds[2:] if kind[1] is not None]
+    for method, name in rigid_variants(store).items():
+        kinds.append((f"RSA, {RIGID_WORDS[method]}", name, RIGID_COLOURS[method]))
+    axis, cases = direction(store), names_of(store, "case")
+    loads = {impact: [Load(store, device, impact, case) for case in cases] for impact in LOADS}
+    caption = (
+        f"Largest force of {device} on the floor along $e_{axis}$ by the damping of "
+        "the buildings, in the 3D model in detail and by response spectrum analysis (RSA, "
+        f"{headline(store)}): without impact (a) and with impacts (b); difference from the "
+        "detailed force, over it, without impact (c) and with impacts (d), positive where RSA is "
+        "too low."
+    )
+    every = [load for several in loads.values() for load in several]
+    if not all(load.was_done(choice) for _, choice, _ in kinds for load in every):
+        caption += NOT_DONE
+    width = 0.8 / len(kinds)
+    with figure(path, (2, 2), (9.0, 5.8), caption) as (drawn, axes):
+        for forces, differences, impact in zip(axes[:2], axes[2:], LOADS, strict=True):
+            for k, (label, choice, colour) in enumerate(kinds):
+                at = np.arange(len(cases)) + (k - 0.5 * (len(kinds) - 1)) * width
+                # Orange and red, green and red are equally dark in print.
+                look: dict[str, Any] = {
+                    "color": colour,
+                    "hatch": HATCHES[k % len(HATCHES)],
+                    "edgecolor": "white",
+                    "lw": 0.0,
+                }
+                # An analysis that was not done has no bar.
+                found = [load.components(choice).sel(component=axis) for load in loads[impact]]
+                forces.bar(at, 1e-3 * np.array(found), width, label=label, **look)
+                if choice is not None:
+                    off = [100.0 * (load.difference(choice) or 0.0) for load in loads[impact]]
+                    differences.bar(at, off, width, **look)
+            forces.set_ylabel(f"force $F_{axis}$ [kN]")
+            differences.set_ylabel("difference [%]")
+            differences.axhline(0.0, color="black", lw=0.8)
+        for panel in axes:
+            panel.set_xticks(range(len(cases)), cases)
+            panel.grid(visible=False, axis="x")
+            panel.set_axisbelow(True)
+        ends = [panel.get_ylim() for panel in axes[2:]]
+        for panel in axes[2:]:
+            panel.set_ylim(min(low for low, _ in ends), max(high for _, high in ends))
+        handles, labels = axes[0].get_legend_handles_labels()
+        drawn.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 4))
+        letter(axes)
+
+
+def _inputs_figure(path: Path, store: xr.Dataset, device: str) -> None:
+    """Force by response spectrum analysis over the detailed one, by the input of the analysis."""
+    choices = input_variants(store, device)
+    axis = direction(store)
+    caption = (
+        f"Largest force of {device} on the floor along $e_{axis}$ by response spectrum analysis "
+        f"({headline(store)}) over that of the 3D model in detail, by the input of the analysis "
+        "and by the damping of the buildings: without impact (a) and with impacts (b)."
+    )
+    with figure(path, (1, 2), (9.0, 1.5 + 0.34 * len(choices)), caption) as (drawn, axes):
+        for panel, impact in zip(axes, LOADS, strict=True):
+            panel.axvline(1.0, color="black", lw=0.8)
+            for c, case in enumerate(names_of(store, "case")):
+                load = Load(store, device, impact, case)
+                if not load.detailed > 0.0:
+                    continue
+                panel.plot(
+                    [load.by_spectrum(one) / load.detailed for one in choices.values()],
+                    range(len(choices)),
+                    ls="",
+                    marker=MARKERS[c % len(MARKERS)],
+                    color=_colour(c),
+                    markerfacecolor="none" if c == 0 else _colour(c),
+                    ms=8.0 if c == 0 else 5.0,
+                    label=case,
+                )
+            panel.set_yticks(range(len(choices)), list(choices) if impact == WITHOUT else [])
+            panel.set_ylim(len(choices) - 0.5, -0.5)
+            panel.set_xlim(left=0.0, right=1.08 * max(panel.get_xlim()[1], 1.0))
+            panel.set_xlabel(f"force $F_{axis}$ over the detailed one [-]")
+        handles, labels = axes[1].get_legend_handles_labels()
+        if handles:
+            drawn.legend(handles, labels, loc="outside upper center", ncols=len(labels))
         letter(axes)

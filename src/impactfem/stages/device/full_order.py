@@ -31,7 +31,7 @@ from impactfem.building.mesh import DOFS, BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.coupling.links import Attached, side_by_side
 from impactfem.device.mounted import MountedDevice, MountedHistory, mounted_histories
-from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints, resumable_march
+from impactfem.dynamics.checkpoints import Checkpoints, resumable_march
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.factorisation import Held
 from impactfem.dynamics.history import QUANTITIES
@@ -75,10 +75,10 @@ def full_system(
     eccentricity: float,
     damping: Rayleigh,
 ) -> FullSystem:
-    """Put devices into a building. Collective.
+    """Put devices into a building, whose matrices are gone afterwards. Collective.
 
     Args:
-        building: The building; its matrices are gone afterwards.
+        building: The building.
         mesh: Its mesh.
         storey_factor: Factor on walls and columns.
         base_plates: Of all anchors, device by device.
@@ -171,12 +171,6 @@ def full_checkpoints(folder: Path) -> tuple[Path, ...]:
     return tuple(folder / f"device_checkpoints_{name}" for name in RUNS)
 
 
-def remove_full_checkpoints(folder: Path) -> None:
-    """Remove the checkpoints of both runs. Not collective."""
-    for place in full_checkpoints(folder):
-        remove_checkpoints(place)
-
-
 def full_histories(
     system: FullSystem,
     loads: Loads,
@@ -190,18 +184,10 @@ def full_histories(
 ) -> FullHistories:
     """March the building with its devices without and with the impacts. Collective.
 
-    By the average acceleration rule, as the reduced model, with loads that are straight between
-    their samples. A run that was interrupted goes on from its last checkpoint.
-
-    Args:
-        system: Building and devices.
-        loads: The loads.
-        damping: α [1/s] and β [s] of the building.
-        substeps: Steps in one of the loads.
-        folder: The run's folder, for the checkpoints.
-        key: Hash of what the runs depend on.
-        every: Most steps between two checkpoints.
-        progress: Called with the part of the work that is done.
+    By the average acceleration rule, as the reduced model, in `substeps` steps a load, with loads
+    that are straight between their samples. A run that was interrupted goes on from its last
+    checkpoint in the run's folder, `every` steps at most before; `key` is the hash of what it
+    depends on, and `progress` is called with the part of the work that is done.
 
     Raises:
         SolutionError: A response is not finite, the energies do not balance, or action and

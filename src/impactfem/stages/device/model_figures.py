@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
@@ -25,20 +24,7 @@ UNKNOWN = 0.25
 
 
 class Drawing:
-    """A device on springs, seen across a horizontal direction; nan for what it has not.
-
-    Attributes:
-        axis: The direction, "x" or "y".
-        about: The other one.
-        height: Of the mass centre above the anchor [m].
-        radius: Of a body that is a cylinder [m].
-        length: The same.
-        beam: Length of the beam [m].
-        top: Height of the device [m].
-        levels: Heights of the points of the shapes, the mass centre last, shape (n,) [m].
-        shift: Displacement of each mode along the direction, shape (n_modes, n) [1/√kg].
-        slope: Its derivative along the height by the rotation, shape (n_modes, n) [1/(m √kg)].
-    """
+    """A device on springs, seen across a horizontal direction; nan for what it has not."""
 
     def __init__(self, store: xr.Dataset, device: str) -> None:
         one = store.drop_dims(["case", "impact"]).sel(device=device)
@@ -46,16 +32,19 @@ class Drawing:
             mode=np.isfinite(one["mode_frequency"].values),
             level=np.isfinite(one["level_height"].values),
         )
-        # Across a vertical direction, either horizontal one will do.
+        # The direction and the other one; across a vertical one, either horizontal one will do.
         self.axis = direction(store) if direction(store) in "xy" else "y"
         self.about = {"x": "y", "y": "x"}[self.axis]
+        # Of the mass centre above the anchor, of a cylindrical body, of the beam, in all [m].
         self.height, self.radius = self.value("body_height"), self.value("body_radius")
         self.length, self.beam = self.value("body_length"), self.value("beam_length")
         self.top = float(np.nanmax([self.length, self.height, self.beam]))
+        # Heights of the points of the shapes, the mass centre last [m].
         self.levels: Array = self.one["level_height"].values
         shape = self.one["mode_shape"].transpose("component", "mode", "level")
+        # Displacement of each mode along the direction, shape (n_modes, n) [1/√kg], and its
+        # derivative along the height by the rotation; u = θ × r: du_x/dz = θ_y, du_y/dz = -θ_x.
         self.shift: Array = shape.sel(component=self.axis).values
-        # u = θ × r: du_x/dz = θ_y, du_y/dz = -θ_x.
         sense = 1.0 if self.axis == "x" else -1.0
         self.slope: Array = sense * shape.sel(component=f"r{self.about}").values
 
@@ -99,16 +88,8 @@ def device_size(store: xr.Dataset, device: str) -> tuple[float, float]:
     return (UNKNOWN * drawn.top if math.isnan(drawn.radius) else drawn.radius), drawn.top
 
 
-def _drawing(store: xr.Dataset, device: str) -> Drawing:
-    drawn = drawing_of(store, device)
-    if drawn is None:
-        raise ValueError(f"device {device} is made of modes")
-    return drawn
-
-
-def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
+def modes_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> None:
     """Figure 25: the modes that move along the shown direction."""
-    drawn = _drawing(store, device)
     axis = drawn.axis
     modes = shown_modes(store, device, axis)
     mass = modes["effective_mass"].sel(component=axis)
@@ -119,27 +100,38 @@ def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
         f"along $e_{axis}$ and the parts of their sum, {whole:.5g} kg. Dashed: at rest."
     )
     modes = modes.isel(mode=slice(SHOWN))
-    count = modes.sizes["mode"]
+    count, outline, top = modes.sizes["mode"], drawn.outline, drawn.top
+    arm = outline - np.array([0.0, drawn.height])
+    # So wide that the width of the panel, not its height, gives the scale.
+    reach = max(float(np.abs(outline[:, 0]).max()) + 1.35 * AMPLITUDE * top, 0.95 * top)
     with figure(path, (1, count), (max(2.9 * count, 4.0), 3.5), caption) as (_, axes):
         for panel, k in zip(axes, modes["mode"], strict=True):
-            _mode(panel, drawn, int(k) - 1)
+            shift, slope = drawn.shift[int(k) - 1], drawn.slope[int(k) - 1]
+            # The body turns about its mass centre, the last level.
+            moved = np.column_stack([shift[-1] + slope[-1] * arm[:, 1], -slope[-1] * arm[:, 0]])
+            largest = float(max(np.abs(moved[:, 0]).max(), np.abs(shift).max()))
+            factor = math.copysign(AMPLITUDE * top / largest, shift[-1])
+            x = factor * shift
+            for at_rest in (outline, np.array([[0.0, 0.0], [0.0, drawn.height]])):
+                panel.plot(at_rest[:, 0], at_rest[:, 1], color=GREY, ls="--", lw=0.8)
+            panel.plot(*(outline + factor * moved).T, color=RED, lw=1.0, label="body")
+            panel.plot(x, drawn.levels, color=BLUE, lw=2.0, label=drawn.carrier)
+            panel.plot(x[0], 0.0, "s", color=ORANGE, ms=5, label="base")
+            panel.plot(x[-1], drawn.height, "o", color="black", ms=4, label="mass centre")
+            panel.axhline(0.0, color="black", lw=1.5)
+            panel.set(xlim=(-reach, reach), ylim=(-0.75 * top, 1.5 * top), aspect="equal")
+            panel.set_xlabel(f"{drawn.axis} [m]")
+            panel.grid(False)
             f, m = float(modes["mode_frequency"].sel(mode=k)), float(mass.sel(mode=k))
-            panel.text(
-                0.03,
-                0.98,
-                f"f = {f:.2f} Hz\n{m:.5g} kg, {100.0 * m / whole:.3g} %",
-                transform=panel.transAxes,
-                va="top",
-                fontsize=8.0,
-            )
+            words = f"f = {f:.2f} Hz\n{m:.5g} kg, {100.0 * m / whole:.3g} %"
+            panel.text(0.03, 0.98, words, transform=panel.transAxes, va="top", fontsize=8.0)
         axes[0].set_ylabel("height [m]")
         axes[0].legend(loc="lower left", fontsize=7.0)
         letter(axes)
 
 
-def elements_figure(path: Path, store: xr.Dataset, device: str) -> None:
+def elements_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> None:
     """Figure 24: the elements of the device to scale, in the colours of the paper's."""
-    drawn = _drawing(store, device)
     _, floor, nodes = anchor_of(store, device)
     caption = (
         f"Figure 24: Elements of {device}, in elevation in the plane "
@@ -173,12 +165,11 @@ def elements_figure(path: Path, store: xr.Dataset, device: str) -> None:
         drawing.legend(loc="outside upper center", ncols=3)
 
 
-def model_figure(path: Path, store: xr.Dataset, device: str) -> None:
+def model_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> None:
     """Figure 26: the mechanical model of the device, with its values and modes.
 
     Mass, beam, spring along and spring about; lengths mean nothing.
     """
-    drawn = _drawing(store, device)
     axis, about = drawn.axis, drawn.about
     caption = (
         f"Figure 26: Mechanical model of {device} in the plane $(e_{axis}, e_z)$, "
@@ -235,30 +226,6 @@ def model_figure(path: Path, store: xr.Dataset, device: str) -> None:
             panel.text(end[0] + 0.06, end[1], name, va="center")
         panel.set(xlim=(-1.8, 2.2), ylim=(-1.0 - 0.21 * len(lines), 2.0))
         panel.set_axis_off()
-
-
-def _mode(panel: Axes, drawn: Drawing, mode: int) -> None:
-    outline, top = drawn.outline, drawn.top
-    shift, slope = drawn.shift[mode], drawn.slope[mode]
-    # The body turns about its mass centre, the last level.
-    arm = outline - np.array([0.0, drawn.height])
-    moved = np.column_stack([shift[-1] + slope[-1] * arm[:, 1], -slope[-1] * arm[:, 0]])
-    largest = float(max(np.abs(moved[:, 0]).max(), np.abs(shift).max()))
-    factor = math.copysign(AMPLITUDE * top / largest, shift[-1])
-    x = factor * shift
-    for at_rest in (outline, np.array([[0.0, 0.0], [0.0, drawn.height]])):
-        panel.plot(at_rest[:, 0], at_rest[:, 1], color=GREY, ls="--", lw=0.8)
-    panel.plot(*(outline + factor * moved).T, color=RED, lw=1.0, label="body")
-    panel.plot(x, drawn.levels, color=BLUE, lw=2.0, label=drawn.carrier)
-    panel.plot(x[0], 0.0, "s", color=ORANGE, ms=5, label="base")
-    panel.plot(x[-1], drawn.height, "o", color="black", ms=4, label="mass centre")
-    half = float(np.abs(outline[:, 0]).max())
-    # So wide that the width of the panel, not its height, gives the scale.
-    reach = max(half + 1.35 * AMPLITUDE * top, 0.95 * top)
-    panel.axhline(0.0, color="black", lw=1.5)
-    panel.set(xlim=(-reach, reach), ylim=(-0.75 * top, 1.5 * top), aspect="equal")
-    panel.set_xlabel(f"{drawn.axis} [m]")
-    panel.grid(False)
 
 
 def _power(value: float, unit: str) -> str:

@@ -32,7 +32,7 @@ from impactfem.plot.scene import (
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.stages.device.model_figures import device_size
 from impactfem.stages.device.selection import anchor_of, file_stem
-from impactfem.stages.stores import names_of, open_store
+from impactfem.stages.stores import names_of, open_stores
 from impactfem.system.own_process import in_own_process
 
 Array = NDArray[np.float64]
@@ -169,11 +169,8 @@ def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dat
 
 def _lines(panel: Axes, lines: Array, colour: str, width: float, label: str) -> None:
     if len(lines):
-        panel.add_collection(
-            LineCollection(
-                list(lines), colors=colour, linewidths=width, label=label, capstyle="round"
-            )
-        )
+        look: dict[str, Any] = {"colors": colour, "linewidths": width, "capstyle": "round"}
+        panel.add_collection(LineCollection(list(lines), label=label, **look))
 
 
 def device_pictures(folder: Path) -> list[Path]:
@@ -189,47 +186,41 @@ def device_pictures(folder: Path) -> list[Path]:
 
 
 def _draw(folder: Path) -> list[Path]:
-    """Draw what `device_pictures` gives, in this process."""
+    """The building with each device (a), and the device on a piece of its floor (b)."""
     target = folder / "figures"
     target.mkdir(exist_ok=True)
     drawn = []
-    with (
-        open_store(folder / "building.nc") as building,
-        open_store(folder / "device.nc") as store,
-    ):
+    with open_stores(folder) as opened:
+        building, store = opened("building.nc"), opened("device.nc")
+        nodes = building["node_position"].values
         for device in names_of(store, "device"):
+            point, number, count = anchor_of(store, device)
+            caption = (
+                f"Figure 23: Position of {device} in the 3D model of building "
+                f"{store.attrs['building']} (a), and its connection by rigid links to {count} "
+                f"node{'s' * (count > 1)} of floor {number} (b)."
+            )
+            legend = [
+                ("slab", GHOST, "face"),
+                ("beams", ORANGE, "line"),
+                ("rigid links", GREEN, "line"),
+                ("nodes", BLUE, "ball"),
+                (device, RED, "face"),
+            ]
+            scene = plotter()
+            add_ghost(scene, building)
+            ball = balls(point[None], 0.015 * float(np.ptp(nodes, axis=0).max()))
+            scene.add_mesh(ball, color=RED)
+            whole = render(scene, nodes, impact_view(building))
+            near = _near(Floor(building, number), point, count, *device_size(store, device))
             drawn.append(target / f"{file_stem(store, 'figure_23_model', device)}.png")
-            _model(drawn[-1], building, store, device)
+            with figure(drawn[-1], (1, 2), (9.0, 4.0), caption) as (sheet, axes):
+                show(axes[0], whole)
+                note(axes[0], whole, point, device)
+                show(axes[1], near)
+                sheet.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
+                letter(axes)
     return drawn
-
-
-def _model(path: Path, building: xr.Dataset, store: xr.Dataset, device: str) -> None:
-    """The building with the device (a), and the device on a piece of its floor (b)."""
-    point, number, count = anchor_of(store, device)
-    caption = (
-        f"Figure 23: Position of {device} in the 3D model of building {store.attrs['building']} "
-        f"(a), and its connection by rigid links to {count} node{'s' * (count > 1)} of floor "
-        f"{number} (b)."
-    )
-    legend = [
-        ("slab", GHOST, "face"),
-        ("beams", ORANGE, "line"),
-        ("rigid links", GREEN, "line"),
-        ("nodes", BLUE, "ball"),
-        (device, RED, "face"),
-    ]
-    scene = plotter()
-    add_ghost(scene, building)
-    nodes = building["node_position"].values
-    scene.add_mesh(balls(point[None], 0.015 * float(np.ptp(nodes, axis=0).max())), color=RED)
-    whole = render(scene, nodes, impact_view(building))
-    near = _near(Floor(building, number), point, count, *device_size(store, device))
-    with figure(path, (1, 2), (9.0, 4.0), caption) as (drawn, axes):
-        show(axes[0], whole)
-        note(axes[0], whole, point, device)
-        show(axes[1], near)
-        drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
-        letter(axes)
 
 
 def _near(floor: Floor, point: Array, count: int, radius: float, height: float) -> Picture:

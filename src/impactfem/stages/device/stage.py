@@ -28,9 +28,10 @@ from impactfem.system.parallel import on_root
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
+    from impactfem.dynamics.checkpoints import remove_checkpoints
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.device.compute import prepare, run_devices
-    from impactfem.stages.device.full_order import remove_full_checkpoints
+    from impactfem.stages.device.full_order import full_checkpoints
     from impactfem.stages.device.store import write_devices
     from impactfem.stages.reduce.compute import reduced_on_root
 
@@ -58,7 +59,8 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         with steps.step("stores"):
             write_devices(folder / "device.nc", study, key)
         # Last of all: until here a failure costs no time steps.
-        remove_full_checkpoints(folder)
+        for place in full_checkpoints(folder):
+            remove_checkpoints(place)
         return [folder / "device.nc"]
 
     return on_root(write)

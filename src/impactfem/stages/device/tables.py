@@ -68,10 +68,6 @@ def _percent(value: float | None) -> float | None:
     return None if value is None else 100.0 * value
 
 
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _analyses_shown(store: xr.Dataset) -> list[tuple[str, str | None]]:
     """The detailed analysis, and the headline with rotations and other rigid parts: what they are.
 
@@ -276,7 +272,10 @@ def _anchors(store: xr.Dataset) -> Table:
         (
             *(load.device, load.case, load.impact, label),
             *load.components(choice).values.tolist(),
-            *map(_known, (load.weight, load.uplift(choice), load.tension(choice))),
+            *(
+                value if math.isfinite(value) else None
+                for value in (load.weight, load.uplift(choice), load.tension(choice))
+            ),
         )
         for load in loads_of(store)
         for label, choice in _analyses_shown(store)

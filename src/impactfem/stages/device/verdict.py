@@ -91,41 +91,41 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
     The rigid part of the modes and the rotations of the floor, each alone; and whether the modes
     follow the floor, so that their forces add with their signs and not by their squares.
     """
-    loads = {words: Load(store, device, impact, case) for impact, words in LOADS.items()}
-    return [f"{words}: {_made_of(one)}" for words, one in loads.items() if one.detailed > 0.0]
-
-
-def _made_of(load: Load) -> str:
-    detailed, own = load.detailed, load.by_spectrum()
-    lacking = detailed - own
-    if lacking <= SAME * detailed:
-        return f"{_amount(1.0 - own / detailed)}, nothing is lacking"
-    further = {
-        f"rigid part of the modes ({RIGID[method]})": choice
-        for method, choice in rigid_variants(load.store).items()
-        if method in RIGID and load.was_done(choice)
-    }
-    if (turned := variant(load.store, ROTATIONS)) is not None:
-        further[TURNED] = turned
-    shares = {what: (load.by_spectrum(choice) - own) / lacking for what, choice in further.items()}
-    parts = [_amount(lacking / detailed)]
-    if shares:
-        # Two digits below ten per cent, whole numbers above.
-        percent = (
-            f"{what} {100.0 * share:{'.2g' if abs(share) < 0.1 else '.0f'}} %"
-            for what, share in shares.items()
-        )
-        parts.append(f"of that {', '.join(percent)}")
-    parts += _following(load)
-    most = max(shares, key=lambda what: shares[what], default=None)
-    if most is None:
-        return "; ".join(parts)
-    if shares[most] > MOST:
-        parts.append(f"so most of it comes from {TURNED if most == TURNED else SQUARED}")
-    else:
-        left = min(1.0, 1.0 - shares[most]) * lacking / detailed
-        parts.append(f"none of these explains it: {100.0 * left:.1f} % of the force is left")
-    return "; ".join(parts)
+    lines = []
+    for impact, words in LOADS.items():
+        load = Load(store, device, impact, case)
+        detailed, own = load.detailed, load.by_spectrum()
+        if not detailed > 0.0:
+            continue
+        lacking = detailed - own
+        if lacking <= SAME * detailed:
+            lines.append(f"{words}: {_amount(1.0 - own / detailed)}, nothing is lacking")
+            continue
+        further = {
+            f"rigid part of the modes ({RIGID[method]})": choice
+            for method, choice in rigid_variants(store).items()
+            if method in RIGID and load.was_done(choice)
+        }
+        if (turned := variant(store, ROTATIONS)) is not None:
+            further[TURNED] = turned
+        shares = {what: (load.by_spectrum(name) - own) / lacking for what, name in further.items()}
+        parts = [f"{words}: {_amount(lacking / detailed)}"]
+        if shares:
+            # Two digits below ten per cent, whole numbers above.
+            percent = (
+                f"{what} {100.0 * share:{'.2g' if abs(share) < 0.1 else '.0f'}} %"
+                for what, share in shares.items()
+            )
+            parts.append(f"of that {', '.join(percent)}")
+        parts += _following(load)
+        most = max(shares, key=lambda what: shares[what], default="")
+        if most and shares[most] > MOST:
+            parts.append(f"so most of it comes from {TURNED if most == TURNED else SQUARED}")
+        elif most:
+            left = min(1.0, 1.0 - shares[most]) * lacking / detailed
+            parts.append(f"none of these explains it: {100.0 * left:.1f} % of the force is left")
+        lines.append("; ".join(parts))
+    return lines
 
 
 def _following(load: Load) -> list[str]:
