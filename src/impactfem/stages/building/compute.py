@@ -79,23 +79,45 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
         InputError: The mesh is not usable.
         SolutionError: The structure is a mechanism, or no factor gives the frequency.
     """
-    structure = _structure(case)
+    structure, path = _structure(case), mesh_of_run(case, folder)
+
+    def read() -> tuple[BuildingParts, FloorMasses, MeshReport]:
+        if path == folder / MESH:
+            generate(geometry_of(case), path, source=str(case.path))
+        return read_parts(case, path)
+
     with step("mesh"):
-        parts, masses, report = on_root(lambda: _parts(case, folder))
+        parts, masses, report = on_root(read)
         LOGGER.debug("\n%s", report)
         for text in report.warnings:
             LOGGER.warning("warning: mesh: %s", text)
     with step("matrices"):
         model = assemble_building(comm, parts)
         _log_memory(comm, f"{model.n_free} free degrees of freedom, {comm.size} ranks")
+    mesh = parts.mesh
     with step("modes"):
         try:
             factor, result = _modes(model, structure)
         except SingularMatrixError as error:
-            raise _mechanism(parts, model, error) from error
+            # Which part of a mechanism moves.
+            node = model.node_of(error.row)
+            shells = mesh.triangle_part[(mesh.triangles == node).any(axis=1)]
+            beams = mesh.line_part[(mesh.lines == node).any(axis=1)]
+            groups = {mesh.shell_parts[k].group for k in shells}
+            groups |= {mesh.beam_parts[k].group for k in beams}
+            raise SolutionError(
+                f"the structure is a mechanism: its node at {place(mesh.nodes[node])} in "
+                f"{', '.join(sorted(groups))} moves most without any force ({error})"
+            ) from error
         _log_memory(comm, f"{structure.modes} modes")
-    base = parts.mesh.nodes[parts.mesh.base]
+    base = mesh.nodes[mesh.base]
     ground, total = model.about(0.5 * (base.min(axis=0) + base.max(axis=0)))
+    # Displacements of all nodes on rank 0.
+    local = result.shapes.reshape(len(model.nodes), 6, -1)[:, :3].astype(np.float32)
+    gathered = comm.gather((model.nodes, local), root=0) or []
+    shapes = np.zeros((local.shape[2], model.n_nodes if gathered else 0, 3), dtype=np.float32)
+    for nodes, part in gathered:
+        shapes[:, nodes] = part.transpose(2, 0, 1)
     return BuildingStudy(
         structure=structure,
         parts=parts,
@@ -103,7 +125,7 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
         report=report,
         factor=factor,
         frequency=result.frequency,
-        shapes=_gathered(model, result.shapes),
+        shapes=shapes,
         participation=comm.allreduce(result.shapes.T @ ground),
         total=np.diag(total).copy(),
         residual=result.residual,
@@ -131,19 +153,6 @@ def _modes(model: BuildingModel, structure: Structure) -> tuple[float, Modes]:
     return factor, result
 
 
-def _mechanism(parts: BuildingParts, model: BuildingModel, error: SingularMatrixError) -> Exception:
-    """Say which part of a mechanism moves. Collective."""
-    mesh = parts.mesh
-    node = model.node_of(error.row)
-    shells = mesh.triangle_part[(mesh.triangles == node).any(axis=1)]
-    beams = mesh.line_part[(mesh.lines == node).any(axis=1)]
-    groups = {mesh.shell_parts[k].group for k in shells} | {mesh.beam_parts[k].group for k in beams}
-    return SolutionError(
-        f"the structure is a mechanism: its node at {place(mesh.nodes[node])} in "
-        f"{', '.join(sorted(groups))} moves most without any force ({error})"
-    )
-
-
 def _structure(case: Case) -> Structure:
     if case.structure is None:
         raise ValueError("the case has no structure")
@@ -154,27 +163,6 @@ def mesh_of_run(case: Case, folder: Path) -> Path:
     """The mesh file of a run: the user's own, or the one generated into its folder."""
     mesh = _structure(case).mesh
     return mesh.file if isinstance(mesh, FileMesh) else folder / MESH
-
-
-def _parts(case: Case, folder: Path) -> tuple[BuildingParts, FloorMasses, MeshReport]:
-    """What is assembled, from the user's mesh or the one that is generated here."""
-    path = mesh_of_run(case, folder)
-    if path == folder / MESH:
-        generate(geometry_of(case), path, source=str(case.path))
-    return read_parts(case, path)
-
-
-def _gathered(model: BuildingModel, shapes: Array) -> NDArray[np.float32]:
-    """Displacements of all nodes on rank 0, shape (n_modes, n_nodes, 3). Collective."""
-    n_modes = shapes.shape[1]
-    local = shapes.reshape(len(model.nodes), 6, n_modes)[:, :3]
-    gathered = model.comm.gather((model.nodes, local.astype(np.float32)), root=0)
-    if gathered is None:
-        return np.zeros((n_modes, 0, 3), dtype=np.float32)
-    everywhere = np.zeros((n_modes, model.n_nodes, 3), dtype=np.float32)
-    for nodes, part in gathered:
-        everywhere[:, nodes] = part.transpose(2, 0, 1)
-    return everywhere
 
 
 def _log_memory(comm: Any, what: str) -> None:

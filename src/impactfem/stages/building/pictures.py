@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -71,15 +72,16 @@ def open_side(store: xr.Dataset) -> Side | None:
 def side_panel(panel: Axes, side: Side) -> None:
     """Draw a side to scale."""
     label, colour = FAMILIES["storey"]
-    panel.add_collection(
-        PolyCollection(
-            list(side.walls), facecolors=colour, edgecolors="0.35", linewidths=0.25, label=label
-        )
-    )
+    look: dict[str, Any] = {
+        "facecolors": colour,
+        "edgecolors": "0.35",
+        "linewidths": 0.25,
+        "label": label,
+    }
+    panel.add_collection(PolyCollection(list(side.walls), **look))
     if len(side.lines):
-        panel.add_collection(
-            LineCollection(list(side.lines), colors=FAMILIES["column"][1], linewidths=1.5)
-        )
+        look = {"colors": FAMILIES["column"][1], "linewidths": 1.5}
+        panel.add_collection(LineCollection(list(side.lines), **look))
     corners = np.concatenate([side.walls.reshape(-1, 2), side.lines.reshape(-1, 2)])
     low, high = corners.min(axis=0), corners.max(axis=0)
     beyond = 0.03 * float((high - low).max())
@@ -141,11 +143,11 @@ def _draw(folder: Path) -> list[Path]:
 def _mesh(store: xr.Dataset, path: Path) -> Path:
     """Figure 1: the mesh from outside, what stands inside, and the side with most openings."""
     side = open_side(store)
-    outside, legend = _outside(store)
+    outside, legend = _drawn(store, outside=True)
     pictures = [outside]
     parts = ["3D mesh (a)"]
     if store.sizes.get("line", 0):
-        inside, lines = _inside(store)
+        inside, lines = _drawn(store, outside=False)
         pictures.append(inside)
         legend += lines
         parts.append("beams and columns inside the outline of the shells (b)")
@@ -175,10 +177,11 @@ def _mesh(store: xr.Dataset, path: Path) -> Path:
     return path
 
 
-def _outside(store: xr.Dataset) -> tuple[Picture, list[tuple[str, str, str]]]:
+def _drawn(store: xr.Dataset, outside: bool) -> tuple[Picture, list[tuple[str, str, str]]]:
+    """The building and what its colours mean: its shells, or what is inside their outline."""
     scene = plotter()
     legend = []
-    for family in ("floor", "storey"):
+    for family in ("floor", "storey") if outside else ():
         label, colour = FAMILIES[family]
         flat = surface(shell_grid(store, family))
         if flat.n_cells:
@@ -187,25 +190,16 @@ def _outside(store: xr.Dataset) -> tuple[Picture, list[tuple[str, str, str]]]:
             scene.add_mesh(edges, color=OUTLINE, line_width=1.5, lighting=False)
             scene.add_mesh(corners(flat), color="black", line_width=2.0)
             legend.append((label, colour, "face"))
-    for family, width in LINES.items():
-        lines = beam_grid(store, family)
-        if lines.n_cells:
-            scene.add_mesh(lines, color=FAMILIES[family][1], line_width=width)
-    return render(scene, store["node_position"].values), legend
-
-
-def _inside(store: xr.Dataset) -> tuple[Picture, list[tuple[str, str, str]]]:
-    scene = plotter()
-    legend = []
     shells = surface(shell_grid(store))
-    if shells.n_cells:
+    if shells.n_cells and not outside:
         scene.add_mesh(corners(shells), color="#9a9a9a", line_width=1.2)
     for family, width in LINES.items():
         label, colour = FAMILIES[family]
         lines = beam_grid(store, family)
         if lines.n_cells:
-            scene.add_mesh(lines, color=colour, line_width=width, render_lines_as_tubes=True)
-            legend.append((label, colour, "line"))
+            look = {} if outside else {"render_lines_as_tubes": True}
+            scene.add_mesh(lines, color=colour, line_width=width, **look)
+            legend += [] if outside else [(label, colour, "line")]
     return render(scene, store["node_position"].values), legend
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.case.members import Bay
-from impactfem.plot.table import Table, columns_of, write_tables
+from impactfem.plot.table import Table, columns_of, heads, write_tables
 from impactfem.stages.stores import open_store
 
 
@@ -24,23 +24,15 @@ def building_tables(
     with open_store(folder / "building.nc") as store:
         tables = [_bending(store, published), _modes(store), _floors(store, published)]
     if bays:
-        tables.append(_bays(bays))
-    return write_tables(folder, tables)
-
-
-def _bays(bays: Sequence[Bay]) -> Table:
-    """Table 1 of the paper: each size of opening, and how often it occurs."""
-    counts = Counter((bay.bay, bay.storey, bay.width, bay.height) for bay in bays)
-    columns = (("bay", ""), ("storey", ""), ("width", "cm"), ("height", "cm"), ("area", "m2"))
-    return Table(
-        "building_bays",
-        "Openings in the walls",
-        (*columns, ("number", "-")),
-        tuple(
+        # Table 1 of the paper: each size of opening, and how often it occurs.
+        counts = Counter((bay.bay, bay.storey, bay.width, bay.height) for bay in bays)
+        rows = tuple(
             (name, storey, 100.0 * width, 100.0 * height, width * height, number)
             for (name, storey, width, height), number in counts.items()
-        ),
-    )
+        )
+        columns = heads("bay; storey; width [cm]; height [cm]; area [m2]; number [-]")
+        tables.append(Table("building_bays", "Openings in the walls", columns, rows))
+    return write_tables(folder, tables)
 
 
 def _bending(store: xr.Dataset, published: Mapping[str, float]) -> Table:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.case import Case
-from impactfem.case.calibration import Target
 from impactfem.stages.stores import open_store
 from impactfem.system.errors import SolutionError
 
@@ -44,29 +42,23 @@ def with_structure_targets(case: Case, folder: Path) -> Case:
     calibration = case.calibration
     if calibration is None or case.structure is None or not calibration.from_structure:
         return case
-    targets = calibration.targets
+    targets, direction = list(calibration.targets), calibration.direction
     for view in case.whole.views:
         with open_store(view.folder(case.run_folder(folder)) / "building.nc") as store:
-            name = str(store.attrs["building"])
-            targets = tuple(
-                _measured(one, store, calibration.direction) if one.building == name else one
-                for one in targets
-            )
-    fitted = calibration.model_copy(update={"targets": targets})
+            name, frequency = str(store.attrs["building"]), store["frequency"].values
+            masses = store["effective_mass"].sel(direction=direction).values
+            modes = bending_modes(masses, float(store["total_mass"].sel(direction=direction)))
+        for k, target in enumerate(targets):
+            if target.building != name:
+                continue
+            if target.mode > len(modes):
+                raise SolutionError(
+                    f"mode {target.mode} of {name} is a target, and the {len(frequency)} modes of "
+                    f"the 3D model hold {len(modes)} that bend along {direction}; request more "
+                    "modes in [buildings.structure]"
+                )
+            mode = modes[target.mode - 1]
+            found = {"frequency": float(frequency[mode]), "effective_mass": float(masses[mode])}
+            targets[k] = target.model_copy(update=found)
+    fitted = calibration.model_copy(update={"targets": tuple(targets)})
     return case.model_copy(update={"calibration": fitted})
-
-
-def _measured(target: Target, store: xr.Dataset, direction: str) -> Target:
-    """The target with frequency and mass of its mode of the 3D model."""
-    masses = store["effective_mass"].sel(direction=direction).values
-    modes = bending_modes(masses, float(store["total_mass"].sel(direction=direction)))
-    frequency = store["frequency"].values
-    if target.mode > len(modes):
-        raise SolutionError(
-            f"mode {target.mode} of {target.building} is a target, and the {len(frequency)} "
-            f"modes of the 3D model hold {len(modes)} that bend along {direction}; "
-            "request more modes in [buildings.structure]"
-        )
-    mode = modes[target.mode - 1]
-    measures = {"frequency": float(frequency[mode]), "effective_mass": float(masses[mode])}
-    return target.model_copy(update=measures)
