@@ -1,16 +1,24 @@
 """Manifests of stages: what is read back, what is none, and what another run has finished."""
 
 import json
+import platform
+import sys
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from impactfem import __version__
+from impactfem.stages import manifest
 from impactfem.stages.manifest import (
+    PACKAGES,
     changed_file,
     file_digest,
     is_finished,
     manifest_file,
     mark_finished,
+    provenance,
     read_manifest,
     take_over,
 )
@@ -25,8 +33,8 @@ def written(folder: Path, **changes: object) -> Path:
 
 
 def test_read_back(tmp_path: Path) -> None:
-    manifest = read_manifest(written(tmp_path), "roof")
-    assert manifest.inputs == "key" and manifest.seconds == {"roof: laid": 1.0}
+    found = read_manifest(written(tmp_path), "roof")
+    assert found.inputs == "key" and found.seconds == {"roof: laid": 1.0}
 
 
 @pytest.mark.parametrize(
@@ -104,3 +112,22 @@ def test_a_file_that_cannot_be_written(other: Path, tmp_path: Path) -> None:
     (tmp_path / "mine" / "roof.nc" / "file").touch()
     with pytest.raises(ImpactfemError, match=r"cannot write .*roof\.nc"):
         take_over(tmp_path / "mine", [other], "roof", "key")
+
+
+def test_versions_and_facts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["/usr/bin/impactfem", "run", "a b.toml"])
+    found = provenance(case="a.toml", seeds={"motions[0].seed": 1})
+    assert found["impactfem"] == __version__ and found["packages"]["numpy"] == np.__version__
+    assert set(found["packages"]) == set(PACKAGES)
+    assert found["python"] == platform.python_version()
+    assert found["command"] == ["impactfem", "run", "a b.toml"]
+    assert found["case"] == "a.toml" and found["seeds"] == {"motions[0].seed": 1}
+    assert platform.node() not in str(found)
+
+
+def test_a_package_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def absent(name: str) -> None:
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr(manifest, "version", absent)
+    assert set(provenance()["packages"].values()) == {"unknown"}

@@ -13,8 +13,13 @@ from typing import Any
 import xarray as xr
 from pydantic import ValidationError
 
-from impactfem.stages.manifest import Manifest, changed_file, manifest_file, read_manifest
-from impactfem.stages.provenance import Provenance
+from impactfem.stages.manifest import (
+    Manifest,
+    Provenance,
+    changed_file,
+    manifest_file,
+    read_manifest,
+)
 from impactfem.stages.stores import open_store
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import LOGGER
@@ -56,7 +61,8 @@ class RunFiles:
             self._refuse_changed(manifest.every)
         # In a folder of the run are the stages of a further building with a 3D model, or all those
         # of another run.
-        further = [one for one in folder.glob("*/*.stage.json") if not _in_run(one)]
+        below = folder.glob("*/*.stage.json")
+        further = [one for one in below if not (one.parent / PROVENANCE).is_file()]
         for path in sorted([*folder.glob("*.stage.json"), *further]):
             stage = str(path.relative_to(folder)).removesuffix(".stage.json")
             # Of an earlier run, whose files may have been removed; a comparison is checked below.
@@ -163,11 +169,6 @@ class RunFiles:
 
     def _json(self, name: str) -> Any:
         return json.loads((self.folder / name).read_text(encoding="utf-8"))
-
-
-def _in_run(path: Path) -> bool:
-    """Whether a file lies in the folder of a run, not in that of one of its buildings."""
-    return (path.parent / PROVENANCE).is_file()
 
 
 def _damaged(path: Path, reason: str) -> ImpactfemError:

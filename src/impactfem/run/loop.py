@@ -27,9 +27,9 @@ from impactfem.stages.manifest import (
     manifest_file,
     mark_drawn,
     mark_finished,
+    provenance,
     read_manifest,
 )
-from impactfem.stages.provenance import provenance
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import open_store
 from impactfem.system.errors import Fault, InputError, file_errors

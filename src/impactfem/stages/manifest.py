@@ -1,39 +1,45 @@
-"""`<stage>.stage.json`: what a finished stage wrote, and whether it may be reused."""
+"""`<stage>.stage.json`: what a finished stage wrote, and whether it may be reused.
+
+`provenance.json`: the origin of a run, so that it can be made again.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import platform
 import shutil
+import sys
 from collections.abc import Iterable, Mapping
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, FiniteFloat
 
+import impactfem
 from impactfem.stages.stage import DRAWING
 from impactfem.system.files import atomic, write_json
 from impactfem.system.log import LOGGER
 
+PACKAGES = (
+    *("numpy", "scipy", "numba", "xarray", "h5netcdf", "pydantic", "pint", "matplotlib"),
+    *("fenics-dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "pyvista"),
+)
+"""What the program stands on."""
+
 
 class Manifest(BaseModel):
-    """What a finished stage wrote.
-
-    Args:
-        inputs: Hash of what it depends on.
-        seconds: Wall time of each of its steps when it ran [s].
-        peak_memory: Largest resident memory of all its processes [byte], if it is known.
-        files: Hash of each file by its name, relative to the run's folder.
-        drawn_from: Hash of what its tables and figures depend on; "" before they are drawn.
-        drawings: Hash of each table and figure, as `files`.
-    """
+    """What a finished stage wrote."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
-    inputs: str
-    seconds: dict[str, FiniteFloat]
+    inputs: str  #: hash of what it depends on
+    seconds: dict[str, FiniteFloat]  #: wall time of each of its steps when it ran [s]
+    #: largest resident memory of all its processes [byte], if it is known
     peak_memory: FiniteFloat | None = None
-    files: dict[str, str]
-    drawn_from: str = ""
-    drawings: dict[str, str] = {}
+    files: dict[str, str]  #: hash of each file by its name, relative to the run's folder
+    drawn_from: str = ""  #: hash of what its tables and figures depend on; "" before they are drawn
+    drawings: dict[str, str] = {}  #: hash of each table and figure, as `files`
 
     @property
     def every(self) -> dict[str, str]:
@@ -113,13 +119,8 @@ def mark_finished(
 ) -> None:
     """Record the files of a stage, as its last step: without it the stage is not finished.
 
-    Args:
-        folder: The run's folder.
-        stage: Name of the stage.
-        key: Hash of its inputs.
-        files: All files that it wrote, below the folder.
-        seconds: Wall time of each of its steps [s].
-        memory: Largest resident memory of all its processes [byte], if it is known.
+    `files` are all that it wrote, below the folder; `seconds` is the wall time of each of its steps
+    [s], `memory` the largest resident memory of all its processes [byte], if it is known.
     """
     digests = _digests(folder, files)
     written = Manifest(inputs=key, seconds=seconds, peak_memory=memory, files=digests)
@@ -131,16 +132,9 @@ def _digests(folder: Path, files: list[Path]) -> dict[str, str]:
 
 
 def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Path | None:
-    """Copy a stage that another run has finished with the same inputs.
+    """Copy a stage that another run has finished with the same inputs; it need not exist.
 
-    Args:
-        folder: The run's folder.
-        others: Folders of other runs, which need not exist.
-        stage: Name of the stage.
-        key: Hash of its inputs.
-
-    Returns:
-        The folder it was copied from; None when none has it, or this run has it already.
+    Gives the folder it was copied from; None when none has it, or this run has it already.
 
     Raises:
         ImpactfemError: A file cannot be written.
@@ -168,3 +162,44 @@ def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Pat
                     shutil.copyfile(other / name, temporary)
             return other
     return None
+
+
+class Provenance(BaseModel):
+    """The origin of a run."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+    impactfem: str  #: version of the program
+    python: str  #: version of Python
+    system: str  #: name, release and processor of the system
+    command: list[str]  #: the command with its arguments
+    packages: dict[str, str]  #: version of each package that the program stands on
+    case: str  #: name of the case file
+    case_hash: str  #: hash of the case and all files that it names
+    inputs: dict[str, str]  #: hash of the inputs of each stage, in the order of the stages
+    needs: dict[str, list[str]] = {}  #: names of the stages that each stage needs directly
+    seeds: dict[str, int]  #: seeds of motions, calibration and ensemble by their keys in the case
+    started: str  #: when the run began
+    reused: list[str]  #: names of the stages that had finished before
+    seconds: dict[str, FiniteFloat]  #: wall time of each step by stage and step [s]
+    peak_memory: dict[str, FiniteFloat | None]  #: largest of each stage [byte]; None: not known
+    ranks: int  #: number of processes
+    files: dict[str, str]  #: hash of each file that says what all stages found, by its name
+
+
+def provenance(**facts: Any) -> dict[str, Any]:
+    """Versions of the program and what it stands on, with the facts that a run adds to them."""
+    versions = {}
+    for name in PACKAGES:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = "unknown"
+    return {
+        "impactfem": impactfem.__version__,
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.release()} {platform.machine()}",
+        "command": ["impactfem", *sys.argv[1:]],
+        "packages": versions,
+        **facts,
+    }

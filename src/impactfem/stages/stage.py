@@ -10,8 +10,7 @@ from pathlib import Path
 from impactfem.case import Case
 from impactfem.plot.curves import CurveFigure
 from impactfem.stages.check import Check
-from impactfem.stages.inputs import inputs_key
-from impactfem.stages.sources import program_key
+from impactfem.stages.inputs import inputs_key, program_key
 from impactfem.system.log import Steps
 from impactfem.system.scalar import Scalar
 
