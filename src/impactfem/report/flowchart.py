@@ -77,7 +77,15 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
             _box(axes[0], places[(name,)], FILL * step, head, lines, name in done)
         for a, b in links:
             between = [places[slot] for slot in places if slot == (a, b, slot[-1])]
-            _arrow(axes[0], [places[(a,)], *between, places[(b,)]], FILL * step)
+            # From a box to one below, between the boxes of the rows that the arrow passes.
+            half = 0.5 * FILL * step
+            (x, y), (end, top) = places[(a,)], places[(b,)]
+            line = [(x, y - half)]
+            for x, y in between:
+                line += [(x, y + half), (x, y - half)]
+            axes[0].plot(*zip(*line, strict=True), color="black", lw=1.0, zorder=1)
+            look = {"arrowstyle": "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "color": "black"}
+            axes[0].annotate("", (end, top + half), xytext=line[-1], arrowprops=look, zorder=4)
         axes[0].set_xlim(0.0, across)
         axes[0].set_ylim(0.0, 100.0)
         axes[0].set_axis_off()
@@ -151,14 +159,3 @@ def _box(
     panel.text(x, top - 0.1 * height, head, fontsize=8.5, **look)
     text = "\n".join(part for line in lines for part in textwrap.wrap(line, LETTERS))
     panel.text(x, top - 0.32 * height, text, fontsize=7.5, linespacing=1.2, **look)
-
-
-def _arrow(panel: Axes, places: Sequence[Place], height: float) -> None:
-    """From a box to one below, between the boxes of the rows that it passes."""
-    line = [(places[0][0], places[0][1] - 0.5 * height)]
-    for x, y in places[1:-1]:
-        line += [(x, y + 0.5 * height), (x, y - 0.5 * height)]
-    end = (places[-1][0], places[-1][1] + 0.5 * height)
-    panel.plot(*zip(*line, strict=True), color="black", lw=1.0, zorder=1)
-    look = {"arrowstyle": "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "color": "black"}
-    panel.annotate("", end, xytext=line[-1], arrowprops=look, zorder=4)

@@ -190,11 +190,19 @@ def _devices(run: RunFiles) -> Facts:
         for device in names_of(store, "device"):
             for impact, words in of_device.LOADS.items():
                 load = of_device.Load(store, device, impact)
-                rows += [
-                    [device, words, label, *_anchor_row(load, choice)]
-                    for label, choice in choices.items()
-                    if load.was_done(choice)
-                ]
+                for label, choice in choices.items():
+                    if not load.was_done(choice):
+                        continue
+                    off = None if choice is None else load.difference(choice)
+                    tension = load.tension(choice)
+                    rows.append(
+                        [
+                            *(device, words, label),
+                            *(f"{1e-3 * value:.2f}" for value in load.components(choice).values),
+                            "" if off is None else f"{100.0 * off:+.1f}",
+                            f"{1e-3 * tension:.2f}" if math.isfinite(tension) else "not known",
+                        ]
+                    )
             notes += [f"{device}: {text}." for text in shortfall(store, device)]
             if (pulled := anchors(store, device)) is not None:
                 notes.append(f"{device}, net tension at the anchor: {pulled}.")
@@ -207,16 +215,6 @@ def _devices(run: RunFiles) -> Facts:
         "times the pull of the most loaded of n anchors (tables/device_anchors.csv). "
     )
     return Facts("Forces of the devices on the floor", head, rows, note + " ".join(notes))
-
-
-def _anchor_row(load: of_device.Load, choice: str | None) -> list[str]:
-    """Forces, moments, difference and net tension of one analysis, or the detailed one."""
-    row = [f"{1e-3 * value:.2f}" for value in load.components(choice).values]
-    difference = None if choice is None else load.difference(choice)
-    row.append("" if difference is None else f"{100.0 * difference:+.1f}")
-    tension = load.tension(choice)
-    row.append(f"{1e-3 * tension:.2f}" if math.isfinite(tension) else "not known")
-    return row
 
 
 def _carried(run: RunFiles) -> Facts:

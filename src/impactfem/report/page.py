@@ -56,17 +56,10 @@ TEMPLATES = files("impactfem.report") / "templates"
 
 
 def write_report(folder: Path, stages: Sequence[Stage]) -> Path:
-    """Make `report.html` from the files of a run.
-
-    Args:
-        folder: The run's folder.
-        stages: All stages, with their headings and curves.
-
-    Returns:
-        The page, which needs no other file and no network.
+    """Make `report.html`, which needs no other file and no network, from the files of a run.
 
     Raises:
-        InputError: A stage of the run is none of them: the run is of another version.
+        InputError: A stage of the run is none of those given: the run is of another version.
         ImpactfemError: The folder holds no run, or a file cannot be read or written.
     """
     run = RunFiles(folder)
@@ -89,7 +82,9 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
     environment.filters |= {
         "number": number,
         "quantity": quantity,
-        "address": _address,
+        "address": lambda path: (
+            f"data:{TYPES[path.suffix]};base64,{base64.b64encode(_read(path)).decode()}"
+        ),
         "anchor": lambda path: _anchor(run, path),
         "inside": lambda path: str(path.relative_to(run.folder)),
         "title_of": lambda path: Path(path).stem.replace("_", " "),
@@ -194,11 +189,6 @@ def _table(path: Path) -> dict[str, Any]:
     return {"path": path, "head": head, "rows": shown, "count": len(rows)}
 
 
-def _address(path: Path) -> str:
-    """A picture or film as an address that holds its content."""
-    return f"data:{TYPES[path.suffix]};base64,{base64.b64encode(_read(path)).decode()}"
-
-
 def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
@@ -207,11 +197,7 @@ def _read(path: Path) -> bytes:
 
 
 def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str, str]]]]:
-    """What was assumed (`text`) and why (`reason`), in groups with a title.
-
-    Args:
-        case: The case, as in `case.json`.
-    """
+    """What was assumed by a case (`text`) and why (`reason`), in groups with a title."""
     method = tomllib.loads((TEMPLATES / "assumptions.toml").read_text("utf-8"))
     wall = "wall_used" if wall_is_used(case) else "wall_unused"
     sections = {"structure": "structure", "wall_impact": wall}

@@ -68,10 +68,7 @@ def write_scene(folder: Path) -> list[Path]:
     """Write `figures/building_scene.html` of a run's folder, in a separate process.
 
     Slabs have the colours of their peak acceleration where `transient_maps.nc` has it. Impact edges
-    are marked, and the devices of `device.nc`.
-
-    Returns:
-        The file; none without `building.nc`.
+    are marked, and the devices of `device.nc`. None without `building.nc`.
 
     Raises:
         ImpactfemError: The file cannot be written, or the process that draws crashed, as it does
@@ -89,7 +86,10 @@ def draw(folder: Path) -> list[Path]:
         notes = Notes(f"Building {building.attrs.get('building', '')}".strip())
         _slabs(scene, notes, building, folder)
         _others(scene, notes, building)
-        _edges(scene, notes, building)
+        ends = building["node_position"].values[building["edge_line"].values[:, :2]]
+        if len(ends):
+            scene.add_mesh(_light(segments(ends.reshape(-1, 3))), color=RED, line_width=5.0)
+            notes.entries.append(("impact edges", RED))
         if (folder / "device.nc").is_file():
             with open_store(folder / "device.nc") as store:
                 _devices(scene, notes, building, store)
@@ -161,13 +161,6 @@ def _others(scene: Any, notes: Notes, building: xr.Dataset) -> None:
             notes.entries.append((FAMILIES[family][0], colour))
 
 
-def _edges(scene: Any, notes: Notes, building: xr.Dataset) -> None:
-    ends = building["node_position"].values[building["edge_line"].values[:, :2]]
-    if len(ends):
-        scene.add_mesh(_light(segments(ends.reshape(-1, 3))), color=RED, line_width=5.0)
-        notes.entries.append(("impact edges", RED))
-
-
 def _devices(scene: Any, notes: Notes, building: xr.Dataset, store: xr.Dataset) -> None:
     """Each device to scale on its anchor, in a ball that is seen from afar."""
     size = float(np.ptp(building["node_position"].values, axis=0).max())
@@ -191,23 +184,10 @@ def _light(mesh: Any) -> Any:
 
 
 def _page(scene: Any, notes: Notes) -> str:
-    """The page: the viewer with the scene in it, and the meaning of its colours."""
-    from trame_vtk.tools.vtksz2html import write_html
+    """The page: the viewer with the scene in it, and the meaning of its colours.
 
-    stream = io.StringIO()
-    write_html(_scene_file(scene), stream)
-    text = FAVICONS.sub("`data:,`", stream.getvalue())
-    title = f"<title>{html.escape(notes.title)}</title>"
-    text = re.sub(r"<title>.*?</title>", lambda _: title, text, count=1)
-    # The viewer empties what it draws into: the whole body, unless something is of class content.
-    place = '<div class="content" style="position:absolute;inset:0"></div>'
-    return text.replace("</body>", f"{place}\n{_overlay(notes)}\n</body>", 1)
-
-
-def _scene_file(scene: Any) -> bytes:
-    """The scene as the viewer reads it: a zip file with a description and all arrays in base64.
-
-    Not by the plotter's own `export_html`: that starts a web server, and fetches from a network.
+    The viewer reads a zip file with a description and all arrays in base64. Not by the plotter's
+    own `export_html`: that starts a web server, and fetches from a network.
     """
     from trame_vtk.modules.vtk.serializers import (
         SynchronizationContext,
@@ -216,6 +196,7 @@ def _scene_file(scene: Any) -> bytes:
         reference_id,
         serialize,
     )
+    from trame_vtk.tools.vtksz2html import write_html
 
     initialize_serializers()
     window, camera = scene.render_window, scene.renderer.GetActiveCamera()
@@ -231,10 +212,16 @@ def _scene_file(scene: Any) -> bytes:
         entry["hash"]: {**entry, "content": context.get_cached_data_array(entry["hash"], False)}
         for entry in extract_array_hash(described)
     }
-    whole = io.BytesIO()
+    whole, stream = io.BytesIO(), io.StringIO()
     with zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("index.json", json.dumps({"hashes": arrays, "scene": described}))
-    return whole.getvalue()
+    write_html(whole.getvalue(), stream)
+    text = FAVICONS.sub("`data:,`", stream.getvalue())
+    title = f"<title>{html.escape(notes.title)}</title>"
+    text = re.sub(r"<title>.*?</title>", lambda _: title, text, count=1)
+    # The viewer empties what it draws into: the whole body, unless something is of class content.
+    place = '<div class="content" style="position:absolute;inset:0"></div>'
+    return text.replace("</body>", f"{place}\n{_overlay(notes)}\n</body>", 1)
 
 
 def _overlay(notes: Notes) -> str:
