@@ -81,13 +81,20 @@ def test_checks_and_results_are_those_of_the_run(finished, page):
     assert {entry["name"] for entry in summary} <= set(page.words)
 
 
-def with_checks(run, checks):
-    """Put other checks into the folder of a run, signed as its own; gives the page."""
-    path, made = run / "checks.json", run / "provenance.json"
-    listed = [{"stage": "pounding", "good": good, "text": text} for text, good in checks.items()]
-    path.write_text(json.dumps(listed), encoding="utf-8")
+@pytest.fixture
+def run(finished, tmp_path):
+    """A copy of the finished run, to be changed."""
+    return shutil.copytree(finished.folder, tmp_path / "run")
+
+
+def rewritten(run, **contents):
+    """Put other contents into files of a run, signed as its own; gives the page."""
+    made = run / "provenance.json"
     provenance = json.loads(made.read_text(encoding="utf-8"))
-    provenance["files"]["checks.json"] = file_digest(path)
+    for name, content in contents.items():
+        path = run / f"{name}.json"
+        path.write_text(json.dumps(content), encoding="utf-8")
+        provenance["files"][path.name] = file_digest(path)
     made.write_text(json.dumps(provenance), encoding="utf-8")
     return Page(write_report(run, study.STAGES).read_text(encoding="utf-8"))
 
@@ -107,9 +114,9 @@ def with_checks(run, checks):
         ({"missed": False}, "0 of 1 met (✓). Not met (!):"),
     ],
 )
-def test_what_is_told_is_not_counted_as_met(finished, tmp_path, checks, counted):
-    shutil.copytree(finished.folder, tmp_path / "run")
-    words = with_checks(tmp_path / "run", checks).words
+def test_what_is_told_is_not_counted_as_met(run, checks, counted):
+    listed = [{"stage": "pounding", "good": good, "text": text} for text, good in checks.items()]
+    words = rewritten(run, checks=listed).words
     assert [one for one in words if "met (✓)" in one] == [counted]
     mark = {True: "✓", False: "!", None: "•"}
     for text, good in checks.items():
@@ -120,22 +127,20 @@ def test_what_is_told_is_not_counted_as_met(finished, tmp_path, checks, counted)
         assert {words[k - 1] for k in places} == {mark[good]}
 
 
-def test_it_is_made_again_from_the_folder_alone(finished, tmp_path, text, monkeypatch):
-    shutil.copytree(finished.folder, tmp_path / "run")
-    (tmp_path / "run" / "report.html").unlink()
+def test_it_is_made_again_from_the_folder_alone(run, tmp_path, text, monkeypatch):
+    (run / "report.html").unlink()
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(app, ["report", "run"])
     assert result.exit_code == 0 and "report: run/report.html" in result.output
-    assert (tmp_path / "run" / "report.html").read_text(encoding="utf-8") == text
+    assert (run / "report.html").read_text(encoding="utf-8") == text
 
 
-def test_the_overview_of_an_earlier_run_goes(finished, tmp_path):
+def test_the_overview_of_an_earlier_run_goes(run):
     """This run has no 3D building any more."""
-    shutil.copytree(finished.folder, tmp_path / "run")
-    figures = tmp_path / "run" / "figures"
+    figures = run / "figures"
     for name in (FLOWCHART, SCENE):
         (figures / name).write_text("of an earlier run")
-    study.make_report(tmp_path / "run")
+    study.make_report(run)
     assert not (figures / SCENE).exists()
     assert (figures / FLOWCHART).read_bytes().startswith(b"\x89PNG")
 
@@ -152,46 +157,41 @@ CHANGED = "it is missing, or not"
         ("pounding.nc", "no store", CHANGED),
     ],
 )
-def test_a_file_that_is_broken_or_changed_is_named(finished, tmp_path, name, content, words):
-    shutil.copytree(finished.folder, tmp_path / "run")
-    path = tmp_path / "run" / name
+def test_a_file_that_is_broken_or_changed_is_named(run, name, content, words):
+    path = run / name
     path.write_text(path.read_text("utf-8") + "\n" if content is None else content, "utf-8")
     with pytest.raises(ImpactfemError, match=re.escape(f"cannot read {path}: {words}")):
-        study.make_report(tmp_path / "run")
+        study.make_report(run)
 
 
-def test_a_stage_of_another_run_is_refused(finished, tmp_path):
+def test_a_stage_of_another_run_is_refused(run):
     """As a run that was killed after some of its stages leaves it."""
-    shutil.copytree(finished.folder, tmp_path / "run")
-    path = tmp_path / "run" / "pounding.stage.json"
+    path = run / "pounding.stage.json"
     manifest = json.loads(path.read_text(encoding="utf-8"))
     path.write_text(json.dumps(manifest | {"inputs": "other"}), encoding="utf-8")
     with pytest.raises(ImpactfemError, match=r"pounding\.stage\.json: the stage has other inputs"):
-        write_report(tmp_path / "run", study.STAGES)
+        write_report(run, study.STAGES)
 
 
-def test_another_run_in_its_folder_is_left_alone(finished, tmp_path):
+def test_another_run_in_its_folder_is_left_alone(finished, run):
     """Its stages are no part of the run, and its figures stay."""
-    outer, inner = tmp_path / "run", tmp_path / "run" / "second"
-    for folder in (outer, inner):
-        shutil.copytree(finished.folder, folder)
+    inner = shutil.copytree(finished.folder, run / "second")
     path = inner / "pounding.stage.json"
     listed = json.loads(path.read_text(encoding="utf-8"))
     listed["files"] = dict.fromkeys(listed["files"], "another digest")
     path.write_text(json.dumps(listed), encoding="utf-8")
-    study.make_report(outer)
+    study.make_report(run)
     assert (inner / "figures" / FLOWCHART).is_file()
 
 
-def test_a_stage_of_before_may_be_tidied_up(finished, tmp_path):
-    shutil.copytree(finished.folder, tmp_path / "run")
-    other = tmp_path / "run" / "device.stage.json"
+def test_a_stage_of_before_may_be_tidied_up(run):
+    other = run / "device.stage.json"
     files = {"device.nc": "gone", "tables/device.csv": "gone"}
     other.write_text(json.dumps({"inputs": "old", "seconds": {}, "files": files}))
-    write_report(tmp_path / "run", study.STAGES)
-    (tmp_path / "run" / "device.nc").write_bytes(b"damaged")
+    write_report(run, study.STAGES)
+    (run / "device.nc").write_bytes(b"damaged")
     with pytest.raises(ImpactfemError, match=r"cannot read .*device\.nc: it is missing, or not"):
-        write_report(tmp_path / "run", study.STAGES)
+        write_report(run, study.STAGES)
 
 
 QUANTITIES = (
@@ -289,8 +289,7 @@ def test_the_tile_of_a_device_is_along_the_shown_direction():
 
 def beside_a_paper(run):
     """Put a publication beside a run: a value given, one reproduced, one that differs."""
-    path, made = run / "case.json", run / "provenance.json"
-    case = json.loads(path.read_text(encoding="utf-8"))
+    case = json.loads((run / "case.json").read_text(encoding="utf-8"))
     names = {"motion.pga": ("scaled", 1.0), "motion.sa_max": ("result", 1.0)}
     names["motion.duration_of_a_paper"] = ("result", 1.0)
     values = [{"name": name, "tolerance": 0.1, "reason": None} for name in names]
@@ -302,7 +301,6 @@ def beside_a_paper(run):
         "given": [{"kind": "scaled", "names": ["motion.pga"], "reason": reason}],
         "items": [item | {"number": str(k), "values": [v]} for k, v in enumerate(values)],
     }
-    path.write_text(json.dumps(case), encoding="utf-8")
     about = {"unit": "m/s2", "relation": "=", "note": ""}
     summary = [
         {"name": name, "value": 1.0, "paper": 1.0 if name != "motion.duration_of_a_paper" else 3.0}
@@ -310,24 +308,17 @@ def beside_a_paper(run):
         | {"kind": kind}
         for name, (kind, _) in names.items()
     ]
-    (run / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
-    provenance = json.loads(made.read_text(encoding="utf-8"))
-    for name in ("case.json", "summary.json"):
-        provenance["files"][name] = file_digest(run / name)
-    made.write_text(json.dumps(provenance), encoding="utf-8")
-    return Page(write_report(run, study.STAGES).read_text(encoding="utf-8"))
+    return rewritten(run, case=case, summary=summary)
 
 
-def test_a_stage_that_this_version_does_not_know(finished, tmp_path):
-    shutil.copytree(finished.folder, tmp_path / "run")
+def test_a_stage_that_this_version_does_not_know(run):
     with pytest.raises(InputError, match="stages that this version does not know: pounding"):
-        write_report(tmp_path / "run", ())
+        write_report(run, ())
 
 
-def test_what_is_given_counts_apart(finished, tmp_path, caplog):
-    shutil.copytree(finished.folder, tmp_path / "run")
+def test_what_is_given_counts_apart(run, caplog):
     with caplog.at_level("INFO", "impactfem"):
-        words = beside_a_paper(tmp_path / "run").words
+        words = beside_a_paper(run).words
     counts = "1 reproduced, 1 differs, 1 given or fitted"
     assert [r.getMessage() for r in caplog.records if "compared" in r.getMessage()] == [
         f"report: compared with the publication, figures: {counts}",

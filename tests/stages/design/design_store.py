@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from impactfem.stages.design.ensemble import Ensemble
 from impactfem.stages.design.floors import WholeFloors, enveloped, probe_points
 from impactfem.stages.design.store import write_design
 from impactfem.system.files import write_netcdf
@@ -93,7 +92,8 @@ def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
     there = vertices(asked.still)
     # The vertices move as much as the probes, at other frequencies.
     at_vertices = peaked(np.random.default_rng(5), (2, len(there)))
-    whole = ensemble = None
+    whole = None
+    members: dict[str, Any] = {}
     spectra: Any = None
     if asked.whole is not None:
         spectra = SimpleNamespace(psa=at_vertices, zpa=at_vertices[0, :, -1])
@@ -115,27 +115,29 @@ def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
         points = probe_points(probes)
         rows, along = points["point"].to_numpy(), points["component"].to_numpy()
         pfa = psa[:, 0, :, :, -1]
-        ensemble = Ensemble(
-            motions=tuple(f"seed_{k}" for k in range(n)),
-            failed={f"seed_{n + k}": "too far" for k in range(asked.failed)},
-            edges=(1, 2),
-            devices=asked.devices,
-            analysis="srss",
-            results={
-                "floor_psa": enveloped(points, psa[:, :, rows, along], 2, axis=2),
-                "floor_pfa": enveloped(points, pfa[:, rows, along], 2, axis=1),
-                "centre_peak": psa[:, :, [0, 2]].max(axis=-1),
-                "vertices": np.full((n, 2, 3), 4),
-                "impact_force": rng.uniform(8e7, 1.4e8, (n, 2)),
-                "device_force": rng.uniform(6e4, 1.1e5, (n, d, 6)),
-                "device_spectrum": rng.uniform(5e4, 1e5, (n, d, 6)),
-                "basis_error": np.full(n, 1e-3),
-            },
-        )
+        members = {
+            "motion": [f"seed_{k}" for k in range(n)],
+            "failed": [f"seed_{n + k}" for k in range(asked.failed)],
+            "failed_reason": ["too far"] * asked.failed,
+            "edge": [1, 2],
+            "member_psa": enveloped(points, psa[:, :, rows, along], 2, axis=2),
+            "member_zpa": enveloped(points, pfa[:, rows, along], 2, axis=1),
+            "member_centre_peak": psa[:, :, [0, 2]].max(axis=-1),
+            "member_vertices": np.full((n, 2, 3), 4),
+            "member_impact_force": rng.uniform(8e7, 1.4e8, (n, 2)),
+        }
+        if d:
+            members |= {
+                "device": list(asked.devices),
+                "component": ["x", "y", "z", "rx", "ry", "rz"],
+                "member_device_force": rng.uniform(6e4, 1.1e5, (n, d, 6)),
+                "member_device_spectrum": rng.uniform(5e4, 1e5, (n, d, 6)),
+            }
+        members["member_basis_error"] = np.full(n, 1e-3)
     case: Any = SimpleNamespace(
         title="Two buildings", content_hash=lambda: "abc", shown_direction="y"
     )
-    write_design(path, case, "key", probes, whole, spectra, ensemble)
+    write_design(path, case, "key", probes, whole, spectra, members, "srss")
     return Stored(probes["psa"].values, at_vertices)
 
 

@@ -68,18 +68,18 @@ def test_spectra_of_every_point_and_direction(carrier, some_loads):
     """A floor has one probe here, at its mass centre, which is its envelope."""
     found = carry(carrier, some_loads())
     psa, peak = spectra_of(carrier, some_loads(), 4, 2)
-    assert found["floor_psa"].shape == (2, 2, 3, 12) and found["floor_pfa"].shape == (2, 3)
-    np.testing.assert_allclose(found["floor_psa"][:, 1, 2], psa, rtol=1e-9)
-    assert found["floor_pfa"][1, 2] == pytest.approx(peak)
-    np.testing.assert_array_equal(found["centre_peak"], found["floor_psa"].max(axis=-1))
-    assert not found["vertices"].any()
-    assert found["basis_error"] == 1e-3 and found["device_force"].shape == (0, 6)
+    assert found["member_psa"].shape == (2, 2, 3, 12) and found["member_zpa"].shape == (2, 3)
+    np.testing.assert_allclose(found["member_psa"][:, 1, 2], psa, rtol=1e-9)
+    assert found["member_zpa"][1, 2] == pytest.approx(peak)
+    np.testing.assert_array_equal(found["member_centre_peak"], found["member_psa"].max(axis=-1))
+    assert not found["member_vertices"].any()
+    assert found["member_basis_error"] == 1e-3 and "member_device_force" not in found
 
 
 def test_vertices_that_govern(carrier, searching, some_loads):
     """The lower floor gets the envelope of its probe, node 9, and of node 7 where it governs."""
     found, alone = (carry(one, some_loads()) for one in (searching, carrier))
-    psa, probes = found["floor_psa"], alone["floor_psa"]
+    psa, probes = found["member_psa"], alone["member_psa"]
     for component in (1, 2):
         at_vertex, _ = spectra_of(carrier, some_loads(), 7, component)
         wanted = np.maximum(probes[:, 0, component], at_vertex)
@@ -89,8 +89,8 @@ def test_vertices_that_govern(carrier, searching, some_loads):
     # Nothing is looked at on the upper floor, nor along x; the mass centre stays.
     np.testing.assert_allclose(psa[:, 1], probes[:, 1], rtol=1e-12)
     np.testing.assert_allclose(psa[:, :, 0], probes[:, :, 0], rtol=1e-12)
-    np.testing.assert_allclose(found["centre_peak"], alone["centre_peak"], rtol=1e-12)
-    counts = found["vertices"]
+    np.testing.assert_allclose(found["member_centre_peak"], alone["member_centre_peak"], rtol=1e-12)
+    counts = found["member_vertices"]
     assert counts[0, 1:].min() >= 1 and counts[1].max() == counts[0, 0] == 0
 
 
@@ -118,7 +118,7 @@ def test_stored_and_gone_on_with(carried, some_loads):
     again = read_archive(files["b"], keys["b"])
     for part, values in stacked(["b", "a"], {"b": again, "a": found["a"]}, {}).items():
         np.testing.assert_array_equal(values, [found[name][part] for name in "ba"])
-    np.testing.assert_array_equal(again["impact_force"], FORCE)
+    np.testing.assert_array_equal(again["member_impact_force"], FORCE)
 
 
 def test_one_that_fails_is_named(carried, some_loads, monkeypatch):
@@ -139,10 +139,10 @@ def test_one_that_fails_is_named(carried, some_loads, monkeypatch):
 
 def test_identical_members_have_no_spread(carried, some_loads):
     found, *_ = carried({name: some_loads() for name in "abc"})
-    psa = stacked(list("abc"), found, {})["floor_psa"]
+    psa = stacked(list("abc"), found, {})["member_psa"]
     assert psa.shape[0] == 3
     for name in STATISTICS:
-        np.testing.assert_allclose(over_members(psa, name), found["a"]["floor_psa"], rtol=1e-12)
+        np.testing.assert_allclose(over_members(psa, name), found["a"]["member_psa"], rtol=1e-12)
     other, *_ = carried({"d": some_loads(scale=2.0)})
-    spread = np.stack([*psa, other["d"]["floor_psa"]])
-    assert np.all(over_members(spread, "mean") > 1.2 * found["a"]["floor_psa"])
+    spread = np.stack([*psa, other["d"]["member_psa"]])
+    assert np.all(over_members(spread, "mean") > 1.2 * found["a"]["member_psa"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,7 +21,6 @@ from impactfem.stages.design.ensemble import (
     Array,
     Arrays,
     Carrier,
-    Ensemble,
     carry_motions,
     motion_loads,
     point_records,
@@ -41,6 +41,7 @@ from impactfem.stages.device.spectrum_plan import headline_of
 from impactfem.stages.ensemble.compute import member_key, members_of
 from impactfem.stages.stores import of_run
 from impactfem.stages.transient.prepared import Prepared, transient_of
+from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import read_archive
 from impactfem.system.log import LOGGER, Steps
@@ -163,20 +164,23 @@ def run_design(
                 failed |= others
 
     def write() -> list[Path]:
-        ensemble = None
+        results: dict[str, Any] = {}
+        analysis = ""
         if members:
             with_result = [member.name for member in members if member.name in found]
-            plans = [] if equipment is None else equipment.plans
-            ensemble = Ensemble(
-                motions=tuple(with_result),
-                failed=failed,
-                edges=tuple(sorted({edge.floor for edge in edges})),
-                devices=tuple(support.name for support in supports_of(plans)),
-                analysis=headline_of(plans[0].rules).label if plans else "",
-                results=stacked(with_result, found, failed),
-            )
+            results = stacked(with_result, found, failed) | {
+                "motion": with_result,
+                "edge": np.unique([edge.floor for edge in edges]).astype(np.int64),
+                "failed": list(failed),
+                "failed_reason": list(failed.values()),
+            }
+        if members and equipment is not None:
+            results["device"] = [support.name for support in supports_of(equipment.plans)]
+            results["component"] = COMPONENTS
+            analysis = headline_of(equipment.plans[0].rules).label
         with steps.step("stores"):
-            write_design(folder / "design.nc", case, key, probes, whole, spectra, ensemble)
+            path = folder / "design.nc"
+            write_design(path, case, key, probes, whole, spectra, results, analysis)
         return [folder / "design.nc"]
 
     return on_root(write)

@@ -31,7 +31,7 @@ from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.response import modal_histories, record_spectra
 from impactfem.spectra import response_spectra
 from impactfem.stages.design.floors import NO_POINTS, counted, enveloped, fewest
-from impactfem.stages.device.analysis import WORDS, Analyst
+from impactfem.stages.device.analysis import Analyst
 from impactfem.stages.device.spectrum_plan import SpectrumChoice
 from impactfem.stages.transient.maps import AS_THEY_ARE
 from impactfem.stages.transient.prepared import transient_of
@@ -45,21 +45,6 @@ Arrays = dict[str, Any]
 
 AT_ONCE = 768
 """Records whose spectra are computed together."""
-
-
-@dataclass(frozen=True, eq=False)
-class Ensemble:
-    """What the motions gave; those that failed are left out of all arrays."""
-
-    motions: tuple[str, ...]  #: names of the n_m motions
-    failed: dict[str, str]  #: name and reason of those that failed
-    edges: tuple[int, ...]  #: numbers of the n_e floors that contact pairs touch
-    #: Names of the n_a anchors of the devices: that of a device with one is its own.
-    devices: tuple[str, ...]
-    analysis: str  #: name of the response spectrum analysis of them; empty without devices
-    #: What `carry` gives, with the motions first, and `impact_force`, the largest force of the
-    #: sticks on each edge, shape (n_m, n_e) [N].
-    results: Arrays
 
 
 def motion_loads(
@@ -141,21 +126,16 @@ def point_records(
 
 
 def carry(carrier: Carrier, loads: Loads) -> Arrays:
-    """The results of one motion.
+    """The results of one motion, by their names in `design.nc`.
 
-    Args:
-        carrier: What all motions share.
-        loads: Of the motion.
-
-    Returns:
-        `floor_psa`, envelope over the probes of each floor and the vertices that govern under this
-        motion, shape (n_dampings, n_floors, 3, n_f), and `floor_pfa` of their peak accelerations,
-        shape (n_floors, 3) [m/s2]; `centre_peak`, the largest ordinate at the mass centres, shape
-        (n_dampings, n_floors, 3) [m/s2]; `vertices`, how many govern, shape (n_floors, 3);
-        `basis_error`, largest estimated error of the transfer functions of the basis at the probes
-        and at the vertices that govern under the case's own motion [-]; `device_force` and
-        `device_spectrum`, largest force on each anchor in the 3D model and by response spectrum
-        analysis, shape (n_a, 6) [N, N m].
+    `member_psa`, the envelope over the probes of each floor and the vertices that govern under this
+    motion, shape (n_dampings, n_floors, 3, n_f), and `member_zpa` of their peak accelerations,
+    shape (n_floors, 3) [m/s2]; `member_centre_peak`, the largest ordinate at the mass centres,
+    shape (n_dampings, n_floors, 3) [m/s2]; `member_vertices`, how many govern, shape (n_floors, 3);
+    `member_basis_error`, the largest estimated error of the transfer functions of the basis at the
+    probes and at the vertices that govern under the case's own motion [-]; with devices
+    `member_device_force` and `member_device_spectrum`, the largest force on each anchor in the 3D
+    model and by response spectrum analysis, shape (n_a, 6) [N, N m].
 
     Raises:
         ImpactfemError: A spectrum does not reach a mode of a device, or the result is not finite.
@@ -187,18 +167,17 @@ def carry(carrier: Carrier, loads: Loads) -> Arrays:
     )
     centres = np.flatnonzero(carrier.centres)
     found = {
-        "floor_psa": enveloped(points, spectra.psa, floors, axis=1),
-        "floor_pfa": enveloped(points, spectra.zpa, floors),
-        "centre_peak": spectra.psa[:, centres].max(axis=2).reshape(-1, floors, 3),
-        "vertices": counted(chosen, floors),
-        "basis_error": np.array(basis.difference),
-        "device_force": np.zeros((0, len(WORDS))),
-        "device_spectrum": np.zeros((0, len(WORDS))),
+        "member_psa": enveloped(points, spectra.psa, floors, axis=1),
+        "member_zpa": enveloped(points, spectra.zpa, floors),
+        "member_centre_peak": spectra.psa[:, centres].max(axis=2).reshape(-1, floors, 3),
+        "member_vertices": counted(chosen, floors),
+        "member_basis_error": np.array(basis.difference),
     }
     if carrier.analyst is not None and carrier.choice is not None:
         results = carrier.analyst.analyse(loads, carrier.damping)
-        found["device_force"] = np.array([one.detailed.largest for one in results])
-        found["device_spectrum"] = np.array([one.values(carrier.choice) for one in results])
+        by_spectrum = [one.values(carrier.choice) for one in results]
+        found["member_device_force"] = np.array([one.detailed.largest for one in results])
+        found["member_device_spectrum"] = np.array(by_spectrum)
     return found
 
 
@@ -225,7 +204,7 @@ def carry_motions(
     for done, future in enumerate(as_completed(futures), 1):
         name, force = futures[future]
         try:
-            found[name] = {**future.result(), "impact_force": force}
+            found[name] = {**future.result(), "member_impact_force": force}
         except ImpactfemError as error:
             failed[name] = str(error)
             LOGGER.warning("warning: ensemble member %s in 3D failed: %s", name, error)

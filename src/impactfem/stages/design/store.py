@@ -8,7 +8,9 @@ carried through the 3D model. Directions in which nothing moves are left out.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,7 +18,6 @@ import xarray as xr
 
 from impactfem.case import Case
 from impactfem.spectra.response_spectrum import ResponseSpectra
-from impactfem.stages.design.ensemble import Ensemble
 from impactfem.stages.design.floors import (
     MISSED,
     STILL,
@@ -90,7 +91,8 @@ def write_design(
     probes: xr.Dataset,
     whole: WholeFloors | None,
     vertex_spectra: ResponseSpectra | None,
-    ensemble: Ensemble | None,
+    members: Mapping[str, Any],
+    analysis: str,
 ) -> None:
     """Write `design.nc`.
 
@@ -101,7 +103,8 @@ def write_design(
         probes: As of `read_probes`.
         whole: The spectra over whole floors; None without fields over the floors.
         vertex_spectra: Of the vertices that govern, in their order; None without fields.
-        ensemble: The ensemble; None without one.
+        members: Results over an ensemble by their names in the store; empty without one.
+        analysis: Name of the response spectrum analysis of its devices; "" without devices.
 
     Raises:
         ImpactfemError: The file cannot be written.
@@ -161,28 +164,8 @@ def write_design(
         "psa": enveloped(points, psa, floors, axis=1),
         "zpa": enveloped(points, pfa, floors),
         "governing": governing,
+        **members,
     }
-    if ensemble is not None:
-        results = ensemble.results
-        values |= {
-            "motion": ensemble.motions,
-            "member_psa": results["floor_psa"],
-            "member_zpa": results["floor_pfa"],
-            "member_centre_peak": results["centre_peak"],
-            "member_vertices": results["vertices"],
-            "member_basis_error": results["basis_error"],
-            "edge": np.array(ensemble.edges, dtype=np.int64),
-            "member_impact_force": results["impact_force"],
-            "failed": list(ensemble.failed),
-            "failed_reason": list(ensemble.failed.values()),
-        }
-    if ensemble is not None and ensemble.devices:
-        values |= {
-            "device": ensemble.devices,
-            "component": ["x", "y", "z", "rx", "ry", "rz"],
-            "member_device_force": results["device_force"],
-            "member_device_spectrum": results["device_spectrum"],
-        }
     attributes = {
         "title": case.title,
         "inputs": key,
@@ -191,7 +174,7 @@ def write_design(
         "shown_direction": case.shown_direction,
         "maximum_frequency": float(probes.attrs["maximum_frequency"]),
         "missed": MISSED,
-        "analysis": "" if ensemble is None else ensemble.analysis,
+        "analysis": analysis,
     }
     store = dataset(OUTPUTS, values, attributes=attributes, notes=notes)
     peak = store["psa"].max(["damping", "station", "frequency"])
