@@ -1,13 +1,15 @@
-"""A reduced model of two modes that stands for a building, and loads on it."""
+"""A reduced model of two modes that stands for a building, loads on it, and design spectra."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
@@ -17,6 +19,9 @@ from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.stages.design.ensemble import Carrier
 from impactfem.stages.design.floors import NO_POINTS
+from impactfem.stages.design.products import DesignProducts, design_products_of
+
+from .design_store import Stored, WantedDesign, design_store, stick_store
 
 Array = NDArray[np.float64]
 
@@ -105,3 +110,19 @@ def searching(carrier: Carrier) -> Carrier:
     """The same, with nodes 7 and 9 of the lower floor to be looked at, along y and z."""
     every = points(floor=[0] * 4, component=[1, 1, 2, 2], node=[7, 9, 7, 9])
     return replace(carrier, candidates=every)
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Callable[..., tuple[DesignProducts, Stored]]:
+    """Write a store of the stage, and the sticks beside it; gives the design spectra of both."""
+
+    def make(
+        asked: WantedDesign | None = None, broadening: float | tuple[float, float] = 0.15
+    ) -> tuple[DesignProducts, Stored]:
+        own = design_store(tmp_path / "design.nc", asked)
+        stick_store(tmp_path / "pounding.nc")
+        with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store:
+            sticks = tmp_path / "pounding.nc"
+            return design_products_of(store.load(), sticks, broadening, False), own
+
+    return make

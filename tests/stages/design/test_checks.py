@@ -1,14 +1,12 @@
 """Checks of the stage `design`, each with a twin that is not met."""
 
-import numpy as np
 import pytest
 import xarray as xr
 
 from impactfem.stages.design.checks import design_checks
-from impactfem.stages.design.products import coverage_table, design_products_of, vertex_table
 from impactfem.system.files import write_netcdf
 
-from .design_store import WantedDesign, design_store, ensemble_store, stick_store
+from .design_store import WantedDesign, design_store, ensemble_store
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
 
@@ -69,34 +67,3 @@ def test_other_impact_forces_than_in_the_ensemble(tmp_path, building):
     ensemble_store(tmp_path / "ensemble.nc", force, building)
     told = [text for text in texts(tmp_path, False) if "impact forces" in text]
     assert len(told) == (building == "B1") and all("9.9e-03" in text for text in told)
-
-
-@pytest.fixture
-def products(tmp_path):
-    own = design_store(tmp_path / "design.nc")
-    stick_store(tmp_path / "pounding.nc")
-    with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store:
-        return own, design_products_of(store.load(), tmp_path / "pounding.nc", 0.15, False)
-
-
-def test_coverage(products):
-    own, made = products
-    table = coverage_table(made)
-    assert len(table.rows) == 2 * 3
-    row = table.rows[4]
-    assert row[:7] == ("B1", "2", "y", 0.02, 3, 2, 60)
-    probes, vertices = own.probes(0, 1).max(), own.upper(0).max()
-    assert row[7] == pytest.approx(probes, rel=1e-5)
-    assert row[8] == pytest.approx(max(probes, vertices), rel=1e-5)
-    assert row[9] == pytest.approx(1.02 * vertices, rel=1e-5)
-    assert row[11] == pytest.approx(1.0 / 1.02, rel=1e-5) and row[13] == row[11]
-
-
-def test_vertices(products):
-    own, made = products
-    table = vertex_table(made)
-    assert len(table.rows) == 7
-    assert table.rows[-1][:6] == ("B1", "2", "y", 106, 106.0, 0.0)
-    others = np.maximum(own.psa[:, 2:5, 1].max(axis=1), own.vertex_psa[:, 4])
-    largest = own.vertex_psa[:, 6] > others
-    assert table.rows[-1][-1] == pytest.approx(largest.mean(), rel=1e-5) and largest.any()

@@ -4,29 +4,24 @@ import json
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from impactfem.stages.design.figures import design_curves, design_figures
-from impactfem.stages.design.products import design_products_of, member_table
+from impactfem.stages.design.products import member_table
 
-from .design_store import WantedDesign, design_store, stick_store
+from .design_store import WantedDesign
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
 
 
 @pytest.fixture
-def drawn(tmp_path):
+def drawn(made, tmp_path):
     """Draw all figures; gives the store and the names of the files."""
 
     def make(asked=None):
-        design_store(tmp_path / "design.nc", asked)
-        stick_store(tmp_path / "pounding.nc")
-        with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as opened:
-            store = opened.load()
-        made = design_products_of(store, tmp_path / "pounding.nc", (0.1, 0.15), False)
-        files = design_figures(tmp_path, made)
+        products, _ = made(asked, (0.1, 0.15))
+        files = design_figures(tmp_path, products)
         assert all(path.stat().st_size > 10_000 for path in files)
-        return store, {path.name for path in files}
+        return products.store, {path.name for path in files}
 
     return make
 

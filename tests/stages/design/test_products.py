@@ -13,22 +13,16 @@ import xarray as xr
 from impactfem.spectra import broaden, fractile
 from impactfem.stages.design.products import (
     EACH,
-    DesignProducts,
+    coverage_table,
     design_products_of,
+    vertex_table,
     write_design_products,
 )
 from impactfem.system.errors import ImpactfemError
 
-from .design_store import F, WantedDesign, design_store, stick_store
+from .design_store import F, WantedDesign, design_store
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
-
-
-def made(folder: Path, asked: WantedDesign | None = None) -> DesignProducts:
-    design_store(folder / "design.nc", asked)
-    stick_store(folder / "pounding.nc")
-    with xr.open_dataset(folder / "design.nc", engine="h5netcdf") as store:
-        return design_products_of(store.load(), folder / "pounding.nc", 0.15, False)
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -36,9 +30,8 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-def test_envelope_broadened(tmp_path):
-    products = made(tmp_path)
-    own = design_store(tmp_path / "again.nc")
+def test_envelope_broadened(made):
+    products, own = made()
     design = products.case
     assert [s.floor for s in design.source.stations] == ["1", "2"]
     assert design.source.stations[1].points == (
@@ -55,8 +48,8 @@ def test_envelope_broadened(tmp_path):
     assert "on no floor: tower" in design.source.method
 
 
-def test_tables(tmp_path):
-    products = made(tmp_path)
+def test_tables(made, tmp_path):
+    products, _ = made()
     files = write_design_products(tmp_path, products)
     assert {path.name for path in files} == {
         *("design_spectra.csv", "design_peaks.csv", "design_ensemble.csv", "design_coverage.csv"),
@@ -88,8 +81,8 @@ def test_tables(tmp_path):
     )
 
 
-def test_statistics(tmp_path):
-    products = made(tmp_path)
+def test_statistics(made, tmp_path):
+    products, _ = made()
     write_design_products(tmp_path, products)
     members = products.members
     assert members is not None and len(members.motions) == 5
@@ -105,10 +98,9 @@ def test_statistics(tmp_path):
     assert "mean of 5 motions" in text and len(book.sheetnames) == 1 + 3 * 2
 
 
-def test_peaks_name_their_point(tmp_path):
-    products = made(tmp_path)
+def test_peaks_name_their_point(made, tmp_path):
+    products, own = made()
     write_design_products(tmp_path, products)
-    own = design_store(tmp_path / "again.nc")
     row = next(
         r
         for r in rows(tmp_path / "products" / "design_peaks.csv")
@@ -121,8 +113,8 @@ def test_peaks_name_their_point(tmp_path):
     assert row["number of points"] == "5"
 
 
-def test_without_ensemble_and_fields(tmp_path):
-    products = made(tmp_path, WantedDesign(motions=0, whole=None, still=True))
+def test_without_ensemble_and_fields(made, tmp_path):
+    products, _ = made(WantedDesign(motions=0, whole=None, still=True))
     files = write_design_products(tmp_path, products)
     assert sorted(path.name for path in files) == [
         *("design_peaks.csv", "design_spectra.csv", "design_spectra.nc", "design_spectra.xlsx"),
@@ -133,6 +125,29 @@ def test_without_ensemble_and_fields(tmp_path):
     book = openpyxl.load_workbook(tmp_path / "products" / "design_spectra.xlsx")
     text = " ".join(str(cell.value) for line in book["contents"].iter_rows() for cell in line)
     assert "PROBES ALONE" in text and "1 motion (that of the case)" in text
+
+
+def test_coverage(made):
+    products, own = made()
+    table = coverage_table(products)
+    assert len(table.rows) == 2 * 3
+    row = table.rows[4]
+    assert row[:7] == ("B1", "2", "y", 0.02, 3, 2, 60)
+    probes, vertices = own.probes(0, 1).max(), own.upper(0).max()
+    assert row[7] == pytest.approx(probes, rel=1e-5)
+    assert row[8] == pytest.approx(max(probes, vertices), rel=1e-5)
+    assert row[9] == pytest.approx(1.02 * vertices, rel=1e-5)
+    assert row[11] == pytest.approx(1.0 / 1.02, rel=1e-5) and row[13] == row[11]
+
+
+def test_vertices(made):
+    products, own = made()
+    table = vertex_table(products)
+    assert len(table.rows) == 7
+    assert table.rows[-1][:6] == ("B1", "2", "y", 106, 106.0, 0.0)
+    others = np.maximum(own.psa[:, 2:5, 1].max(axis=1), own.vertex_psa[:, 4])
+    largest = own.vertex_psa[:, 6] > others
+    assert table.rows[-1][-1] == pytest.approx(largest.mean(), rel=1e-5) and largest.any()
 
 
 def test_no_such_store(tmp_path):

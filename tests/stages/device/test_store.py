@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from impactfem.stages.device.analysis import DeviceResult, Support
-from impactfem.stages.device.scalars import load_scalars
 from impactfem.stages.device.spectrum_plan import SpectrumChoice
-from impactfem.stages.device.store import mode_ordinates, pulls
+from impactfem.stages.device.store import load_scalars, mode_ordinates, pulls
 
 from .device_store import WantedDevice, device_store
 

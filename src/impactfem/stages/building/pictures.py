@@ -72,16 +72,11 @@ def open_side(store: xr.Dataset) -> Side | None:
 def side_panel(panel: Axes, side: Side) -> None:
     """Draw a side to scale."""
     label, colour = FAMILIES["storey"]
-    look: dict[str, Any] = {
-        "facecolors": colour,
-        "edgecolors": "0.35",
-        "linewidths": 0.25,
-        "label": label,
-    }
-    panel.add_collection(PolyCollection(list(side.walls), **look))
+    look: dict[str, Any] = {"edgecolors": "0.35", "linewidths": 0.25, "label": label}
+    panel.add_collection(PolyCollection(list(side.walls), facecolors=colour, **look))
     if len(side.lines):
-        look = {"colors": FAMILIES["column"][1], "linewidths": 1.5}
-        panel.add_collection(LineCollection(list(side.lines), **look))
+        columns = FAMILIES["column"][1]
+        panel.add_collection(LineCollection(list(side.lines), colors=columns, linewidths=1.5))
     corners = np.concatenate([side.walls.reshape(-1, 2), side.lines.reshape(-1, 2)])
     low, high = corners.min(axis=0), corners.max(axis=0)
     beyond = 0.03 * float((high - low).max())
@@ -190,15 +185,14 @@ def _drawn(store: xr.Dataset, outside: bool) -> tuple[Picture, list[tuple[str, s
             scene.add_mesh(edges, color=OUTLINE, line_width=1.5, lighting=False)
             scene.add_mesh(corners(flat), color="black", line_width=2.0)
             legend.append((label, colour, "face"))
-    shells = surface(shell_grid(store))
-    if shells.n_cells and not outside:
+    if not outside and (shells := surface(shell_grid(store))).n_cells:
         scene.add_mesh(corners(shells), color="#9a9a9a", line_width=1.2)
     for family, width in LINES.items():
         label, colour = FAMILIES[family]
         lines = beam_grid(store, family)
         if lines.n_cells:
-            look = {} if outside else {"render_lines_as_tubes": True}
-            scene.add_mesh(lines, color=colour, line_width=width, **look)
+            tubes = None if outside else True  # None: as pyvista has it
+            scene.add_mesh(lines, color=colour, line_width=width, render_lines_as_tubes=tubes)
             legend += [] if outside else [(label, colour, "line")]
     return render(scene, store["node_position"].values), legend
 

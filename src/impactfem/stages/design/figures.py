@@ -14,7 +14,7 @@ from impactfem.plot.floor_products import floor_page
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.design.products import DesignProducts, design_products_of
-from impactfem.stages.design.scalars import largest_impact
+from impactfem.stages.design.store import largest_impact
 from impactfem.stages.stores import names_of, of_run, open_store
 
 PANEL = (2.5, 2.1)

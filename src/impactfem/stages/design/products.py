@@ -33,7 +33,7 @@ from impactfem.spectra.design import Ratio
 from impactfem.spectra.frequency_list import interpolate_frequency, merged_frequencies
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.statistics import STATISTICS, over_members
-from impactfem.stages.design.scalars import largest_impact
+from impactfem.stages.design.store import largest_impact
 from impactfem.stages.stores import names_of
 
 Array = NDArray[np.float64]

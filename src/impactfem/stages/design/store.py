@@ -4,6 +4,10 @@ The points of a floor are its probes and, where `transient_maps.nc` has fields o
 vertices that govern. Names that begin with `whole_` are of all vertices of a floor, with `reached_`
 of those that govern, both from the fields; with `member_` of the members of an ensemble that is
 carried through the 3D model. Directions in which nothing moves are left out.
+
+Scalars: spectra are those at the first damping along the shown direction, enveloped over the points
+of each floor. `ensemble3d.STATISTIC.X` is a statistic over the members of their X; X has the name
+that it has for the case's own motion, `design.X` for `frs.*`.
 """
 
 from __future__ import annotations
@@ -15,9 +19,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from impactfem.case import Case
 from impactfem.spectra.response_spectrum import ResponseSpectra
+from impactfem.spectra.statistics import STATISTICS, over_members
 from impactfem.stages.design.floors import (
     MISSED,
     STILL,
@@ -26,10 +32,11 @@ from impactfem.stages.design.floors import (
     enveloped,
     probe_points,
 )
-from impactfem.stages.design.scalars import design_scalars
 from impactfem.stages.stores import Output, dataset, names_of
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import with_scalars
+from impactfem.system.scalar import Scalar, with_scalars
+
+Array = NDArray[np.float64]
 
 AXES = ["x", "y", "z"]
 _CURVE = "damping station direction frequency"
@@ -181,3 +188,68 @@ def write_design(
     moving = (peak > STILL * peak.max()) | (store["vertex_count"] > 0).any("station")
     store = with_scalars(store, design_scalars(store))
     write_netcdf(path, store.isel(direction=np.flatnonzero(moving)))
+
+
+def design_scalars(store: xr.Dataset) -> list[Scalar]:
+    """All scalars of the stage, from the content of `design.nc` with all directions."""
+    axis, members = str(store.attrs["shown_direction"]), "motion" in store.dims
+    shown = store.isel(damping=0).sel(direction=axis)
+    own: list[Scalar] = []
+    ensemble: list[Scalar] = []
+    if members:
+        failed = names_of(store, "failed")
+        error = float(store["member_basis_error"].max())
+        ensemble = [
+            Scalar("ensemble3d.members", float(store.sizes["motion"]), "-"),
+            Scalar("ensemble3d.failed", float(len(failed)), "-", "; ".join(failed)),
+            Scalar("ensemble3d.basis_error", error, "-", "transfer functions at the points"),
+        ]
+    for s, number in enumerate(store["station_floor"].values):
+        one, name = shown.isel(station=s), f"frs.floor_{number}"
+        note = _points(one, int(one["vertex_count"]))
+        own += [
+            Scalar(f"design.{name}.peak", float(one["psa"].max()), "m/s2", note),
+            Scalar(f"design.{name}.peak_frequency", float(one["psa"].idxmax()), "Hz", note),
+            Scalar(f"design.{name}.zpa", float(one["zpa"]), "m/s2", note),
+        ]
+        if members:
+            note = _points(one, round(float(one["member_vertices"].mean())))
+            peaks = one["member_psa"].max("frequency").values
+            ensemble += _statistics(f"{name}.peak", peaks, "m/s2", note)
+            ensemble += _statistics(f"{name}.zpa", one["member_zpa"].values, "m/s2", note)
+            at_centre = one["member_centre_peak"].values
+            ensemble += _statistics(f"transient.{name}.peak", at_centre, "m/s2", "mass centre")
+    if members:
+        ensemble += _statistics("impact_force", largest_impact(store), "N", "largest one, sticks")
+    for d, device in enumerate(names_of(store, "device") if "device" in store.dims else ()):
+        force = store.isel(device=d).sel(component=axis)
+        name = "device" if d == 0 else f"device.{device}"
+        detailed, rsa = (force[f"member_device_{k}"].values for k in ("force", "spectrum"))
+        analysis = f"{device}, {store.attrs['analysis']}"
+        ensemble += _statistics(f"{name}.f{axis}.detailed.impact", detailed, "N", device)
+        ensemble += _statistics(f"{name}.f{axis}.rsa.impact", rsa, "N", analysis)
+        if np.all(detailed > 0.0):
+            difference, what = 1.0 - rsa / detailed, f"{name}.relative_difference.impact"
+            ensemble += _statistics(what, difference, "-", analysis)
+    return own + ensemble
+
+
+def largest_impact(store: xr.Dataset) -> Array:
+    """Largest force of the sticks on the building, shape (n_m,) [N]; 0 without contact pairs."""
+    return np.asarray(store["member_impact_force"].values.max(axis=1, initial=0.0))
+
+
+def _points(station: xr.Dataset, vertices: int) -> str:
+    """What is enveloped, in words."""
+    probes = f"envelope of {int(station['probe_count'])} probes"
+    return probes + (f" and {vertices} vertices" if vertices else " alone")
+
+
+def _statistics(name: str, values: Array, unit: str, note: str) -> list[Scalar]:
+    # Differences and forces that are zero have no logarithm.
+    known = [key for key in STATISTICS if key != "p84_lognormal" or np.all(values > 0.0)]
+    note = f"{note}; over {len(values)} members"
+    return [
+        Scalar(f"ensemble3d.{key}.{name}", float(over_members(values, key)), unit, note)
+        for key in known
+    ]
