@@ -6,11 +6,9 @@ import json
 import re
 import zipfile
 
-import numpy as np
 import pytest
-import xarray as xr
 
-from impactfem.report.scene_page import Notes, _level, _overlay, _peaks, write_scene
+from impactfem.report.scene_page import write_scene
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 
@@ -38,7 +36,7 @@ def page(tmp_path_factory, request):
     write_netcdf(folder / "building.nc", building)
     write_netcdf(folder / "transient.nc", _transient(asked, slab))
     write_netcdf(folder / "transient_maps.nc", _maps(asked, slab))
-    write_netcdf(folder / "device.nc", device_store(WantedDevice(devices=("pump", "fan"))))
+    write_netcdf(folder / "device.nc", device_store(WantedDevice(devices=("pump", "a & b"))))
     (path,) = write_scene(folder)
     assert path == folder / "figures" / "building_scene.html"
     return path.read_text(encoding="utf-8")
@@ -74,7 +72,12 @@ def test_it_holds_the_scene(page):
 @pytest.mark.slow
 def test_it_says_what_it_shows(page):
     assert "<title>Building A &lt;&amp;&gt; B</title>" in page and "A <&> B" not in page
-    for words in ("peak acceleration along y [m/s²]", "impact edges", "columns", "fan, floor"):
+    for words in (
+        "peak acceleration along y [m/s²]",
+        "impact edges",
+        "columns",
+        "a &amp; b, floor",
+    ):
         assert words in page
     # 10 + y over 6 m.
     assert "<span>10</span><span>13</span><span>16</span>" in page
@@ -99,24 +102,3 @@ def test_a_store_that_is_damaged(tmp_path):
     (tmp_path / "building.nc").write_bytes(b"no store")
     with pytest.raises(ImpactfemError, match=r"cannot read .*building\.nc"):
         write_scene(tmp_path)
-
-
-def test_peaks_by_node(transient_folder):
-    folder = transient_folder(direction="x", floors=(1, 2))
-    with xr.open_dataset(folder / "building.nc", engine="h5netcdf") as building:
-        direction, peak = _peaks(folder, building.sizes["node"])
-        level = _level(building)
-        nodes = building["node_position"].values
-    assert direction == "x" and len(level) == 50
-    assert peak[level] == pytest.approx(10.0 + nodes[level, 0])
-    assert np.isnan(np.delete(peak, level)).all()
-    (folder / "transient_maps.nc").unlink()
-    assert _peaks(folder, 10) is None
-
-
-def test_notes_are_escaped():
-    notes = Notes("a <b>", [("x & y", "#123456")], ("peak [m/s²]", 0.0, 4.0))
-    text = _overlay(notes)
-    assert "a &lt;b&gt;" in text and "x &amp; y" in text and "background:#123456" in text
-    assert "<span>0</span><span>2</span><span>4</span>" in text and "linear-gradient" in text
-    assert "linear-gradient" not in _overlay(Notes("a"))

@@ -92,15 +92,6 @@ class Comparison:
 
     Args:
         store: From `compare`, or the open `comparison.nc`.
-
-    Attributes:
-        probe: Number of the point, shape (n,).
-        component: Number of the axis, shape (n,).
-        known: Whether a frequency is compared, shape (n_f,).
-        psa: PSa of the run and of the other, shape (2, n, n_f) [m/s2].
-        peak: Its largest value at the compared frequencies, shape (2, n) [m/s2].
-        difference: δ, shape (n, n_f).
-        over_peak: δ_peak, shape (n, n_f).
     """
 
     def __init__(self, store: xr.Dataset) -> None:
@@ -109,12 +100,16 @@ class Comparison:
         self.damping = float(store.attrs["damping"])
         self.probes, self.components = names_of(store, "probe"), names_of(store, "component")
         self.frequency: Array = np.asarray(store["frequency"].values, dtype=np.float64)
+        # Whether a frequency is compared, shape (n_f,).
         self.known: Flags = np.asarray(self.frequency <= self.highest * (1.0 + SAME))
+        # Numbers of the point and of the axis of each spectrum.
         self.probe, self.component = np.nonzero(store["counts"].values)
+        # Of the run and of the other, shape (2, n, n_f), and the largest compared ones [m/s2].
         self.psa: Array = np.stack(
             [store[name].values[self.probe, self.component] for name in ("psa", "psa_other")]
         )
         self.peak: Array = self.psa[..., self.known].max(axis=-1)
+        # δ and δ_peak, shape (n, n_f).
         apart = np.abs(self.psa[0] - self.psa[1])
         self.difference: Array = apart / self.psa[1]
         self.over_peak: Array = apart / self.peak[1, :, None]

@@ -37,7 +37,7 @@ from impactfem.report.run_files import SCENE
 from impactfem.stages.device.model_figures import device_size
 from impactfem.stages.device.pictures import standing
 from impactfem.stages.device.selection import anchor_of
-from impactfem.stages.stores import names_of, open_store
+from impactfem.stages.stores import names_of, open_store, open_stores
 from impactfem.system.files import atomic
 from impactfem.system.own_process import in_own_process
 
@@ -106,42 +106,26 @@ def _slabs(scene: Any, notes: Notes, building: xr.Dataset, folder: Path) -> None
     grid = shell_grid(building, "floor")
     if not grid.n_cells:
         return
-    values = _peaks(folder, building.sizes["node"])
     look: dict[str, Any] = {"color": FAMILIES["floor"][1]}
-    if values is None:
+    if not (folder / "transient_maps.nc").is_file():
         notes.entries.append(FAMILIES["floor"])
     else:
-        direction, peak = values
+        with open_stores(folder) as opened:
+            maps = opened("transient_maps.nc")
+            direction = str(opened("transient.nc").attrs["shown_direction"])
+            peak = np.full(building.sizes["node"], np.nan)  # off the floors
+            peak[maps["node_number"].values] = maps["pfa"].sel(component=direction).values
         grid.point_data["peak"] = peak.astype(np.float32)
-        shown = peak[_level(building)]  # not the vertices of an acroterion
+        # Of the level triangles, not of an acroterion; of all where none is level.
+        names = names_of(building, "shell_part_name")
+        floors = np.array([name.split("_")[0] == "floor" for name in names], dtype=bool)
+        cells = building["triangle_node"].values[floors[building["triangle_part"].values]][:, :3]
+        level = np.ptp(building["node_position"].values[cells, 2], axis=1) < FLAT
+        shown = peak[np.unique(cells[level] if level.any() else cells)]
         low, high = float(shown.min()), float(shown.max())
         notes.scale = (f"slabs: peak acceleration along {direction} [m/s²]", low, high)
         look = {"scalars": "peak", "cmap": COLOURS, "clim": (low, high), "show_scalar_bar": False}
     scene.add_mesh(_light(surface(grid)), lighting=False, **look)
-
-
-def _level(building: xr.Dataset) -> NDArray[np.int64]:
-    """Vertices of the level triangles of slabs; of all where none is level."""
-    names = names_of(building, "shell_part_name")
-    floors = np.array([name.split("_")[0] == "floor" for name in names], dtype=bool)
-    cells = building["triangle_node"].values[floors[building["triangle_part"].values]][:, :3]
-    z = building["node_position"].values[cells, 2]
-    level = np.ptp(z, axis=1) < FLAT
-    return np.asarray(np.unique(cells[level] if level.any() else cells))
-
-
-def _peaks(folder: Path, nodes: int) -> tuple[str, Array] | None:
-    """The shown direction, and peak accelerations along it by node [m/s2]; nan off the floors."""
-    if not (folder / "transient_maps.nc").is_file():
-        return None
-    with (
-        open_store(folder / "transient_maps.nc") as maps,
-        open_store(folder / "transient.nc") as store,
-    ):
-        direction = str(store.attrs["shown_direction"])
-        peak = np.full(nodes, np.nan)
-        peak[maps["node_number"].values] = maps["pfa"].sel(component=direction).values
-    return direction, peak
 
 
 def _others(scene: Any, notes: Notes, building: xr.Dataset) -> None:
@@ -221,15 +205,9 @@ def _page(scene: Any, notes: Notes) -> str:
     text = re.sub(r"<title>.*?</title>", lambda _: title, text, count=1)
     # The viewer empties what it draws into: the whole body, unless something is of class content.
     place = '<div class="content" style="position:absolute;inset:0"></div>'
-    return text.replace("</body>", f"{place}\n{_overlay(notes)}\n</body>", 1)
-
-
-def _overlay(notes: Notes) -> str:
-    """Title, legend and scale, over the lower left of the scene."""
+    # Title, legend and scale, over the lower left of the scene.
     template = (files("impactfem.report") / "templates" / "scene.html").read_text("utf-8")
-    colours = mpl.colormaps[COLOURS](np.linspace(0.0, 1.0, STEPS))
-    return (
-        Environment(autoescape=True, trim_blocks=True)
-        .from_string(template)
-        .render(notes=notes, colours=[to_hex(colour) for colour in colours])
-    )
+    colours = [to_hex(one) for one in mpl.colormaps[COLOURS](np.linspace(0.0, 1.0, STEPS))]
+    environment = Environment(autoescape=True, trim_blocks=True)
+    overlay = environment.from_string(template).render(notes=notes, colours=colours)
+    return text.replace("</body>", f"{place}\n{overlay}\n</body>", 1)

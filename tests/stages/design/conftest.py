@@ -31,18 +31,19 @@ LOADS = {"ground y": (-3.0, 1.0), "floor 1": (2e-5, 1e-5), "floor 2": (3e-5, -2e
 EDGES = {k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in (1, 2)}
 
 
-def basis_of(names: tuple[str, ...]) -> ReducedBasis:
-    """The two modes at the nodes 4, 7 and 9, under some of the loads."""
+@pytest.fixture
+def whole() -> ReducedBasis:
+    """The two modes at the nodes 4, 7 and 9."""
     shapes = np.random.default_rng(3).normal(size=(3, 3, 2))
     model = ReducedModel(
         eigenvalue=(2.0 * np.pi * np.array([3.0, 11.0])) ** 2,
-        load=np.array([LOADS[name] for name in names]).T.reshape(2, len(names)),
+        load=np.array(list(LOADS.values())).T,
         coordinates=np.eye(2),
         shift=1e4,
         tail=np.zeros((0, 2)),
     )
     return ReducedBasis(
-        loads=names,
+        loads=tuple(LOADS),
         models=(model,),
         larger=(),
         nodes=np.array([4, 7, 9]),
@@ -79,11 +80,6 @@ def some_loads() -> Callable[..., Loads]:
         )
 
     return make
-
-
-@pytest.fixture
-def whole() -> ReducedBasis:
-    return basis_of(tuple(LOADS))
 
 
 @pytest.fixture

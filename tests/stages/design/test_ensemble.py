@@ -19,7 +19,7 @@ from impactfem.stages.design.ensemble import (
 from impactfem.system.errors import SolutionError
 from impactfem.system.files import read_archive
 
-from .conftest import basis_of, points
+from .conftest import points
 
 DAMPING = Rayleigh(0.5, 1e-4)
 FORCE = np.array([1e5, 2e5])
@@ -56,12 +56,6 @@ def test_some_nodes_keep_their_response(whole, some_loads):
     np.testing.assert_array_equal(records(whole, loads, table), records(cut, loads, table))
     with pytest.raises(KeyError, match="not made for"):
         records(cut, loads, points(node=[7], component=[1]))
-
-
-def test_a_load_that_the_basis_has_not(carrier, some_loads):
-    lacking = basis_of(("ground y", "floor 2"))
-    with pytest.raises(KeyError, match="floor 1"):
-        records(lacking, some_loads(), carrier.points)
 
 
 def test_spectra_of_every_point_and_direction(carrier, some_loads):

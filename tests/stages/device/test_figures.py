@@ -19,7 +19,6 @@ from impactfem.stages.device.model_figures import (
 )
 from impactfem.stages.device.pictures import Floor, device_pictures
 from impactfem.stages.device.selection import input_variants
-from impactfem.system.errors import ImpactfemError
 
 from .device_store import FREQUENCIES, HEIGHT, WantedDevice, device_folder, device_store
 
@@ -277,13 +276,6 @@ def test_plan_of_a_floor():
     assert floor.beams().tolist() == [[[0.0, 0.0], [4.0, 3.0]]]
     assert floor.impact_edge().tolist() == [[[0.0, 6.0], [8.0, 6.0]]]
     assert floor.anchor_nodes(np.array([4.1, 3.1, 12.0]), 1).tolist() == [[4.0, 3.0]]
-
-
-def test_a_figure_that_cannot_be_written(tmp_path):
-    folder = device_folder(tmp_path)
-    (folder / "figures" / "figure_28_damping.png" / "full").mkdir(parents=True)
-    with pytest.raises(ImpactfemError, match=r"cannot write .*figure_28_damping\.png"):
-        device_figures(folder)
 
 
 @pytest.mark.slow

@@ -9,7 +9,6 @@ import pytest
 
 from impactfem.case.report import read_published
 from impactfem.stages.device.tables import device_tables
-from impactfem.system.errors import ImpactfemError
 
 from .device_store import DETAILED, FREQUENCIES, HEIGHT, MASSES, SHARES, device_folder
 
@@ -309,13 +308,6 @@ def test_verdict_on_what_covers_the_detailed_force(tmp_path):
     (tmp_path / "one").mkdir()
     alone = tables(tmp_path / "one", dampings=1)["verdict"]
     assert not any(row["question"] == DAMPING[1] for row in alone)
-
-
-def test_a_table_that_cannot_be_written(tmp_path):
-    folder = device_folder(tmp_path)
-    (folder / "tables" / "device_demand.csv" / "full").mkdir(parents=True)
-    with pytest.raises(ImpactfemError, match=r"cannot write .*device_demand"):
-        device_tables(folder, {})
 
 
 def test_the_papers_values_agree_with_one_another(paper):
