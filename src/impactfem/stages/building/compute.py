@@ -195,8 +195,18 @@ def fit_storey_factor(
         SolutionError: There is no such mode among them, or no factor gives the frequency, as when
             the slabs alone are too soft.
     """
-    space = _ground_space(model, direction, start)
-    factor = _reduced_fit(model, space, frequency, direction, start)
+    K = model.stiffness(start)
+    with KrylovBasis(K, model.mass, 0.0) as basis:
+        basis.add(model.ground[:, [direction]])
+        basis.grow(KRYLOV_STEPS)
+        shapes = basis.V @ reduced_model(basis).coordinates
+        bending = _bending(model, shapes, direction)
+        if bending.size:
+            basis.add(product(model.storeys, shapes[:, bending[:1]]))
+            basis.grow(CHANGE_STEPS)
+        V = np.array(basis.V)
+    K.destroy()
+    factor = _reduced_fit(model, V, frequency, direction, start)
     for rounds in range(1, MOST_ROUNDS + 1):
         K = model.stiffness(factor)
         result = modes(K, model.mass, count)
@@ -222,22 +232,6 @@ def _bending(model: BuildingModel, shapes: Array, direction: int) -> NDArray[np.
     """Numbers of the shapes Φ, Φᵀ M Φ = I, that bend along a direction, from the lowest."""
     gamma = model.comm.allreduce(shapes.T @ model.ground[:, direction])
     return bending_modes(gamma**2, float(model.total[direction, direction]))
-
-
-def _ground_space(model: BuildingModel, direction: int, factor: float) -> Array:
-    """Columns V, Vᵀ M V = I, with the bending mode at a factor and its change with the factor."""
-    K = model.stiffness(factor)
-    with KrylovBasis(K, model.mass, 0.0) as basis:
-        basis.add(model.ground[:, [direction]])
-        basis.grow(KRYLOV_STEPS)
-        shapes = basis.V @ reduced_model(basis).coordinates
-        bending = _bending(model, shapes, direction)
-        if bending.size:
-            basis.add(product(model.storeys, shapes[:, bending[:1]]))
-            basis.grow(CHANGE_STEPS)
-        V = np.array(basis.V)
-    K.destroy()
-    return V
 
 
 def _reduced_fit(

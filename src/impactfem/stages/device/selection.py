@@ -169,22 +169,6 @@ class Load:
         """
         return self.of("mode_psa").sel(mode=modes_of(self.store, self.device)["mode"])
 
-    @property
-    def followed(self) -> list[tuple[float, float]]:
-        """Frequency [Hz] of each shown mode, and its pseudo-acceleration over the floor's ZPA [-].
-
-        None of them where nothing moves the anchor.
-        """
-        axis = direction(self.store)
-        zpa = float(abs(self.of("anchor_acceleration", component=axis)).max())
-        if not zpa > 0.0:
-            return []
-        modes = shown_modes(self.store, self.device)
-        ratio = self.ordinates.sel(component=axis, mode=modes["mode"]) / zpa
-        return list(
-            zip(modes["mode_frequency"].values.tolist(), ratio.values.tolist(), strict=True)
-        )
-
 
 def loads_of(store: xr.Dataset) -> list[Load]:
     """All loads: device by device, in it damping by damping, without and with impacts."""

@@ -21,6 +21,7 @@ from impactfem.stages.device.selection import (
     input_variants,
     modes_of,
     rigid_variants,
+    shown_modes,
     variant,
 )
 from impactfem.stages.stores import names_of
@@ -135,16 +136,20 @@ def _following(load: Load) -> list[str]:
     signs the forces by the spectrum along the shown direction are M_i S_i, the missing mass left
     out.
     """
-    found = load.followed
-    if len(found) < 2:
+    axis = direction(load.store)
+    zpa = float(abs(load.of("anchor_acceleration", component=axis)).max())
+    modes = shown_modes(load.store, load.device)
+    if modes.sizes["mode"] < 2 or not zpa > 0.0:
         return []
+    along = load.ordinates.sel(component=axis, mode=modes["mode"]) / zpa
+    found = list(zip(modes["mode_frequency"].values, along.values, strict=True))
     ratios = ", ".join(f"{ratio:.2f} at {f:.3g} Hz" for f, ratio in found)
     text = f"pseudo-acceleration of the modes over the floor's ZPA: {ratios}"
     peak = float(load.psa.idxmax("frequency"))
     if not all(f > peak and abs(ratio - 1.0) <= STIFF for f, ratio in found):
         return [f"{text}: not all of them follow the floor"]
     forces = load.ordinates * modes_of(load.store, load.device)["effective_mass"]
-    summed = float(forces.sel(component=direction(load.store)).sum())
+    summed = float(forces.sel(component=axis).sum())
     off = 100.0 * (summed / load.detailed - 1.0)
     return [
         f"{text}: they follow the floor, and their forces added with signs are "
