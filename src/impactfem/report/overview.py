@@ -184,8 +184,8 @@ def _devices(run: RunFiles) -> Facts:
     with run.store("device.nc") as store:
         headline, direction = of_device.headline(store), of_device.direction(store)
         choices: dict[str, str | None] = {"3D model": None, f"RSA, {headline}": headline}
-        for method, choice in of_device.rigid_variants(store).items():
-            choices[f"RSA, {of_device.RIGID_WORDS[method]}"] = choice
+        for method, name in of_device.rigid_variants(store).items():
+            choices[f"RSA, {of_device.RIGID_WORDS[method]}"] = name
         rows, notes = [], []
         for device in names_of(store, "device"):
             for impact, words in of_device.LOADS.items():

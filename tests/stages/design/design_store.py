@@ -137,7 +137,7 @@ def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
     case: Any = SimpleNamespace(
         title="Two buildings", content_hash=lambda: "abc", shown_direction="y"
     )
-    write_design(path, case, "key", probes, whole, spectra, members, "srss")
+    write_design(path, case, "key", probes, whole, spectra, members, "srss" if members else "")
     return Stored(probes["psa"].values, at_vertices)
 
 

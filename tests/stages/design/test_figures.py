@@ -45,9 +45,9 @@ def test_no_page_of_an_ensemble_that_is_not_there(drawn):
 
 
 @pytest.mark.parametrize("broadening", [0.15, (0.1, 0.15)])
-def test_curves_of_the_report(drawn, tmp_path, broadening):
+def test_curves_of_the_report(made, tmp_path, broadening):
     """With a ratio to either side, which is a list in the case as it was understood, too."""
-    drawn(WantedDesign(motions=0))
+    made(WantedDesign(motions=0))
     spectra = {"broadening": broadening, "clipping": False}
     (tmp_path / "case.json").write_text(json.dumps({"spectra": spectra}))
     (page,) = design_curves(tmp_path)
@@ -67,8 +67,8 @@ def test_members(drawn, devices):
     ]
 
 
-def test_statistics_of_members(drawn):
-    store, _ = drawn()
+def test_statistics_of_members(made):
+    store = made()[0].store
     table = member_table(store)
     names = [name for name, _ in table.columns]
     column = names.index("Fy of pump, 3D model")

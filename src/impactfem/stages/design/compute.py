@@ -41,7 +41,6 @@ from impactfem.stages.device.spectrum_plan import headline_of
 from impactfem.stages.ensemble.compute import member_key, members_of
 from impactfem.stages.stores import of_run
 from impactfem.stages.transient.prepared import Prepared, transient_of
-from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import read_archive
 from impactfem.system.log import LOGGER, Steps
@@ -176,7 +175,7 @@ def run_design(
             }
         if members and equipment is not None:
             results["device"] = [support.name for support in supports_of(equipment.plans)]
-            results["component"] = COMPONENTS
+            results["component"] = ["x", "y", "z", "rx", "ry", "rz"]
             analysis = headline_of(equipment.plans[0].rules).label
         with steps.step("stores"):
             path = folder / "design.nc"
