@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 from mpi4py import MPI
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.coupling.unilateral import unilateral_response
@@ -20,7 +19,6 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.system.errors import SolutionError
 
-Array = NDArray[np.float64]
 COMM = MPI.COMM_WORLD
 
 

@@ -7,6 +7,8 @@ import pytest
 import xarray as xr
 
 from impactfem.stages.ensemble.figures import bands, ensemble_checks, ensemble_results
+from impactfem.stages.ensemble.store import OUTPUTS
+from impactfem.stages.stores import dataset
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
 
@@ -19,34 +21,23 @@ def folder(tmp_path):
     f = np.geomspace(0.5, 50.0, 20)
     percentile = np.array([5.0, 16.0, 50.0, 84.0, 95.0])
     psa = 1.0 + rng.random((40, 1, 3, 1, 20))
-    words = {"motion": [f"seed_{k}" for k in range(40)], "scalar": ["a.b", "c.d", "e"]}
-    dataset = xr.Dataset(
-        {
-            "value": (
-                ("motion", "scalar"),
-                np.column_stack([np.arange(40.0), rng.random(40), np.full(40, np.nan)]),
-            ),
-            "psa_percentile": (
-                ("percentile", "damping", "station", "direction", "frequency"),
-                np.percentile(psa, percentile, axis=0),
-            ),
-            "psa_free_percentile": (
-                ("percentile", "damping", "station", "direction", "frequency"),
-                0.5 * np.percentile(psa, percentile, axis=0),
-            ),
-            "station_floor": ("station", np.array([1, 2, 3])),
-        },
-        coords={
-            "percentile": percentile,
-            "frequency": f,
-            "damping": [0.05],
-            "direction": np.array(["y"], dtype=object),
-            "unit": ("scalar", np.array(["m", "s", "-"], dtype=object)),
-            **{name: np.array(values, dtype=object) for name, values in words.items()},
-        },
-        attrs={"shown_direction": "y", "studied_building": "B1"},
-    )
-    write_netcdf(tmp_path / "ensemble.nc", dataset)
+    bands = np.percentile(psa, percentile, axis=0)
+    values = {
+        "motion": [f"seed_{k}" for k in range(40)],
+        "scalar": ["a.b", "c.d", "e"],
+        "unit": ["m", "s", "-"],
+        "value": np.column_stack([np.arange(40.0), rng.random(40), np.full(40, np.nan)]),
+        "percentile": percentile,
+        "station_floor": [1, 2, 3],
+        "direction": ["y"],
+        "frequency": f,
+        "damping": [0.05],
+        "psa_percentile": bands,
+        "psa_free_percentile": 0.5 * bands,
+    }
+    attributes = {"shown_direction": "y", "studied_building": "B1"}
+    store = dataset(OUTPUTS, values, attributes=attributes)
+    write_netcdf(tmp_path / "ensemble.nc", store)
     return tmp_path
 
 

@@ -9,9 +9,11 @@ import xarray as xr
 from impactfem.case import load_case
 from impactfem.plot.table import columns_of
 from impactfem.stages.pounding.checks import distance_check, facing_checks, stick_checks
+from impactfem.stages.pounding.store import OUTPUTS
 from impactfem.stages.pounding.tables import COLUMNS
+from impactfem.stages.stores import dataset
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, with_scalars
+from impactfem.system.scalar import Scalar
 
 SCALARS = {
     "sticks.stiffness_factor": 0.131,
@@ -64,33 +66,27 @@ def checked(tmp_path):
     ):
         scalars = [Scalar(name, x, "-") for name, x in (scalars | more).items()]
         scalars += [Scalar(name, 1.0, "-", note) for name, note in (notes or {}).items()]
-        store = xr.Dataset(
-            {
-                "pair": ("pair", np.array(["one.floor_1-two.floor_1"], dtype=object)),
-                "pair_rest_gap": ("pair", np.array([0.01])),
-                "pair_distance": ("pair", np.array([distance])),
-                "impact_restitution": ("impact", np.array([0.6, 0.5])),
-                "impact_defect": ("impact", np.array(defect)),
-                "impact_dissipated": ("impact", np.add(defect, taken)),
-                "target_frequency": ("target", np.array([1.75, 5.19])),
-                "calibrated_frequency": ("target", np.array([1.75 * 1.01, 5.19 * 0.988])),
-                "target_effective_mass": ("target", np.array([1e7, np.nan])),
-                "calibrated_effective_mass": ("target", np.array([0.909e7, 2e6])),
-                "station": ("station", np.array(["one.floor_1", "two.floor_1"], dtype=object)),
-                "psa": (
-                    ("damping", "station", "direction", "frequency"),
-                    np.array([[[[9.0, 5.0]], [[9.0, 5.0 * end]]]]),
-                ),
-                "pfa": (("station", "direction"), np.full((2, 1), 5.0)),
-            },
-            coords={
-                "direction": ["y"],
-                "frequency": [10.0, 500.0],
-                "target_building": ("target", np.array(["one", "one"], dtype=object)),
-                "target_mode": ("target", np.array([1, 2])),
-            },
-        )
-        write_netcdf(tmp_path / "pounding.nc", with_scalars(store, scalars))
+        values = {
+            "pair": ["one.floor_1-two.floor_1"],
+            "pair_rest_gap": [0.01],
+            "pair_distance": [distance],
+            "impact_restitution": [0.6, 0.5],
+            "impact_defect": np.array(defect),
+            "impact_dissipated": np.add(defect, taken),
+            "target_building": ["one", "one"],
+            "target_mode": [1, 2],
+            "target_frequency": [1.75, 5.19],
+            "calibrated_frequency": [1.75 * 1.01, 5.19 * 0.988],
+            "target_effective_mass": [1e7, np.nan],
+            "calibrated_effective_mass": [0.909e7, 2e6],
+            "station": ["one.floor_1", "two.floor_1"],
+            "direction": ["y"],
+            "frequency": [10.0, 500.0],
+            "psa": [[[[9.0, 5.0]], [[9.0, 5.0 * end]]]],
+            "pfa": np.full((2, 1), 5.0),
+        }
+        store = dataset(OUTPUTS, values, attributes={}, scalars=scalars)
+        write_netcdf(tmp_path / "pounding.nc", store)
         return stick_checks(tmp_path, points, tolerances)
 
     return check
@@ -245,21 +241,16 @@ def test_a_stress_needs_a_strength(checked, ratio, words):
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 
 
-def words(*values):
-    return "facing", np.array(values, dtype=object)
-
-
 def store(nearest):
-    return xr.Dataset(
-        {
-            "facing_a": words("B.floor_4", "C.floor_1", "B.floor_3"),
-            "facing_b": words("C.floor_3", "B.storey_2_at_0.36", "C.storey_3_at_0.257"),
-            "facing_level": ("facing", [12.0, 4.0, 9.0]),
-            "facing_rest_gap": ("facing", [0.03, 0.03, 0.03]),
-            "facing_distance_min": ("facing", [nearest, 0.02, nearest + 0.01]),
-            "facing_time": ("facing", [4.36, 2.0, 3.0]),
-        }
-    )
+    values = {
+        "facing_a": ["B.floor_4", "C.floor_1", "B.floor_3"],
+        "facing_b": ["C.floor_3", "B.storey_2_at_0.36", "C.storey_3_at_0.257"],
+        "facing_level": [12.0, 4.0, 9.0],
+        "facing_rest_gap": [0.03, 0.03, 0.03],
+        "facing_distance_min": [nearest, 0.02, nearest + 0.01],
+        "facing_time": [4.36, 2.0, 3.0],
+    }
+    return dataset(OUTPUTS, values, attributes={})
 
 
 @pytest.fixture(scope="module")

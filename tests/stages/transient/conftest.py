@@ -99,19 +99,12 @@ class Frame:
     def patterns(self, loads, eccentricity=0.3):
         return loads.patterns(self.model, self.parts.mesh, eccentricity)
 
-    def full(self, loads, damping, folder, nodes=None):
-        """The full model without interruption."""
-        return run_full(
-            self.model,
-            self.K,
-            loads,
-            self.patterns(loads),
-            damping,
-            Displacements(self.model, self.nodes if nodes is None else nodes),
-            checkpoints=folder / "checkpoints",
-            key="frame",
-            every=10**6,
-        )
+    def full(self, loads, damping, folder, nodes=None, **options):
+        """The full model, its checkpoints in the folder: without an interruption the last alone."""
+        probes = Displacements(self.model, self.nodes if nodes is None else nodes)
+        whole = {"checkpoints": folder, "key": "frame", "every": 10**6}
+        model, patterns = self.model, self.patterns(loads)
+        return run_full(model, self.K, loads, patterns, damping, probes, **whole | options)
 
     def basis(self, loads, **changes):
         """A reduced basis for the light damping."""

@@ -1,14 +1,16 @@
 """The checks of the stage `transient` in words."""
 
 import logging
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from impactfem.spectra import response_spectra
-from impactfem.stages.check import Check, end_check, log_checks
+from impactfem.stages.building import store as building_store
+from impactfem.stages.check import end_check, log_checks
+from impactfem.stages.pounding import store as pounding_store
+from impactfem.stages.stores import dataset
 from impactfem.stages.transient.checks import samples_check, stick_against_model, transient_checks
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
@@ -29,8 +31,6 @@ LINES = [
     "transient: energy identity to 1.0e-13, 1e-09 allowed",
     "transient: spectra of reduced and full differ by 0.2 %, 0.5 % allowed",
 ]
-
-Logged = Callable[..., list[tuple[str, str]]]
 
 
 @pytest.fixture
@@ -148,49 +148,34 @@ def test_samples(step, points, more):
     assert samples_check(step, 50.0) == (not more, f"transient: {points} {text}")
 
 
-Checked = Callable[..., list[Check]]
-
-
 @pytest.fixture
 def checked(tmp_path):
     """The check of a stick with this frequency along y beside a 3D model of 2 Hz."""
 
     def check(frequency, direction="y"):
         # Mode 1 of the 3D model twists and moves a twentieth of the mass along y.
-        building = xr.Dataset(
-            {
-                "frequency": ("mode", np.array([1.5, 2.0, 3.0, 7.0])),
-                "effective_mass": (
-                    ("mode", "direction"),
-                    np.array([[0.0, 5.0], [0.0, 70.0], [80.0, 0.0], [0.0, 15.0]]),
-                ),
-            },
-            coords={"direction": ["x", "y"]},
-            attrs={"building": "wing"},
-        )
+        building = {
+            "frequency": [1.5, 2.0, 3.0, 7.0],
+            "effective_mass": [[0.0, 5.0], [0.0, 70.0], [80.0, 0.0], [0.0, 15.0]],
+            "direction": ["x", "y"],
+        }
         # The tower, which has one mode fewer, stands before the wing.
-        sticks = xr.Dataset(
-            {
-                "building": ("building", ["tower", "wing"]),
-                "mode_frequency": (
-                    ("building", "mode"),
-                    np.array([[9.0, 9.5, np.nan], [frequency, 3.0, 5.0 * frequency]]),
-                ),
-                "mode_effective_mass": (
-                    ("building", "mode_direction", "mode"),
-                    np.array(
-                        [
-                            [[90.0, 0.0, np.nan], [0.0, 90.0, np.nan]],
-                            [[0.0, 80.0, 0.0], [75.0, 0.0, 20.0]],
-                        ]
-                    ),
-                ),
-                "mode_direction": ("mode_direction", ["x", "y"]),
-            },
-            attrs={"shown_direction": direction},
-        )
-        write_netcdf(tmp_path / "building.nc", building)
-        write_netcdf(tmp_path / "pounding.nc", sticks)
+        none = np.nan
+        sticks = {
+            "building": ["tower", "wing"],
+            "mode_frequency": [[9.0, 9.5, none], [frequency, 3.0, 5.0 * frequency]],
+            "mode_effective_mass": [
+                [[90.0, 0.0, none], [0.0, 90.0, none]],
+                [[0.0, 80.0, 0.0], [75.0, 0.0, 20.0]],
+            ],
+            "mode_direction": ["x", "y"],
+        }
+        for name, outputs, values, attributes in (
+            ("building", building_store.OUTPUTS, building, {"building": "wing"}),
+            ("pounding", pounding_store.OUTPUTS, sticks, {"shown_direction": direction}),
+        ):
+            store = dataset(outputs, values, attributes=attributes)
+            write_netcdf(tmp_path / f"{name}.nc", store)
         return stick_against_model(tmp_path)
 
     return check

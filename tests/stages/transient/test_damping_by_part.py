@@ -9,11 +9,9 @@ import xarray as xr
 from mpi4py import MPI
 
 from impactfem import study
-from impactfem.building.links import Displacements
 from impactfem.building.model import damping_matrix
 from impactfem.building.parts import PartDamping
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.stages.transient.full_run import run_full
 from impactfem.system.errors import InputError
 
 from .conftest import STOREY_FACTOR, command, killed, no_pictures
@@ -46,18 +44,7 @@ def run(frame, short, tmp_path):
             )
             dampings = PartDamping(shells, beams)
             C = damping_matrix(MPI.COMM_SELF, frame.parts, dampings, STOREY_FACTOR, whole)
-        return run_full(
-            frame.model,
-            frame.K,
-            short,
-            frame.patterns(short),
-            whole,
-            Displacements(frame.model, frame.nodes),
-            C=C,
-            checkpoints=tmp_path / f"{families}_{own}_{whole}",
-            key="key",
-            every=10**6,
-        )
+        return frame.full(short, whole, tmp_path / f"{families}_{own}_{whole}", C=C)
 
     return running
 

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from impactfem.building.floor import edge_load
-from impactfem.building.links import Displacements
 from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
 from impactfem.dynamics.energy import Energy
-from impactfem.stages.transient.full_run import run_full
 
 STEPS = 420
 EVERY = 125  # no multiple of the most steps between two reports
@@ -33,29 +31,15 @@ def folder(tmp_path):
 
 @pytest.fixture
 def run(frame, short, folder):
-    def running(until=2.0, told=None, **changes):
+    def running(until=2.0, told=None, loads=short, damping=frame.damping, **changes):
         def progress(part):
             if told is not None:
                 told.append(part)
             if part > until:
                 raise KilledError
 
-        asked = {
-            "loads": short,
-            "damping": frame.damping,
-            "key": "key",
-            "every": EVERY,
-            "nodes": frame.nodes,
-        } | changes
-        asked["probes"] = Displacements(frame.model, asked.pop("nodes"))
-        return run_full(
-            frame.model,
-            frame.K,
-            patterns=frame.patterns(short),
-            checkpoints=folder,
-            progress=progress,
-            **asked,
-        )
+        asked = {"key": "key", "every": EVERY, "progress": progress} | changes
+        return frame.full(loads, damping, folder, **asked)
 
     return running
 

@@ -4,7 +4,6 @@ import logging
 import resource
 import shutil
 import signal
-import subprocess
 from contextlib import contextmanager
 
 import h5py
@@ -32,7 +31,6 @@ STORES = (
 """What the stage leaves, in the order in which it is written."""
 CHECKPOINTS = ("state_0_200.npz", "history_200.npz", "checkpoint.json")
 """The first of two that come before the last step, in that order, too."""
-Ended = subprocess.CompletedProcess[str]
 
 
 @pytest.fixture(scope="module")

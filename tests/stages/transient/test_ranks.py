@@ -4,7 +4,6 @@ import pickle
 import shutil
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from .on_ranks import results
 
 pytestmark = pytest.mark.slow
 SCRIPT = Path(__file__).with_name("on_ranks.py")
-Found = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
