@@ -236,24 +236,23 @@ def _linearity(values: Mapping[str, float]) -> list[Check]:
         over = values["pounding.penetration_over_gap"]
         text = f"contact: penetration up to {over:.2g} of the gap, {PENETRATION:g} allowed"
         lines.append((over <= PENETRATION, text))
+    shear = (
+        f"storey shear in impacts up to {values.get('pounding.storey_shear_max', 0) / 1e6:.3g} MN"
+    )
+    of_frames = (
+        " (on the shear areas of the sticks; no stress where these stand for the bending of a "
+        "frame)"
+    )
     for name, ratio, kind, before, after in (
         ("bearing_pressure", "bearing_ratio", "compressive", "mean bearing pressure", ""),
-        (
-            "shear_stress",
-            "cracking_ratio",
-            "tensile",
-            f"storey shear in impacts up to {values.get('pounding.storey_shear_max', 0) / 1e6:.3g} "
-            "MN, shear stress up to",
-            " (on the shear areas of the sticks; no stress where these stand for the bending of a "
-            "frame)",
-        ),
+        ("shear_stress", "cracking_ratio", "tensile", f"{shear}, shear stress up to", of_frames),
     ):
-        if f"pounding.{name}_max" in values:
-            text = f"linear? {before} {values[f'pounding.{name}_max'] / 1e6:.3g} MPa"
-            over_strength = values.get(f"pounding.{ratio}_max")
-            met = None
-            if over_strength is not None:
-                met = over_strength <= STRENGTH
-                text += f", {over_strength:.2g} of the {kind} strength, {STRENGTH:g} allowed"
-            lines.append((met, text + after))
+        if f"pounding.{name}_max" not in values:
+            continue
+        text = f"linear? {before} {values[f'pounding.{name}_max'] / 1e6:.3g} MPa"
+        over_strength, met = values.get(f"pounding.{ratio}_max"), None
+        if over_strength is not None:
+            met = over_strength <= STRENGTH
+            text += f", {over_strength:.2g} of the {kind} strength, {STRENGTH:g} allowed"
+        lines.append((met, text + after))
     return lines

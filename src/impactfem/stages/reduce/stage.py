@@ -5,15 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import xarray as xr
-
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import matrices_key
 from impactfem.stages.stage import DRAWING, Stage
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import names_of, open_store
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
 
@@ -101,18 +99,18 @@ def _lacks(case: Case) -> str | None:
 
 def _checks(folder: Path) -> list[Check]:
     """Whether the transfer functions are as accurate as required, in words."""
+    checks: list[Check] = []
     with open_store(folder / "reduce.nc") as store:
-        return [_check(store.isel(accuracy=k)) for k in range(store.sizes["accuracy"])]
-
-
-def _check(at: xr.Dataset) -> Check:
-    error, tolerance = float(at.error), float(at.tolerance)
-    return (
-        error <= tolerance,
-        f"reduce: transfer functions within {100.0 * error:.2g} % up to "
-        f"{float(at.maximum_frequency):g} Hz with a damping of {at.accuracy.item()}, "
-        f"{100.0 * tolerance:g} % required",
-    )
+        for k, name in enumerate(names_of(store, "accuracy")):
+            at = store.isel(accuracy=k)
+            error, tolerance = float(at["error"]), float(at["tolerance"])
+            text = (
+                f"reduce: transfer functions within {100.0 * error:.2g} % up to "
+                f"{float(at['maximum_frequency']):g} Hz with a damping of {name}, "
+                f"{100.0 * tolerance:g} % required"
+            )
+            checks.append((error <= tolerance, text))
+    return checks
 
 
 REDUCE = Stage(
