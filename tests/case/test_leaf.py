@@ -26,8 +26,12 @@ def refusal(kind: Any, value: Any) -> str:
     return str(error["msg"])
 
 
+ONE_OR_MORE = Annotated[int, leaf.Whole(1)]
+LIST = Annotated[tuple[int, ...], leaf.Wholes()]
+
+
 @pytest.mark.parametrize(
-    ("kind", "text", "value"),
+    ("kind", "value", "read_as"),
     [
         (quantity.Length, "1 cm", 0.01),
         (quantity.Length, " -1.5e1mm ", -0.015),
@@ -38,46 +42,66 @@ def refusal(kind: Any, value: Any) -> str:
         (quantity.Rate, "0.838 1/s", 0.838),
         (quantity.Density, "2400 kg/m3", 2400.0),
         (quantity.Frequency, "0.5 kHz", 500.0),
+        (quantity.Duration, "1e5 s", 1e5),
+        (quantity.TimeStep, "1e-9 s", 1e-9),
+        (quantity.ElementSize, "1 cm", 0.01),
+        (quantity.Extent, "2000 m", 2000.0),
+        *((quantity.DampingRatio, value, 0.05) for value in (0.05, "5 %", "5%")),
+        (quantity.DampingRatio, 0, 0),
+        (quantity.Number, -3, -3.0),
     ],
 )
-def test_quantity(kind: Any, text: str, value: float) -> None:
-    assert read(kind, text) == pytest.approx(value, rel=1e-15)
+def test_numbers(kind: Any, value: Any, read_as: float) -> None:
+    assert read(kind, value) == pytest.approx(read_as, rel=1e-15)
 
 
-def test_exact_decimal_of_a_step() -> None:
-    assert read(quantity.Time, "0.3358 ms") == 0.3358e-3
+def test_what_is_held_as_it_is() -> None:
+    assert read(quantity.Time, "0.3358 ms") == 0.3358e-3  # the nearest float
+    assert read(Annotated[int, leaf.Whole(1, 1000)], 1000) == 1000
+    assert (read(LIST, 8), read(LIST, [1, 2])) == ((8,), (1, 2))
+    assert read(leaf.File, "./a/b.csv") == Path("a/b.csv")
+    assert read(leaf.Name, "B" * 64) and read(leaf.Name, "CONSOLE") and read(leaf.Name, "lpt")
+
+
+LENGTH = "expected a length with its unit, for example '1 cm'"
+RATIO = "expected a number of at least 0 and below 1, bare or as a percentage"
 
 
 @pytest.mark.parametrize(
-    ("kind", "value", "message"),
+    ("kind", "values", "message"),
     [
-        (quantity.Length, 1, "the unit is missing; expected a length with its unit, for example"),
-        (quantity.Length, 0.5, "for example '1 cm'"),
-        (quantity.Length, "1", "the unit is missing"),
-        (quantity.Length, "1 s", "'s' is a time; expected a length with its unit"),
-        (quantity.Length, "one cm", "expected a length with its unit"),
-        (
-            quantity.Length,
-            "1,5 cm",
-            "expected a length with a decimal point, not a comma: '1.5 cm'",
-        ),
-        (quantity.Length, "1,000.5 m", "expected a length"),
-        (quantity.Length, "nan m", "expected a length"),
-        (quantity.Length, "inf m", "expected a length"),
-        (quantity.Length, "1e999 m", "expected a finite value"),
-        (quantity.Length, "-1e61 m", "expected a value below 1e+60 in SI units"),
-        (quantity.Length, "", "expected a length"),
-        (quantity.Length, True, "expected a length"),
-        (quantity.Length, None, "expected a length"),
-        (quantity.Length, ["1 m"], "expected a length"),
-        (quantity.Length, {"value": 1}, "expected a length"),
-        (quantity.PositiveLength, "0 m", "expected a length above 0"),
-        (quantity.Depth, "-1 mm", "expected a length of at least 0"),
-        (quantity.Frequency, "6.28 rad/s", "is no unit for a frequency; expected a frequency"),
+        (quantity.Length, (1, 0.5, "1"), f"the unit is missing; {LENGTH}"),
+        (quantity.Length, ("1 s",), f"'s' is a time; {LENGTH}"),
+        (quantity.Length, ("one cm", "1,000.5 m", "nan m", "inf m", ""), "expected a length"),
+        (quantity.Length, (True, None, ["1 m"], {"value": 1}), "expected a length"),
+        (quantity.Length, ("1,5 cm",),
+         "expected a length with a decimal point, not a comma: '1.5 cm'"),
+        (quantity.Length, ("1e999 m",), "expected a finite value"),
+        (quantity.Length, ("-1e61 m",), "expected a value below 1e+60 in SI units"),
+        (quantity.PositiveLength, ("0 m",), "expected a length above 0"),
+        (quantity.Depth, ("-1 mm",), "expected a length of at least 0"),
+        (quantity.Frequency, ("6.28 rad/s",), "is no unit for a frequency; expected a frequency"),
+        (quantity.Duration, ("1e9 s",), "expected a time above 0 and at most 100000 s"),
+        (quantity.TimeStep, ("1e-12 s",), "expected a time of at least 1e-09 s"),
+        (quantity.ElementSize, ("1 um",), "expected a length of at least 0.01 m"),
+        (quantity.Extent, ("46200 m",), "expected a length above 0 and at most 2000 m"),
+        (quantity.DampingRatio, ("0.05", "5 m", "x %", math.nan, math.inf, True, None), RATIO),
+        (quantity.DampingRatio, (1, "100 %"), RATIO),
+        (quantity.Number, ("5 %",), "expected a number"),
+        (ONE_OR_MORE, (0, -1, 1.5, 1.0, "1", True, None), "expected a whole number of at least 1"),
+        (Annotated[int, leaf.Whole(1, 1000)], (1001,),
+         "expected a whole number of at least 1 and at most 1000"),
+        (Annotated[int, leaf.Whole(0)], (2**31,), "at most 2147483647"),
+        (LIST, ([], [0], [1.5], "1", True, [True], None), "or a list of such numbers"),
+        (leaf.Name, ("", "8th", "a b", "a/b", 3, None, "B1\n"), "expected a name of letters"),
+        (leaf.Name, ("B" * 65,), "expected at most 64 characters, not 65"),
+        (leaf.Name, ("CON", "lpt1"), "Windows reserves it"),
+        (leaf.File, ("", "  ", "a\0b", 3), "expected a file name"),
     ],
-)
-def test_quantity_refused(kind: Any, value: Any, message: str) -> None:
-    assert message in refusal(kind, value)
+)  # fmt: skip
+def test_refused(kind: Any, values: tuple[Any, ...], message: str) -> None:
+    for value in values:
+        assert message in refusal(kind, value), value
 
 
 def test_from_python_floats_are_si() -> None:
@@ -109,70 +133,6 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         assert math.isfinite(value)
 
 
-@pytest.mark.parametrize(("value", "expected"), [(0.05, 0.05), ("5 %", 0.05), ("5%", 0.05), (0, 0)])
-def test_ratio(value: Any, expected: float) -> None:
-    assert read(quantity.DampingRatio, value) == expected
-
-
-@pytest.mark.parametrize(
-    "value", ["0.05", "5 m", "x %", math.nan, math.inf, True, None, 1, "100 %"]
-)
-def test_ratio_refused(value: Any) -> None:
-    message = "expected a number of at least 0 and below 1, bare or as a percentage"
-    assert message in refusal(quantity.DampingRatio, value)
-
-
-def test_plain_number_takes_no_percentage() -> None:
-    assert read(quantity.Number, -3) == -3.0
-    assert refusal(quantity.Number, "5 %") == "expected a number"
-
-
-@pytest.mark.parametrize("value", [0, -1, 1.5, 1.0, "1", True, None])
-def test_whole_refused(value: Any) -> None:
-    assert refusal(Annotated[int, leaf.Whole(1)], value) == (
-        "expected a whole number of at least 1"
-    )
-
-
-def test_whole_with_a_largest() -> None:
-    kind = Annotated[int, leaf.Whole(1, 1000)]
-    assert read(kind, 1000) == 1000
-    assert refusal(kind, 1001) == "expected a whole number of at least 1 and at most 1000"
-
-
-def test_whole_fits_a_machine_word() -> None:
-    assert "at most 2147483647" in refusal(Annotated[int, leaf.Whole(0)], 2**31)
-
-
-@pytest.mark.parametrize(("value", "expected"), [(8, (8,)), ([1, 2], (1, 2))])
-def test_wholes(value: Any, expected: tuple[int, ...]) -> None:
-    assert read(Annotated[tuple[int, ...], leaf.Wholes()], value) == expected
-
-
-@pytest.mark.parametrize("value", [[], [0], [1.5], "1", True, [True], None])
-def test_wholes_refused(value: Any) -> None:
-    assert "or a list of such numbers" in refusal(Annotated[tuple[int, ...], leaf.Wholes()], value)
-
-
-@pytest.mark.parametrize("value", ["", "8th", "a b", "a/b", 3, None])
-def test_name_refused(value: Any) -> None:
-    assert "expected a name of letters" in refusal(leaf.Name, value)
-
-
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        ("B" * 65, "expected at most 64 characters, not 65"),
-        ("CON", "Windows reserves it"),
-        ("lpt1", "Windows reserves it"),
-        ("B1\n", "a name of letters"),
-    ],
-)
-def test_name_that_no_file_can_have(value: str, message: str) -> None:
-    assert message in refusal(leaf.Name, value)
-    assert read(leaf.Name, "B" * 64) and read(leaf.Name, "CONSOLE") and read(leaf.Name, "lpt")
-
-
 @pytest.mark.parametrize("sign", ["\n", "\t", "\x1b", "\x7f", "\x85", "\u2028", "\u202e"])
 def test_text_without_control_characters(sign: str) -> None:
     assert "one line without control characters" in refusal(leaf.Text, f"a{sign}b")
@@ -182,29 +142,6 @@ def test_text_without_control_characters(sign: str) -> None:
         assert read(leaf.Prose, f"a{sign}b") == f"a{sign}b"
     else:
         assert "without control characters" in refusal(leaf.Prose, f"a{sign}b")
-
-
-@pytest.mark.parametrize(
-    ("kind", "good", "bad", "message"),
-    [
-        (quantity.Duration, "1e5 s", "1e9 s", "expected a time above 0 and at most 100000 s"),
-        (quantity.TimeStep, "1e-9 s", "1e-12 s", "expected a time of at least 1e-09 s"),
-        (quantity.ElementSize, "1 cm", "1 um", "expected a length of at least 0.01 m"),
-        (quantity.Extent, "2000 m", "46200 m", "expected a length above 0 and at most 2000 m"),
-    ],
-)
-def test_bounds_on_both_sides(kind: Any, good: str, bad: str, message: str) -> None:
-    assert read(kind, good) > 0.0
-    assert message in refusal(kind, bad)
-
-
-@pytest.mark.parametrize("value", ["", "  ", "a\0b", 3])
-def test_file_name_refused(value: Any) -> None:
-    assert "expected a file name" in refusal(leaf.File, value)
-
-
-def test_file_name() -> None:
-    assert read(leaf.File, "./a/b.csv") == Path("a/b.csv")
 
 
 def test_reference_names_the_nearest() -> None:

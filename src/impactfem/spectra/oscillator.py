@@ -26,6 +26,7 @@ coupled complex form. The form matters: the two-term recurrence in x alone loses
 
 from __future__ import annotations
 
+import cmath
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,7 +103,7 @@ def step_coefficients(
     omega_d = omega * np.sqrt((1.0 - xi) * (1.0 + xi))
     rate = -xi * omega + 1j * omega_d
     y = rate * h
-    phi1, phi2 = phi_functions(y)
+    phi1, phi2 = (np.array([phi(one, order) for one in y]) for order in (1, 2))
     return StepCoefficients(
         omega=omega,
         xi=xi,
@@ -115,31 +116,21 @@ def step_coefficients(
     )
 
 
-def phi_functions(y: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """φ1(y) = (e^y - 1)/y and φ2(y) = (e^y - 1 - y)/y², Re y <= 0, without cancellation.
+@njit(nogil=True, cache=True)
+def phi(y: complex, order: int) -> complex:
+    """φ1(y) = (e^y - 1)/y or φ2(y) = (e^y - 1 - y)/y², Re y <= 0, without cancellation.
 
-    Shapes (n,). The Taylor series Σ y^k/(k+1)! and Σ y^k/(k+2)! inside the unit circle (real and
-    imaginary part are then accurate each on its own, which the division by ω_d in (2) needs), the
-    closed forms outside.
+    The Taylor series Σ y^k/(k+1)! or Σ y^k/(k+2)! inside the unit circle (real and imaginary part
+    are then accurate each on its own, which the division by ω_d in (2) needs), the closed form
+    outside.
     """
-    phi1 = np.empty_like(y)
-    phi2 = np.empty_like(y)
-    small = np.abs(y) <= _SERIES_RADIUS
-    s = y[small]
-    term1 = np.ones_like(s)
-    term2 = np.full_like(s, 0.5)
-    sum1 = term1.copy()
-    sum2 = term2.copy()
-    for k in range(1, _SERIES_TERMS):
-        term1 = term1 * s / (k + 1)
-        term2 = term2 * s / (k + 2)
-        sum1 += term1
-        sum2 += term2
-    phi1[small], phi2[small] = sum1, sum2
-    b = y[~small]
-    phi1[~small] = np.expm1(b) / b
-    phi2[~small] = (phi1[~small] - 1.0) / b
-    return phi1, phi2
+    if abs(y) <= _SERIES_RADIUS:
+        value = 0.0j
+        for k in range(_SERIES_TERMS - 1, -1, -1):
+            value = 1.0 + y * value / (k + order + 1)
+        return value / order  # leading terms 1/1! and 1/2!
+    phi1 = (cmath.exp(y) - 1.0) / y
+    return phi1 if order == 1 else (phi1 - 1.0) / y
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
-from impactfem.spectra.oscillator import ComplexArray, FloatArray, StepCoefficients
+from impactfem.spectra.oscillator import ComplexArray, FloatArray, StepCoefficients, phi
 from impactfem.system.errors import ImpactfemError
 
 # Oscillators in one block: 13 rows of so many doubles stay in a first-level cache of 32 KiB.
@@ -302,13 +302,13 @@ def _step_peak(
     turn = ((0.5 * math.pi - cmath.phase(q)) % math.pi) / rate.imag
     while left < h:
         right = turn if left < turn < h else h
-        slope_right = slope + (q * _phi(rate * right, 1)).real * right
+        slope_right = slope + (q * phi(rate * right, 1)).real * right
         if (slope_left < 0.0) != (slope_right < 0.0):
             # The zero of (3) in this bracket: Newton's method, bisection where it leaves it.
             begin, end = left, right
             t = 0.5 * (begin + end)
             for _ in range(60):
-                value = slope + (q * _phi(rate * t, 1)).real * t
+                value = slope + (q * phi(rate * t, 1)).real * t
                 if (value < 0.0) == (slope_left < 0.0):
                     begin = t
                 else:
@@ -322,19 +322,7 @@ def _step_peak(
                 t = t_next
                 if close:
                     break
-            peak = max(peak, abs(f + slope * t + (q * _phi(rate * t, 2)).real * t * t))
+            peak = max(peak, abs(f + slope * t + (q * phi(rate * t, 2)).real * t * t))
         left, slope_left = right, slope_right
         turn += math.pi / rate.imag
     return peak
-
-
-@njit(nogil=True, cache=True)
-def _phi(y: complex, order: int) -> complex:
-    """φ1 or φ2 of one argument: the series inside the unit circle, else the closed form."""
-    if abs(y) <= 1.0:
-        value = 0.0j
-        for k in range(19, -1, -1):
-            value = 1.0 + y * value / (k + order + 1)
-        return value / order  # leading terms 1/1! and 1/2!
-    phi1 = (cmath.exp(y) - 1.0) / y
-    return phi1 if order == 1 else (phi1 - 1.0) / y
