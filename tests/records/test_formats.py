@@ -184,11 +184,7 @@ FAULTS = {
         ("43 acceleration", "42 acceleration", "42 samples are announced, 43 follow"),
         ("43 acceleration", "many acceleration", "line 49 .* expected '  n acceleration pts"),
         ("units=cm/sec2(04)", "units=counts(50)", "line 49 .* got counts and unit 50 of COSMOS"),
-        (
-            "units=cm/sec2(04)",
-            "units=g(04)",
-            "expected one unit of acceleration, got g and cm/s2",
-        ),
+        ("units=cm/sec2(04)", "units=g(04)", "expected one unit of acceleration, got g and cm/s2"),
         ("units=cm/sec2(04)", "units=cm/sec(04)", "got cm/s and cm/s2"),
         ("       4     120", "       2     120", "got cm/s2 and g"),
         ("acceleration pts", "velocity pts", "the file holds no acceleration"),
@@ -204,20 +200,12 @@ FAULTS = {
         ("with 13 text", "with some text", "line 1 .* expected a COSMOS record"),
         ("Corrected acceleration", "# Corrected\nCorrected acceleration", "line 1 = '# Corrected'"),
         ("(8F10.5)", "(8F0.5)", "line 49 .* expected '  n acceleration pts"),
-        (
-            f"{A[0]:10.5f}",
-            "       NaN",
-            "line 50 = 'NaN': expected finite numbers in columns of 10",
-        ),
+        (f"{A[0]:10.5f}", "       NaN", "line 50 = 'NaN': expected finite numbers in columns of"),
         (f"{A[0]:10.5f}", "**********", "line 50 = '[*]{10}': expected finite numbers"),
         (f"{A[0]:10.5f}", "          ", "line 50 = '': expected finite numbers"),
     ],
     "csmip": [
-        (
-            "43 points of accel",
-            "44 points of accel",
-            "line 46 .* 44 samples are announced, 43 foll",
-        ),
+        ("43 points of accel", "44 points of accel", "line 46 .* 44 samples are announced, 43 "),
         ("43 points of accel", "42 points of accel", "42 samples are announced, 43 follow"),
         ("43 points of accel data", "43 points of veloc data", "line 46 .* the header ends other"),
         ("in cm/sec2.", "in cm/sec.", "line 46 = 'cm/sec': expected a unit of acceleration"),
@@ -226,11 +214,7 @@ FAULTS = {
         ("/&", "--", "the channel that begins on line 1 does not end"),
         ("Corrected acc", "Corrupted acc", "line 1 .* expected a CSMIP V2 record"),
         ("-999.00000-999", "-999.00000\n-999", "line 46 .* the header ends otherwise"),
-        (
-            f"{A[0]:10.5f}",
-            "       NaN",
-            "line 47 = 'NaN': expected finite numbers in columns of 10",
-        ),
+        (f"{A[0]:10.5f}", "       NaN", "line 47 = 'NaN': expected finite numbers in columns of"),
     ],
     "knet": [
         ("100Hz", "100", "line 11 = '100': expected the sampling frequency with its unit"),
