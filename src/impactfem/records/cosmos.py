@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
-from typing import NamedTuple, NoReturn
+from typing import NoReturn
 
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import (
@@ -45,19 +45,6 @@ _UNSPECIFIED = -999
 _UNIT_CODES = {2: "g", 4: "cm/s2", 7: "in/s2", 10: "gal", 11: "mg"}
 
 
-class _Header(NamedTuple):
-    """What the header blocks of a channel say; index of the line that announces the samples."""
-
-    status: str
-    number: str
-    orientation: str
-    code: str
-    title: str
-    unit_code: int
-    time_step: float
-    data: int
-
-
 def read(file: RecordFile, component: str | None) -> Accelerogram:
     """Read an accelerogram from a COSMOS file.
 
@@ -77,16 +64,18 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     """
     lines = file.lines
     channels: list[Channel] = []
-    header: _Header | None = None
+    header: tuple[Channel, int] | None = None
     i = 0
     while i < len(lines):
         if not lines[i].strip():
             i += 1
             continue
         if _HEAD.match(lines[i]):
-            header = _header(file, i)
-            i = header.data
-        channel, quantity, i = _block(file, i, header)
+            channel, unit, i = _header(file, i)
+            header = channel, unit
+        if header is None:
+            _fail(file, i, f"expected {file.expected}")
+        channel, quantity, i = _block(file, i, *header)
         if quantity.lower().startswith("acc"):
             channels.append(channel)
     numbers = {channel.number for channel in channels}
@@ -102,8 +91,11 @@ def _fail(file: RecordFile, i: int, expected: str) -> NoReturn:
     file.fail(i + 1, file.lines[i].strip(), expected)
 
 
-def _header(file: RecordFile, start: int) -> _Header:
-    """Read the header blocks of a channel, which begin at a line."""
+def _header(file: RecordFile, start: int) -> tuple[Channel, int, int]:
+    """Read the header blocks of a channel, which begin at a line.
+
+    Gives the channel without its samples, the code of its unit, and the line behind.
+    """
     lines = file.lines
     head = _HEAD.match(lines[start])
     n_text = int(head[2]) if head else 0
@@ -119,16 +111,17 @@ def _header(file: RecordFile, start: int) -> _Header:
     step = next(iter(reals[_TIME_STEP - 1 :]), math.nan)
     if not step > 0.0:
         _fail(file, start + n_text, "expected a positive time step [s] as real-header value 34")
-    return _Header(
-        status=(head[1] if head else "").lower(),
+    status = (head[1] if head else "").lower()
+    title = " ".join(text[1].split()) if n_text > 1 else ""
+    channel = Channel(
         number=station[1] if station else "?",
         orientation=station[2] if station else "",
         code=code[1] if code else "",
-        title=" ".join(text[1].split()) if n_text > 1 else "",
-        unit_code=round(next(iter(integers[_DATA_UNITS - 1 :]), _UNSPECIFIED)),
+        title=f"{status} acceleration, {title}".strip(", "),
         time_step=step,
-        data=i + 1 + int(comments[1]),
     )
+    unit = round(next(iter(integers[_DATA_UNITS - 1 :]), _UNSPECIFIED))
+    return channel, unit, i + 1 + int(comments[1])
 
 
 def _values(file: RecordFile, i: int, kind: str) -> tuple[list[float], int]:
@@ -152,12 +145,10 @@ def _values(file: RecordFile, i: int, kind: str) -> tuple[list[float], int]:
     return values, i + 1 + n_lines
 
 
-def _block(file: RecordFile, i: int, header: _Header | None) -> tuple[Channel, str, int]:
+def _block(file: RecordFile, i: int, header: Channel, unit: int) -> tuple[Channel, str, int]:
     """Find a block of samples; gives its channel, its quantity and the line behind its end."""
     lines = file.lines
     match = _DATA.match(lines[i]) if i < len(lines) else None
-    if header is None:
-        _fail(file, i, f"expected {file.expected}")
     if match is None:
         expected = "expected '  n acceleration pts, approx .. secs, units=cm/sec2,Format=(..)'"
         _fail(file, i, expected)
@@ -168,36 +159,29 @@ def _block(file: RecordFile, i: int, header: _Header | None) -> tuple[Channel, s
     if end is None:
         announced = f"{match[1]} samples are announced on line {i + 1}"
         _fail(file, stop, f"{announced}; expected 'End-of-data' behind them")
-    quantity = match[2]
-    accelerates = quantity.lower().startswith("acc")
+    quantity, factor = match[2], None
+    # Factor from the unit of the samples to m/s2; its name and codes must agree.
+    codes = [int(match[4])] if match[4] else []
+    codes += [unit] if unit != _UNSPECIFIED else []
+    names = [plain_unit(match[3])] if match[3] else []
+    names += [_UNIT_CODES.get(k, f"unit {k} of COSMOS table 2") for k in codes]
+    factors = {ACCELERATION_UNITS.get(name) for name in names}
+    if len(factors) == 1:
+        factor = factors.pop()
+    if factor is None and quantity.lower().startswith("acc"):
+        given = " and ".join(dict.fromkeys(names)) or "no unit"
+        _fail(file, i, f"expected one unit of acceleration, got {given}")
     code = end[1] if end[1] and not end[1].isdigit() and end[1].isalnum() else ""
-    channel = Channel(
-        number=header.number,
-        orientation=header.orientation,
+    channel = replace(
+        header,
         code=header.code or ("" if code.lower().startswith(("acc", "vel", "dis")) else code),
-        title=f"{header.status} acceleration, {header.title}".strip(", "),
         announced=i + 1,
         count=int(match[1]),
-        time_step=header.time_step,
-        factor=_factor(file, i, match, header.unit_code) if accelerates else math.nan,
+        factor=math.nan if factor is None else factor,
         width=int(match[6]),
         stop=stop + 1,
     )
     return channel, quantity, stop + 1
-
-
-def _factor(file: RecordFile, i: int, match: re.Match[str], code: int) -> float:
-    """Factor from the unit of the samples to m/s2; unit and codes must agree."""
-    names = [plain_unit(match[3])] if match[3] else []
-    codes = [int(match[4])] if match[4] else []
-    codes += [code] if code != _UNSPECIFIED else []
-    names += [_UNIT_CODES.get(k, f"unit {k} of COSMOS table 2") for k in codes]
-    factors = {ACCELERATION_UNITS.get(name) for name in names}
-    factor = factors.pop() if len(factors) == 1 else None
-    if factor is None:
-        given = " and ".join(dict.fromkeys(names)) or "no unit"
-        _fail(file, i, f"expected one unit of acceleration, got {given}")
-    return factor
 
 
 FORMAT = Format(

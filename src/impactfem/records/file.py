@@ -177,12 +177,12 @@ class Channel:
     orientation: str  #: in the file's words ("90 Deg", "Up"); may be empty
     code: str  #: in the network ("HNE"); may be empty
     title: str  #: what it is a record of, for the origin of the accelerogram
-    announced: int  #: number of the line that announces the samples, from 1
-    count: int  #: of the samples announced
     time_step: float
-    factor: float  #: from the file's unit to m/s2
-    width: int  #: characters in a column
-    stop: int  #: number of the line behind the last one of samples
+    announced: int = 0  #: number of the line that announces the samples, from 1
+    count: int = 0  #: of the samples announced
+    factor: float = math.nan  #: from the file's unit to m/s2
+    width: int = 0  #: characters in a column
+    stop: int = 0  #: number of the line behind the last one of samples
 
     @property
     def names(self) -> tuple[str, ...]:
