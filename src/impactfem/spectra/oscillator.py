@@ -103,7 +103,8 @@ def step_coefficients(
     omega_d = omega * np.sqrt((1.0 - xi) * (1.0 + xi))
     rate = -xi * omega + 1j * omega_d
     y = rate * h
-    phi1, phi2 = (np.array([phi(one, order) for one in y]) for order in (1, 2))
+    phi1 = np.array([phi(one, 1) for one in y], dtype=np.complex128)
+    phi2 = np.array([phi(one, 2) for one in y], dtype=np.complex128)
     return StepCoefficients(
         omega=omega,
         xi=xi,
@@ -111,8 +112,8 @@ def step_coefficients(
         time_step=h,
         rate=rate,
         propagator=np.exp(y),
-        input_gain=-h * phi1**2,
-        feedthrough=-h * phi2,
+        input_gain=np.asarray(-h * phi1**2, dtype=np.complex128),
+        feedthrough=np.asarray(-h * phi2, dtype=np.complex128),
     )
 
 
