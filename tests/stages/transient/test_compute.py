@@ -269,14 +269,6 @@ def test_unreadable_forces_are_told_by_check(again):
         study.check(again)
 
 
-def test_stage_runs_what_it_needs(case):
-    done = study.run(case, out=case.parent / "new", stage="transient")
-    finished = {path.name for path in done.folder.glob("*.stage.json")}
-    stages = ("building", "reduce", "pounding", "transient")
-    assert finished == {f"{name}.stage.json" for name in stages}
-    assert done.reused == []
-
-
 def test_forces_of_the_sticks_without_an_impact(run, again, edited):
     """The ground motion alone; there is no main impact and no wave, and nothing of them before."""
     edited(again, ('forces = "forces_of_another.csv"\n', ""))
