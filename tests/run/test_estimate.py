@@ -94,7 +94,7 @@ def test_nodes_that_a_file_says(tmp_path):
 )
 def test_what_can_go_to_a_file_is_not_refused(monkeypatch, machine, disk, words):
     fine = load_case(GEOMETRY / "npp_pair_fine.toml")
-    monkeypatch.setattr(module, "total_memory", lambda: machine)
+    monkeypatch.setattr(module, "available_memory", lambda whole: machine)
     monkeypatch.setenv("TMPDIR", "/scratch")
     usage = module.shutil._ntuple_diskusage(disk, 0, disk)
     monkeypatch.setattr(module.shutil, "disk_usage", lambda folder: usage)
@@ -106,7 +106,7 @@ def test_what_can_go_to_a_file_is_not_refused(monkeypatch, machine, disk, words)
 def test_the_stages_that_are_asked_for(monkeypatch):
     """A machine that is too small for the 3D model runs the sticks."""
     fine = load_case(GEOMETRY / "npp_pair_fine.toml")
-    monkeypatch.setattr(module, "total_memory", lambda: 4e9)
+    monkeypatch.setattr(module, "available_memory", lambda whole: 4e9)
     found = estimate(fine, LONGEST)
     assert list(too_much(fine, found)) and not list(too_much(fine, found.of({"pounding"})))
     assert found.of(set()) == found

@@ -52,13 +52,17 @@ def test_what_is_left(machine, groups, left):
 @pytest.mark.parametrize(("most", "total"), [(500, 500), ("max", 2000)])
 def test_the_whole_memory_of_machine_and_job(machine, most, total):
     machine(10, ("job", most, 499, STAT))
-    assert memory.total_memory() == total
+    assert memory.available_memory(whole=True) == total
 
 
 def test_a_system_without_these_files(monkeypatch, tmp_path):
     for name in ("GROUP", "GROUPS", "STATUS", "RESET"):
         monkeypatch.setattr(memory, name, tmp_path / "nowhere")
-    assert memory.available_memory() <= memory.total_memory() == psutil.virtual_memory().total
+    assert (
+        memory.available_memory()
+        <= memory.available_memory(whole=True)
+        == psutil.virtual_memory().total
+    )
     memory.forget_peak()
     assert memory.peak_memory() is None
 

@@ -7,11 +7,7 @@ import pytest
 
 from impactfem.building.read_mesh import read_raw
 from impactfem.system.errors import ImpactfemError, InputError
-from impactfem.system.own_process import (
-    OwnProcessError,
-    in_own_process,
-    read_in_own_process,
-)
+from impactfem.system.own_process import OwnProcessError, in_own_process, read_in_own_process
 
 
 def test_the_result_comes_back_whatever_is_printed():

@@ -18,7 +18,7 @@ from impactfem.case.place import Place, value_at
 from impactfem.case.source import Source
 from impactfem.case.table import Table
 from impactfem.system.errors import Fault
-from impactfem.system.text_file import read_bytes
+from impactfem.system.files import read_bytes
 
 
 @dataclass

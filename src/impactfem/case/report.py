@@ -18,7 +18,7 @@ from impactfem.case.source import Source, parse
 from impactfem.case.table import Table, read_table
 from impactfem.case.unit import UnitError, to_si
 from impactfem.system.errors import Fault, InputError
-from impactfem.system.text_file import LARGEST_TOML, read_text
+from impactfem.system.files import LARGEST_TOML, read_text
 
 Relation = Literal["=", ">", "<"]
 Kind = Literal["result", "input", "fitted", "scaled", "selected", "derived"]

@@ -15,7 +15,7 @@ from impactfem.case.base import nearest
 from impactfem.case.leaf import FileName
 from impactfem.case.place import Place, dotted, field_at, value_at
 from impactfem.system.errors import CONTROL, Fault, InputError
-from impactfem.system.text_file import LARGEST_TOML, read_text
+from impactfem.system.files import LARGEST_TOML, read_text
 
 EXTENDS = "extends"
 MOST_FILES = 50

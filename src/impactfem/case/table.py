@@ -24,7 +24,7 @@ from impactfem.case.place import one_line
 from impactfem.case.quantity import Quantity, Ratio, read_number
 from impactfem.case.unit import UnitError, scale, si_factor
 from impactfem.system.errors import Fault
-from impactfem.system.text_file import read_text, wrong_separators
+from impactfem.system.files import read_text, wrong_separators
 
 Row = TypeVar("Row", bound=Section)
 CellLeaf = Quantity | Ratio | Whole | Words | Levels

@@ -19,7 +19,7 @@ from impactfem.records.file import (
     plain_unit,
     same_name,
 )
-from impactfem.system.text_file import wrong_separators
+from impactfem.system.files import wrong_separators
 
 HEADER = "time [s],acceleration [m/s2]"
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from impactfem.records.accelerogram import STANDARD_GRAVITY, Accelerogram
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.files import read_text
 from impactfem.system.log import LOGGER
-from impactfem.system.text_file import read_text
 
 _MOST_FAULTS = 20
 _PEAK_TOLERANCE = 0.01

@@ -27,7 +27,7 @@ from impactfem.case.buildings import FileMesh
 from impactfem.case.motions import SyntheticMotion
 from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE
 from impactfem.system.errors import Fault
-from impactfem.system.memory import disk_folder, total_memory
+from impactfem.system.memory import available_memory, disk_folder
 from impactfem.system.parallel import threads
 
 DOFS = 6  # of a node
@@ -151,7 +151,7 @@ def estimate(
 
 def too_much(case: Case, found: Estimate) -> Iterator[Fault]:
     """Why a run does not fit this machine: its memory, or the disk where memory is short."""
-    machine, stage = total_memory(), found.largest
+    machine, stage = available_memory(whole=True), found.largest
     held = max(found.stages, key=lambda one: one.memory - one.file)
     most = max(found.steps, key=lambda of: found.steps[of])
     words = f"{found.steps[most]:.3g} steps {most}"
@@ -261,15 +261,24 @@ def _vectors(case: Case) -> dict[str, int]:
     structure, transient, wall = case.structure, case.transient, case.wall_impact
     if structure is None or (transient is None and wall is None):
         return {}
-    damping = case.building(structure.building).damping
+    damping, mesh = case.building(structure.building).damping, structure.mesh
     loads, at_wall = 0, 0.0
     if wall is not None:
-        at_wall = 50.0 + 1.3 * _edge_nodes(case) * len(wall.floors)
+        points = 20.0  # of contact along the edge of a floor that may hit the wall, about
+        if not isinstance(mesh, FileMesh):
+            edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
+            spacing = max(mesh.floor_size or mesh.size, wall.contact_spacing or 0.0)
+            points = 1.0 + edge / spacing
+        at_wall = 50.0 + 1.3 * points * len(wall.floors)
         loads = 1 + len(wall.floors)
     if transient is None:
         own = loads * _block_steps(damping, MAXIMUM_FREQUENCY, TOLERANCE)
         return {"reduce": math.ceil(own + at_wall)}
-    loads = len(case.motions) + len(_floors(case)) + (wall is not None)
+    floors = set(transient.floors or ())  # of the building whose edges may be hit
+    if transient.floors is None:
+        ends = [end for pair in case.contacts for end in (pair.a, pair.b)]
+        floors = {end.floor for end in ends if end.building == structure.building} - {None}
+    loads = len(case.motions) + len(floors) + (wall is not None)
     top = transient.maximum_frequency
     served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
     own = loads * max(_block_steps(one, top, transient.tolerance) for one in served)
@@ -281,28 +290,6 @@ def _vectors(case: Case) -> dict[str, int]:
         every = max(every, loads * light)
     found = {"transient": own, "reduce": every + 12 * anchors + at_wall}
     return {name: math.ceil(number) for name, number in found.items()}
-
-
-def _floors(case: Case) -> set[int]:
-    """Floors of the 3D building whose edges may be hit."""
-    structure, transient = case.structure, case.transient
-    if transient is not None and transient.floors is not None:
-        return set(transient.floors)
-    ends = [end for pair in case.contacts for end in (pair.a, pair.b)]
-    name = "" if structure is None else structure.building
-    return {end.floor for end in ends if end.building == name and end.floor is not None}
-
-
-def _edge_nodes(case: Case) -> float:
-    """Points of contact along the edge of a floor that may hit the wall, about."""
-    structure = case.structure
-    if structure is None or isinstance(structure.mesh, FileMesh):
-        return 20.0
-    mesh = structure.mesh
-    edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
-    wall = case.wall_impact
-    spacing = (wall.contact_spacing or 0.0) if wall is not None else 0.0
-    return 1.0 + edge / max(mesh.floor_size or mesh.size, spacing)
 
 
 def _histories(case: Case, records: float, step: float, steps: int) -> float:

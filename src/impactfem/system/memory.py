@@ -41,27 +41,22 @@ def give_back() -> None:
         trim(0)
 
 
-def available_memory() -> float:
-    """Memory that this process and others of its job may still take [byte]."""
-    return min(float(psutil.virtual_memory().available), _of_job())
-
-
-def total_memory() -> float:
-    """Memory that this process could take if nothing else ran [byte]."""
-    return min(float(psutil.virtual_memory().total), _of_job(whole=True))
-
-
 def disk_folder() -> str:
     """The folder for what memory cannot hold."""
     return os.environ.get("TMPDIR", DISK)
 
 
-def _of_job(*, whole: bool = False) -> float:
-    """Memory that control groups (version 2) allow, the tightest of them; with `whole` used or not.
+def available_memory(*, whole: bool = False) -> float:
+    """Memory that this process and others of its job may still take [byte].
 
-    psutil knows the machine only; a batch system limits the group of a job.
+    psutil knows the machine only; a batch system limits the group of a job: the tightest of the
+    control groups (version 2) counts.
+
+    Args:
+        whole: Memory that this process could take if nothing else ran.
     """
-    left = float("inf")
+    machine = psutil.virtual_memory()
+    left = float(machine.total if whole else machine.available)
     with suppress(OSError):
         lines = GROUP.read_text(encoding="utf-8").splitlines()
         own = next((line[3:] for line in lines if line.startswith("0::/")), "/").strip("/")

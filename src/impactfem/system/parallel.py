@@ -13,7 +13,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, NoReturn, TypeVar
 
-from impactfem.system.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError, InputError
 
 T = TypeVar("T")
 THREADS = "OMP_NUM_THREADS"
@@ -232,8 +232,6 @@ def abort(code: int) -> NoReturn:
 
 def exit_code(error: BaseException) -> int:
     """Exit code of a failure: 2 for an input that is not usable, else 1."""
-    from impactfem.system.errors import InputError
-
     if isinstance(error, OtherRankError):
         return error.exit_code
     return 2 if isinstance(error, InputError) else 1
@@ -250,32 +248,6 @@ def _follow_parent() -> None:
             os._exit(1)  # not sys.exit: the main thread may be in a long computation
 
     threading.Thread(target=follow, daemon=True).start()
-
-
-@contextmanager
-def _processes(count: int) -> Iterator[Executor]:
-    """An executor over new processes with one thread each."""
-    # Not forked: a fork of a process with threads and HDF5 open may hang.
-    context = multiprocessing.get_context("spawn")
-    others = set(multiprocessing.active_children())
-    before = os.environ.get(THREADS)
-    os.environ[THREADS] = "1"
-    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_follow_parent)
-    try:
-        with pool:
-            try:
-                yield pool
-            except BaseException as error:
-                pool.shutdown(wait=False, cancel_futures=True)  # waiting work does not start
-                if not isinstance(error, Exception):  # interrupted: nor does running work go on
-                    for worker in set(multiprocessing.active_children()) - others:
-                        worker.terminate()
-                raise
-    finally:
-        if before is None:
-            del os.environ[THREADS]
-        else:
-            os.environ[THREADS] = before
 
 
 @contextmanager
@@ -313,11 +285,31 @@ def workers(count: int | None = None) -> Iterator[Executor | None]:
     if _alone:
         with ThreadPoolExecutor(1) as thread:
             yield thread
-    elif comm is None:
-        with _processes(count or threads()) as pool:
-            yield pool
-    else:
+        return
+    if comm is not None:
         from mpi4py.futures import MPICommExecutor
 
         with MPICommExecutor(comm, root=0) as executor:
             yield executor
+        return
+    others, number = set(multiprocessing.active_children()), count or threads()
+    before = os.environ.get(THREADS)
+    os.environ[THREADS] = "1"  # of each new process
+    # Not forked: a fork of a process with threads and HDF5 open may hang.
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(number, mp_context=context, initializer=_follow_parent)
+    try:
+        with pool:
+            try:
+                yield pool
+            except BaseException as error:
+                pool.shutdown(wait=False, cancel_futures=True)  # waiting work does not start
+                if not isinstance(error, Exception):  # interrupted: nor does running work go on
+                    for worker in set(multiprocessing.active_children()) - others:
+                        worker.terminate()
+                raise
+    finally:
+        if before is None:
+            del os.environ[THREADS]
+        else:
+            os.environ[THREADS] = before
